@@ -1,0 +1,13 @@
+# Packages only: nothing is downloaded at build time, no third-party source is copied in.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(CLI11 2.1 REQUIRED)
+pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod>=2.1)
+pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1)
+pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
+pkg_check_modules(TOMLPP REQUIRED IMPORTED_TARGET tomlplusplus>=3.2)
+pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd>=252)
+# Debian compiles toml++ into a shared library; the header-only form asserts on some bytes.
+target_compile_definitions(PkgConfig::TOMLPP INTERFACE TOML_HEADER_ONLY=0)

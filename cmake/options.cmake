@@ -1,0 +1,25 @@
+# One place for how everything is compiled. Warnings are errors; the sanitizer is chosen by a preset.
+set(PROBEBOX_SANITIZE "" CACHE STRING "Comma separated -fsanitize list, such as address,undefined or thread")
+option(PROBEBOX_FUZZ "Build the libFuzzer targets (needs clang)" OFF)
+
+add_library(probebox_compile_options INTERFACE)
+target_compile_options(probebox_compile_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast
+  -Woverloaded-virtual -Wcast-align -Wimplicit-fallthrough -Werror
+  # Same events, same bytes: no fused multiply-add that one machine has and another lacks.
+  -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # g++ 12 reports false overflows and uninitialised reads inside std::vector, std::variant and Eigen at -O2.
+  target_compile_options(probebox_compile_options INTERFACE
+    -Wno-stringop-overflow -Wno-stringop-overread -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict)
+endif()
+
+if(PROBEBOX_SANITIZE)
+  add_compile_options(-fsanitize=${PROBEBOX_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${PROBEBOX_SANITIZE})
+endif()
+
+find_program(PROBEBOX_CCACHE ccache)
+if(PROBEBOX_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${PROBEBOX_CCACHE})
+endif()

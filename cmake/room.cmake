@@ -1,0 +1,46 @@
+# Rooms and arrows.
+#
+# probebox_room(protocol/frame HEADERS reader.hpp ... SOURCES reader.cpp ... ARROWS protocol/units ... LIBRARIES PkgConfig::X)
+# declares one room of the house. Its headers are included by their path from the top (`#include "protocol/frame/reader.hpp"`), and
+# that path exists only inside the room's own include root: a directory of the build tree which holds one link, to this room.
+# A room therefore sees itself, the rooms its ARROWS name (and what those rooms show in their own headers), and nothing else:
+# a forbidden include does not compile. `LIBRARIES` are public when a header shows them, so keep them out of headers and use
+# PRIVATE_LIBRARIES where possible.
+set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
+
+function(probebox_room room)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
+  if(arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "probebox_room(${room}): what is '${arg_UNPARSED_ARGUMENTS}'?")
+  endif()
+  string(REPLACE "/" "_" name ${room})
+  set(root ${CMAKE_BINARY_DIR}/include-roots/${name})
+  get_filename_component(parent ${root}/${room} DIRECTORY)
+  file(MAKE_DIRECTORY ${parent})
+  file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${room} ${root}/${room} SYMBOLIC)
+
+  list(TRANSFORM arg_HEADERS PREPEND ${root}/${room}/ OUTPUT_VARIABLE headers)
+  list(TRANSFORM arg_ARROWS REPLACE "/" "_" OUTPUT_VARIABLE arrows)
+  list(TRANSFORM arrows PREPEND probebox_)
+  if(arg_SOURCES)
+    add_library(probebox_${name} STATIC ${arg_SOURCES})
+    target_link_libraries(probebox_${name} PUBLIC ${arrows} ${arg_LIBRARIES}
+                          PRIVATE probebox_compile_options ${arg_PRIVATE_LIBRARIES})
+    set(scope PUBLIC)
+  else()
+    add_library(probebox_${name} INTERFACE)
+    target_link_libraries(probebox_${name} INTERFACE ${arrows} ${arg_LIBRARIES})
+    set(scope INTERFACE)
+  endif()
+  target_sources(probebox_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${root} FILES ${headers})
+  # Each header compiles on its own, seen through the room's root.
+  set_target_properties(probebox_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+
+  set_property(GLOBAL APPEND PROPERTY PROBEBOX_ROOMS ${room})
+  set_property(GLOBAL PROPERTY PROBEBOX_ARROWS_${name} "${arg_ARROWS}")
+endfunction()
+
+# A way around the roots would be an include that climbs out of its folder; it stops the build.
+add_custom_target(probebox_no_climbing_includes ALL
+  COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_SOURCE_DIR} -P ${CMAKE_SOURCE_DIR}/cmake/no-climbing-includes.cmake
+  COMMENT "Looking for includes that climb out of their room" VERBATIM)

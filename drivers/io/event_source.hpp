@@ -1,0 +1,26 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include "protocol/events/event.hpp"
+
+namespace probebox::io {
+
+// Where events come from: a gpio chip, a counter, a probe receiver, the emulated machine.
+class EventSource {
+ public:
+  virtual ~EventSource() = default;
+
+  // Moves what has arrived by `now` into `into`, in the order of the source, and says how many. Never blocks, never allocates.
+  // What the source itself lost shows as sequence gaps or as SourceLost, never as silence.
+  virtual std::size_t read(std::span<Event> into, MonoTime now) = 0;
+
+  // A file descriptor that is readable when read() has something, or -1 for a source that must be asked.
+  virtual int descriptor() const = 0;
+
+  // For messages to a person: "gpiochip0 line 4 (sync)".
+  virtual std::string_view name() const = 0;
+};
+
+}  // namespace probebox::io

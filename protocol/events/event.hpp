@@ -1,0 +1,132 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <type_traits>
+#include <variant>
+
+#include "protocol/units/quantity.hpp"
+#include "protocol/units/time.hpp"
+
+// Everything that reaches the core. An event is a plain, trivially copyable value with its own stamp: the core is a function
+// of the sequence of these, and a journal of them replays to the same bytes. Every event lists its fields once, for the
+// journal's encoder, its decoder and the reference page.
+namespace probebox {
+
+// What a wire of the box is for; which line of which chip it is stands in box.toml.
+enum class LineRole : std::uint8_t { sync = 0, trigger = 1, index = 2, skip = 3 };
+enum class Level : std::uint8_t { inactive = 0, active = 1 };
+enum class Axis : std::uint8_t { x = 0, y = 1, z = 2 };
+inline constexpr std::size_t kLinearAxes = 3;
+
+// One edge of a digital line, stamped by the kernel.
+struct Edge {
+  LineRole role{};
+  std::uint8_t line{};
+  Level level{};
+  std::uint32_t line_sequence{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip");
+    field("line", self.line, "which line of that role, from 0");
+    field("level", self.level, "0 inactive, 1 active, after polarity: the level that the edge leads to");
+    field("line_sequence", self.line_sequence, "the kernel's count of this line's edges; a gap means edges were lost");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The encoder counts of one axis, latched by its counter.
+struct Count {
+  Axis axis{};
+  std::uint32_t sequence{};
+  std::int64_t counts{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("axis", self.axis, "0 X, 1 Y, 2 Z");
+    field("sequence", self.sequence, "counts every latch of this axis; a gap means latches were lost");
+    field("counts", self.counts, "encoder counts; their size is in machine.toml");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// One sample of the probe's channels a, b, c, before the gain matrix.
+struct Deflection {
+  std::uint32_t sequence{};
+  std::array<std::int32_t, 3> channels_nm{};
+  bool clipped{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("sequence", self.sequence, "the probe's own sample counter; a gap means samples were lost");
+    field("channels_nm", self.channels_nm, "nm at unit gain, channels a, b, c");
+    field("clipped", self.clipped, "1 when a channel is at the end of its range");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// One reading of a drift (screw extension) sensor.
+struct Drift {
+  Axis axis{};
+  std::int32_t reading_nm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
+    field("reading_nm", self.reading_nm, "nm, free end of the screw against its sensor");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+enum class MarkerPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
+
+// What the machine is doing: encoders do not tell A, B, C, tool or step.
+struct Marker {
+  std::uint32_t procedure{};
+  std::uint32_t step{};
+  MarkerPhase phase{};
+  std::array<double, 3> rotary_angles_rad{};
+  std::uint32_t tool{};
+  double nominal_speed_mm_s{};
+  bool at_rest{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
+    field("step", self.step, "step of the procedure, from 0");
+    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step will be repeated)");
+    field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C");
+    field("tool", self.tool, "tool number, 0 for none");
+    field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");
+    field("at_rest", self.at_rest, "1 when all axes stand still");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// Silence is an event too: it drives ages, hold-over, staleness and time-outs.
+struct TimeAdvanced {
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) { field("at", self.at, "ns, monotonic, of this boot"); }
+};
+
+enum class Source : std::uint8_t { sync = 0, trigger = 1, encoders = 2, probe = 3, drift = 4, queue = 5 };
+enum class LossReason : std::uint8_t { disconnected = 0, overrun = 1, taken = 2, queue_full = 3 };
+
+// A source has gone away, or has said that it lost events which no sequence number will show.
+struct SourceLost {
+  Source source{};
+  LossReason reason{};
+  std::uint32_t lost{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("source", self.source, "0 sync, 1 trigger, 2 encoders, 3 probe, 4 drift, 5 the capture queue");
+    field("reason", self.reason, "0 disconnected, 1 overrun, 2 taken by another process, 3 queue full");
+    field("lost", self.lost, "events known to be lost, 0 when unknown");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The order is the journal's type number: add at the end, never change.
+using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost>;
+static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
+
+inline MonoTime stampOf(const Event& event) {
+  return std::visit([](const auto& e) { return e.at; }, event);
+}
+
+}  // namespace probebox
