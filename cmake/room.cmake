@@ -32,8 +32,8 @@ function(probebox_room room)
     target_link_libraries(probebox_${name} INTERFACE ${arrows} ${arg_LIBRARIES})
     set(scope INTERFACE)
   endif()
+  # Each header also compiles on its own, seen through the room's root (target all_verify_interface_header_sets).
   target_sources(probebox_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${root} FILES ${headers})
-  # Each header compiles on its own, seen through the room's root.
   set_target_properties(probebox_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
 
   set_property(GLOBAL APPEND PROPERTY PROBEBOX_ROOMS ${room})

@@ -62,4 +62,25 @@ struct DeviceTime {
   friend constexpr auto operator<=>(DeviceTime, DeviceTime) = default;
 };
 
+// States of the master clock, as in clock servos. Only `locked` and `holdover` give samples.
+enum class ClockState : std::uint8_t { unlocked = 0, locked = 1, holdover = 2, ambiguous = 3 };
+
+// When a tick was, and how long ticks are now: integers, so that a sample index becomes the same time on every machine.
+struct TickMap {
+  Tick tick{};
+  MonoTime at{};
+  std::int64_t period_q32_ns{};  // 2^-32 ns
+  std::uint32_t sigma_ns{};
+  ClockState state{};
+  std::uint32_t holdover_ms{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("tick", self.tick, "the tick that the map is anchored to");
+    field("at", self.at, "ns, monotonic, of this boot: when that tick was");
+    field("period_q32_ns", self.period_q32_ns, "2^-32 ns, the period of the master clock now, on the monotonic clock");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of `at`");
+    field("state", self.state, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
+    field("holdover_ms", self.holdover_ms, "ms since the last accepted sync edge");
+  }
+};
+
 }  // namespace probebox
