@@ -121,8 +121,61 @@ struct SourceLost {
   }
 };
 
+// What people and programs ask of the core comes as events as well, so that a journal holds every cause.
+
+// Somebody starts a measuring procedure.
+struct ProcedureStarted {
+  std::uint32_t run{};
+  std::uint16_t method{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "number of the run, rising, given by the box");
+    field("method", self.method, "number of the method, as procedure lists them");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// Somebody stops it.
+struct ProcedureAborted {
+  std::uint32_t run{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "the run that is given up");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The worker has solved a run's data, or found that they support no answer.
+struct Solved {
+  std::uint32_t run{};
+  bool refused{};
+  std::uint64_t result_id{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "the run that was solved");
+    field("refused", self.refused, "1 when the data support no answer");
+    field("result_id", self.result_id, "the stored result or refusal; 0 when it could not be stored");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// A result about the system delay came into force (A.1: tau = t_machine - t_probe).
+struct DelayActivated {
+  std::uint64_t result_id{};
+  std::array<double, kLinearAxes> tau_s{};
+  std::array<double, kLinearAxes> sd_s{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on");
+    field("tau_s", self.tau_s, "s, X Y Z");
+    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
 // The order is the journal's type number: add at the end, never change.
-using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost>;
+using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted, ProcedureAborted,
+                           Solved, DelayActivated>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {
