@@ -1,0 +1,51 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/units/time.hpp"
+
+// box.toml: what the vendor of the box built. Lines are named here and nowhere else.
+namespace probebox::board {
+
+// A line by its offset on the chip, or by the name that the kernel knows it by.
+using LineAddress = std::variant<unsigned, std::string>;
+
+enum class ActiveLevel : std::uint8_t { high, low };
+
+// One digital input of the box.
+struct GpioLine {
+  std::string name;  // for messages to a person: "sync", "trigger 1"
+  std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
+  LineAddress line{0U};
+  ActiveLevel active{ActiveLevel::high};
+};
+
+// An index (reference mark) input belongs to one axis.
+struct IndexLine {
+  GpioLine line;
+  std::uint8_t axis{};  // 0 X, 1 Y, 2 Z
+};
+
+// Where a kind of data comes from: "sim" is the emulated machine.
+struct Devices {
+  std::string encoders;
+  std::string probe;
+};
+
+struct Box {
+  std::string board_name;
+  std::string serial_number;
+  GpioLine sync;                   // its active edge is the tick
+  Nanoseconds sync_period{};       // nominal
+  std::uint32_t samples_per_tick;  // 1 to 100
+  std::vector<GpioLine> triggers;
+  std::vector<IndexLine> indexes;
+  std::vector<GpioLine> skips;
+  Devices devices;
+};
+
+}  // namespace probebox::board

@@ -1,0 +1,29 @@
+#pragma once
+#include <array>
+#include <string>
+
+// machine.toml: what the integrator knows about the machine tool. Axes and signs as in ISO 841.
+namespace probebox::board {
+
+struct AxisDescription {
+  double counts_per_mm{};  // of the encoder, positive
+  int sense{1};            // +1 when counts rise in the positive direction of the axis, else -1
+  double travel_min_mm{};
+  double travel_max_mm{};
+
+  // Corrections are limited in size and in rate of change; a correction beyond these saturates.
+  double correction_limit_mm{};
+  double correction_rate_mm_s{};
+};
+
+// How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
+enum class Programming { radius, diameter };
+
+struct Machine {
+  std::string name;
+  std::array<AxisDescription, 3> axes;  // X, Y, Z
+  Programming x_programming{Programming::radius};
+  double hold_s{};  // how long the correction of a doubtful source is held before it stops being valid
+};
+
+}  // namespace probebox::board

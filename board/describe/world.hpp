@@ -1,0 +1,85 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "board/describe/probe.hpp"
+
+// world.toml: the emulated machine. Only the emulation and the tests read it; to the box it is the unknown truth.
+namespace probebox::board {
+
+using Vector3 = std::array<double, 3>;
+
+// Metrology (A1): the machine's stream shows x(t - tau_machine), the probe's d(t - tau_probe).
+struct WorldDelays {
+  Vector3 tau_machine_s{};  // X, Y, Z
+  double tau_probe_s{};
+};
+
+enum class Jitter : std::uint8_t { none, gauss, lognormal };
+
+// Probabilities are per tick.
+struct WorldClock {
+  std::int64_t period_ns{};  // nominal
+  double drift_ppm{};        // the clock's true period is longer than nominal by this
+  double wander_ppm{};       // random walk of the frequency, standard deviation after one second
+  double bias_us{};          // every stamp is late by this
+  Jitter jitter{Jitter::none};
+  double jitter_us{};  // standard deviation (gauss) or median (lognormal)
+  double outlier_probability{};
+  double outlier_us{};  // how late an outlier is, at most
+  double missing_probability{};
+  double doubled_probability{};
+  double spurious_probability{};
+};
+
+struct WorldEncoders {
+  double rate_hz{};
+  double noise_um{};             // k = 1
+  double counts_per_mm{};        // the true scale of all three axes
+  double dropout_probability{};  // per reading
+};
+
+struct WorldAxes {
+  double acceleration_mm_s2{};
+  double traverse_mm_s{};
+  Vector3 home_mm{};  // where the stylus ball stands when the machine starts
+};
+
+struct WorldProbe {
+  double rate_hz{};
+  double noise_um{};   // k = 1, one channel
+  Matrix3 gain{};      // the truth behind probe.toml: metrology (A3)
+  double range_mm{};   // channels clip here
+  double bounce_mm{};  // first amplitude of the stylus' bounce at contact and at release
+  double bounce_decay_s{};
+  double dropout_probability{};  // per sample
+};
+
+struct WorldSphere {
+  Vector3 centre_mm{};
+  double radius_mm{};
+  double stylus_ball_radius_mm{};
+};
+
+// The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
+struct WorldCycle {
+  std::vector<double> speeds_mm_s;
+  double overtravel_mm{};
+  double clearance_mm{};
+  double dwell_s{};
+  std::uint32_t repeats{};  // of the whole list of speeds
+};
+
+struct World {
+  std::uint64_t seed{};
+  WorldDelays delays;
+  WorldClock clock;
+  WorldEncoders encoders;
+  WorldAxes axes;
+  WorldProbe probe;
+  WorldSphere sphere;
+  WorldCycle cycle;
+};
+
+}  // namespace probebox::board
