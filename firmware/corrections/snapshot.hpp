@@ -19,10 +19,17 @@ struct DelayInForce {
 };
 
 // The last calibration, for a controller that has no screen of its own.
-enum class CalibrationState : std::uint16_t { idle = 0, running = 1, proposed = 2, accepted = 3, refused = 4, aborted = 5 };
+enum class CalibrationState : std::uint16_t {
+  idle = 0,
+  running = 1,
+  proposed = 2,
+  accepted = 3,
+  refused = 4,
+  aborted = 5
+};
 
-// Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of another.
-// Corrections are in machine axes, radius, mm, to be ADDED to the commanded position.
+// Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of
+// another. Corrections are in machine axes, radius, mm, to be ADDED to the commanded position.
 struct Snapshot {
   bool valid{};
   bool degraded{};

@@ -1,0 +1,50 @@
+#include "firmware/capture/recording.hpp"
+
+namespace probebox::capture {
+namespace {
+
+template <class Row>
+bool appendWithinCapacity(std::vector<Row>& rows, const Row& row) {
+  if (rows.size() == rows.capacity()) return false;
+  rows.push_back(row);
+  return true;
+}
+
+}  // namespace
+
+Recording::Recording(Capacity capacity) {
+  machine_rows_.reserve(capacity.machine_rows);
+  probe_rows_.reserve(capacity.probe_rows);
+  touches_.reserve(capacity.touches);
+}
+
+void Recording::clear() {
+  machine_rows_.clear();
+  probe_rows_.clear();
+  touches_.clear();
+}
+
+bool Recording::append(const MachineRow& row) {
+  return appendWithinCapacity(machine_rows_, row);
+}
+bool Recording::append(const ProbeRow& row) {
+  return appendWithinCapacity(probe_rows_, row);
+}
+bool Recording::append(const Touch& touch) {
+  return appendWithinCapacity(touches_, touch);
+}
+
+void Recording::truncate(std::size_t machine_rows, std::size_t probe_rows) {
+  machine_rows_.resize(machine_rows);
+  probe_rows_.resize(probe_rows);
+}
+
+std::span<const MachineRow> Recording::machineRows(const Touch& touch) const {
+  return std::span{machine_rows_}.subspan(touch.machine_begin, touch.machine_end - touch.machine_begin);
+}
+
+std::span<const ProbeRow> Recording::probeRows(const Touch& touch) const {
+  return std::span{probe_rows_}.subspan(touch.probe_begin, touch.probe_end - touch.probe_begin);
+}
+
+}  // namespace probebox::capture

@@ -1,0 +1,72 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::capture {
+
+// One latch of all linear axes at one stamp.
+struct MachineRow {
+  MonoTime at{};
+  std::array<std::int64_t, kLinearAxes> counts{};
+};
+
+// One sample of the probe's channels.
+struct ProbeRow {
+  MonoTime at{};
+  std::array<std::int32_t, 3> channels_nm{};
+};
+
+// What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed.
+struct TouchRequest {
+  std::uint32_t step{};
+  std::array<double, 3> outward_normal{};
+  std::array<double, 3> retract_direction{};
+  double retract_speed_mm_s{};
+};
+
+// One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the
+// whole touch: machine and probe share its error, which then cancels in the delay.
+struct Touch {
+  TouchRequest request;
+  TickMap map;
+  std::size_t machine_begin{}, machine_end{};
+  std::size_t probe_begin{}, probe_end{};
+};
+
+struct Capacity {
+  std::size_t machine_rows = 131'072;
+  std::size_t probe_rows = 262'144;
+  std::size_t touches = 256;
+};
+
+// The rows of all touches of one run, at native rates and with their own stamps. All memory is taken at construction.
+class Recording {
+ public:
+  explicit Recording(Capacity capacity);
+
+  void clear();
+  bool append(const MachineRow& row);  // false: full
+  bool append(const ProbeRow& row);
+  bool append(const Touch& touch);
+  void truncate(std::size_t machine_rows, std::size_t probe_rows);
+
+  std::size_t machineRowCount() const { return machine_rows_.size(); }
+  std::size_t probeRowCount() const { return probe_rows_.size(); }
+  std::span<const Touch> touches() const { return touches_; }
+  std::span<const MachineRow> machineRows(const Touch& touch) const;
+  std::span<const ProbeRow> probeRows(const Touch& touch) const;
+
+ private:
+  // Filled up to the reserved capacity only, so that push_back never allocates.
+  std::vector<MachineRow> machine_rows_;
+  std::vector<ProbeRow> probe_rows_;
+  std::vector<Touch> touches_;
+};
+
+}  // namespace probebox::capture

@@ -1,0 +1,96 @@
+#include "firmware/capture/touch_capture.hpp"
+
+namespace probebox::capture {
+namespace {
+
+constexpr std::size_t kFewestRows = 5;
+constexpr std::uint8_t kAllAxes = (1U << kLinearAxes) - 1U;
+
+}  // namespace
+
+const char* explain(TouchFault fault) {
+  switch (fault) {
+    case TouchFault::none:
+      return "";
+    case TouchFault::no_machine_rows:
+      return "no encoder positions arrived: check the encoder inputs";
+    case TouchFault::no_probe_rows:
+      return "no deflections arrived: check the probe's cable and receiver";
+    case TouchFault::probe_clipped:
+      return "the probe reached the end of its range: touch with less overtravel";
+    case TouchFault::source_lost:
+      return "a source was lost during the touch: see the loss counters in status";
+    case TouchFault::clock_not_locked:
+      return "the master clock was not locked: check the sync line";
+    case TouchFault::recording_full:
+      return "the recording is full: move faster between the markers of begin and end";
+  }
+  return "";
+}
+
+void TouchCapture::clear() {
+  recording_.clear();
+  running_ = false;
+}
+
+void TouchCapture::begin(const TouchRequest& request) {
+  if (running_) abandon();
+  touch_ = Touch{.request = request,
+                 .map = {},
+                 .machine_begin = recording_.machineRowCount(),
+                 .machine_end = 0,
+                 .probe_begin = recording_.probeRowCount(),
+                 .probe_end = 0};
+  fault_ = TouchFault::none;
+  axes_in_row_ = 0;
+  running_ = true;
+}
+
+void TouchCapture::push(const Count& count) {
+  if (!running_) return;
+  if (axes_in_row_ != 0 && count.at != row_.at) {
+    ++incomplete_rows_;
+    axes_in_row_ = 0;
+  }
+  const auto axis = static_cast<std::size_t>(count.axis);
+  row_.at = count.at;
+  row_.counts[axis] = count.counts;
+  axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
+  if (axes_in_row_ != kAllAxes) return;
+  axes_in_row_ = 0;
+  if (!recording_.append(row_)) note(TouchFault::recording_full);
+}
+
+void TouchCapture::push(const Deflection& deflection) {
+  if (!running_) return;
+  if (deflection.clipped) note(TouchFault::probe_clipped);
+  if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
+}
+
+void TouchCapture::push(const SourceLost& lost) {
+  if (running_ && lost.source != Source::trigger && lost.source != Source::drift) note(TouchFault::source_lost);
+}
+
+TouchFault TouchCapture::end(const TickMap& map) {
+  touch_.map = map;
+  touch_.machine_end = recording_.machineRowCount();
+  touch_.probe_end = recording_.probeRowCount();
+  if (map.state != ClockState::locked) note(TouchFault::clock_not_locked);
+  if (touch_.machine_end - touch_.machine_begin < kFewestRows) note(TouchFault::no_machine_rows);
+  if (touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
+  if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
+  running_ = false;
+  if (fault_ != TouchFault::none) recording_.truncate(touch_.machine_begin, touch_.probe_begin);
+  return fault_;
+}
+
+void TouchCapture::abandon() {
+  if (running_) recording_.truncate(touch_.machine_begin, touch_.probe_begin);
+  running_ = false;
+}
+
+void TouchCapture::note(TouchFault fault) {
+  if (fault_ == TouchFault::none) fault_ = fault;
+}
+
+}  // namespace probebox::capture

@@ -1,0 +1,53 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "firmware/capture/recording.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::capture {
+
+// Why a touch cannot be used, as far as that shows before solving. The solver looks again, at the values.
+enum class TouchFault : std::uint8_t {
+  none = 0,
+  no_machine_rows,
+  no_probe_rows,
+  probe_clipped,
+  source_lost,
+  clock_not_locked,
+  recording_full,
+};
+const char* explain(TouchFault fault);
+
+// Collects the rows of one touch after the other, between the markers of its begin and its end.
+class TouchCapture {
+ public:
+  explicit TouchCapture(Capacity capacity) : recording_{capacity} {}
+
+  void clear();
+  void begin(const TouchRequest& request);
+  void push(const Count& count);
+  void push(const Deflection& deflection);
+  void push(const SourceLost& lost);
+  TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault
+  void abandon();
+
+  bool running() const { return running_; }
+  const Recording& recording() const { return recording_; }
+  // Latches that could not be joined to a row because another axis was not latched at the same stamp.
+  std::uint64_t incompleteRows() const { return incomplete_rows_; }
+
+ private:
+  void note(TouchFault fault);
+
+  Recording recording_;
+  Touch touch_;
+  bool running_{};
+  TouchFault fault_{};
+  MachineRow row_;
+  std::uint8_t axes_in_row_{};
+  std::uint64_t incomplete_rows_{};
+};
+
+}  // namespace probebox::capture
