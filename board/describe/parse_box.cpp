@@ -1,0 +1,89 @@
+#include <map>
+
+#include "board/describe/document.hpp"
+#include "board/describe/parse.hpp"
+
+namespace probebox::board {
+namespace {
+
+// Two roles on one line would take it from each other.
+using TakenLines = std::map<std::pair<std::string, LineAddress>, std::string>;
+
+LineAddress lineAddress(Section& section) {
+  const auto* node = section.node("line");
+  if (node == nullptr) return {};
+  if (const auto name = node->value_exact<std::string>(); name && !name->empty()) return *name;
+  const auto offset = node->value_exact<std::int64_t>();
+  if (!offset || *offset < 0 || *offset > 65535) {
+    section.problem(*node, "'line' is neither an offset nor a name: write line = 4, or line = \"GPIO17\"");
+    return {};
+  }
+  return static_cast<unsigned>(*offset);
+}
+
+GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines& taken) {
+  GpioLine line;
+  line.name = section.text("name", default_name);
+  line.chip = section.text("chip");
+  line.line = lineAddress(section);
+  line.active = section.choice("active", {"high", "low"}, 0) == 0 ? ActiveLevel::high : ActiveLevel::low;
+  const auto [place, is_new] = taken.try_emplace({line.chip, line.line}, line.name);
+  if (!is_new && section.has("line")) {
+    section.problem(*section.node("line"), "'" + line.name + "' is on the line of '" + place->second +
+                                               "': give every input a line of its own");
+  }
+  return line;
+}
+
+std::vector<GpioLine> gpioLines(Section& root, const std::string& role, TakenLines& taken) {
+  std::vector<GpioLine> lines;
+  for (auto& section : root.sections(role)) {
+    lines.push_back(gpioLine(section, role + " " + std::to_string(lines.size() + 1), taken));
+    section.finish();
+  }
+  return lines;
+}
+
+std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
+  std::vector<IndexLine> lines;
+  for (auto& section : root.sections("index")) {
+    const auto axis = static_cast<std::uint8_t>(section.choice("axis", {"X", "Y", "Z"}));
+    lines.push_back({gpioLine(section, std::string{"index "} + "XYZ"[axis], taken), axis});
+    section.finish();
+  }
+  return lines;
+}
+
+Box readBox(Section& root) {
+  Box box;
+  TakenLines taken;
+  auto identity = root.section("box");
+  box.board_name = identity.text("board_name");
+  box.serial_number = identity.text("serial_number");
+  identity.finish();
+
+  auto sync = root.section("sync");
+  box.sync = gpioLine(sync, "sync", taken);
+  // 0.1 to 10 kHz.
+  box.sync_period = Nanoseconds{sync.integer("period_ns", {100'000, 10'000'000})};
+  box.samples_per_tick = static_cast<std::uint32_t>(sync.integer("samples_per_tick", {1, 100}, 1));
+  sync.finish();
+
+  box.triggers = gpioLines(root, "trigger", taken);
+  box.indexes = indexLines(root, taken);
+  box.skips = gpioLines(root, "skip", taken);
+
+  auto devices = root.section("devices");
+  box.devices.encoders = devices.text("encoders");
+  box.devices.probe = devices.text("probe");
+  devices.finish();
+  return box;
+}
+
+}  // namespace
+
+Outcome<Box> parseBox(std::string_view text, std::string_view file_name) {
+  return readDocument<Box>(text, file_name, readBox);
+}
+
+}  // namespace probebox::board

@@ -1,0 +1,109 @@
+#include "board/describe/document.hpp"
+#include "board/describe/parse.hpp"
+
+namespace probebox::board {
+namespace {
+
+constexpr Range kAnywhere{-1e5, 1e5};
+// A delay beyond half a second is milliseconds written as seconds.
+constexpr Range kDelay{-0.5, 0.5};
+constexpr Range kRate{1, 1e5};
+
+WorldDelays readDelays(Section section) {
+  WorldDelays delays;
+  delays.tau_machine_s = section.vector("tau_machine_s", kDelay);
+  delays.tau_probe_s = section.number("tau_probe_s", kDelay);
+  section.finish();
+  return delays;
+}
+
+WorldClock readClock(Section section) {
+  WorldClock clock;
+  clock.period_ns = section.integer("period_ns", {100'000, 10'000'000});
+  clock.drift_ppm = section.number("drift_ppm", {-1000, 1000});
+  clock.wander_ppm = section.number("wander_ppm", {0, 10}, 0.0);
+  clock.bias_us = section.number("bias_us", {0, 1000}, 0.0);
+  clock.jitter = static_cast<Jitter>(section.choice("jitter", {"none", "gauss", "lognormal"}));
+  clock.jitter_us = section.number("jitter_us", {0, 1000}, 0.0);
+  clock.outlier_probability = section.number("outlier_probability", kProbability, 0.0);
+  clock.outlier_us = section.number("outlier_us", {0, 10'000}, 0.0);
+  clock.missing_probability = section.number("missing_probability", kProbability, 0.0);
+  clock.doubled_probability = section.number("doubled_probability", kProbability, 0.0);
+  clock.spurious_probability = section.number("spurious_probability", kProbability, 0.0);
+  section.finish();
+  return clock;
+}
+
+WorldEncoders readEncoders(Section section) {
+  WorldEncoders encoders;
+  encoders.rate_hz = section.number("rate_hz", kRate);
+  encoders.noise_um = section.number("noise_um", {0, 1000});
+  encoders.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
+  encoders.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
+  section.finish();
+  return encoders;
+}
+
+WorldAxes readAxes(Section section) {
+  WorldAxes axes;
+  axes.acceleration_mm_s2 = section.number("acceleration_mm_s2", {1, 1e6});
+  axes.traverse_mm_s = section.number("traverse_mm_s", {0.1, 5000});
+  axes.home_mm = section.vector("home_mm", kAnywhere);
+  section.finish();
+  return axes;
+}
+
+WorldProbe readProbe(Section section) {
+  WorldProbe probe;
+  probe.rate_hz = section.number("rate_hz", kRate);
+  probe.noise_um = section.number("noise_um", {0, 1000});
+  probe.gain = section.matrix("gain");
+  probe.range_mm = section.number("range_mm", {1e-3, 100});
+  probe.bounce_mm = section.number("bounce_mm", {0, 10}, 0.0);
+  probe.bounce_decay_s = section.number("bounce_decay_s", {1e-5, 1}, 0.005);
+  probe.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
+  section.finish();
+  return probe;
+}
+
+WorldSphere readSphere(Section section) {
+  WorldSphere sphere;
+  sphere.centre_mm = section.vector("centre_mm", kAnywhere);
+  sphere.radius_mm = section.number("radius_mm", {0.1, 1000});
+  sphere.stylus_ball_radius_mm = section.number("stylus_ball_radius_mm", {0.005, 50});
+  section.finish();
+  return sphere;
+}
+
+WorldCycle readCycle(Section section) {
+  WorldCycle cycle;
+  cycle.speeds_mm_s = section.numbers("speeds_mm_s", {0.01, 1000}, 1);
+  cycle.overtravel_mm = section.number("overtravel_mm", {1e-3, 100});
+  cycle.clearance_mm = section.number("clearance_mm", {1e-3, 1000});
+  cycle.dwell_s = section.number("dwell_s", {0, 60});
+  cycle.repeats = static_cast<std::uint32_t>(section.integer("repeats", {1, 1000}, 1));
+  section.finish();
+  return cycle;
+}
+
+World readWorld(Section& root) {
+  World world;
+  // TOML's integers are signed.
+  world.seed = static_cast<std::uint64_t>(root.integer("seed", kNotNegative));
+  world.delays = readDelays(root.section("delays"));
+  world.clock = readClock(root.section("master_clock"));
+  world.encoders = readEncoders(root.section("encoders"));
+  world.axes = readAxes(root.section("axes"));
+  world.probe = readProbe(root.section("probe"));
+  world.sphere = readSphere(root.section("datum_sphere"));
+  world.cycle = readCycle(root.section("cycle"));
+  return world;
+}
+
+}  // namespace
+
+Outcome<World> parseWorld(std::string_view text, std::string_view file_name) {
+  return readDocument<World>(text, file_name, readWorld);
+}
+
+}  // namespace probebox::board
