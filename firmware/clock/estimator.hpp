@@ -1,0 +1,125 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/clock/acquisition.hpp"
+#include "firmware/clock/config.hpp"
+#include "firmware/clock/jitter.hpp"
+#include "firmware/clock/phase_filter.hpp"
+#include "firmware/clock/wander.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::clock {
+
+enum class EdgeFlag : std::uint8_t {
+  accepted = 0,  // it is the edge of `tick`
+  clipped =
+      1,  // it is the edge of `tick`, but far from where it was expected: it moved the estimate by a bounded amount
+  doubled = 2,    // `tick` has a better edge
+  spurious = 3,   // further than 0.3 period from every tick
+  unfitting = 4,  // older than a tick that is already decided, or a frequency that was refused
+  unlocked = 5,   // there was no clock yet that could have given it an index
+};
+
+// What became of one sync edge. A verdict comes one tick later than its edge at most.
+struct Verdict {
+  std::uint64_t edge{};      // which edge, counted from 0 in the order of push()
+  std::optional<Tick> tick;  // with accepted and clipped only
+  EdgeFlag flag{};
+  double residual_ns{};  // stamp minus prediction, where there was one
+};
+
+// Every edge is counted once: edges = accepted + clipped + doubled + spurious + unfitting + unlocked (+ one still
+// undecided).
+struct ClockCounters {
+  std::uint64_t edges{};
+  std::uint64_t accepted{};
+  std::uint64_t clipped{};
+  std::uint64_t doubled{};
+  std::uint64_t spurious{};
+  std::uint64_t unfitting{};
+  std::uint64_t unlocked{};
+  std::uint64_t missing{};  // ticks whose edge never came
+  std::uint64_t
+      lost_by_kernel{};     // ticks whose edge came but fell out of the kernel's buffer (gap in the line sequence)
+  std::uint64_t relocks{};  // locks after the first: each is a new epoch
+  std::uint64_t refused_frequency{};  // locks refused beyond +-max_ppm
+};
+
+// MasterTime of a stamp, with its standard deviation (k = 1).
+struct MasterStamp {
+  MasterTime at{};
+  double sigma_ns{};
+};
+
+// Says which tick of the master clock each sync edge is, and when each tick was.
+//
+// A two-state Kalman filter (phase and frequency of the sync signal on CLOCK_MONOTONIC) predicts; an edge within 0.3
+// period of a predicted tick takes that index, the best one if there are several, and an edge that does not fit is
+// flagged, never guessed.
+//
+// Index: the first tick of the first lock is 0. Holdover keeps counting until 0.3 period divided by the frequency
+// uncertainty; after that the count would be a guess and the state is `ambiguous`. The next lock is a new epoch: the
+// index goes on from the nearest tick of the old model and never uses an index twice, but differences across epochs are
+// not exact.
+//
+// The constant part of the stamps' delay cannot be seen from edges and stays in the estimate.
+class ClockEstimator {
+ public:
+  // config: one that whyRefused() has nothing against.
+  explicit ClockEstimator(const ClockConfig& config);
+
+  // Takes one edge of the sync line; the edge to Level::active is the tick, the other one only keeps the line sequence
+  // whole. Returns what has been decided by this, about this edge or the one before. The span lives until the next
+  // call.
+  std::span<const Verdict> push(const Edge& edge);
+
+  // Time passes without an edge.
+  std::span<const Verdict> advance(MonoTime now);
+
+  ClockState state() const { return state_; }
+  std::uint32_t epoch() const { return epoch_; }  // counts locks; 0 before the first
+  const ClockCounters& counters() const { return counters_; }
+  const ClockConfig& config() const { return config_; }
+
+  // When the last decided tick was (in holdover: the last one that has passed). `tick` and `at` mean nothing unless the
+  // state is locked or holdover.
+  TickMap map() const;
+
+  // Frequency of the sync signal against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
+  double offsetPpm() const;
+
+  // nullopt unless locked or in holdover.
+  std::optional<MasterStamp> masterTimeOf(MonoTime at) const;
+
+  // Spread of the stamps as learned: the standard deviation of a Gaussian that would tell as much about the tick.
+  double effectiveJitterNs() const;
+  bool learned() const { return jitter_.learned(); }
+
+ private:
+  enum class Phase : std::uint8_t { searching, settling, running };
+  struct Candidate {
+    std::uint64_t edge{};
+    std::int64_t ticks_ahead{};  // of the filter's tick
+    double residual_ns{};
+  };
+
+  ClockConfig config_;
+  double nominal_ns_;
+  PhaseFilter filter_;
+  Jitter jitter_;
+  Wander wander_;
+  Acquisition acquisition_;
+  Phase phase_{Phase::searching};
+  ClockState state_{ClockState::unlocked};
+  std::uint32_t epoch_{};
+  std::optional<Candidate> candidate_;
+  ClockCounters counters_;
+  std::array<Verdict, 4> verdicts_{};
+  std::size_t verdict_count_{};
+};
+
+}  // namespace probebox::clock
