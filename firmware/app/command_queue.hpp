@@ -1,0 +1,24 @@
+#pragma once
+#include <mutex>
+
+#include "firmware/app/spsc_queue.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::app {
+
+// Commands of many threads to the core. Only those who command ever wait for the lock; the core takes without one.
+class CommandQueue {
+ public:
+  // False when full: the caller tells its client that the box is busy.
+  bool push(const Event& command) {
+    const std::lock_guard lock{commanders_};
+    return queue_.push(command);
+  }
+  bool pop(Event& command) { return queue_.pop(command); }
+
+ private:
+  std::mutex commanders_;
+  SpscQueue<Event> queue_{256};
+};
+
+}  // namespace probebox::app

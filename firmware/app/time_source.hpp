@@ -1,0 +1,35 @@
+#pragma once
+#include <ctime>
+
+#include "protocol/units/time.hpp"
+
+namespace probebox::app {
+
+// The one place of the daemon that reads a clock. With a scale other than 1 (emulated machine only) its time runs
+// faster or slower than the kernel's, from the same start.
+class TimeSource {
+ public:
+  explicit TimeSource(double scale = 1.0) : scale_{scale}, start_ns_{kernelNs()} {}
+
+  MonoTime now() const {
+    const auto elapsed_ns = static_cast<double>(kernelNs() - start_ns_);
+    return monoTime(start_ns_ + static_cast<std::int64_t>(elapsed_ns * scale_));
+  }
+  // How long to wait in the kernel's time for `duration` to pass here.
+  Nanoseconds kernelDuration(Nanoseconds duration) const {
+    return Nanoseconds{static_cast<std::int64_t>(static_cast<double>(duration.count()) / scale_)};
+  }
+  double scale() const { return scale_; }
+
+ private:
+  static std::int64_t kernelNs() {
+    timespec time{};
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  }
+
+  double scale_;
+  std::int64_t start_ns_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,20 @@
+#pragma once
+#include <array>
+#include <string>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/metrology/dataset.hpp"
+
+namespace probebox::capture {
+
+// What turns counts and stamps into millimetres and master time.
+struct Scales {
+  std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
+  Nanoseconds nominal_period{};                    // of the master clock
+};
+
+// The recorded touches as a case: machine positions in mm, deflection channels in mm at unit gain, times in seconds of
+// the master clock counted from the first row of their touch. Nothing is resampled.
+metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method);
+
+}  // namespace probebox::capture

@@ -1,0 +1,89 @@
+# Sourced by tools/demo and tools/test: installs what the build and the tests need, and says nothing when all is there.
+# Debian 12 ships libgpiod 1; the 2.x that probebox needs is in its backports.
+
+probebox_packages=(
+  g++ cmake ninja-build pkg-config
+  libeigen3-dev libgpiod-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
+  libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
+  mbpoll)
+
+# Prints the names of the packages that are missing or too old.
+missing_packages() {
+  local package
+  for package in "${probebox_packages[@]}"; do
+    if [[ $package == libgpiod-dev ]] && command -v pkg-config >/dev/null; then
+      pkg-config --atleast-version=2.1 libgpiod || echo "$package"
+    elif ! dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed; then
+      echo "$package"
+    fi
+  done
+}
+
+# Prints a backports entry made from the entry that this machine has for its own release, so that the mirror is the same.
+backports_entry() {
+  local release=$1 file
+  for file in /etc/apt/sources.list.d/*.sources; do
+    [[ -f $file ]] || continue
+    awk -v RS= -v ORS='\n' -v release="$release" '
+      $0 ~ "(^|\n)Suites:[^\n]* ?" release "( |\n|$)" && !found {
+        gsub(/\n#[^\n]*/, ""); sub(/Suites:[^\n]*/, "Suites: " release "-backports"); sub(/Components:[^\n]*/, "Components: main")
+        print; found = 1 }' "$file"
+  done | awk -v RS= 'NR == 1 { print }'
+  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
+    [[ -f $file ]] || continue
+    sed -nE "s/^(deb( \[[^]]*\])? [^ ]+) $release main.*/\1 $release-backports main/p" "$file"
+  done | head -n 1
+}
+
+# Adds Debian 12's backports to apt unless some entry already offers a new enough libgpiod.
+enable_backports() {
+  local release entry target
+  release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
+  [[ $release == bookworm ]] || return 0
+  if apt-cache madison libgpiod-dev | grep -qE '\| *2\.'; then return 0; fi
+  entry=$(backports_entry "$release")
+  [[ -n $entry ]] || { echo "No entry for $release in /etc/apt/sources.list*: cannot derive its backports." >&2; return 1; }
+  target=/etc/apt/sources.list.d/probebox-backports
+  if [[ $entry == Types:* ]]; then target+=.sources; else target+=.list; fi
+  printf '%s\n' "$entry" >"$target"
+  apt-get update
+}
+
+# As root. Everything it prints belongs into a log.
+install_packages() {
+  export DEBIAN_FRONTEND=noninteractive
+  apt-get update
+  enable_backports
+  local plain=() package
+  for package in "$@"; do
+    if [[ $package == libgpiod-dev ]] && apt-cache madison libgpiod-dev | grep -q 'bookworm-backports'; then
+      apt-get install -y --no-install-recommends -t bookworm-backports libgpiod-dev
+    else
+      plain+=("$package")
+    fi
+  done
+  [[ ${#plain[@]} -eq 0 ]] || apt-get install -y --no-install-recommends "${plain[@]}"
+}
+
+ensure_packages() {
+  local missing log=$1
+  mapfile -t missing < <(missing_packages)
+  [[ ${#missing[@]} -gt 0 ]] || return 0
+  local install=(bash -c 'set -e; . "$0"; install_packages "$@"' "$probebox_setup/packages.sh" "${missing[@]}")
+  if [[ $EUID -ne 0 ]]; then
+    if command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
+      install=(sudo -n "${install[@]}")
+    else
+      echo "These Debian packages are missing: ${missing[*]}" >&2
+      echo "You may not install packages here. Ask somebody who may to run, once:" >&2
+      echo "  sudo bash -c '. $probebox_setup/packages.sh && install_packages ${missing[*]}'" >&2
+      return 1
+    fi
+  fi
+  echo "Installing ${#missing[@]} Debian packages (once) ..."
+  if ! "${install[@]}" >"$log" 2>&1; then
+    tail -n 20 "$log" >&2
+    echo "Installing packages failed; the whole log is in $log." >&2
+    return 1
+  fi
+}
