@@ -1,0 +1,85 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <sqlite3.h>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "firmware/store/failure.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::store {
+
+struct Done {};
+
+// One connection to one SQLite file. Not for several threads.
+class Database {
+ public:
+  static Outcome<Database, Failure> open(const std::string& path);
+
+  Outcome<Done, Failure> run(const char* sql);
+  Outcome<std::int64_t, Failure> number(const char* sql);
+  Outcome<std::string, Failure> text(const char* sql);
+
+  std::int64_t lastId() const { return sqlite3_last_insert_rowid(handle_.get()); }
+  bool readOnly() const { return sqlite3_db_readonly(handle_.get(), "main") == 1; }
+  const std::string& path() const { return path_; }
+  sqlite3* handle() { return handle_.get(); }
+
+  // What the last call's error code means to a person.
+  Failure failure(int code) const;
+
+ private:
+  struct Close {
+    void operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+  };
+  Database(sqlite3* handle, std::string path) : handle_{handle}, path_{std::move(path)} {}
+
+  std::unique_ptr<sqlite3, Close> handle_;
+  std::string path_;
+};
+
+// One prepared statement: bind from the left, step, read columns from the left.
+class Statement {
+ public:
+  Statement(Database& database, std::string_view sql);
+
+  Statement& bind(std::int64_t value);
+  Statement& bind(std::string_view value);
+
+  // True: a row is there. False: no further row.
+  Outcome<bool, Failure> step();
+  // For a statement that gives no rows.
+  Outcome<Done, Failure> run();
+
+  std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
+  std::string text(int column) const;
+
+ private:
+  struct Finalize {
+    void operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
+  };
+  Database& database_;
+  std::unique_ptr<sqlite3_stmt, Finalize> handle_;
+  int code_{SQLITE_OK};
+  int bound_{};
+};
+
+// Everything between construction and commit() happens, or nothing does.
+class Transaction {
+ public:
+  static Outcome<Transaction, Failure> begin(Database& database);
+  Transaction(Transaction&& other) noexcept : database_{std::exchange(other.database_, nullptr)} {}
+  Transaction& operator=(Transaction&&) = delete;
+  ~Transaction();
+
+  Outcome<Done, Failure> commit();
+
+ private:
+  explicit Transaction(Database& database) : database_{&database} {}
+  Database* database_;
+};
+
+}  // namespace probebox::store

@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+
+namespace probebox::store {
+
+// Why the store did not do what it was asked to; the text names the file or result, and the remedy.
+enum class Reason {
+  unknown_result,    // no result of this id
+  not_possible_now,  // the result's state does not allow it: a refusal cannot be accepted
+  bad_argument,      // an acceptance without a name, a stamp that is empty
+  unavailable,       // locked, full, read-only, no permission: nothing was changed
+  damaged,           // the file's content contradicts itself
+  newer_schema,      // written by a newer version of this program
+  foreign_file,      // a database, but not one of ours
+};
+
+struct Failure {
+  Reason reason{};
+  std::string what;
+};
+
+}  // namespace probebox::store

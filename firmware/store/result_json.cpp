@@ -1,0 +1,113 @@
+#include "firmware/store/result_json.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace probebox::store {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double number(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+std::vector<double> numbers(const Json& json) {
+  std::vector<double> values;
+  for (const auto& item : json) values.push_back(number(item));
+  return values;
+}
+
+Json render(const std::vector<metrology::Estimate>& estimates) {
+  Json list = Json::array();
+  for (const auto& e : estimates) {
+    list.push_back({{"key", e.key},
+                    {"shape", static_cast<int>(e.shape)},
+                    {"columns", e.columns},
+                    {"values", e.values},
+                    {"sd", e.sd}});
+  }
+  return list;
+}
+
+std::vector<metrology::Estimate> estimates(const Json& list) {
+  std::vector<metrology::Estimate> all;
+  for (const auto& item : list) {
+    const int shape = item.at("shape").get<int>();
+    if (shape < 0 || shape > static_cast<int>(metrology::Shape::matrix))
+      throw Json::other_error::create(0, "shape", &item);
+    all.push_back({.key = item.at("key").get<std::string>(),
+                   .shape = static_cast<metrology::Shape>(shape),
+                   .values = numbers(item.at("values")),
+                   .sd = numbers(item.at("sd")),
+                   .columns = item.at("columns").get<std::size_t>()});
+  }
+  return all;
+}
+
+metrology::Result result(const Json& json) {
+  metrology::Result all;
+  all.method = json.at("method").get<std::string>();
+  all.estimates = estimates(json.at("estimates"));
+  all.also = estimates(json.at("also"));
+  all.rms = number(json.at("rms"));
+  all.dof = json.at("dof").get<std::size_t>();
+  all.condition = number(json.at("condition"));
+  if (json.contains("chi2_reduced")) all.chi2_reduced = number(json.at("chi2_reduced"));
+  if (json.contains("covariance")) {
+    const auto& covariance = json.at("covariance");
+    all.covariance = {covariance.at("components").get<std::vector<std::string>>(), numbers(covariance.at("values"))};
+  }
+  all.warnings = json.at("warnings").get<std::vector<std::string>>();
+  for (const auto& item : json.at("dropped")) {
+    all.dropped.push_back({item.at("name").get<std::string>(), item.at("reason").get<std::string>()});
+  }
+  return all;
+}
+
+// The JSON library reports by exceptions; they end here.
+template <class Read>
+auto guarded(std::string_view text, Read read) -> Outcome<decltype(read(Json{}))> {
+  try {
+    return read(Json::parse(text));
+  } catch (const Json::exception& e) {
+    return Error{std::string{"a stored result cannot be read: "} + e.what()};
+  }
+}
+
+// A reason may quote bytes from a file that are not UTF-8.
+std::string dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string toJson(const metrology::Result& result) {
+  Json json{{"method", result.method},     {"estimates", render(result.estimates)},
+            {"also", render(result.also)}, {"rms", result.rms},
+            {"dof", result.dof},           {"condition", result.condition}};
+  if (result.chi2_reduced) json["chi2_reduced"] = *result.chi2_reduced;
+  if (result.covariance) {
+    json["covariance"] = {{"components", result.covariance->components}, {"values", result.covariance->values}};
+  }
+  json["warnings"] = result.warnings;
+  json["dropped"] = Json::array();
+  for (const auto& d : result.dropped) json["dropped"].push_back({{"name", d.name}, {"reason", d.reason}});
+  return dump(json);
+}
+
+Outcome<metrology::Result> resultFromJson(std::string_view text) {
+  return guarded(text, result);
+}
+
+std::string toJson(const metrology::Refusal& refusal) {
+  return dump({{"name", refusal.name}, {"reason", refusal.reason}});
+}
+
+Outcome<metrology::Refusal> refusalFromJson(std::string_view text) {
+  return guarded(text, [](const Json& json) {
+    return metrology::Refusal{json.at("name").get<std::string>(), json.at("reason").get<std::string>()};
+  });
+}
+
+}  // namespace probebox::store

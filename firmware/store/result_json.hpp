@@ -1,0 +1,18 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::store {
+
+// The complete result as one JSON object; every number comes back to the last bit. What is not finite becomes null.
+std::string toJson(const metrology::Result& result);
+Outcome<metrology::Result> resultFromJson(std::string_view text);
+
+// {"name": ..., "reason": ...}
+std::string toJson(const metrology::Refusal& refusal);
+Outcome<metrology::Refusal> refusalFromJson(std::string_view text);
+
+}  // namespace probebox::store

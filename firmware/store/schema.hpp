@@ -1,0 +1,18 @@
+#pragma once
+#include "firmware/store/database.hpp"
+
+namespace probebox::store {
+
+// "pbox", in the place that SQLite keeps for telling whose file it is.
+inline constexpr std::int64_t kApplicationId = 0x70626f78;
+
+// Schema versions that this program can read: 1 up to and with this one.
+std::int64_t knownSchema();
+
+// Refuses a file of another program or of a newer schema, then checks every page. Changes nothing.
+Outcome<Done, Failure> inspect(Database& database);
+
+// Brings the file to the newest schema, all steps in one transaction.
+Outcome<Done, Failure> migrate(Database& database);
+
+}  // namespace probebox::store
