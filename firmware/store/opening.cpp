@@ -11,8 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // One file beside its journal, and every commit on the disk before it is acknowledged: results are few and dear.
-constexpr const char* kDurable =
-    "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF";
+constexpr const char* kDurable = "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON";
 
 Outcome<Database, Failure> openSound(const std::string& path) {
   auto database = Database::open(path);

@@ -15,7 +15,7 @@ constexpr std::array kSteps{
         probe TEXT NOT NULL,
         machine TEXT NOT NULL,
         mounting TEXT NOT NULL,
-        result_json TEXT NOT NULL CHECK (json_valid(result_json)),
+        result_json TEXT NOT NULL,
         dataset_json TEXT NOT NULL,
         proposed_utc TEXT NOT NULL,
         accepted_utc TEXT NOT NULL DEFAULT '',

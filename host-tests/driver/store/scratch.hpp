@@ -1,0 +1,50 @@
+#pragma once
+#include <filesystem>
+#include <stdlib.h>
+#include <string>
+#include <system_error>
+
+#include "firmware/store/store.hpp"
+
+namespace probebox::store {
+
+// A directory of its own for each test, gone afterwards.
+class Scratch {
+ public:
+  Scratch() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "probebox-store-XXXXXX").string();
+    directory_ = ::mkdtemp(pattern.data());
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    std::filesystem::remove_all(directory_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  const std::filesystem::path& directory() const { return directory_; }
+  std::string file() const { return (directory_ / "results.db").string(); }
+
+ private:
+  std::filesystem::path directory_;
+};
+
+inline const Binding kBinding{"delay-multi-speed", "P-1001", "mill 3", "spindle"};
+
+inline metrology::Result delayOf(double tau_s) {
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 4.1e-6)};
+  result.also = {metrology::Estimate::matrix("gain", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1.0 / 3}, {}),
+                 metrology::Estimate::vector("centre_mm", {0.1, -20.3, 1e-17}, {1e-3, 1e-3, 2e-3})};
+  result.rms = 0.1 + 0.2;
+  result.dof = 17;
+  result.condition = 3.5;
+  result.chi2_reduced = 1.07;
+  result.covariance = {{"tau_s"}, {1.681e-11}};
+  result.warnings = {"only two speeds: \"5\" and 40 mm/s"};
+  result.dropped = {{"touch 7", "residual 5.1 sd"}};
+  return result;
+}
+
+}  // namespace probebox::store

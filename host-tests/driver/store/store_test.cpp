@@ -1,0 +1,159 @@
+#include "firmware/store/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scratch.hpp"
+
+namespace probebox::store {
+namespace {
+
+using testing::ElementsAre;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class StoreTest : public testing::Test {
+ protected:
+  Id propose(double tau_s, const Binding& binding = kBinding) {
+    return store_.propose(binding, delayOf(tau_s), "{}", "2026-11-21T06:00:00Z").value();
+  }
+  State stateOf(Id id) { return store_.find(id).value().state; }
+  void reopen() { store_ = Store::open(scratch_.file()).value(); }
+
+  Scratch scratch_;
+  Store store_{Store::open(scratch_.file()).value()};
+};
+
+TEST_F(StoreTest, GivesBackAResultToTheLastBit) {
+  const auto id = propose(0.1 / 3);
+  reopen();
+  const auto record = store_.find(id).value();
+  ASSERT_NE(record.result(), nullptr);
+  const auto expected = delayOf(0.1 / 3);
+  const auto& result = *record.result();
+  EXPECT_EQ(result.method, expected.method);
+  EXPECT_EQ(result.find("tau_s")->value(), expected.find("tau_s")->value());
+  EXPECT_EQ(result.find("tau_s")->standardDeviation(), expected.find("tau_s")->standardDeviation());
+  EXPECT_EQ(result.find("gain")->values, expected.find("gain")->values);
+  EXPECT_EQ(result.find("gain")->shape, metrology::Shape::matrix);
+  EXPECT_EQ(result.find("gain")->columns, 3U);
+  EXPECT_THAT(result.find("gain")->sd, IsEmpty());
+  EXPECT_EQ(result.find("centre_mm")->values, expected.find("centre_mm")->values);
+  EXPECT_EQ(result.rms, expected.rms);
+  EXPECT_EQ(result.dof, expected.dof);
+  EXPECT_EQ(result.condition, expected.condition);
+  EXPECT_EQ(result.chi2_reduced, expected.chi2_reduced);
+  EXPECT_EQ(result.covariance->values, expected.covariance->values);
+  EXPECT_EQ(result.warnings, expected.warnings);
+  EXPECT_EQ(result.dropped.front().reason, expected.dropped.front().reason);
+  EXPECT_EQ(record.binding, kBinding);
+  EXPECT_EQ(record.state, State::proposed);
+}
+
+TEST_F(StoreTest, ActivatesAnAcceptedResultAndSaysByWhom) {
+  const auto id = propose(4e-3);
+  const auto record = store_.accept(id, "Ada", "2026-11-21T07:00:00Z");
+  ASSERT_TRUE(record);
+  EXPECT_EQ(record->state, State::active);
+  EXPECT_EQ(record->accepted_by, "Ada");
+  EXPECT_EQ(record->accepted_utc, "2026-11-21T07:00:00Z");
+  reopen();
+  EXPECT_EQ(store_.active(kBinding).value()->id, id);
+}
+
+TEST_F(StoreTest, AProposalChangesNothingThatIsInForce) {
+  const auto old = propose(4e-3);
+  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
+  propose(5e-3);
+  EXPECT_EQ(store_.active(kBinding).value()->id, old);
+}
+
+TEST_F(StoreTest, RetiresThePreviousResultOfTheSameBinding) {
+  const auto old = propose(4e-3);
+  const auto next = propose(5e-3);
+  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
+  ASSERT_TRUE(store_.accept(next, "Grace", "t2"));
+  EXPECT_EQ(stateOf(old), State::retired);
+  EXPECT_EQ(store_.find(old)->retired_utc, "t2");
+  EXPECT_EQ(store_.active(kBinding).value()->id, next);
+}
+
+TEST_F(StoreTest, LeavesOtherProbesMachinesAndMountingsAlone) {
+  std::vector<Id> others;
+  for (Binding other : {Binding{"sphere-fit", "P-1001", "mill 3", "spindle"},
+                        Binding{"delay-multi-speed", "P-1002", "mill 3", "spindle"},
+                        Binding{"delay-multi-speed", "P-1001", "mill 4", "spindle"},
+                        Binding{"delay-multi-speed", "P-1001", "mill 3", "table"}}) {
+    others.push_back(propose(4e-3, other));
+    ASSERT_TRUE(store_.accept(others.back(), "Ada", "t1"));
+  }
+  ASSERT_TRUE(store_.accept(propose(5e-3), "Ada", "t2"));
+  for (const auto id : others) EXPECT_EQ(stateOf(id), State::active);
+}
+
+TEST_F(StoreTest, KeepsTheHistoryOfAResult) {
+  const auto old = propose(4e-3);
+  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
+  ASSERT_TRUE(store_.accept(propose(5e-3), "Grace", "t2"));
+  EXPECT_THAT(store_.history(old).value(),
+              ElementsAre(Field(&Transition::to, State::proposed), Field(&Transition::to, State::accepted),
+                          Field(&Transition::to, State::active), Field(&Transition::to, State::retired)));
+  EXPECT_EQ(store_.history(old)->back().by, "Grace");
+}
+
+TEST_F(StoreTest, AcceptingTwiceIsTheSameAsOnce) {
+  const auto id = propose(4e-3);
+  ASSERT_TRUE(store_.accept(id, "Ada", "t1"));
+  const auto again = store_.accept(id, "Grace", "t2");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->accepted_by, "Ada");
+  EXPECT_EQ(store_.history(id)->size(), 3U);
+}
+
+TEST_F(StoreTest, RefusesToAcceptWhatCannotBeAccepted) {
+  const auto refusal = store_.refuse(kBinding, {"single-speed", "one speed only"}, "", "t0").value();
+  const auto refused = store_.accept(refusal, "Ada", "t1");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
+  EXPECT_THAT(refused.error().what, HasSubstr("one speed only"));
+
+  const auto old = propose(4e-3);
+  ASSERT_TRUE(store_.accept(old, "Ada", "t1"));
+  ASSERT_TRUE(store_.accept(propose(5e-3), "Ada", "t2"));
+  EXPECT_THAT(store_.accept(old, "Ada", "t3").error().what, HasSubstr("retired"));
+
+  EXPECT_EQ(store_.accept(999, "Ada", "t3").error().reason, Reason::unknown_result);
+  EXPECT_EQ(store_.accept(propose(6e-3), "", "t3").error().reason, Reason::bad_argument);
+}
+
+TEST_F(StoreTest, RemembersRefusalsToo) {
+  const auto id = store_.refuse(kBinding, {"single-speed", "one speed only: \xff"}, "{\"a\":1}", "t0").value();
+  reopen();
+  const auto record = store_.find(id).value();
+  EXPECT_EQ(record.state, State::refused);
+  ASSERT_NE(record.refusal(), nullptr);
+  EXPECT_EQ(record.refusal()->name, "single-speed");
+  EXPECT_EQ(store_.dataset(id).value(), "{\"a\":1}");
+}
+
+TEST_F(StoreTest, NumbersResultsUpwards) {
+  std::vector<Id> ids;
+  for (int i = 0; i < 5; ++i) {
+    ids.push_back(propose(4e-3));
+    reopen();
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(ids, std::less_equal<>{}));
+  const auto newest = store_.newest(2).value();
+  EXPECT_THAT(newest, ElementsAre(Field(&Record::id, ids[4]), Field(&Record::id, ids[3])));
+}
+
+TEST_F(StoreTest, TakesTextAsItIsAndNeverAsSql) {
+  const Binding hostile{"delay-multi-speed", "'); DROP TABLE results; --", "mill \"3\"", ""};
+  const auto id = propose(4e-3, hostile);
+  ASSERT_TRUE(store_.accept(id, "O'Brien", "t1"));
+  EXPECT_EQ(store_.active(hostile).value()->accepted_by, "O'Brien");
+}
+
+}  // namespace
+}  // namespace probebox::store
