@@ -1,0 +1,34 @@
+#include "firmware/metrology/solve.hpp"
+
+#include <string>
+
+namespace probebox::metrology {
+namespace {
+
+using Solver = Solved (*)(const Dataset&);
+
+struct Method {
+  std::string_view name;
+  Solver solver;
+};
+
+constexpr std::initializer_list<Method> kMethods{};
+
+}  // namespace
+
+Solved solve(const Dataset& dataset) {
+  for (const auto& method : kMethods) {
+    if (method.name == dataset.method) return method.solver(dataset);
+  }
+  std::string known;
+  for (const auto name : methods()) known += (known.empty() ? "" : ", ") + std::string{name};
+  return Refusal{"unknown-method", "there is no method '" + dataset.method + "'; use one of: " + known};
+}
+
+std::vector<std::string_view> methods() {
+  std::vector<std::string_view> names;
+  for (const auto& method : kMethods) names.push_back(method.name);
+  return names;
+}
+
+}  // namespace probebox::metrology
