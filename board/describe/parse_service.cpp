@@ -10,8 +10,7 @@ namespace {
 std::vector<std::string> addresses(Section& root, std::string_view key, const std::vector<std::string>& kinds,
                                    const std::string& example) {
   auto given = root.texts(key);
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const auto& address = given[i];
+  for (const auto& address : given) {
     const bool known = std::any_of(kinds.begin(), kinds.end(), [&](const std::string& kind) {
       return (address.starts_with(kind + ":") && address.size() > kind.size() + 1) ||
              (kind == "usb" && address == kind);
