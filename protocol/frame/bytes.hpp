@@ -1,0 +1,131 @@
+#pragma once
+#include <algorithm>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "protocol/units/time.hpp"
+
+// Numbers as bytes: little endian, whatever the machine.
+namespace probebox::frame {
+
+// What one field of fixed size may be.
+template <class T>
+concept Scalar = std::integral<T> || std::is_enum_v<T> || std::same_as<T, double> || std::same_as<T, MonoTime> ||
+    std::same_as<T, Tick> || std::same_as<T, SampleIndex>;
+
+// Writes into the caller's bytes. What does not fit is not written but still counted: size() says how much room was
+// needed.
+class ByteWriter {
+ public:
+  explicit ByteWriter(std::span<std::byte> into) : into_{into} {}
+
+  template <Scalar T>
+  void put(T value) {
+    if constexpr (std::same_as<T, MonoTime>) {
+      put(toNs(value));
+    } else if constexpr (std::same_as<T, Tick> || std::same_as<T, SampleIndex>) {
+      put(value.index);
+    } else if constexpr (std::same_as<T, double>) {
+      put(std::bit_cast<std::uint64_t>(value));
+    } else if constexpr (std::is_enum_v<T>) {
+      put(static_cast<std::underlying_type_t<T>>(value));
+    } else if constexpr (std::same_as<T, bool>) {
+      put(static_cast<std::uint8_t>(value ? 1 : 0));
+    } else {
+      putInteger(static_cast<std::make_unsigned_t<T>>(value));
+    }
+  }
+
+  void put(std::span<const std::byte> bytes) {
+    if (fits(bytes.size())) std::ranges::copy(bytes, into_.begin() + static_cast<std::ptrdiff_t>(size_));
+    size_ += bytes.size();
+  }
+
+  // Writes a size that is known only later; `at` is where it stands.
+  void patch(std::size_t at, std::uint16_t value) {
+    if (at + 2 > into_.size()) return;
+    into_[at] = static_cast<std::byte>(value & 0xFFU);
+    into_[at + 1] = static_cast<std::byte>(value >> 8U);
+  }
+
+  // Something has no place in this format at any size, such as a text beyond 65535 bytes.
+  void refuse() { refused_ = true; }
+
+  std::size_t size() const { return size_; }
+  bool complete() const { return !refused_ && size_ <= into_.size(); }
+  bool refused() const { return refused_; }
+
+ private:
+  bool fits(std::size_t count) const { return size_ + count <= into_.size(); }
+
+  template <std::unsigned_integral U>
+  void putInteger(U value) {
+    if (fits(sizeof(U))) {
+      for (std::size_t k = 0; k < sizeof(U); ++k) {
+        into_[size_ + k] = static_cast<std::byte>((static_cast<std::uint64_t>(value) >> (8 * k)) & 0xFFU);
+      }
+    }
+    size_ += sizeof(U);
+  }
+
+  std::span<std::byte> into_;
+  std::size_t size_{};
+  bool refused_{};
+};
+
+// Reads from the caller's bytes. After the first read beyond the end it has failed, and gives zeros.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> from) : from_{from} {}
+
+  template <Scalar T>
+  T get() {
+    if constexpr (std::same_as<T, MonoTime>) {
+      return monoTime(get<std::int64_t>());
+    } else if constexpr (std::same_as<T, Tick> || std::same_as<T, SampleIndex>) {
+      return T{get<std::int64_t>()};
+    } else if constexpr (std::same_as<T, double>) {
+      return std::bit_cast<double>(get<std::uint64_t>());
+    } else if constexpr (std::is_enum_v<T>) {
+      return static_cast<T>(get<std::underlying_type_t<T>>());
+    } else if constexpr (std::same_as<T, bool>) {
+      return get<std::uint8_t>() != 0;
+    } else {
+      return static_cast<T>(getInteger<std::make_unsigned_t<T>>());
+    }
+  }
+
+  // The next `count` bytes themselves; empty, and failed, where there are fewer.
+  std::span<const std::byte> take(std::size_t count) {
+    if (count > remaining()) {
+      failed_ = true;
+      from_ = {};
+      return {};
+    }
+    const auto taken = from_.first(count);
+    from_ = from_.subspan(count);
+    return taken;
+  }
+
+  void fail() { failed_ = true; }
+  std::size_t remaining() const { return from_.size(); }
+  bool failed() const { return failed_; }
+
+ private:
+  template <std::unsigned_integral U>
+  U getInteger() {
+    const auto bytes = take(sizeof(U));
+    std::uint64_t value = 0;
+    for (std::size_t k = 0; k < bytes.size(); ++k) value |= std::to_integer<std::uint64_t>(bytes[k]) << (8 * k);
+    return static_cast<U>(value);
+  }
+
+  std::span<const std::byte> from_;
+  bool failed_{};
+};
+
+}  // namespace probebox::frame

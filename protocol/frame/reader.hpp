@@ -1,0 +1,51 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/frame/frame.hpp"
+
+namespace probebox::frame {
+
+struct ReaderCounters {
+  std::uint64_t frames{};
+  std::uint64_t bad_crc{};
+  std::uint64_t bad_cobs{};
+  std::uint64_t bad_length{};
+  std::uint64_t oversize{};
+  std::uint64_t discarded_bytes{};  // of everything that was not a good frame, without delimiters
+
+  std::uint64_t bad() const { return bad_crc + bad_cobs + bad_length + oversize; }
+};
+
+// Finds delimited frames in a stream of bytes, of a wire or of a file. Whatever came before a delimiter, the frame
+// after it is found: garbage costs at most the frame that it touches. Allocates in the constructor only.
+class Reader {
+ public:
+  explicit Reader(std::size_t max_payload = kMaxPayload);
+
+  // Takes bytes from the front of `bytes` up to the end of the next good frame and returns that frame, or takes all of
+  // them. The frame's payload is valid until the next call.
+  std::optional<Frame> next(std::span<const std::byte>& bytes);
+
+  // Bytes of a frame whose delimiter has not come yet; at the end of a file: what was cut off.
+  std::size_t unfinished() const { return filled_ + overflow_; }
+  const ReaderCounters& counters() const { return counters_; }
+
+  // Forgets an unfinished frame (counted as discarded bytes), for a link that was opened anew.
+  void restart();
+
+ private:
+  void collect(std::span<const std::byte> bytes);
+  std::optional<Frame> finish();
+  void discard(std::uint64_t& counter);
+
+  std::vector<std::byte> buffer_;
+  std::size_t filled_{};
+  std::size_t overflow_{};  // bytes of an oversize frame beyond the buffer
+  ReaderCounters counters_{};
+};
+
+}  // namespace probebox::frame
