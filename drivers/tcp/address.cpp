@@ -1,0 +1,29 @@
+#include "drivers/tcp/address.hpp"
+
+#include <charconv>
+
+namespace probebox::tcp {
+
+Outcome<Address> parseAddress(std::string_view text) {
+  const Error malformed{"'" + std::string{text} + "' is no TCP address: write HOST:PORT, such as 127.0.0.1:7627"};
+  const auto colon = text.rfind(':');
+  if (colon == std::string_view::npos) return malformed;
+  auto host = text.substr(0, colon);
+  const auto digits = text.substr(colon + 1);
+  const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  if (bracketed) host = host.substr(1, host.size() - 2);
+  if (!bracketed && host.find_first_of(":[]/ ") != std::string_view::npos) return malformed;
+
+  Address address;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), address.port);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return malformed;
+  if (!host.empty()) address.host = host;
+  return address;
+}
+
+std::string describe(const Address& address) {
+  const bool v6 = address.host.find(':') != std::string::npos;
+  return (v6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
+}
+
+}  // namespace probebox::tcp

@@ -1,0 +1,19 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::tcp {
+
+struct Address {
+  std::string host{"127.0.0.1"};
+  std::uint16_t port{};
+};
+
+// "HOST:PORT", ":PORT" (this machine) or "[IPv6]:PORT".
+Outcome<Address> parseAddress(std::string_view text);
+std::string describe(const Address& address);
+
+}  // namespace probebox::tcp
