@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "drivers/world/vector.hpp"
+#include "protocol/events/event.hpp"
+
+// What the emulated controller sees of a box: the public faces alone, through a link that answers later or never.
+namespace probebox::world {
+
+// As the box numbers its procedure's states.
+enum class RunState : std::uint8_t {
+  idle = 0,
+  waiting = 1,  // for the machine to begin the step
+  running = 2,  // between the markers of begin and end
+  solving = 3,
+  proposed = 4,
+  refused = 5,
+  aborted = 6,
+};
+
+// What the box asks the machine to do.
+struct Prompt {
+  std::uint32_t run{};
+  RunState state{};
+  std::uint32_t step{};
+  Vector3 outward_normal{};     // of the surface that is to be touched
+  Vector3 retract_direction{};  // unit vector
+  double nominal_speed_mm_s{};
+  double overtravel_mm{};
+  double clearance_mm{};
+};
+
+// Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.
+class BoxLink {
+ public:
+  virtual ~BoxLink() = default;
+
+  // Sends a marker. The same marker may be sent again when no answer comes: to the box it is one marker.
+  virtual void postMarker(const Marker& marker) = 0;
+  // The box's answer to the marker that was posted last: true when it was taken, false when the box refused it (another
+  // run or step, not allowed). Nothing while no answer has come; the answer stays until the next post.
+  virtual std::optional<bool> markerAnswer() = 0;
+
+  // Asks where the procedure stands.
+  virtual void askProcedureStatus() = 0;
+  // The answer to the question that was asked last, nothing while none has come. An answer that was given before that
+  // question must not appear here: it may be older than a marker.
+  virtual std::optional<Prompt> procedureStatus() = 0;
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,82 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "drivers/world/vector.hpp"
+#include "protocol/units/time.hpp"
+
+// What the emulated machine is like. To the box all of it is the unknown truth.
+namespace probebox::world {
+
+// CN101622513 (system delay), metrology (A1): the machine's stream shows x(t - tau_machine), the probe's D(t -
+// tau_probe).
+struct DelayConfig {
+  Vector3 tau_machine_s{0.0042, 0.0042, 0.0042};  // X, Y, Z
+  double tau_probe_s{0.00035};
+};
+
+enum class Jitter : std::uint8_t { none, gauss, lognormal };
+
+// The master clock, and the kernel that stamps its edges on the monotonic clock. Probabilities are per tick.
+struct SyncConfig {
+  Nanoseconds nominal_period{1'000'000};
+  double drift_ppm{12};      // the true period is longer than nominal by this
+  double wander_ppm{0.002};  // random walk of the frequency: its standard deviation after one second
+  double bias_us{15};        // every stamp is late by this
+  Jitter jitter{Jitter::lognormal};
+  double jitter_us{10};      // standard deviation (gauss) or median (lognormal)
+  double jitter_shape{0.5};  // standard deviation of the logarithm (lognormal)
+  double outlier_probability{0.005};
+  double outlier_us{80};  // how much later an outlier is, at most
+  double missing_probability{0};
+  double doubled_probability{0};
+  double spurious_probability{0};
+};
+
+struct EncoderConfig {
+  double rate_hz{500};
+  double noise_um{0.5};  // k = 1
+  double counts_per_mm{1e6};
+  std::array<int, 3> sense{1, 1, 1};  // -1 when counts fall in the positive direction of the axis
+  double dropout_probability{0};      // per latch of one axis
+};
+
+struct AxesConfig {
+  double acceleration_mm_s2{10'000};
+  double jerk_time_s{0.001};  // how long the acceleration takes to come and to go
+  double traverse_mm_s{300};
+  Vector3 home_mm{10, -20, 110};  // where the stylus ball stands at the start
+};
+
+struct ProbeConfig {
+  double rate_hz{1000};
+  double noise_um{0.4};  // k = 1, one channel
+  // Metrology (A3): mm in machine axes per mm of the channels a, b, c. Its inverse makes channels of a displacement.
+  Matrix3 gain{{{0.98, 0.01, -0.005}, {-0.012, 1.03, 0.004}, {0.006, -0.008, 1.01}}};
+  double range_mm{1.2};             // channels clip here
+  double bounce_mm{0.02};           // first amplitude of the stylus' bounce at contact and at release, at most
+  double bounce_decay_s{0.004};     // time constant
+  double stylus_frequency_hz{120};  // of the free stylus
+  double dropout_probability{0};    // per sample
+  bool trigger_line{false};         // edges of role trigger, line 0: active while the stylus is in contact
+};
+
+struct SphereConfig {
+  Vector3 centre_mm{10, -20, 30};
+  double radius_mm{12.5};
+  double stylus_ball_radius_mm{3};
+};
+
+struct Config {
+  MonoTime start{};  // the world begins here
+  DelayConfig delays;
+  SyncConfig sync;
+  EncoderConfig encoders;
+  AxesConfig axes;
+  ProbeConfig probe;
+  SphereConfig sphere;
+  // False: edges do not come as events; they are asked for as physical edges, for a line that somebody else stamps.
+  bool edges_as_events{true};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,97 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/world/box_link.hpp"
+#include "drivers/world/machine.hpp"
+#include "drivers/world/safe_path.hpp"
+#include "drivers/world/vector.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::world {
+
+// What the controller's program knows. It has set the sphere up by hand, so that its centre is a little wrong.
+struct ControllerConfig {
+  Vector3 nominal_centre_mm{10.12, -20.08, 30.1};
+  double nominal_effective_radius_mm{15.5};  // datum sphere and stylus ball
+  double safe_distance_mm{2};                // traverses stay this far from the surface
+  double traverse_mm_s{300};
+  Vector3 park_mm{10, -20, 110};
+  std::uint32_t tool{1};
+  Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
+  Nanoseconds dwell{std::chrono::milliseconds{100}};  // at overtravel
+  // At rest after the retract and before the step ends: longer than all delays and the link together.
+  Nanoseconds afterwards{std::chrono::milliseconds{60}};
+  Nanoseconds status_interval{std::chrono::milliseconds{50}};
+  Nanoseconds resend_interval{std::chrono::milliseconds{200}};
+  Nanoseconds give_up{std::chrono::seconds{2}};  // a marker that is not answered by then
+};
+
+enum class Activity : std::uint8_t {
+  asking,      // at rest, wants to know what to do
+  travelling,  // to the approach point
+  settling,
+  beginning,  // the marker is with the box
+  approaching,
+  dwelling,
+  retracting,
+  recording,    // at rest, the delayed streams catch up
+  ending,       // the marker is with the box
+  abandoning,   // the marker is with the box
+  withdrawing,  // off the surface, because the procedure has gone
+  parking,
+};
+
+// The emulated CNC controller: does what the box prompts for, as a measuring cycle would. It commands the machine and
+// talks to the box through the link; it knows nothing else.
+class Controller {
+ public:
+  Controller(const ControllerConfig& config, Machine& machine, BoxLink& link);
+
+  // Time is given. To be called often: every millisecond or so of virtual time, before World::advanceTo(now).
+  void advance(MonoTime now);
+
+  Activity activity() const { return activity_; }
+  std::uint64_t finishedSteps() const { return finished_steps_; }    // the box took the marker of the end
+  std::uint64_t abandonedSteps() const { return abandoned_steps_; }  // to be repeated
+  std::uint64_t resentMarkers() const { return resent_markers_; }
+
+ private:
+  void enter(Activity activity);
+  bool elapsed(Nanoseconds duration) const { return now_ - entered_ >= duration; }
+  void refreshStatus();
+  bool procedureHasGone() const;
+
+  void ask();
+  void follow(const Prompt& prompt);
+  void travel(Activity then);
+  void post(MarkerPhase phase);
+  void awaitAnswer(MarkerPhase phase);
+  void answered(MarkerPhase phase, bool taken);
+  void touch();
+  void withdraw();
+  void park();
+  void startPath(const Vector3& target);
+  Vector3 onNormal(double outside_mm) const;
+
+  ControllerConfig config_;
+  Machine& machine_;
+  BoxLink& link_;
+  MonoTime now_{};
+  Activity activity_{Activity::asking};
+  MonoTime entered_{};
+  MonoTime asked_{};
+  bool question_open_{};
+  std::optional<Prompt> status_;  // newer than the last marker, or nothing
+  Prompt step_;                   // what is being done
+  Marker marker_;                 // the one that was posted last
+  MonoTime posted_{};
+  SafePath path_;
+  std::uint64_t finished_steps_{};
+  std::uint64_t abandoned_steps_{};
+  std::uint64_t resent_markers_{};
+};
+
+}  // namespace probebox::world

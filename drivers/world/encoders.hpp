@@ -1,0 +1,33 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/fault_schedule.hpp"
+#include "drivers/world/machine.hpp"
+#include "drivers/world/random.hpp"
+#include "drivers/world/sampling.hpp"
+#include "drivers/world/truth.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// Latches the counts of three incremental encoders at their own rate, stale by the machine's delay.
+class Encoders {
+ public:
+  Encoders(const Config& config, std::uint64_t seed);
+
+  MonoTime nextAt() const { return sampling_.at(latch_); }
+  // The next count; false when it is dropped.
+  bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
+
+ private:
+  EncoderConfig config_;
+  Vector3 tau_s_;
+  Random random_;
+  Sampling sampling_;
+  std::int64_t latch_{};
+  std::size_t axis_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,25 @@
+#pragma once
+#include <cstdint>
+
+#include "protocol/units/time.hpp"
+
+namespace probebox::world {
+
+enum class FaultKind : std::uint8_t {
+  drop_probe,     // no probe samples: their sequence numbers run on
+  drop_encoders,  // no encoder latches: their sequence numbers run on
+  stop_sync,      // the master clock's line is silent
+  lose_edges,     // the kernel's buffer overruns: edges come, but are lost with their sequence numbers
+  double_edges,   // every tick comes twice
+  jump_clock,     // once: the master clock's phase steps by `jump`
+};
+
+// What goes wrong, from `at` on and for `duration`.
+struct Fault {
+  FaultKind kind{};
+  MonoTime at{};
+  Nanoseconds duration{};
+  Nanoseconds jump{};
+};
+
+}  // namespace probebox::world

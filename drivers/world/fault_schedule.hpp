@@ -1,0 +1,44 @@
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include "drivers/world/fault.hpp"
+
+namespace probebox::world {
+
+// The faults of a run. Takes no memory beyond its own.
+class FaultSchedule {
+ public:
+  static constexpr std::size_t kMostFaults = 64;
+
+  bool add(const Fault& fault) {
+    if (count_ == kMostFaults) return false;
+    faults_[count_++] = fault;
+    return true;
+  }
+
+  bool active(FaultKind kind, MonoTime at) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Fault& fault = faults_[i];
+      if (fault.kind == kind && at >= fault.at && at - fault.at < fault.duration) return true;
+    }
+    return false;
+  }
+
+  // The next jump of the clock that is due; each is given once.
+  const Fault* takeJump(MonoTime at) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (faults_[i].kind != FaultKind::jump_clock || jumped_[i] || at < faults_[i].at) continue;
+      jumped_[i] = true;
+      return &faults_[i];
+    }
+    return nullptr;
+  }
+
+ private:
+  std::array<Fault, kMostFaults> faults_{};
+  std::array<bool, kMostFaults> jumped_{};
+  std::size_t count_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,79 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "drivers/world/vector.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::world {
+
+struct MotionLimits {
+  double speed_mm_s{};
+  double acceleration_mm_s2{};
+  double jerk_time_s{};
+};
+
+// Distance along a straight line on time, from rest to rest: a trapezoid of speed, averaged over the jerk time. That
+// keeps speed and acceleration within the limits, and |jerk| within 2 acceleration / jerk time.
+class Profile {
+ public:
+  Profile() = default;
+  Profile(double length_mm, const MotionLimits& limits);
+
+  double distanceAt(double time_s) const;
+  double speedAt(double time_s) const;
+  double duration() const { return trapezoid_s_ + jerk_time_s_; }
+  // When the distance is reached; for distances within the length.
+  double timeAt(double distance_mm) const;
+
+ private:
+  double trapezoid(double time_s) const;          // distance before averaging
+  double trapezoidIntegral(double time_s) const;  // of that distance, from 0
+
+  double length_mm_{};
+  double speed_mm_s_{};
+  double acceleration_mm_s2_{};
+  double ramp_s_{};       // to speed, and from it
+  double trapezoid_s_{};  // the whole trapezoid
+  double jerk_time_s_{};
+};
+
+// One straight move of the body.
+struct Move {
+  MonoTime start{};
+  Vector3 from{};
+  Vector3 direction{};  // unit vector
+  double length_mm{};
+  Profile profile;
+
+  Vector3 at(double distance_mm) const { return from + distance_mm * direction; }
+  // Of an instant `delay_s` before `stamp`, in seconds since the start.
+  double elapsed(MonoTime stamp, double delay_s) const { return toSeconds(stamp - start) - delay_s; }
+};
+
+// The latest moves, so that late readers can look back. Before the oldest one the body stands where that one starts.
+class MotionHistory {
+ public:
+  static constexpr std::size_t kRemembered = 128;
+
+  explicit MotionHistory(const Vector3& home) : rest_{home} {}
+
+  const Move& append(const Vector3& target, const MotionLimits& limits, MonoTime start);
+  bool atRest(MonoTime at) const;
+  Vector3 target() const { return rest_; }  // where the last move ends
+
+  // `delay_s` before `at`.
+  Vector3 positionAt(MonoTime at, double delay_s = 0) const;
+  double positionAt(std::size_t axis, MonoTime at, double delay_s) const { return positionAt(at, delay_s)[axis]; }
+  double speedAt(MonoTime at) const;
+
+ private:
+  const Move* moveAt(MonoTime at, double delay_s) const;  // the last one that had started by then
+
+  std::array<Move, kRemembered> moves_{};
+  std::uint64_t count_{};
+  Vector3 rest_;
+};
+
+}  // namespace probebox::world

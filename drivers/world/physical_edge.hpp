@@ -1,0 +1,15 @@
+#pragma once
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// An edge of a line before it has become an event: who stamps it counts it.
+struct PhysicalEdge {
+  LineRole role{};
+  std::uint8_t line{};
+  Level level{};
+  MonoTime at{};  // when the kernel stamps it
+  bool lost{};    // the kernel has no room for it: it counts and never arrives
+};
+
+}  // namespace probebox::world

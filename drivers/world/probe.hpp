@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/fault_schedule.hpp"
+#include "drivers/world/machine.hpp"
+#include "drivers/world/random.hpp"
+#include "drivers/world/sampling.hpp"
+#include "drivers/world/truth.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// Samples the scanning probe's channels at its own rate, stale by the probe's delay.
+class Probe {
+ public:
+  Probe(const Config& config, std::uint64_t seed);
+
+  MonoTime nextAt() const { return sampling_.at(sample_); }
+  // The next sample; false when it is dropped.
+  bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
+
+ private:
+  ProbeConfig config_;
+  double tau_s_;
+  Matrix3 channels_of_displacement_;  // inverse of the gain
+  Random random_;
+  Sampling sampling_;
+  std::int64_t sample_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,69 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/fault_schedule.hpp"
+#include "drivers/world/physical_edge.hpp"
+#include "drivers/world/random.hpp"
+#include "drivers/world/truth.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// The master clock's line as a kernel sees it: edges late by a bias and a skewed spread, some missing, some doubled,
+// some spurious. The clock's true ticks are remembered for tests.
+class SyncLine {
+ public:
+  static constexpr std::size_t kRemembered = 4096;
+
+  SyncLine(const Config& config, std::uint64_t seed);
+
+  // Decides about all edges that may be stamped by `limit`, as far as that is needed for the next one.
+  void prepare(MonoTime limit, FaultSchedule& faults, Ledger& ledger);
+  // When the next edge is stamped, or would have been; the end of time when none is known.
+  MonoTime nextAt() const;
+  // The next edge; false when there is none after all.
+  bool take(PhysicalEdge& edge, Ledger& ledger);
+  bool take(Event& event, Ledger& ledger);
+
+  double driftPpm() const;
+  std::optional<TrueTick> trueTick(Tick tick) const;
+  std::optional<TrueEdge> trueEdge(std::uint32_t line_sequence) const;
+
+ private:
+  enum class Fate : std::uint8_t { tick, outlier, doubled, spurious, missing, silent };
+  struct Pending {
+    MonoTime at{};
+    Fate fate{};
+    bool lost{};
+    Tick tick{};
+  };
+  // More than edges can overtake each other by.
+  static constexpr std::size_t kMostPending = 256;
+
+  void decideTick(FaultSchedule& faults, Ledger& ledger);
+  void decideExtraEdges(MonoTime edge_at, const FaultSchedule& faults);
+  void advanceTick(FaultSchedule& faults, Ledger& ledger);
+  double latenessNs(bool& outlier);
+  void add(MonoTime at, Fate fate, const FaultSchedule& faults);
+  std::size_t earliest() const;  // index of the pending edge with the smallest stamp
+
+  SyncConfig config_;
+  Random random_;
+  Nanoseconds earliness_{};  // a stamp comes at most this much before its tick
+  Tick tick_{};              // the next one to be decided
+  MonoTime tick_at_{};
+  double tick_fraction_ns_{};
+  double period_ns_{};
+  std::array<Pending, kMostPending> pending_{};
+  std::size_t pending_count_{};
+  MonoTime last_stamp_{};
+  std::uint32_t line_sequence_{};
+  std::array<TrueTick, kRemembered> true_ticks_{};
+  std::array<TrueEdge, kRemembered> true_edges_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/machine.hpp"
+#include "drivers/world/physical_edge.hpp"
+#include "drivers/world/truth.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// The probe's trigger output: active from contact to release, stamped late like every line, late by the probe too.
+class TriggerLine {
+ public:
+  explicit TriggerLine(const Config& config);
+
+  // When the next edge is stamped; the end of time when none is known.
+  MonoTime nextAt(const Machine& machine) const;
+  bool take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger);
+  bool take(Event& event, const Machine& machine, Ledger& ledger);
+
+ private:
+  bool fitted_;
+  Nanoseconds lateness_;
+  std::uint64_t edges_{};  // even: the next one is a contact's begin
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,57 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "drivers/world/vector.hpp"
+#include "protocol/units/time.hpp"
+
+// What really happened. Tests and the demo may read it; the daemon never.
+namespace probebox::world {
+
+// Of everything handed out so far; all counts are exact:
+//   ticks  - missing - silent          + doubled + spurious - lost_edges == edges handed out
+//   probe_samples - dropped_probe == deflections handed out;   encoder_latches - dropped_encoders == counts handed out
+struct Ledger {
+  std::uint64_t ticks{};
+  std::uint64_t missing_edges{};   // a pulse that never was on the wire
+  std::uint64_t silent_edges{};    // the same, while the line was stopped
+  std::uint64_t doubled_edges{};   // extra edges
+  std::uint64_t spurious_edges{};  // extra edges
+  std::uint64_t lost_edges{};      // lost by the kernel: the line sequence number has a gap
+  std::uint64_t outlier_edges{};   // much later than the others, handed out
+  std::uint64_t clock_jumps{};
+  std::uint64_t trigger_edges{};
+  std::uint64_t probe_samples{};
+  std::uint64_t dropped_probe{};
+  std::uint64_t encoder_latches{};  // each axis counts
+  std::uint64_t dropped_encoders{};
+};
+
+struct Truth {
+  Vector3 tau_machine_s{};
+  double tau_probe_s{};
+  Vector3 tau_s{};  // tau_machine - tau_probe, what the box can find: metrology A.1
+  Vector3 sphere_centre_mm{};
+  double effective_radius_mm{};  // datum sphere and stylus ball
+  Matrix3 gain{};
+  double drift_ppm{};  // of the true period against the nominal one, now
+  Ledger ledger;
+};
+
+// When a tick of the master clock really was.
+struct TrueTick {
+  Tick tick{};
+  MonoTime at{};
+  double period_ns{};  // until the next one
+};
+
+enum class EdgeOrigin : std::uint8_t { tick, doubled, spurious };
+
+// Where an edge of the sync line came from. `tick` means nothing for a spurious edge.
+struct TrueEdge {
+  std::uint32_t line_sequence{};
+  EdgeOrigin origin{};
+  Tick tick{};
+};
+
+}  // namespace probebox::world
