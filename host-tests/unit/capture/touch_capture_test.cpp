@@ -1,0 +1,121 @@
+#include "firmware/capture/touch_capture.hpp"
+
+#include <gtest/gtest.h>
+
+#include "firmware/capture/touch_dataset.hpp"
+
+namespace probebox::capture {
+namespace {
+
+constexpr Nanoseconds kPeriod{1'000'000};
+constexpr TickMap kLocked{.tick = {100},
+                          .at = monoTime(100'000'000),
+                          .period_q32_ns = std::int64_t{1'000'000} << 32,
+                          .sigma_ns = 500,
+                          .state = ClockState::locked,
+                          .holdover_ms = 0};
+constexpr TouchRequest kTouch{
+    .step = 3, .outward_normal = {1, 0, 0}, .retract_direction = {1, 0, 0}, .retract_speed_mm_s = 20};
+
+void latchAll(TouchCapture& capture, std::int64_t at_ns, std::array<std::int64_t, 3> counts) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    capture.push(Count{.axis = static_cast<Axis>(axis), .sequence = 0, .counts = counts[axis], .at = monoTime(at_ns)});
+  }
+}
+
+void sampleProbe(TouchCapture& capture, std::int64_t at_ns, bool clipped = false) {
+  capture.push(
+      Deflection{.sequence = 0, .channels_nm = {1000, -2000, 3000}, .clipped = clipped, .at = monoTime(at_ns)});
+}
+
+// Ten rows of each stream.
+void recordTouch(TouchCapture& capture, const TouchRequest& request = kTouch) {
+  capture.begin(request);
+  for (std::int64_t i = 0; i < 10; ++i) {
+    latchAll(capture, 2'000'000 * i, {i, 10 * i, -i});
+    sampleProbe(capture, 1'000'000 * i + 500'000);
+  }
+}
+
+TEST(TouchCapture, KeepsEveryRowBetweenBeginAndEndAndNoneOutside) {
+  TouchCapture capture{Capacity{}};
+  latchAll(capture, 1, {1, 1, 1});
+  sampleProbe(capture, 1);
+  recordTouch(capture);
+  EXPECT_EQ(capture.end(kLocked), TouchFault::none);
+  latchAll(capture, 99, {1, 1, 1});
+  ASSERT_EQ(capture.recording().touches().size(), 1U);
+  const Touch& touch = capture.recording().touches().front();
+  EXPECT_EQ(capture.recording().machineRows(touch).size(), 10U);
+  EXPECT_EQ(capture.recording().probeRows(touch).size(), 10U);
+  EXPECT_EQ(touch.request.step, 3U);
+}
+
+TEST(TouchCapture, JoinsOnlyAxesThatWereLatchedTogetherAndCountsTheRest) {
+  TouchCapture capture{Capacity{}};
+  recordTouch(capture);
+  capture.push(Count{.axis = Axis::x, .sequence = 0, .counts = 5, .at = monoTime(50)});
+  latchAll(capture, 60, {1, 2, 3});
+  ASSERT_EQ(capture.end(kLocked), TouchFault::none);
+  EXPECT_EQ(capture.recording().machineRowCount(), 11U);
+  EXPECT_EQ(capture.incompleteRows(), 1U);
+}
+
+TEST(TouchCapture, DropsAFaultyTouchWholeAndSaysWhy) {
+  TouchCapture capture{Capacity{}};
+  recordTouch(capture);
+  sampleProbe(capture, 70, /*clipped=*/true);
+  EXPECT_EQ(capture.end(kLocked), TouchFault::probe_clipped);
+
+  recordTouch(capture);
+  capture.push(SourceLost{.source = Source::probe, .reason = LossReason::disconnected, .lost = 0, .at = monoTime(1)});
+  EXPECT_EQ(capture.end(kLocked), TouchFault::source_lost);
+
+  recordTouch(capture);
+  TickMap holdover = kLocked;
+  holdover.state = ClockState::holdover;
+  EXPECT_EQ(capture.end(holdover), TouchFault::clock_not_locked);
+
+  capture.begin(kTouch);
+  for (int i = 0; i < 10; ++i) latchAll(capture, i, {0, 0, 0});
+  EXPECT_EQ(capture.end(kLocked), TouchFault::no_probe_rows);
+
+  EXPECT_EQ(capture.recording().touches().size(), 0U);
+  EXPECT_EQ(capture.recording().machineRowCount(), 0U);
+  EXPECT_EQ(capture.recording().probeRowCount(), 0U);
+}
+
+TEST(TouchCapture, RefusesATouchThatDoesNotFitAndKeepsTheOnesBefore) {
+  TouchCapture capture{Capacity{.machine_rows = 15, .probe_rows = 100, .touches = 10}};
+  recordTouch(capture);
+  EXPECT_EQ(capture.end(kLocked), TouchFault::none);
+  recordTouch(capture);
+  EXPECT_EQ(capture.end(kLocked), TouchFault::recording_full);
+  EXPECT_EQ(capture.recording().touches().size(), 1U);
+}
+
+TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnStart) {
+  TouchCapture capture{Capacity{}};
+  recordTouch(capture);
+  TickMap slow = kLocked;
+  slow.period_q32_ns += slow.period_q32_ns / 10'000;  // the master clock runs 100 ppm slow against the kernel's
+  ASSERT_EQ(capture.end(slow), TouchFault::none);
+  const auto dataset = touchDataset(capture.recording(), {.mm_per_count = {0.5, 0.5, -0.25}, .nominal_period = kPeriod},
+                                    "delay-multi-speed");
+  EXPECT_EQ(dataset.method, "delay-multi-speed");
+  const auto& machine = *dataset.table("machine");
+  const auto& probe = *dataset.table("probe");
+  ASSERT_EQ(machine.rows(), 10U);
+  EXPECT_EQ(machine.column("x_mm")->at(4), 2.0);
+  EXPECT_EQ(machine.column("y_mm")->at(4), 20.0);
+  EXPECT_EQ(machine.column("z_mm")->at(4), 1.0);
+  EXPECT_EQ(machine.column("touch")->at(4), 3.0);
+  EXPECT_EQ(machine.column("t_s")->front(), 0.0);
+  EXPECT_NEAR(machine.column("t_s")->back(), 0.018 / 1.0001, 1e-15);
+  EXPECT_NEAR(probe.column("t_s")->front(), 0.0005 / 1.0001, 1e-15);
+  EXPECT_NEAR(probe.column("b")->front(), -0.002, 1e-15);
+  EXPECT_EQ(dataset.table("touches")->column("speed_mm_s")->front(), 20.0);
+}
+
+}  // namespace
+}  // namespace probebox::capture
