@@ -1,0 +1,190 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/messages/fields.hpp"
+#include "protocol/messages/types.hpp"
+
+// HELLO -> WELCOME, DESCRIPTOR, TEST_PATTERN -> START. Since protocol 1.0.
+namespace probebox::messages {
+
+inline constexpr std::array<std::uint8_t, 4> kMagic{'P', 'B', 'X', '1'};
+
+// Host to box, first. Defaults are what no host sends, so that an empty payload is no HELLO.
+struct Hello {
+  static constexpr MessageType kType = MessageType::hello;
+  std::array<std::uint8_t, 4> magic{};
+  std::uint8_t major{};
+  std::uint16_t min_minor{};
+  std::uint16_t max_minor{};
+  BootId boot_id{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("magic", self.magic, "the four letters PBX1");
+    field("major", self.major, "protocol major that the host speaks; must be the box's");
+    field("min_minor", self.min_minor, "oldest minor that the host accepts");
+    field("max_minor", self.max_minor, "newest minor that the host knows");
+    field("boot_id", self.boot_id,
+          "the box's boot id that the host saw last, zeros for none: only then resume is meant");
+  }
+  // What a host of this build says.
+  static constexpr Hello current(const BootId& last_seen = {}) {
+    return {kMagic, kProtocolMajor, 0, kProtocolMinor, last_seen};
+  }
+};
+
+// Box to host.
+template <class TextType>
+struct BasicWelcome {
+  static constexpr MessageType kType = MessageType::welcome;
+  std::uint8_t major{kProtocolMajor};
+  std::uint16_t minor{kProtocolMinor};
+  std::uint32_t session_id{};
+  TextType firmware_version{};
+  BootId boot_id{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("major", self.major, "protocol major of the box");
+    field("minor", self.minor, "the minor that both speak from here on");
+    field("session_id", self.session_id, "+1 every handshake of this box since its boot");
+    field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
+    field("boot_id", self.boot_id, "changes when the box restarts: sample indices then begin anew");
+  }
+};
+using Welcome = BasicWelcome<std::string>;
+using WelcomeView = BasicWelcome<std::string_view>;
+
+struct ChannelDescription {
+  std::string name{};
+  std::string unit{};
+  double scale{1.0};
+  std::uint8_t bytes{4};
+  bool is_signed{true};
+  std::string doc{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "such as deflection_a");
+    field("unit", self.unit, "of value times scale, such as nm; empty for a bare number");
+    field("scale", self.scale, "unit per count");
+    field("bytes", self.bytes, "1, 2, 4 or 8: width of one value in profile raw");
+    field("is_signed", self.is_signed, "1 for two's complement");
+    field("doc", self.doc, "one sentence for a person");
+  }
+};
+
+// The system delay that the box corrects for (tau = t_machine - t_probe).
+struct DelayInForce {
+  bool calibrated{};
+  std::array<double, 3> tau_s{};
+  std::array<double, 3> sd_s{};
+  std::uint64_t result_id{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("calibrated", self.calibrated, "0 when no result is active; the others are then 0");
+    field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
+    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
+    field("result_id", self.result_id, "the result that is in force");
+  }
+};
+
+// Box to host, after WELCOME and again whenever it changes. Its CRC-32C is the descriptor hash of every later frame.
+struct Descriptor {
+  static constexpr MessageType kType = MessageType::descriptor;
+  std::string board{};
+  std::string serial_number{};
+  std::string firmware_version{};
+  std::string machine{};
+  std::string probe{};
+  std::int64_t nominal_tick_period_ns{1'000'000};
+  std::uint16_t samples_per_tick{1};
+  std::vector<ChannelDescription> channels{};
+  std::array<std::array<double, 3>, 3> gain{};
+  DelayInForce delay{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("board", self.board, "name of the board description");
+    field("serial_number", self.serial_number, "of the box");
+    field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
+    field("machine", self.machine, "name of the machine description");
+    field("probe", self.probe, "name and serial number of the probe");
+    field("nominal_tick_period_ns", self.nominal_tick_period_ns, "ns, nominal period of the master clock");
+    field("samples_per_tick", self.samples_per_tick, "1 to 100");
+    field("channels", self.channels, "in the order of the columns of SAMPLES");
+    field("gain", self.gain, "row by row, nm of tip travel in machine axes X Y Z per nm of channel a b c");
+    field("delay", self.delay, "the system delay in force when this was sent");
+  }
+};
+
+// Box to host: every byte value once, in the order given below, so that a link that eats or changes some value shows
+// it.
+struct TestPattern {
+  static constexpr MessageType kType = MessageType::test_pattern;
+  std::array<std::uint8_t, 256> bytes{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("bytes", self.bytes, "byte k is (167 k + 13) mod 256: every value once, neighbours far apart");
+  }
+  // What a good link delivers.
+  static constexpr TestPattern expected() {
+    TestPattern pattern;
+    for (std::size_t k = 0; k < pattern.bytes.size(); ++k)
+      pattern.bytes[k] = static_cast<std::uint8_t>((167 * k + 13) & 0xFFU);
+    return pattern;
+  }
+};
+
+inline constexpr std::uint64_t kUnlimitedCredit = ~std::uint64_t{0};
+
+// Host to box: samples may come.
+struct Start {
+  static constexpr MessageType kType = MessageType::start;
+  std::uint8_t stream{1};
+  Profile profile{};
+  Policy policy{};
+  std::uint64_t credit_bytes{kUnlimitedCredit};
+  bool has_resume{};
+  SampleIndex resume_from{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("stream", self.stream, "stream id, 1 for the samples");
+    field("profile", self.profile, "0 raw, 1 fast, 2 tight");
+    field("policy", self.policy, "when the host is too slow: 0 live (drop the oldest), 1 record (drop the newest)");
+    field("credit_bytes", self.credit_bytes,
+          "bytes of SAMPLES and GAP frames that may be sent at once; all ones for no limit");
+    field("has_resume", self.has_resume, "1 when resume_from counts");
+    field("resume_from", self.resume_from, "the first sample that the host does not have");
+  }
+  friend bool operator==(const Start&, const Start&) = default;
+};
+
+// Host to box: no more samples. Answered by a HEARTBEAT with streaming 0.
+struct Stop {
+  static constexpr MessageType kType = MessageType::stop;
+  std::uint8_t stream{1};
+  static constexpr void fields(auto& self, auto&& field) { field("stream", self.stream, "stream id"); }
+};
+
+// Host to box. A total and not an increment: a lost CREDIT is healed by the next one.
+struct Credit {
+  static constexpr MessageType kType = MessageType::credit;
+  std::uint64_t total_bytes{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("total_bytes", self.total_bytes,
+          "bytes of SAMPLES and GAP frames granted since START; lower than before is ignored");
+  }
+};
+
+// Box to host: something sent was understood and refused. Answers to REQUEST have a code of their own.
+template <class TextType>
+struct BasicRefusal {
+  static constexpr MessageType kType = MessageType::refusal;
+  ErrorCode code{};
+  MessageType about{};
+  TextType text{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("code", self.code, "named error");
+    field("about", self.about, "type of the message that was refused");
+    field("text", self.text, "what and what to do, for a person");
+  }
+};
+using Refusal = BasicRefusal<std::string>;
+using RefusalView = BasicRefusal<std::string_view>;
+
+}  // namespace probebox::messages

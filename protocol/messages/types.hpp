@@ -1,0 +1,105 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "protocol/units/time.hpp"
+
+// Numbers that both sides know. They are frozen: add at the end, never change, never use again.
+namespace probebox::messages {
+
+inline constexpr std::uint8_t kProtocolMajor = 1;
+inline constexpr std::uint16_t kProtocolMinor = 0;
+
+// A frame's type. The ids of HELLO and DESCRIPTOR stay the same in every major.
+enum class MessageType : std::uint8_t {
+  hello = 0x01,
+  welcome = 0x02,
+  descriptor = 0x03,
+  test_pattern = 0x04,
+  start = 0x05,
+  stop = 0x06,
+  credit = 0x07,
+  samples = 0x08,
+  gap = 0x09,
+  heartbeat = 0x0A,
+  request = 0x0B,
+  answer = 0x0C,
+  refusal = 0x0D,
+};
+
+// Named reasons why something asked for was not done.
+enum class ErrorCode : std::uint16_t {
+  ok = 0,
+  malformed = 1,
+  unknown_operation = 2,
+  not_permitted = 3,
+  busy = 4,
+  not_found = 5,
+  refused = 6,
+  wrong_state = 7,
+  too_large = 8,
+  version_mismatch = 9,
+};
+
+enum class Operation : std::uint16_t {
+  status = 1,
+  post_marker = 2,
+  start_procedure = 3,
+  procedure_status = 4,
+  abort_procedure = 5,
+  list_results = 6,
+  accept_result = 7,
+  corrections = 8,
+  get_dataset = 9,
+};
+
+// How the columns of a block are coded.
+enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
+
+// What a link does when the host is too slow: live keeps the newest samples, record keeps the oldest.
+enum class Policy : std::uint8_t { live = 0, record = 1 };
+
+// Why samples are missing.
+enum class GapReason : std::uint8_t {
+  source_clock = 0,
+  source_probe = 1,
+  source_encoders = 2,
+  queue_full = 3,
+  ring_overrun = 4,
+  resume_too_old = 5,
+};
+// Lost before the box had a sample at all, as opposed to lost on the way out.
+constexpr bool isSourceLoss(GapReason reason) {
+  return reason <= GapReason::source_encoders;
+}
+
+enum class ProcedureState : std::uint8_t {
+  idle = 0,
+  waiting = 1,
+  running = 2,
+  solving = 3,
+  proposed = 4,
+  refused = 5,
+  aborted = 6,
+};
+
+enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3 };
+
+enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
+
+using BootId = std::array<std::byte, 16>;
+
+// For messages to people and for JSON; "unknown" for a number of a later version.
+std::string_view nameOf(MessageType type);
+std::string_view nameOf(ErrorCode code);
+std::string_view nameOf(Operation operation);
+std::string_view nameOf(Profile profile);
+std::string_view nameOf(Policy policy);
+std::string_view nameOf(GapReason reason);
+std::string_view nameOf(ProcedureState state);
+std::string_view nameOf(ResultState state);
+std::string_view nameOf(StepPhase phase);
+std::string_view nameOf(ClockState state);
+
+}  // namespace probebox::messages
