@@ -50,6 +50,7 @@ struct Snapshot {
   std::uint64_t lost_at_source_samples{};
   std::uint64_t lost_in_queue_samples{};
   CalibrationState calibration{};
+  std::uint16_t calibration_method{};  // number of the method, as procedure lists them
   std::uint32_t calibration_run{};
   std::uint32_t calibration_step{};
   std::uint32_t calibration_steps{};

@@ -1,0 +1,97 @@
+#include "firmware/modbus/register_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace probebox::modbus {
+namespace {
+
+// Counters go round; everything else saturates.
+double modulo32(std::uint64_t counter) {
+  return static_cast<double>(counter & 0xFFFFFFFFU);
+}
+
+std::uint16_t statusOf(const corrections::Snapshot& s) {
+  unsigned status = 0;
+  if (s.valid) status |= kValid;
+  if (s.clock_locked) status |= kClockLocked;
+  if (s.delay.calibrated) status |= kDelayCalibrated;
+  if (s.centreline_calibrated) status |= kCentrelineCalibrated;
+  if (s.screw_sensors_good) status |= kScrewSensorsGood;
+  if (s.degraded) status |= kDegraded;
+  if (s.loss_seen) status |= kLossSeen;
+  if (s.referenced) status |= kReferenced;
+  return static_cast<std::uint16_t>(status);
+}
+
+}  // namespace
+
+RegisterImage::RegisterImage() {
+  fill({}, WordOrder::high_first);
+}
+
+void RegisterImage::put(std::size_t address, double value) {
+  // Every address here is one of the map's; the test of the image would not get past a null.
+  encode(*find(static_cast<std::uint16_t>(address)), value, order_, image_);
+}
+
+void RegisterImage::putTriple(std::size_t address, const std::array<double, 3>& values, double factor) {
+  const auto step = registersOf(find(static_cast<std::uint16_t>(address))->kind);
+  for (std::size_t axis = 0; axis < values.size(); ++axis) put(address + axis * step, values[axis] * factor);
+}
+
+void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order) {
+  order_ = order;
+  put(address::magic, kMagic);
+  put(address::map_version, kMapVersion);
+  put(address::sequence, snapshot.sequence);
+  put(address::heartbeat, snapshot.heartbeat);
+  put(address::age, static_cast<double>(snapshot.age_ms / 100) * 0.1);
+  put(address::mask, snapshot.mask);
+  putCorrections(snapshot);
+  putDelay(snapshot.delay);
+  putState(snapshot);
+}
+
+void RegisterImage::putCorrections(const corrections::Snapshot& snapshot) {
+  unsigned status = statusOf(snapshot);
+  for (std::size_t axis = 0; axis < served_mm_.size(); ++axis) {
+    const double wanted = snapshot.correction_mm[axis];
+    if (std::isfinite(wanted)) {
+      served_mm_[axis] = std::clamp(wanted, -kCorrectionLimitMm, kCorrectionLimitMm);
+    } else {
+      status &= ~static_cast<unsigned>(kValid);
+    }
+    if (served_mm_[axis] != wanted) status |= kDegraded;
+  }
+  put(address::status, status);
+  putTriple(address::correction_i16, served_mm_, 1e3);
+  putTriple(address::correction_offset, served_mm_, 1e3);
+  putTriple(address::correction_f32, served_mm_, 1);
+  putTriple(address::correction_i32, served_mm_, 1e6);
+}
+
+void RegisterImage::putDelay(const corrections::DelayInForce& delay) {
+  const auto in_force = delay.calibrated ? delay : corrections::DelayInForce{};
+  putTriple(address::delay_f32, in_force.tau_s, 1e3);
+  putTriple(address::delay_sd_f32, in_force.sd_s, 1e3);
+  putTriple(address::delay_i32, in_force.tau_s, 1e9);
+  putTriple(address::delay_sd_i32, in_force.sd_s, 1e9);
+  put(address::delay_result, modulo32(in_force.result_id));
+}
+
+void RegisterImage::putState(const corrections::Snapshot& snapshot) {
+  put(address::calibration_state, static_cast<double>(snapshot.calibration));
+  put(address::calibration_method, snapshot.calibration_method);
+  put(address::calibration_run, snapshot.calibration_run);
+  put(address::calibration_step, snapshot.calibration_step);
+  put(address::calibration_steps, snapshot.calibration_steps);
+  put(address::calibration_result, modulo32(snapshot.calibration_result_id));
+  put(address::clock_state, static_cast<double>(snapshot.clock_state));
+  put(address::clock_sigma, snapshot.clock_sigma_ns);
+  put(address::samples_produced, modulo32(snapshot.produced_samples));
+  put(address::samples_lost_at_source, modulo32(snapshot.lost_at_source_samples));
+  put(address::samples_lost_in_queue, modulo32(snapshot.lost_in_queue_samples));
+}
+
+}  // namespace probebox::modbus

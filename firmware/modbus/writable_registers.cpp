@@ -1,0 +1,84 @@
+#include "firmware/modbus/writable_registers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace probebox::modbus {
+namespace {
+
+constexpr double kMostDegrees = 3600;
+
+double valueAt(std::size_t address, std::span<const std::uint16_t> words) {
+  const auto order = static_cast<WordOrder>(words[address::word_order]);
+  return decode(*find(static_cast<std::uint16_t>(address)), order, words);
+}
+
+bool writable(std::size_t address) {
+  const auto* entry = covering(static_cast<std::uint16_t>(address));
+  return entry != nullptr && entry->access == Access::write;
+}
+
+}  // namespace
+
+Outcome<std::optional<Marker>, WriteRefusal> WritableRegisters::write(std::uint16_t first,
+                                                                      std::span<const std::uint16_t> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (first + i < kRegisterCount && writable(first + i)) continue;
+    return WriteRefusal{ExceptionCode::illegal_address, "a register that cannot be written"};
+  }
+  auto words = words_;
+  std::copy(values.begin(), values.end(), words.begin() + first);
+  const bool commits = words[address::marker_commit] != words_[address::marker_commit];
+  if (const auto refusal = check(words)) return *refusal;
+  if (commits) {
+    if (const auto refusal = checkCommit(words)) return *refusal;
+  }
+  words_ = words;
+  return commits ? std::optional{markerOf(words_)} : std::nullopt;
+}
+
+std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
+  const auto refuse = [](std::string_view reason) { return WriteRefusal{ExceptionCode::illegal_value, reason}; };
+  if (words[address::word_order] > 1) return refuse("word order is 0 or 1");
+  if (words[address::marker_phase] > 2) return refuse("the phase of a marker is 0, 1 or 2");
+  if (words[address::marker_at_rest] > 1) return refuse("at rest is 0 or 1");
+  return std::nullopt;
+}
+
+// What stands in two registers may be half written before, but not now.
+std::optional<WriteRefusal> WritableRegisters::checkCommit(const Words& words) {
+  if (words[address::marker_commit] == 0) {
+    return WriteRefusal{ExceptionCode::illegal_value, "a marker is committed by a number from 1 to 65535"};
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (std::abs(valueAt(address::marker_angle + 2 * axis, words)) <= kMostDegrees) continue;
+    return WriteRefusal{ExceptionCode::illegal_value, "an angle of a marker is from -3600 to 3600 degrees"};
+  }
+  return std::nullopt;
+}
+
+Marker WritableRegisters::markerOf(const Words& words) {
+  Marker marker;
+  marker.procedure = static_cast<std::uint32_t>(valueAt(address::marker_run, words));
+  marker.step = words[address::marker_step];
+  marker.phase = static_cast<MarkerPhase>(words[address::marker_phase]);
+  marker.nominal_speed_mm_s = valueAt(address::marker_speed, words);
+  marker.tool = words[address::marker_tool];
+  for (std::size_t axis = 0; axis < marker.rotary_angles_rad.size(); ++axis) {
+    const double degrees = valueAt(address::marker_angle + 2 * axis, words);
+    marker.rotary_angles_rad[axis] = degrees * std::numbers::pi / 180;
+  }
+  marker.at_rest = words[address::marker_at_rest] == 1;
+  return marker;
+}
+
+void WritableRegisters::show(std::span<std::uint16_t, kRegisterCount> image) const {
+  for (const auto& entry : registers()) {
+    if (entry.access != Access::write) continue;
+    const auto from = words_.begin() + entry.address;
+    std::copy(from, from + static_cast<std::ptrdiff_t>(registersOf(entry.kind)), image.begin() + entry.address);
+  }
+}
+
+}  // namespace probebox::modbus

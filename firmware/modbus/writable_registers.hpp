@@ -1,0 +1,44 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "protocol/events/event.hpp"
+#include "protocol/modbus/map.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::modbus {
+
+// Modbus application protocol 1.1b3, section 7.
+enum class ExceptionCode : std::uint8_t { illegal_address = 2, illegal_value = 3 };
+
+// Why a write changed nothing.
+struct WriteRefusal {
+  ExceptionCode code;
+  std::string_view reason;
+};
+
+// What the master of one line has written: word order and the marker that it is putting together.
+class WritableRegisters {
+ public:
+  // Takes the whole write, or refuses it and changes nothing. A write of the commit register gives the marker, whose
+  // stamp is the caller's to set.
+  Outcome<std::optional<Marker>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
+
+  WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
+
+  // Copies what was written into an image, for reading back.
+  void show(std::span<std::uint16_t, kRegisterCount> image) const;
+
+ private:
+  using Words = std::array<std::uint16_t, kRegisterCount>;
+  static std::optional<WriteRefusal> check(const Words& words);
+  static std::optional<WriteRefusal> checkCommit(const Words& words);
+  static Marker markerOf(const Words& words);
+
+  Words words_{};
+};
+
+}  // namespace probebox::modbus

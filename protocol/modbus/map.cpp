@@ -1,0 +1,184 @@
+#include "protocol/modbus/map.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace probebox::modbus {
+namespace {
+
+using enum Kind;
+using enum Access;
+
+constexpr std::array kRegisters = std::to_array<Register>({
+    {address::magic, "magic", u16, 1, "", read, "0x5042"},
+    {address::map_version, "map version", u16, 1, "", read, "version of this map; a higher one only adds"},
+    {address::status, "status", u16, 1, "", read,
+     "bit 0 corrections valid, 1 clock locked, 2 delay calibrated, 3 centreline calibrated, 4 screw sensors good, "
+     "5 degraded (value held or saturated), 6 loss seen, 7 all needed axes referenced"},
+    {address::sequence, "sequence", u16, 1, "", read, "+1 whenever any correction changes; wraps"},
+    {address::heartbeat, "heartbeat", u16, 1, "", read, "+1 every 0.1 s while the whole chain lives; wraps"},
+    {address::correction_i16, "X correction", i16, 0.1, "um", read, "machine axes, radius; to be added to the command"},
+    {address::correction_i16 + 1, "Y correction", i16, 0.1, "um", read, "as X"},
+    {address::correction_i16 + 2, "Z correction", i16, 0.1, "um", read, "as X"},
+    {address::correction_offset, "X correction", offset_i16, 0.1, "um", read, "register 5 + 32768"},
+    {address::correction_offset + 1, "Y correction", offset_i16, 0.1, "um", read, "register 6 + 32768"},
+    {address::correction_offset + 2, "Z correction", offset_i16, 0.1, "um", read, "register 7 + 32768"},
+    {address::age, "age", u16, 0.1, "s", read, "age of the corrections; saturates"},
+    {address::mask, "mask", u16, 1, "", read,
+     "the sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline"},
+    {address::correction_f32, "X correction", f32, 1, "mm", read, "the value of register 5"},
+    {address::correction_f32 + 2, "Y correction", f32, 1, "mm", read, "the value of register 6"},
+    {address::correction_f32 + 4, "Z correction", f32, 1, "mm", read, "the value of register 7"},
+    {address::correction_i32, "X correction", i32, 1, "nm", read, "the value of register 5"},
+    {address::correction_i32 + 2, "Y correction", i32, 1, "nm", read, "the value of register 6"},
+    {address::correction_i32 + 4, "Z correction", i32, 1, "nm", read, "the value of register 7"},
+
+    {address::delay_f32, "X system delay", f32, 1, "ms", read,
+     "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
+    {address::delay_f32 + 2, "Y system delay", f32, 1, "ms", read, "as X"},
+    {address::delay_f32 + 4, "Z system delay", f32, 1, "ms", read, "as X"},
+    {address::delay_sd_f32, "X system delay, sd", f32, 1, "ms", read, "standard deviation (k = 1)"},
+    {address::delay_sd_f32 + 2, "Y system delay, sd", f32, 1, "ms", read, "as X"},
+    {address::delay_sd_f32 + 4, "Z system delay, sd", f32, 1, "ms", read, "as X"},
+    {address::delay_i32, "X system delay", i32, 1, "ns", read, "the value of register 64"},
+    {address::delay_i32 + 2, "Y system delay", i32, 1, "ns", read, "the value of register 66"},
+    {address::delay_i32 + 4, "Z system delay", i32, 1, "ns", read, "the value of register 68"},
+    {address::delay_sd_i32, "X system delay, sd", i32, 1, "ns", read, "the value of register 70"},
+    {address::delay_sd_i32 + 2, "Y system delay, sd", i32, 1, "ns", read, "the value of register 72"},
+    {address::delay_sd_i32 + 4, "Z system delay, sd", i32, 1, "ns", read, "the value of register 74"},
+    {address::delay_result, "delay result", u32, 1, "", read, "number of the result in force; 0 when there is none"},
+
+    {address::calibration_state, "calibration state", u16, 1, "", read,
+     "the last calibration: 0 idle, 1 running, 2 proposed, 3 accepted, 4 refused, 5 aborted"},
+    {address::calibration_method, "calibration method", u16, 1, "", read,
+     "number of its method; 0 when there was none"},
+    {address::calibration_run, "calibration run", u32, 1, "", read, "number of its run, for register 144"},
+    {address::calibration_step, "calibration step", u16, 1, "", read, "the step that is expected next, from 0"},
+    {address::calibration_steps, "calibration steps", u16, 1, "", read, "how many there are"},
+    {address::calibration_result, "calibration result", u32, 1, "", read,
+     "number of the stored result or refusal; 0 when there is none yet"},
+
+    {address::clock_state, "clock state", u16, 1, "", read, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous"},
+    {address::clock_sigma, "clock sigma", u32, 1, "ns", read, "standard deviation (k = 1) of the master clock's ticks"},
+    {address::samples_produced, "samples produced", u32, 1, "", read, "modulo 2^32"},
+    {address::samples_lost_at_source, "samples lost at the source", u32, 1, "", read, "modulo 2^32"},
+    {address::samples_lost_in_queue, "samples lost in the queue", u32, 1, "", read, "modulo 2^32"},
+
+    {address::word_order, "word order", u16, 1, "", write,
+     "of all 32-bit values on this line: 0 high word first (at power-on), 1 low word first"},
+
+    {address::marker_run, "marker: run", u32, 1, "", write, "the calibration run that the step belongs to"},
+    {address::marker_step, "marker: step", u16, 1, "", write, "step of the run, from 0"},
+    {address::marker_phase, "marker: phase", u16, 1, "", write,
+     "0 begin, 1 end, 2 abandon (the step will be repeated)"},
+    {address::marker_speed, "marker: nominal speed", u16, 0.1, "mm/s", write, "commanded measuring speed of the step"},
+    {address::marker_tool, "marker: tool", u16, 1, "", write, "tool number, 0 for none"},
+    {address::marker_angle, "marker: A angle", i32, 0.001, "deg", write, "-3600 to 3600 degrees"},
+    {address::marker_angle + 2, "marker: B angle", i32, 0.001, "deg", write, "as A"},
+    {address::marker_angle + 4, "marker: C angle", i32, 0.001, "deg", write, "as A"},
+    {address::marker_at_rest, "marker: at rest", u16, 1, "", write, "1 when all axes stand still"},
+    {address::marker_commit, "marker: commit", u16, 1, "", write,
+     "a number from 1 to 65535 that differs from the one that stands here sends registers 144 to 156 as one marker; "
+     "the "
+     "same number again does nothing, so a request may be repeated when its answer was lost"},
+});
+
+constexpr bool inOrderAndInside() {
+  std::size_t free = 0;
+  for (const auto& entry : kRegisters) {
+    if (entry.address < free) return false;
+    free = entry.address + registersOf(entry.kind);
+  }
+  return free <= kRegisterCount;
+}
+static_assert(inOrderAndInside(), "registers are listed by address and do not overlap");
+
+// Rounds to the nearest count and stops at the ends of Count. Nothing sensible stands behind a value that is not a
+// number.
+template <class Count>
+Count saturated(double counts, Count lowest = std::numeric_limits<Count>::min()) {
+  if (std::isnan(counts)) return 0;
+  const auto highest = static_cast<double>(std::numeric_limits<Count>::max());
+  return static_cast<Count>(std::clamp(std::nearbyint(counts), static_cast<double>(lowest), highest));
+}
+
+std::uint32_t bitsOf(Kind kind, double counts) {
+  switch (kind) {
+    case u16:
+      return saturated<std::uint16_t>(counts);
+    case i16:
+      // -32768 is left out, so that the limits are the same on both sides and in offset binary.
+      return static_cast<std::uint16_t>(saturated<std::int16_t>(counts, -32767));
+    case offset_i16:
+      return static_cast<std::uint32_t>(saturated<std::int16_t>(counts, -32767) + 32768);
+    case u32:
+      return saturated<std::uint32_t>(counts);
+    case i32:
+      return static_cast<std::uint32_t>(saturated<std::int32_t>(counts));
+    case f32:
+      return std::bit_cast<std::uint32_t>(static_cast<float>(counts));
+  }
+  return 0;
+}
+
+double countsOf(Kind kind, std::uint32_t bits) {
+  switch (kind) {
+    case i16:
+      return static_cast<std::int16_t>(static_cast<std::uint16_t>(bits));
+    case offset_i16:
+      return static_cast<double>(bits) - 32768;
+    case i32:
+      return static_cast<std::int32_t>(bits);
+    case f32:
+      return static_cast<double>(std::bit_cast<float>(bits));
+    case u16:
+    case u32:
+      break;
+  }
+  return bits;
+}
+
+}  // namespace
+
+std::span<const Register> registers() {
+  return kRegisters;
+}
+
+const Register* covering(std::uint16_t address) {
+  const auto after =
+      std::upper_bound(kRegisters.begin(), kRegisters.end(), address,
+                       [](std::uint16_t wanted, const Register& entry) { return wanted < entry.address; });
+  if (after == kRegisters.begin()) return nullptr;
+  const auto* entry = &*(after - 1);
+  return address < entry->address + registersOf(entry->kind) ? entry : nullptr;
+}
+
+const Register* find(std::uint16_t address) {
+  const auto* entry = covering(address);
+  return entry != nullptr && entry->address == address ? entry : nullptr;
+}
+
+void encode(const Register& entry, double value, WordOrder order, std::span<std::uint16_t> image) {
+  const auto bits = bitsOf(entry.kind, value / entry.scale);
+  const auto low = static_cast<std::uint16_t>(bits);
+  if (registersOf(entry.kind) == 1) {
+    image[entry.address] = low;
+    return;
+  }
+  const auto first = order == WordOrder::high_first ? 0U : 1U;
+  image[entry.address + first] = static_cast<std::uint16_t>(bits >> 16);
+  image[entry.address + 1U - first] = low;
+}
+
+double decode(const Register& entry, WordOrder order, std::span<const std::uint16_t> image) {
+  const auto first = image[entry.address];
+  if (registersOf(entry.kind) == 1) return countsOf(entry.kind, first) * entry.scale;
+  const auto second = image[entry.address + 1U];
+  const auto high = order == WordOrder::high_first ? first : second;
+  const auto low = order == WordOrder::high_first ? second : first;
+  return countsOf(entry.kind, static_cast<std::uint32_t>(high) << 16 | low) * entry.scale;
+}
+
+}  // namespace probebox::modbus

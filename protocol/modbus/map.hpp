@@ -1,0 +1,112 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+// The register map of the CNC's Modbus line, as data: it drives the image, the decoding of what is written, and
+// MODBUS.md. A released address never changes its meaning; the first block (0 to 37) is fixed for ever.
+namespace probebox::modbus {
+
+inline constexpr std::uint16_t kMagic = 0x5042;
+inline constexpr std::uint16_t kMapVersion = 1;
+// Addresses below this that are not in the map read 0; addresses from here on are refused.
+inline constexpr std::size_t kRegisterCount = 192;
+
+enum class Kind : std::uint8_t {
+  u16,
+  i16,
+  offset_i16,  // i16 + 32768, for masters without signs
+  u32,
+  i32,
+  f32,  // IEEE 754
+};
+constexpr std::size_t registersOf(Kind kind) {
+  return kind >= Kind::u32 ? 2 : 1;
+}
+
+enum class Access : std::uint8_t { read, write };  // what can be written can be read back
+
+// Order of the two registers of a 32-bit value.
+enum class WordOrder : std::uint8_t { high_first = 0, low_first = 1 };
+
+struct Register {
+  std::uint16_t address;
+  std::string_view name;
+  Kind kind;
+  double scale;           // one count is this many `unit`
+  std::string_view unit;  // empty: a plain number
+  Access access;
+  std::string_view meaning;
+};
+
+namespace address {
+enum : std::uint16_t {
+  magic = 0,
+  map_version = 1,
+  status = 2,
+  sequence = 3,
+  heartbeat = 4,
+  correction_i16 = 5,  // X; Y and Z follow, as with every triple
+  correction_offset = 8,
+  age = 11,
+  mask = 12,
+  correction_f32 = 16,
+  correction_i32 = 32,
+  delay_f32 = 64,
+  delay_sd_f32 = 70,
+  delay_i32 = 80,
+  delay_sd_i32 = 86,
+  delay_result = 92,
+  calibration_state = 96,
+  calibration_method = 97,
+  calibration_run = 98,
+  calibration_step = 100,
+  calibration_steps = 101,
+  calibration_result = 102,
+  clock_state = 112,
+  clock_sigma = 114,
+  samples_produced = 116,
+  samples_lost_at_source = 118,
+  samples_lost_in_queue = 120,
+  word_order = 128,
+  marker_run = 144,
+  marker_step = 146,
+  marker_phase = 147,
+  marker_speed = 148,
+  marker_tool = 149,
+  marker_angle = 150,
+  marker_at_rest = 156,
+  marker_commit = 157,
+};
+}  // namespace address
+
+// Bits of the status register.
+enum Status : std::uint16_t {
+  kValid = 1,
+  kClockLocked = 2,
+  kDelayCalibrated = 4,
+  kCentrelineCalibrated = 8,
+  kScrewSensorsGood = 16,
+  kDegraded = 32,
+  kLossSeen = 64,
+  kReferenced = 128,
+};
+
+// Corrections saturate here in every format, so that all three say the same.
+inline constexpr double kCorrectionLimitMm = 3.2767;
+
+std::span<const Register> registers();
+
+// The entry that begins at this address, or null.
+const Register* find(std::uint16_t address);
+
+// The entry whose registers include this address, or null.
+const Register* covering(std::uint16_t address);
+
+// `value` in the register's unit, saturating at the ends of its kind. One or two registers, in `order`.
+void encode(const Register& entry, double value, WordOrder order, std::span<std::uint16_t> image);
+double decode(const Register& entry, WordOrder order, std::span<const std::uint16_t> image);
+
+}  // namespace probebox::modbus

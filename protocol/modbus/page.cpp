@@ -1,0 +1,56 @@
+#include "protocol/modbus/page.hpp"
+
+#include <array>
+#include <sstream>
+
+#include "protocol/modbus/map.hpp"
+
+namespace probebox::modbus {
+namespace {
+
+constexpr std::array<std::string_view, 6> kKindNames{"u16", "i16", "i16 + 32768", "u32", "i32", "f32"};
+
+constexpr std::string_view kIntroduction =
+    R"(# Modbus registers of the box
+This page is made from the table in protocol/modbus/map.cpp; `PROBEBOX_WRITE_PAGES=1 ctest -R unit.modbus` writes it anew.
+
+Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
+registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below
+)";
+
+constexpr std::string_view kRules = R"(
+Rules for the master:
+- The box advises. It never sits between probe, skip and motion stop, and no motion stop may depend on it.
+- Use a correction only while status bit 0 is set and the heartbeat moves. A silent box is a box without a value.
+- Corrections are in machine axes, radius, to be added to the commanded position. They saturate at +-3.2767 mm with status bit 5
+  set, and never wrap. When a source fails the value is held with bit 5 set; later bit 0 drops and the value stays frozen. It
+  never jumps to 0.
+- 32-bit values are high word first until register 128 says otherwise.
+- Refused: an address outside of the map, a write to a register that is not marked `write` (exception 2, illegal data address), a
+  value outside of its range, and any write that service.toml does not allow (exception 3, illegal data value). A refused write
+  changes nothing.
+)";
+
+void row(std::ostream& out, const Register& entry) {
+  out << "| " << entry.address;
+  if (registersOf(entry.kind) == 2) out << "-" << entry.address + 1;
+  out << " | " << entry.name << " | " << kKindNames[static_cast<std::size_t>(entry.kind)] << " | ";
+  if (!entry.unit.empty()) {
+    if (entry.scale != 1) out << entry.scale << " ";
+    out << entry.unit;
+  }
+  out << " | " << (entry.access == Access::write ? "write" : "read") << " | " << entry.meaning << " |\n";
+}
+
+}  // namespace
+
+std::string referencePage() {
+  std::ostringstream out;
+  out << kIntroduction << kRegisterCount << " that are not listed read 0 and are kept for later versions. Map version "
+      << kMapVersion << ".\n"
+      << kRules << "\n| address | name | kind | one count is | access | meaning |\n|---|---|---|---|---|---|\n";
+  for (const auto& entry : registers()) row(out, entry);
+  return out.str();
+}
+
+}  // namespace probebox::modbus
