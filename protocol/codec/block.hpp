@@ -1,0 +1,87 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "protocol/units/outcome.hpp"
+#include "protocol/units/time.hpp"
+
+// A block of samples as columns: the payload of a SAMPLES frame. Integers only, little endian, no allocation.
+//
+//   u8 profile | BlockHeader | u8 channels | per channel {u8 predictor order, u8 bit width} | columns
+//
+// Profile raw: order 0, width 8 x bytes, a column is count values of that width, two's complement where signed.
+namespace probebox::codec {
+
+enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
+
+// How a channel's values look in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1 here.
+struct ChannelFormat {
+  std::uint8_t bytes{4};  // 1, 2, 4 or 8
+  bool is_signed{true};
+
+  friend constexpr bool operator==(const ChannelFormat&, const ChannelFormat&) = default;
+};
+
+inline constexpr std::size_t kMaxChannels = 255;
+
+struct BlockHeader {
+  SampleIndex first{};
+  std::uint16_t count{};
+  std::uint16_t samples_per_tick{1};
+  TickMap map{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("first", self.first, "index of the first sample; the others follow without a gap");
+    field("count", self.count, "samples in the block");
+    field("samples_per_tick", self.samples_per_tick, "sample index = tick x samples per tick + k");
+    TickMap::fields(self.map, field);
+  }
+};
+
+inline constexpr std::size_t kBlockHeaderSize = 1 + 8 + 2 + 2 + (8 + 8 + 8 + 4 + 1 + 4) + 1;
+
+enum class Fault : std::uint8_t {
+  value_does_not_fit,  // a value is outside its channel's range
+  no_room,             // the caller's span is too small
+  bad_format,          // no or too many channels, a width other than 1, 2, 4, 8, no samples, columns of another size
+  truncated,           // the block ends early
+  trailing_bytes,      // the block is longer than its header says
+  unknown_profile,     // coded by a later version
+  other_channels,      // coded for another descriptor
+};
+
+// Where it went wrong; channel and sample say something for value_does_not_fit and other_channels.
+struct CodecError {
+  Fault fault{};
+  std::uint16_t channel{};
+  std::uint16_t sample{};
+};
+
+// What a block says about itself without its channels.
+struct BlockSummary {
+  Profile profile{};
+  BlockHeader header{};
+  std::size_t channels{};
+};
+
+// Bytes of a block in profile raw, which is also the bound of every other profile.
+std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count);
+
+// The most samples that a block of at most `bytes` bytes holds in profile raw; 0 when not even one fits.
+std::size_t rawBlockCapacity(std::span<const ChannelFormat> formats, std::size_t bytes);
+
+// columns: channel by channel, header.count values each. Returns the bytes written. Nothing is wrapped or clipped: one
+// value outside its channel fails the block.
+Outcome<std::size_t, CodecError> encodeRaw(const BlockHeader& header, std::span<const ChannelFormat> formats,
+                                           std::span<const std::int64_t> columns, std::span<std::byte> into);
+
+Outcome<BlockSummary, CodecError> inspect(std::span<const std::byte> block);
+
+// Any profile that this version knows. The first channels x count values of `columns` are filled, channel by channel.
+Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::span<const ChannelFormat> formats,
+                                         std::span<std::int64_t> columns);
+
+// When a sample was, by the block's map: integers, hence the same on every machine. Rounds down to 1 ns.
+MonoTime timeOf(const BlockHeader& header, SampleIndex sample);
+
+}  // namespace probebox::codec

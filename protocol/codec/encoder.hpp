@@ -1,0 +1,36 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/codec/block.hpp"
+
+namespace probebox::codec {
+
+// Encodes blocks of one stream and counts what could not be encoded.
+class Encoder {
+ public:
+  struct Counters {
+    std::uint64_t blocks{};
+    std::uint64_t samples{};
+    std::uint64_t bytes{};
+    std::uint64_t refused_blocks{};
+    std::uint64_t refused_samples{};  // the caller declares them lost
+  };
+
+  Encoder(std::vector<ChannelFormat> formats, Profile profile);
+
+  // As encodeRaw(); a refused block is counted. Refuses every block of a profile that this version does not write.
+  Outcome<std::size_t, CodecError> encode(const BlockHeader& header, std::span<const std::int64_t> columns,
+                                          std::span<std::byte> into);
+
+  std::span<const ChannelFormat> formats() const { return formats_; }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  std::vector<ChannelFormat> formats_;
+  Profile profile_;
+  Counters counters_{};
+};
+
+}  // namespace probebox::codec
