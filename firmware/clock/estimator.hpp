@@ -93,19 +93,38 @@ class ClockEstimator {
   double offsetPpm() const;
 
   // nullopt unless locked or in holdover.
-  std::optional<MasterStamp> masterTimeOf(MonoTime at) const;
+  std::optional<MasterStamp> stamp(MonoTime at) const;
 
   // Spread of the stamps as learned: the standard deviation of a Gaussian that would tell as much about the tick.
   double effectiveJitterNs() const;
   bool learned() const { return jitter_.learned(); }
+  const Wander& wander() const { return wander_; }
 
  private:
+  // Searching for the grid of ticks; settling until the frequency is known well enough to be judged; running.
   enum class Phase : std::uint8_t { searching, settling, running };
   struct Candidate {
     std::uint64_t edge{};
+    MonoTime at{};
     std::int64_t ticks_ahead{};  // of the filter's tick
     double residual_ns{};
+    std::int64_t kernel_lost{};  // edges that the line sequence says are missing since the candidate before
   };
+
+  std::int64_t takeLineSequence(const Edge& edge);
+  void search(std::uint64_t edge, MonoTime at);
+  void startOn(const Acquisition::Grid& grid);
+  void fit(std::uint64_t edge, MonoTime at);
+  void challenge(const Candidate& challenger);
+  void decide();
+  void settle();
+  void giveUp(ClockState state);
+  void passTo(MonoTime at);
+  void countMissing(std::int64_t ticks, std::int64_t kernel_lost);
+  void give(std::uint64_t edge, EdgeFlag flag, double residual_ns, std::optional<Tick> tick = std::nullopt);
+
+  double sigmaNs(std::int64_t ticks_ahead) const;
+  std::int64_t longestHoldover() const;
 
   ClockConfig config_;
   double nominal_ns_;
@@ -116,7 +135,13 @@ class ClockEstimator {
   Phase phase_{Phase::searching};
   ClockState state_{ClockState::unlocked};
   std::uint32_t epoch_{};
+  bool index_is_kept_{};    // the filter's tick counts on: holdover
+  std::int64_t passed_{};   // ticks since the filter's that have passed without an edge
+  std::int64_t settled_{};  // edges accepted since the grid was found
+  std::int64_t misfits_{};  // edges that did not fit since the last one that did
   std::optional<Candidate> candidate_;
+  std::optional<std::uint32_t> line_sequence_;
+  std::int64_t kernel_lost_{};
   ClockCounters counters_;
   std::array<Verdict, 4> verdicts_{};
   std::size_t verdict_count_{};

@@ -1,0 +1,276 @@
+#include "firmware/clock/estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "firmware/clock/tick_map.hpp"
+
+namespace probebox::clock {
+namespace {
+
+constexpr double kWindow = 0.3;              // of a period, either side of a predicted tick
+constexpr std::int64_t kHoldoverAfter = 10;  // ticks in a row without an edge
+constexpr std::int64_t kSettleAtLeast = 32;  // edges
+constexpr std::int64_t kSettleMisfits = 32;  // edges in a row that do not fit: it was not a grid
+constexpr double kSettledPpm = 20;           // sigma of the frequency
+constexpr double kBlindSpreads = 3;          // a phase less certain than this is found anew when edges come back
+
+constexpr double kPpm = 1e-6;
+
+}  // namespace
+
+ClockEstimator::ClockEstimator(const ClockConfig& config)
+    : config_{config},
+      nominal_ns_{static_cast<double>(config.nominal_period.count())},
+      filter_{config.nominal_period},
+      jitter_{static_cast<double>(config.jitter.count()), toSeconds(config.nominal_period), config.learns},
+      wander_{config.nominal_period, config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
+      acquisition_{config.nominal_period} {
+  filter_.setWalk(wander_.walk());
+}
+
+std::span<const Verdict> ClockEstimator::push(const Edge& edge) {
+  verdict_count_ = 0;
+  kernel_lost_ += takeLineSequence(edge);
+  if (edge.level != Level::active) return {};
+  const std::uint64_t ordinal = counters_.edges++;
+  passTo(edge.at);
+  if (phase_ == Phase::searching) {
+    search(ordinal, edge.at);
+  } else {
+    fit(ordinal, edge.at);
+  }
+  return {verdicts_.data(), verdict_count_};
+}
+
+std::span<const Verdict> ClockEstimator::advance(MonoTime now) {
+  verdict_count_ = 0;
+  passTo(now - config_.delivery_latency);
+  return {verdicts_.data(), verdict_count_};
+}
+
+// How many edges the kernel has dropped before this one. A sequence that stands still or jumps back says nothing: it is
+// not counted by this source, or the line was requested anew.
+std::int64_t ClockEstimator::takeLineSequence(const Edge& edge) {
+  const std::uint32_t step = line_sequence_ ? edge.line_sequence - *line_sequence_ : 1;
+  line_sequence_ = edge.line_sequence;
+  return step == 0 || step > 0x7fff'ffff ? 0 : step - 1;
+}
+
+void ClockEstimator::search(std::uint64_t edge, MonoTime at) {
+  give(edge, EdgeFlag::unlocked, 0);
+  if (const auto grid = acquisition_.push(at)) startOn(*grid);
+}
+
+void ClockEstimator::startOn(const Acquisition::Grid& grid) {
+  const double grid_sigma = std::max(grid.spread_ns, 1.0);
+  if (index_is_kept_) {
+    const std::int64_t ahead = filter_.nearest(grid.at);
+    const bool fits = std::abs(filter_.residual(grid.at, ahead)) < kWindow * nominal_ns_;
+    if (!fits) return;  // holdover goes on until its limit
+    countMissing(ahead, 0);
+    const double drift_sigma =
+        std::hypot(std::sqrt(filter_.driftVariance()), config_.holdover_ppm * kPpm * nominal_ns_);
+    filter_.start(filter_.tick() + ahead, grid.at, grid_sigma, filter_.drift(), drift_sigma);
+  } else {
+    // In a new epoch the index goes on from the nearest tick of the old model, and is never used twice.
+    const std::int64_t ahead = epoch_ == 0 ? 0 : std::max(filter_.nearest(grid.at), passed_ + 1);
+    const double drift_sigma = 1.5 * config_.max_ppm * kPpm * nominal_ns_;
+    if (epoch_ == 0) jitter_.start(grid.spread_ns);
+    filter_.start(filter_.tick() + ahead, grid.at,
+                  std::hypot(grid_sigma, drift_sigma * static_cast<double>(grid.ticks)), 0, drift_sigma);
+  }
+  phase_ = Phase::settling;
+  passed_ = settled_ = misfits_ = kernel_lost_ = 0;
+  acquisition_.clear();
+  wander_.restart();
+}
+
+// Finds the tick of an edge, or none.
+void ClockEstimator::fit(std::uint64_t edge, MonoTime at) {
+  std::int64_t ahead = filter_.nearest(at);
+  double residual = filter_.residual(at, ahead);
+  const bool in_window = std::abs(residual) < kWindow * nominal_ns_;
+  if (in_window && candidate_ && ahead > candidate_->ticks_ahead) {
+    decide();
+    if (phase_ == Phase::searching) return search(edge, at);
+    ahead = filter_.nearest(at);
+    residual = filter_.residual(at, ahead);
+  }
+  const bool decided_before = ahead < 0 || (candidate_ && ahead < candidate_->ticks_ahead);
+  if (decided_before) return give(edge, EdgeFlag::unfitting, residual);
+  if (!in_window) {
+    give(edge, EdgeFlag::spurious, residual);
+    if (phase_ == Phase::settling && ++misfits_ > kSettleMisfits) giveUp(state_);
+    return;
+  }
+  if (ahead == 0) return give(edge, EdgeFlag::doubled, residual);
+  challenge({edge, at, ahead, residual, std::exchange(kernel_lost_, 0)});
+}
+
+// The better of two edges for one tick stays.
+void ClockEstimator::challenge(const Candidate& challenger) {
+  if (!candidate_) {
+    candidate_ = challenger;
+    return;
+  }
+  const bool wins = std::abs(challenger.residual_ns) < std::abs(candidate_->residual_ns);
+  const Candidate loser = wins ? *candidate_ : challenger;
+  const std::int64_t kernel_lost = candidate_->kernel_lost;
+  if (wins) candidate_ = challenger;
+  candidate_->kernel_lost = kernel_lost;
+  give(loser.edge, EdgeFlag::doubled, loser.residual_ns);
+}
+
+// The candidate is the edge of its tick: the filter goes there and takes it in.
+void ClockEstimator::decide() {
+  const Candidate chosen = *std::exchange(candidate_, std::nullopt);
+  countMissing(chosen.ticks_ahead, chosen.kernel_lost);
+  const bool was_holdover = state_ == ClockState::holdover && phase_ == Phase::running;
+  if (was_holdover) {
+    filter_.loosen(config_.holdover_ppm * kPpm * nominal_ns_, chosen.ticks_ahead);
+    state_ = ClockState::locked;
+    wander_.restart();
+  }
+  filter_.predict(chosen.ticks_ahead);
+  const double phase_variance = filter_.phaseVariance();
+  const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
+  jitter_.track(chosen.residual_ns, phase_variance);
+  if (phase_ == Phase::running) {
+    const bool has_learned =
+        wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
+    if (has_learned && config_.learns) filter_.setWalk(wander_.walk());
+  }
+  filter_.update(judged.innovation_ns, judged.variance_ns2);
+  passed_ = misfits_ = 0;
+  if (phase_ == Phase::settling) {
+    give(chosen.edge, EdgeFlag::unlocked, chosen.residual_ns);
+    return settle();
+  }
+  const EdgeFlag flag = judged.outlier ? EdgeFlag::clipped : EdgeFlag::accepted;
+  give(chosen.edge, flag, chosen.residual_ns, filter_.tick());
+  if (std::abs(offsetPpm()) > config_.max_ppm) {
+    ++counters_.refused_frequency;
+    giveUp(ClockState::unlocked);
+  }
+}
+
+// Locks once the frequency is known well enough to be judged.
+void ClockEstimator::settle() {
+  ++settled_;
+  const double sigma_ppm = std::sqrt(filter_.driftVariance()) / (kPpm * nominal_ns_);
+  if (settled_ < kSettleAtLeast || sigma_ppm > kSettledPpm) return;
+  if (std::abs(offsetPpm()) > config_.max_ppm) {
+    ++counters_.refused_frequency;
+    return giveUp(index_is_kept_ ? state_ : ClockState::unlocked);
+  }
+  phase_ = Phase::running;
+  state_ = ClockState::locked;
+  if (!index_is_kept_) {
+    if (epoch_ == 0) filter_.renumber({0});
+    if (epoch_ > 0) ++counters_.relocks;
+    ++epoch_;
+    index_is_kept_ = true;
+  }
+}
+
+void ClockEstimator::giveUp(ClockState state) {
+  if (candidate_) give(candidate_->edge, EdgeFlag::unlocked, candidate_->residual_ns);
+  candidate_.reset();
+  acquisition_.clear();
+  phase_ = Phase::searching;
+  state_ = state;
+  index_is_kept_ = index_is_kept_ && state == ClockState::holdover;
+}
+
+// Ticks whose window ended before `at` get no more edges.
+void ClockEstimator::passTo(MonoTime at) {
+  if (phase_ == Phase::searching && !index_is_kept_) return;
+  const double late = kWindow * nominal_ns_;
+  if (candidate_ && filter_.residual(at, candidate_->ticks_ahead) > late) decide();
+  const std::int64_t nearest = filter_.nearest(at);
+  passed_ = std::max(passed_, filter_.residual(at, nearest) > late ? nearest : nearest - 1);
+  if (passed_ < kHoldoverAfter) return;
+
+  if (!index_is_kept_) return giveUp(state_);  // settling on something that has stopped
+  state_ = ClockState::holdover;
+  if (passed_ > longestHoldover()) {
+    countMissing(passed_ + 1, 0);
+    giveUp(ClockState::ambiguous);
+  } else if (phase_ != Phase::searching && sigmaNs(passed_) > kBlindSpreads * jitter_.spreadNs()) {
+    giveUp(ClockState::holdover);
+  }
+}
+
+// 0.3 period over the frequency uncertainty, in ticks.
+std::int64_t ClockEstimator::longestHoldover() const {
+  const double drift_sigma = std::hypot(std::sqrt(filter_.driftVariance()), config_.holdover_ppm * kPpm * nominal_ns_);
+  return static_cast<std::int64_t>(kWindow * nominal_ns_ / std::max(drift_sigma, 1e-9 * nominal_ns_));
+}
+
+// ticks_ahead: of the next tick with an edge. The ones before it are lost as far as the line sequence explains them.
+void ClockEstimator::countMissing(std::int64_t ticks_ahead, std::int64_t kernel_lost) {
+  const std::int64_t without_edge = std::max<std::int64_t>(0, ticks_ahead - 1);
+  const std::int64_t lost = std::min(without_edge, kernel_lost);
+  counters_.lost_by_kernel += static_cast<std::uint64_t>(lost);
+  counters_.missing += static_cast<std::uint64_t>(without_edge - lost);
+}
+
+void ClockEstimator::give(std::uint64_t edge, EdgeFlag flag, double residual_ns, std::optional<Tick> tick) {
+  verdicts_[verdict_count_++] = {edge, tick, flag, residual_ns};
+  switch (flag) {
+    case EdgeFlag::accepted:
+      ++counters_.accepted;
+      break;
+    case EdgeFlag::clipped:
+      ++counters_.clipped;
+      break;
+    case EdgeFlag::doubled:
+      ++counters_.doubled;
+      break;
+    case EdgeFlag::spurious:
+      ++counters_.spurious;
+      break;
+    case EdgeFlag::unfitting:
+      ++counters_.unfitting;
+      break;
+    case EdgeFlag::unlocked:
+      ++counters_.unlocked;
+      break;
+  }
+}
+
+double ClockEstimator::sigmaNs(std::int64_t ticks_ahead) const {
+  const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ticks_ahead)));
+  if (state_ != ClockState::holdover) return in_model;
+  return std::hypot(in_model, config_.holdover_ppm * kPpm * nominal_ns_ * static_cast<double>(ticks_ahead));
+}
+
+TickMap ClockEstimator::map() const {
+  const MonoTime at = filter_.timeOf(passed_);
+  const Nanoseconds since_edge = at - filter_.at();
+  return {
+      .tick = filter_.tick() + passed_,
+      .at = at,
+      .period_q32_ns = filter_.periodQ32(),
+      .sigma_ns = static_cast<std::uint32_t>(std::lround(std::min(sigmaNs(passed_), 4e9))),
+      .state = state_,
+      .holdover_ms = static_cast<std::uint32_t>(std::min<std::int64_t>(since_edge.count() / 1'000'000, 0xffff'ffff))};
+}
+
+double ClockEstimator::offsetPpm() const {
+  return filter_.drift() / nominal_ns_ / kPpm;
+}
+
+std::optional<MasterStamp> ClockEstimator::stamp(MonoTime at) const {
+  if (state_ != ClockState::locked && state_ != ClockState::holdover) return std::nullopt;
+  const std::int64_t ahead = std::max<std::int64_t>(0, filter_.nearest(at));
+  return MasterStamp{masterTimeOf(map(), at, config_.nominal_period), sigmaNs(ahead)};
+}
+
+double ClockEstimator::effectiveJitterNs() const {
+  return std::sqrt(jitter_.varianceNs2());
+}
+
+}  // namespace probebox::clock

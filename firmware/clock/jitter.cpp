@@ -1,0 +1,73 @@
+#include "firmware/clock/jitter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace probebox::clock {
+namespace {
+
+constexpr double kClip = 1.5;                // Huber's k, in spreads
+constexpr double kOutlier = 4;               // spreads
+constexpr double kWellKnown = 0.25;          // phase variance against the jitter's
+constexpr double kGaussianSlope = 0.8664;    // P(|r| < 1.5)
+constexpr double kGaussianSquares = 0.7785;  // E[clip(r, 1.5)^2]
+constexpr double kSlowest = 1.0 / 8192;      // of the tracking averages
+constexpr double kMadToSigma = 1.4826;
+
+}  // namespace
+
+Jitter::Jitter(double spread_ns, double period_s, bool learns)
+    : spread_ns_{spread_ns}, period_s_{period_s}, learns_{learns} {
+  start(spread_ns);
+}
+
+void Jitter::start(double spread_ns) {
+  spread_ns_ = std::max(spread_ns, 1.0);
+  information_ = {kGaussianSquares * spread_ns_ * spread_ns_, kGaussianSlope};
+}
+
+Score::Value Jitter::score(double residual_ns, double limit_ns) const {
+  if (learned_) {
+    const Score::Value in_units = score_(residual_ns / unit_ns_);
+    return {in_units.psi * unit_ns_, in_units.slope};
+  }
+  return {std::clamp(residual_ns, -limit_ns, limit_ns), std::abs(residual_ns) < limit_ns ? 1.0 : 0.0};
+}
+
+Jitter::Judgement Jitter::judge(double residual_ns, double phase_variance_ns2) const {
+  const double variance = varianceNs2();
+  const double total = std::sqrt(spread_ns_ * spread_ns_ + phase_variance_ns2);
+  const bool outlier = std::abs(residual_ns) > kOutlier * total;
+  if (phase_variance_ns2 > kWellKnown * variance) {
+    // A score is a local statement; a phase that is hardly known needs the whole residual, within reason.
+    return {std::clamp(residual_ns, -2 * kClip * total, 2 * kClip * total), variance, outlier};
+  }
+  return {score(residual_ns, kClip * spread_ns_).psi / information_.slope, variance, outlier};
+}
+
+void Jitter::track(double residual_ns, double phase_variance_ns2) {
+  if (phase_variance_ns2 > kWellKnown * varianceNs2()) return;
+  ++tracked_;
+  const Score::Value value = score(residual_ns, kClip * spread_ns_);
+  const double weight = std::max(kSlowest, 1 / static_cast<double>(tracked_ + 100));
+  information_.psi_squared += weight * (value.psi * value.psi - information_.psi_squared);
+  information_.slope = std::max(0.2, information_.slope + weight * (value.slope - information_.slope));
+  // The median as the point that half of the absolute residuals exceed.
+  const double step = spread_ns_ * std::clamp(4 / static_cast<double>(tracked_ + 20), 0.002, 0.1);
+  spread_ns_ = std::max(1.0, spread_ns_ + (kMadToSigma * std::abs(residual_ns) > spread_ns_ ? step : -step));
+  if (learns_ && !learned_) learn(residual_ns);
+}
+
+void Jitter::learn(double residual_ns) {
+  const double seconds = static_cast<double>(tracked_) * period_s_;
+  const bool spread_is_settled = tracked_ > 500 && seconds > 0.1 * kLearnForSeconds;
+  if (!spread_is_settled) return;
+  if (unit_ns_ == 0) unit_ns_ = spread_ns_;
+  score_.collect(residual_ns / unit_ns_);
+  if (seconds < kLearnForSeconds || score_.collected() < kLearnAtLeast) return;
+  const double information = score_.solve();
+  learned_ = true;
+  information_ = {information * unit_ns_ * unit_ns_, information};
+}
+
+}  // namespace probebox::clock

@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+
+#include "firmware/clock/score.hpp"
+
+namespace probebox::clock {
+
+// What is known about the jitter of the stamps, and what one residual therefore says about the tick.
+//
+// At first a Huber clip at 1.5 times the robust spread; after kLearnFor a score function learned from the residuals,
+// which is then frozen: learning on would let the location float. Scale and information are tracked all the time, for
+// an honest sigma.
+class Jitter {
+ public:
+  // Residuals to learn from, and for how long at least.
+  static constexpr double kLearnForSeconds = 60;
+  static constexpr std::uint64_t kLearnAtLeast = 3000;
+
+  struct Judgement {
+    double innovation_ns{};  // what the residual says about the phase
+    double variance_ns2{};   // how sure that is
+    bool outlier{};
+  };
+
+  Jitter(double spread_ns, double period_s, bool learns);
+
+  // A better guess of the spread, before the first residual.
+  void start(double spread_ns);
+
+  // phase_variance: ns^2, of the prediction that the residual is from.
+  Judgement judge(double residual_ns, double phase_variance_ns2) const;
+
+  // Takes the residual in; only residuals from a phase that is well known against the spread say something about
+  // jitter.
+  void track(double residual_ns, double phase_variance_ns2);
+
+  double spreadNs() const { return spread_ns_; }
+  double varianceNs2() const { return information_.psi_squared / (information_.slope * information_.slope); }
+  bool learned() const { return learned_; }
+
+ private:
+  // Means over the residuals of psi^2 and psi'; ns^2 and 1 for the clip.
+  struct Information {
+    double psi_squared{};
+    double slope{};
+  };
+
+  Score::Value score(double residual_ns, double limit_ns) const;
+  void learn(double residual_ns);
+
+  double spread_ns_;  // 1.4826 x median of the absolute residuals
+  double period_s_;
+  bool learns_;
+  bool learned_{};
+  double unit_ns_{};  // of the learned score
+  std::uint64_t tracked_{};
+  Information information_;
+  Score score_;
+};
+
+}  // namespace probebox::clock

@@ -1,0 +1,60 @@
+#pragma once
+#include <cstdint>
+
+#include "protocol/units/time.hpp"
+
+namespace probebox::clock {
+
+// Two-state Kalman filter: when the tick was (phase) and how much longer than nominal a tick is (frequency).
+// The time of the tick is an integer plus a residual below a nanosecond, so nothing is lost over days of ticks.
+// Process: phase and frequency are random walks, both given per tick.
+class PhaseFilter {
+ public:
+  struct Walk {
+    double phase_ns2{};      // variance of the phase's step per tick
+    double frequency_ns2{};  // variance of the frequency's step per tick, (ns/tick)^2
+  };
+
+  explicit PhaseFilter(Nanoseconds nominal_period) : nominal_ns_{nominal_period.count()} {}
+
+  void start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns);
+  void renumber(Tick tick) { tick_ = tick; }
+  void setWalk(Walk walk) { walk_ = walk; }
+
+  // Steps `ticks` forward.
+  void predict(std::int64_t ticks);
+  // Uncertainty from outside the model: a frequency that has been off by `drift_sigma_ns` during the last `ticks`.
+  void loosen(double drift_sigma_ns, std::int64_t ticks);
+  // innovation: measured minus predicted phase, ns; variance: of the measurement, ns^2.
+  void update(double innovation_ns, double variance_ns2);
+
+  // The tick nearest to `at`, counted from the filter's, and how much later than it `at` is.
+  std::int64_t nearest(MonoTime at) const;
+  double residual(MonoTime at, std::int64_t ticks_ahead) const;
+
+  Tick tick() const { return tick_; }
+  MonoTime at() const { return monoTime(anchor_ns_); }
+  double subNanosecond() const { return phase_ns_; }
+  double drift() const { return drift_ns_; }  // ns per tick, beyond nominal
+  MonoTime timeOf(std::int64_t ticks_ahead) const;
+  std::int64_t periodQ32() const;
+
+  double phaseVariance() const { return phase_variance_; }
+  double phaseVariance(std::int64_t ticks_ahead) const;
+  double driftVariance() const { return drift_variance_; }
+
+ private:
+  void carry();
+
+  std::int64_t nominal_ns_;
+  Tick tick_{};
+  std::int64_t anchor_ns_{};
+  double phase_ns_{};  // beyond the anchor, |phase| <= 1
+  double drift_ns_{};
+  double phase_variance_{};
+  double covariance_{};
+  double drift_variance_{};
+  Walk walk_;
+};
+
+}  // namespace probebox::clock

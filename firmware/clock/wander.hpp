@@ -1,0 +1,74 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "firmware/clock/phase_filter.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::clock {
+
+// Learns how fast the two clocks wander against each other: the random walks of phase and frequency under which the
+// measured phases, averaged over blocks of about 0.12 s, are most likely. Looks after 64, 128, 256 and 512 blocks (7 s
+// to 60 s), then every 512 blocks anew. A look tries one pair of walks per call, so that no call takes longer than a
+// few microseconds.
+class Wander {
+ public:
+  Wander(Nanoseconds nominal_period, double phase_ns_per_sqrt_s, double frequency_ppb_per_sqrt_s);
+
+  PhaseFilter::Walk walk() const { return walkOf(best_); }
+  double phaseNsPerSqrtS() const;
+  double frequencyPpbPerSqrtS() const;
+
+  // Forgets the blocks, not the walks: after a gap.
+  void restart() { block_count_ = 0, in_block_ = {}, next_look_ = kFirstLook, search_.reset(); }
+
+  // One measured phase: `at` + `beyond_ns` is when `tick` was as measured, with that variance. Returns true when walk()
+  // has changed.
+  bool push(Tick tick, MonoTime at, double beyond_ns, double variance_ns2);
+
+ private:
+  static constexpr std::size_t kBlocks = 512;
+  static constexpr std::size_t kFirstLook = 64;
+  struct Block {
+    double tick{};  // mean, since the origin
+    double phase_ns{};
+    double count{};
+  };
+  // Steps of the grid of walks: each is a factor sqrt(2) in amplitude; phase step 0 is no walk of the phase at all.
+  struct Choice {
+    int phase{};
+    int frequency{};
+    friend bool operator==(Choice, Choice) = default;
+  };
+  struct Search {
+    Choice centre{};
+    double centre_likelihood{};
+    bool centre_is_known{};
+    Choice best{};
+    double best_likelihood{};
+    int neighbour{};
+  };
+
+  PhaseFilter::Walk walkOf(Choice choice) const;
+  void closeBlock();
+  bool search();
+  double logLikelihood(PhaseFilter::Walk walk) const;
+
+  std::int64_t nominal_ns_;
+  double period_s_;
+  std::int64_t ticks_per_block_;
+  Choice best_;
+  Tick origin_{};
+  MonoTime origin_at_{};
+  double variance_ns2_{};
+  std::array<Block, kBlocks> blocks_{};
+  std::size_t block_count_{};
+  std::size_t next_look_{kFirstLook};
+  Block in_block_{};
+  std::int64_t block_end_{};
+  std::optional<Search> search_;
+};
+
+}  // namespace probebox::clock
