@@ -3,23 +3,13 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/latch/line_state.hpp"
 #include "firmware/latch/record.hpp"
-#include "firmware/latch/trace.hpp"
+#include "firmware/latch/source.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::latch {
-
-// Between stamps Ts apart (metrology A.9): linear errs by at most Ts^2/8 |x''|, cubic (4 points, Lagrange) by (3/128)
-// Ts^4 |x''''|. Cubic waits for one more stamp and rings at a kink, so it suits encoders better than a probe that
-// touches.
-enum class Interpolation : std::uint8_t { linear, cubic };
-
-struct SourceConfig {
-  Nanoseconds interval{
-      1'000'000};  // nominal time between stamps; zero: not fitted, the channel is 0 and nobody waits for it
-  Interpolation interpolation{Interpolation::linear};
-};
 
 struct LatchConfig {
   std::int32_t samples_per_tick{1};  // 1 to 100
@@ -46,6 +36,7 @@ struct LatchCounters {
 };
 
 // Events in, one decision a sample out: a Record, or samples declared Lost. No index is skipped or repeated.
+// About 150 kB of buffers: not an object for a small stack.
 // The first sample is the first one of the first tick after the clock has locked.
 //
 //   latch.push(event); latch.setClock(estimator.map()); while (const auto decision = latch.next()) ...
@@ -72,10 +63,32 @@ class Latch {
   std::optional<SampleIndex> pending() const { return next_; }
 
  private:
+  // What the next sample would become now.
+  struct Examined {
+    enum class As : std::uint8_t { waiting, record, lost } as{};
+    LostReason reason{};
+    Record record{};
+  };
+
+  Examined examine();
+  bool isGivenUp(MonoTime t) const;
+  Decision give(const Record& record);
+  Decision give(const Lost& lost);
+  void noteLate(MonoTime at);
+  template <std::size_t kWidth>
+  void note(typename Source<kWidth>::Pushed pushed);
+
   LatchConfig config_;
+  Nanoseconds patience_;
+  Source<3> probe_;
+  std::array<Source<1>, kLinearAxes> axes_;
+  LineState lines_;
   TickMap map_;
+  bool clock_is_good_{};
   std::optional<SampleIndex> next_;
-  MonoTime now_{};
+  SampleIndex resume_{};               // samples before it were lost with the clock
+  MonoTime decided_{MonoTime::min()};  // time of the last sample decided
+  MonoTime now_{MonoTime::min()};
   LatchCounters counters_;
 };
 

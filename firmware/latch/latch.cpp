@@ -1,0 +1,183 @@
+#include "firmware/latch/latch.hpp"
+
+#include <algorithm>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "firmware/clock/tick_map.hpp"
+
+namespace probebox::latch {
+namespace {
+
+Nanoseconds longestDelay(const LatchConfig& config) {
+  const auto [smallest, largest] = std::minmax_element(config.tau.begin(), config.tau.end());
+  return std::max({Nanoseconds{0}, *largest, -*smallest});
+}
+
+std::optional<Error> whyRefused(const SourceConfig& source, const char* name, Nanoseconds kept) {
+  if (source.interval.count() < 0) return Error{std::string{name} + ": the interval between stamps cannot be negative"};
+  if (source.interval.count() > 0 && kept / source.interval >= static_cast<std::int64_t>(kTraceCapacity) - 8) {
+    return Error{std::string{name} + ": maximum_wait and tau span more stamps than the " +
+                 std::to_string(kTraceCapacity) + " that are kept: wait less, or sample more slowly"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> whyRefused(const LatchConfig& config) {
+  if (config.samples_per_tick < 1 || config.samples_per_tick > 100) {
+    return Error{"samples_per_tick " + std::to_string(config.samples_per_tick) + " is outside 1 to 100"};
+  }
+  const Nanoseconds second{1'000'000'000};
+  if (config.maximum_wait.count() <= 0 || config.maximum_wait > second) return Error{"maximum_wait must be up to 1 s"};
+  if (longestDelay(config) > second) return Error{"tau beyond 1 s is not a delay of a probe: it is in ns here"};
+  const Nanoseconds kept = config.maximum_wait + longestDelay(config);
+  if (auto refused = whyRefused(config.probe, "probe", kept)) return refused;
+  for (const SourceConfig& axis : config.axes) {
+    if (auto refused = whyRefused(axis, "axis", kept)) return refused;
+  }
+  return std::nullopt;
+}
+
+Latch::Latch(const LatchConfig& config)
+    : config_{config},
+      patience_{config.maximum_wait + longestDelay(config)},
+      probe_{config.probe},
+      axes_{Source<1>{config.axes[0]}, Source<1>{config.axes[1]}, Source<1>{config.axes[2]}} {}
+
+void Latch::push(const Event& event) {
+  std::visit(
+      [this](const auto& e) {
+        using E = std::decay_t<decltype(e)>;
+        if constexpr (std::is_same_v<E, TimeAdvanced>) {
+          advance(e.at);
+        } else if constexpr (!std::is_same_v<E, Drift> && !std::is_same_v<E, SourceLost>) {
+          push(e);
+        }
+      },
+      event);
+}
+
+void Latch::push(const Count& count) {
+  const auto axis = static_cast<std::size_t>(count.axis);
+  if (axis >= kLinearAxes) return;
+  const MonoTime at = count.at - config_.tau[axis];
+  noteLate(at);
+  note<1>(axes_[axis].push(at, {count.counts}));
+}
+
+void Latch::push(const Deflection& deflection) {
+  noteLate(deflection.at);
+  const auto& nm = deflection.channels_nm;
+  note<3>(probe_.push(deflection.at, {nm[0], nm[1], nm[2]}, deflection.clipped));
+}
+
+void Latch::push(const Edge& edge) {
+  const LineState::Pushed pushed = lines_.push(edge);
+  if (pushed == LineState::Pushed::late) ++counters_.late;
+  if (pushed == LineState::Pushed::overwrote) ++counters_.overwritten;
+}
+
+void Latch::push(const Marker& marker) {
+  const LineState::Pushed pushed = lines_.push(marker);
+  if (pushed == LineState::Pushed::late) ++counters_.late;
+  if (pushed == LineState::Pushed::overwrote) ++counters_.overwritten;
+}
+
+void Latch::advance(MonoTime now) {
+  now_ = std::max(now_, now);
+}
+
+void Latch::noteLate(MonoTime at) {
+  if (at <= decided_) ++counters_.late;
+}
+
+template <std::size_t kWidth>
+void Latch::note(typename Source<kWidth>::Pushed pushed) {
+  if (pushed == Source<kWidth>::Pushed::disordered) ++counters_.disordered;
+  if (pushed == Source<kWidth>::Pushed::overwrote) ++counters_.overwritten;
+}
+
+void Latch::setClock(const TickMap& map) {
+  const bool is_good = map.state == ClockState::locked || map.state == ClockState::holdover;
+  if (is_good && !clock_is_good_) {
+    resume_ = {(map.tick.index + 1) * config_.samples_per_tick};
+    if (!next_) next_ = resume_;
+  }
+  clock_is_good_ = is_good;
+  map_ = map;
+}
+
+std::optional<Decision> Latch::next() {
+  if (!next_ || !clock_is_good_) return std::nullopt;
+  if (*next_ < resume_) return give(Lost{*next_, resume_ - *next_, LostReason::clock});
+  Lost run{.first = *next_};
+  while (true) {
+    const Examined examined = examine();
+    const bool goes_on = examined.as == Examined::As::lost && (run.count == 0 || examined.reason == run.reason);
+    if (!goes_on) {
+      if (run.count > 0) return give(run);
+      if (examined.as == Examined::As::record) return give(examined.record);
+      return std::nullopt;
+    }
+    run.reason = examined.reason;
+    ++run.count;
+    next_ = run.first + run.count;
+  }
+}
+
+Latch::Examined Latch::examine() {
+  const MonoTime t = clock::timeOf(map_, *next_, config_.samples_per_tick);
+  const bool given_up = isGivenUp(t);
+  Examined examined{.as = Examined::As::record, .reason = {}, .record = {.index = *next_, .values = {}}};
+  auto& values = examined.record.values;
+
+  Source<3>::Values deflection{};
+  std::array<Source<1>::Values, kLinearAxes> counts{};
+  bool clipped = false;
+  bool unused = false;
+  const Answer probe = probe_.at(t, !given_up, deflection, clipped);
+  Answer encoders = Answer::value;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const Answer answer = axes_[axis].at(t, !given_up, counts[axis], unused);
+    if (answer == Answer::waiting || encoders == Answer::value) encoders = answer;
+  }
+  const bool nothing_is_fitted = now_ < t && !probe_.fitted() &&
+                                 std::none_of(axes_.begin(), axes_.end(), [](const auto& a) { return a.fitted(); });
+  const bool waits = probe == Answer::waiting || encoders == Answer::waiting || nothing_is_fitted;
+  if (waits && !given_up) return {};
+
+  decided_ = std::max(decided_, t);
+  lines_.passTo(t);
+  if (probe != Answer::value) return {Examined::As::lost, LostReason::probe, {}};
+  if (encoders != Answer::value) return {Examined::As::lost, LostReason::encoders, {}};
+  std::copy(deflection.begin(), deflection.end(), values.begin());
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) values[3 + axis] = counts[axis][0];
+  values[static_cast<std::size_t>(Channel::flags)] =
+      (clipped ? flag::kClipped : 0) | (map_.state == ClockState::holdover ? flag::kHoldover : 0);
+  return examined;
+}
+
+bool Latch::isGivenUp(MonoTime t) const {
+  return now_ != MonoTime::min() && now_ - patience_ > t;
+}
+
+Decision Latch::give(const Record& record) {
+  Record given = record;
+  given.values[static_cast<std::size_t>(Channel::flags)] |= lines_.take();
+  next_ = record.index + 1;
+  ++counters_.produced;
+  ++counters_.records;
+  return given;
+}
+
+Decision Latch::give(const Lost& lost) {
+  next_ = lost.first + lost.count;
+  counters_.produced += lost.count;
+  counters_.lost += lost.count;
+  return lost;
+}
+
+}  // namespace probebox::latch
