@@ -1,0 +1,91 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "firmware/stream/byte_fifo.hpp"
+#include "protocol/messages/stream.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::stream {
+
+using messages::GapReason;
+
+// A block of the codec, as the box closed it.
+struct EncodedBlock {
+  SampleIndex first{};
+  std::uint32_t count{};
+  std::span<const std::byte> bytes{};
+};
+
+// Samples that no source delivered.
+struct GapNotice {
+  SampleIndex first{};
+  std::uint64_t count{};
+  GapReason reason{};
+};
+
+// What stands at a place of the stream: a block (with bytes) or a loss (without).
+struct Piece {
+  SampleIndex first{};
+  std::uint64_t count{};
+  GapReason reason{};
+  std::span<const std::byte> bytes{};
+
+  bool isBlock() const { return !bytes.empty(); }
+  SampleIndex end() const { return first + static_cast<std::int64_t>(count); }
+};
+
+// Blocks and losses in the order of their samples, without holes: each piece begins where the one before ends. Bounded
+// in bytes and pieces; what is dropped stays as a loss in its place. Allocates in the constructor only.
+class SampleRing {
+ public:
+  SampleRing(std::size_t bytes, std::size_t pieces);
+
+  // False when there is no room; nothing has changed then.
+  bool pushBlock(const EncodedBlock& block);
+  // Always finds room: neighbouring losses become one.
+  void pushGap(const GapNotice& gap);
+
+  // Turns the oldest block into a loss, or joins the two oldest losses. False when there is nothing left to give up.
+  bool giveUpOldest(GapReason reason);
+
+  Piece front() const { return piece(0); }
+  void popFront();
+  // The piece that holds the sample.
+  std::optional<Piece> find(SampleIndex sample) const;
+  void clear();
+
+  bool empty() const { return count_ == 0; }
+  // Index after the newest piece; of an empty ring: where it was emptied.
+  SampleIndex next() const { return next_; }
+  std::uint64_t samples() const { return samples_; }
+  std::size_t bytes() const { return blocks_.bytes(); }
+  std::size_t capacityBytes() const { return blocks_.capacity(); }
+
+ private:
+  struct Entry {
+    SampleIndex first{};
+    std::uint64_t count{};
+    GapReason reason{};
+    bool is_block{};
+    std::uint64_t serial{};  // of the block; minus that of the oldest it is the place in blocks_
+  };
+  Entry& entry(std::size_t k) { return entries_[(head_ + k) % entries_.size()]; }
+  const Entry& entry(std::size_t k) const { return entries_[(head_ + k) % entries_.size()]; }
+  Piece piece(std::size_t k) const;
+  void append(const Entry& added);
+  void joinWithNext(std::size_t k);
+
+  ByteFifo blocks_;
+  std::vector<Entry> entries_;
+  std::size_t head_{};
+  std::size_t count_{};
+  std::uint64_t oldest_serial_{};
+  std::uint64_t samples_{};
+  SampleIndex next_{};
+};
+
+}  // namespace probebox::stream

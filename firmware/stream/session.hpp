@@ -1,0 +1,125 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/stream/byte_fifo.hpp"
+#include "firmware/stream/control_channel.hpp"
+#include "firmware/stream/history.hpp"
+#include "firmware/stream/sample_feed.hpp"
+#include "protocol/frame/frame.hpp"
+#include "protocol/frame/reader.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::stream {
+
+struct SessionOptions {
+  std::size_t max_payload{frame::kMaxPayload};
+  std::size_t max_request{4096};        // bytes of a frame's payload from the host
+  std::size_t queue_bytes{512 * 1024};  // of samples that wait for the host
+  std::size_t live_bytes{64 * 1024};    // the same under policy live, where old samples are worth less
+  std::size_t queue_pieces{1024};       // blocks and losses that wait for the host
+  Nanoseconds heartbeat_period{100'000'000};
+  Nanoseconds sign_of_life_period{
+      500'000'000};  // the host sends something at least this often; three missed: link down
+  std::uint32_t first_session_id{1};
+  messages::BootId boot_id{};
+  std::string firmware_version{};
+};
+
+// What a heartbeat tells about the box besides this link.
+struct Vitals {
+  std::uint64_t uptime_ms{};
+  ClockState clock_state{};
+  std::uint32_t clock_sigma_ns{};
+  std::uint64_t deadline_misses{};
+  messages::EdgeCounters edges{};
+};
+
+enum class SessionState : std::uint8_t { waiting, greeted, streaming, down };
+
+// One link's side of the box: bytes in, frames out, whatever the carrier. Pure: time is given. Memory is bounded and
+// taken in the constructor; setDescriptor() may allocate, nothing else does. One thread uses it.
+class Session {
+ public:
+  // `history` is shared by all sessions of a box and outlives them. Push there first, then offer here.
+  Session(SessionOptions options, const History& history);
+
+  // The payload of DESCRIPTOR. Sent to a greeted host at once when it differs. False when it is larger than a frame.
+  bool setDescriptor(std::span<const std::byte> encoded);
+
+  void receive(std::span<const std::byte> bytes, MonoTime now);
+  // Drives heartbeats and the watch over the host. Call it at least every heartbeat period.
+  void advance(MonoTime now, const Vitals& vitals);
+
+  // Samples. Never blocks, never refuses: what the host is too slow for is dropped by its policy, counted and declared.
+  void offer(const EncodedBlock& block) { feed_.offer(block); }
+  void offer(const GapNotice& gap) { feed_.offer(gap); }
+
+  // The rest of the frame that is being sent, or the beginning of the next; empty when there is nothing to send now.
+  std::span<const std::byte> pending();
+  void sent(std::size_t bytes);
+
+  std::optional<PendingRequest> nextRequest() { return control_.next(); }
+  // False when the ticket is no longer open: the host said HELLO again.
+  bool answer(std::uint64_t ticket, messages::ErrorCode code, std::string_view text = {},
+              std::span<const std::byte> body = {});
+
+  SessionState state() const { return state_; }
+  messages::LinkCounters linkCounters() const;
+  const SampleFeed& feed() const { return feed_; }
+  // Messages that found no room on the way out; the host asks again for what it misses.
+  std::uint64_t droppedMessages() const { return dropped_messages_; }
+
+ private:
+  void handle(const frame::Frame& frame);
+  void greet(const frame::Frame& frame);
+  void begin(const frame::Frame& frame);
+  void halt();
+  void hangUp();
+  void refuse(messages::ErrorCode code, messages::MessageType about, std::string_view text);
+  void unexpected(messages::MessageType about);
+  bool isGreeted() const { return state_ == SessionState::greeted || state_ == SessionState::streaming; }
+
+  template <class Message>
+  void send(const Message& message);
+  void sendPayload(messages::MessageType type, std::span<const std::byte> payload);
+  void load();
+  void loadPiece(const Piece& piece);
+  void loadHeartbeat();
+  void frameUp(messages::MessageType type, std::uint8_t stream, std::span<const std::byte> payload);
+
+  SessionOptions options_;
+  frame::Reader reader_;
+  ControlChannel control_;
+  SampleFeed feed_;
+  ByteFifo outbox_;  // u8 type, then payload: framed when their turn comes
+  std::vector<std::byte> descriptor_;
+  std::vector<std::byte> scratch_;
+  std::vector<std::byte> frame_;
+  std::size_t frame_size_{};
+  std::size_t frame_sent_{};
+  std::uint32_t sequence_{};
+  std::uint32_t descriptor_hash_{};
+  std::uint32_t session_id_{};
+  messages::Start start_{};
+  std::uint64_t sent_bytes_{};  // of SAMPLES and GAP frames since START
+  SessionState state_{SessionState::waiting};
+  bool lead_with_delimiter_{};
+  bool heartbeat_due_{};
+  bool resume_allowed_{};
+  MonoTime now_{};
+  MonoTime last_heard_{};
+  MonoTime next_heartbeat_{};
+  Vitals vitals_{};
+  std::uint64_t unexpected_{};
+  std::uint64_t dropped_messages_{};
+};
+
+}  // namespace probebox::stream
