@@ -1,0 +1,19 @@
+#pragma once
+#include "tools/probebox/console.hpp"
+#include "tools/probebox/request.hpp"
+
+namespace probebox::command {
+
+// One command each, in commands/<name>.cpp. uri: what -u gave, or empty.
+ExitStatus run(const List& options, const std::string& uri, Console& console);
+ExitStatus run(const Info& options, const std::string& uri, Console& console);
+ExitStatus run(const Status& options, const std::string& uri, Console& console);
+ExitStatus run(const Watch& options, const std::string& uri, Console& console);
+ExitStatus run(const Record& options, const std::string& uri, Console& console);
+ExitStatus run(const Export& options, const std::string& uri, Console& console);
+ExitStatus run(const Solve& options, const std::string& uri, Console& console);
+ExitStatus run(const Calibrate& options, const std::string& uri, Console& console);
+ExitStatus run(const Accept& options, const std::string& uri, Console& console);
+ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
+
+}  // namespace probebox::command

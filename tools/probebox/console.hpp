@@ -1,0 +1,70 @@
+#pragma once
+#include <atomic>
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "tools/probebox/exit_status.hpp"
+
+namespace probebox::command {
+
+using Json = nlohmann::ordered_json;
+
+// Version of every JSON object that this program prints. Keys may be added within a version.
+inline constexpr int kSchemaVersion = 1;
+
+// What a command talks through. `interrupted` becomes true at Ctrl-C: commands look at it and end in order.
+struct Streams {
+  std::istream& in;
+  std::ostream& out;
+  std::ostream& err;
+  bool out_is_terminal{};
+  bool err_is_terminal{};
+  const std::atomic<bool>& interrupted;
+};
+
+// What went wrong in a command, for a program (name) and for a person (what, with the remedy).
+struct Trouble {
+  ExitStatus status{};
+  std::string name;
+  std::string what;
+};
+
+// Answers go to the standard output, everything else to the standard error. Progress is drawn on a terminal only.
+class Console {
+ public:
+  Console(const Streams& streams, bool json) : streams_{streams}, json_{json} {}
+  ~Console() { endLiveLines(); }
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  bool json() const { return json_; }
+  bool interrupted() const { return streams_.interrupted.load(std::memory_order_relaxed); }
+  std::istream& in() { return streams_.in; }
+  std::ostream& out() { return streams_.out; }
+
+  // One JSON object on one line, with the schema version in front.
+  void object(const Json& json);
+  // A line of an answer for a person.
+  void line(std::string_view text);
+  // Replaces the last live line on a terminal; elsewhere one line after the other.
+  void live(std::string_view text);
+  // A note for a person on the standard error, not part of the answer.
+  void note(std::string_view text);
+  // Redrawn in place on the standard error; nothing where that is no terminal.
+  void progress(std::string_view text);
+
+  // Says what went wrong, in both forms when JSON was asked for, and returns its exit status.
+  ExitStatus fail(const Trouble& trouble);
+
+ private:
+  void endLiveLines();
+
+  Streams streams_;
+  bool json_{};
+  bool live_drawn_{};
+  bool progress_drawn_{};
+};
+
+}  // namespace probebox::command

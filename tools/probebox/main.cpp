@@ -1,0 +1,34 @@
+#include <atomic>
+#include <iostream>
+#include <signal.h>
+#include <unistd.h>
+
+#include "tools/probebox/run.hpp"
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler may set it");
+
+// The first Ctrl-C ends the command in order; a second one ends it at once.
+void onInterrupt(int signal_number) {
+  if (interrupted.exchange(true)) _exit(128 + signal_number);
+}
+
+void catchSignals() {
+  struct sigaction action {};
+  action.sa_handler = onInterrupt;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+  signal(SIGPIPE, SIG_IGN);  // a reader that goes away shows as a failed write
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  catchSignals();
+  std::ios::sync_with_stdio(false);
+  const std::vector<std::string> arguments{words + 1, words + count};
+  const probebox::command::Streams streams{
+      std::cin, std::cout, std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1, interrupted};
+  return static_cast<int>(probebox::command::run(arguments, streams));
+}

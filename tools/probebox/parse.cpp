@@ -1,0 +1,231 @@
+// The only translation unit that includes CLI11: it is slow to compile.
+#include "tools/probebox/parse.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "tools/probebox/nearest.hpp"
+
+namespace probebox::command {
+namespace {
+
+constexpr const char* kUriHelp =
+    "the box: tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, or the only box "
+    "there is";
+constexpr const char* kAbout =
+    "Looks at a probebox, records and calibrates with it, and solves measured cases without one.\n"
+    "Exit status: 0 ok, 1 refused or measured fail, 2 usage or unreadable input, 3 no box or link lost, 4 the box "
+    "refused, 130 interrupted with files closed.";
+
+bool readsAs(const std::string& text, auto& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+CLI::Validator seconds() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool good = readsAs(text, value) && std::isfinite(value) && value > 0;
+    return good ? std::string{} : text + " is not a number of seconds above 0, such as 2.5";
+  };
+  return CLI::Validator{check, "", "seconds"};
+}
+
+CLI::Validator wholeNumber() {
+  const auto check = [](std::string& text) {
+    std::uint64_t value = 0;
+    return readsAs(text, value) && value > 0 ? std::string{} : text + " is not a whole number above 0, such as 17";
+  };
+  return CLI::Validator{check, "", "number"};
+}
+
+// Every command with its options in one place; each adder says what to run when its command was named.
+class CommandLine {
+ public:
+  CommandLine() {
+    app_.require_subcommand(1);
+    app_.set_help_flag("-h,--help", "print this help and stop");
+    app_.set_version_flag("-V,--version", "probebox " PROBEBOX_VERSION);
+    app_.add_option("-u,--uri", request_.uri, kUriHelp);
+    app_.add_flag("--json", request_.json, "answer in JSON, one object a line; units are in the keys");
+    app_.footer("Example:\n  probebox -u tcp:localhost:7627 status\n`probebox COMMAND --help` has an example of each.");
+    addLooking();
+    addRecording();
+    addCalibrating();
+  }
+
+  CLI::App& app() { return app_; }
+  const Request& request() const { return request_; }
+
+ private:
+  template <class Options>
+  CLI::App* add(const std::string& name, const std::string& about, const std::string& example, Options& options) {
+    auto* command = app_.add_subcommand(name, about);
+    command->fallthrough();  // `probebox status --json` is `probebox --json status`
+    command->footer("-u/--uri URI and --json go with every command.\nExample:\n  " + example);
+    command->callback([this, &options] { request_.job = options; });
+    return command;
+  }
+
+  static void addUntil(CLI::App* command, Until& until) {
+    command->add_option("--for", until.seconds, "stop after so many seconds")->check(seconds())->type_name("SECONDS");
+    command->add_option("--count", until.count, "stop after so many updates")
+        ->check(wholeNumber())
+        ->type_name("NUMBER");
+  }
+
+  void addLooking() {
+    auto* list = add("list", "name the boxes that can be reached from here", "probebox list", list_);
+    list->add_option("--timeout", list_.timeout_s, "seconds to wait for each box's answer")
+        ->check(seconds())
+        ->type_name("SECONDS")
+        ->capture_default_str();
+    add("info", "what the box is: board, serial number, machine, channels", "probebox info --json", info_);
+    add("status", "how the box is now: clock, losses, delay in force, calibration", "probebox status", status_);
+    auto* watch = add("watch", "follow clock, losses, positions and deflections as they change",
+                      "probebox watch --for 10", watch_);
+    addUntil(watch, watch_.until);
+    auto* corrections =
+        add("corrections", "the corrections that a CNC reads now", "probebox corrections --follow", corrections_);
+    corrections->add_flag("--follow", corrections_.follow, "go on with one line for each update");
+    addUntil(corrections, corrections_.until);
+  }
+
+  void addRecording() {
+    auto* record = add("record", "write all samples to a file, and prove that none is missing unnoticed",
+                       "probebox record -o scan.pbx --for 10", record_);
+    record->add_option("-o,--output", record_.output, "the recording to write; - is the standard output")->required();
+    record->add_option("--for", record_.seconds, "stop after so many seconds; without it at Ctrl-C")
+        ->check(seconds())
+        ->type_name("SECONDS");
+    record
+        ->add_option("--policy", policy_,
+                     "what the box drops when the link is too slow: live drops the oldest frames, record the newest")
+        ->check(CLI::IsMember({"live", "record"}))
+        ->capture_default_str();
+    record->add_flag("--force", record_.force, "overwrite an existing file");
+    record->callback([this] {
+      record_.live = policy_ == "live";
+      request_.job = record_;
+    });
+    auto* exporting = add("export", "turn a recording into a table (CSV, units in the column names)",
+                          "probebox export scan.pbx -o scan.csv", export_);
+    exporting->add_option("recording", export_.input, "the recording; - is the standard input")->required();
+    exporting->add_option("-o,--output", export_.output, "the table to write; - is the standard output")->required();
+    exporting->add_flag("--force", export_.force, "overwrite an existing file");
+  }
+
+  void addCalibrating() {
+    auto* solve = add("solve", "solve measured cases; prints one JSON object a line, in the order given",
+                      "probebox solve --json cases/delay-multi-speed/0000", solve_);
+    solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
+    auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
+                          "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
+    calibrate->add_option("method", calibrate_.method, "the method: delay-multi-speed")->required();
+    calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
+    calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
+    calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");
+    calibrate->callback([this] {
+      if (calibrate_.accept && calibrate_.by.empty())
+        throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};
+      request_.job = calibrate_;
+    });
+    auto* accept = add("accept", "put a proposed result into force", "probebox accept 17 --by Ada", accept_);
+    accept->add_option("id", accept_.id, "the number of the result, as calibrate printed it")
+        ->check(wholeNumber())
+        ->type_name("NUMBER")
+        ->required();
+    accept->add_option("--by", accept_.by, "the name of the person who accepts")->required();
+  }
+
+  CLI::App app_{kAbout, "probebox"};
+  Request request_;
+  std::string policy_{"record"};
+  List list_;
+  Info info_;
+  Status status_;
+  Watch watch_;
+  Record record_;
+  Export export_;
+  Solve solve_;
+  Calibrate calibrate_;
+  Accept accept_;
+  Corrections corrections_;
+};
+
+const CLI::App* namedCommand(const CLI::App& app) {
+  const auto named = app.get_subcommands();
+  return named.empty() ? nullptr : named.front();
+}
+
+std::vector<std::string> commandNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
+}
+
+std::vector<std::string> flagNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* level : {&app, namedCommand(app)}) {
+    if (level == nullptr) continue;
+    for (const auto* option : level->get_options()) {
+      for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  return names;
+}
+
+std::string didYouMean(const std::string& word, const std::vector<std::string>& known) {
+  const auto meant = nearest(word, known);
+  return meant.empty() ? std::string{} : "; did you mean " + meant + "?";
+}
+
+std::string seeHelp(const CLI::App& app) {
+  const auto* command = namedCommand(app);
+  return "see probebox " + (command == nullptr ? std::string{} : command->get_name() + " ") + "--help";
+}
+
+// The first argument that nobody wanted, if that is what went wrong.
+std::string unknownWord(const CLI::App& app) {
+  const auto extras = app.remaining(true);
+  return extras.empty() ? std::string{} : extras.front();
+}
+
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const auto word = unknownWord(app);
+  if (word.starts_with("-") && word.size() > 1) {
+    const auto flag = word.substr(0, word.find('='));
+    return "unknown option " + flag + didYouMean(flag, flagNames(app)) + "; " + seeHelp(app);
+  }
+  if (namedCommand(app) == nullptr) {
+    if (word.empty() && app.get_option("--uri")->count() == 0 &&
+        std::string{error.what()}.find("--uri") != std::string::npos) {
+      return std::string{error.what()} + "; " + seeHelp(app);
+    }
+    if (word.empty()) return "name a command: " + CLI::detail::join(commandNames(app), ", ") + "; " + seeHelp(app);
+    return "unknown command " + word + didYouMean(word, commandNames(app)) + "; " + seeHelp(app);
+  }
+  if (!word.empty()) return "unexpected argument " + word + "; " + seeHelp(app);
+  return std::string{error.what()} + "; " + seeHelp(app);
+}
+
+}  // namespace
+
+std::variant<Request, Answer> parse(std::span<const std::string> arguments) {
+  CommandLine line;
+  try {
+    line.app().parse(std::vector<std::string>{arguments.rbegin(), arguments.rend()});  // CLI11 takes them from the back
+    return line.request();
+  } catch (const CLI::Success& wanted) {
+    std::ostringstream text, unused;
+    line.app().exit(wanted, text, unused);
+    return Answer{ExitStatus::ok, text.str()};
+  } catch (const CLI::ParseError& error) {
+    return Answer{ExitStatus::usage, complaint(line.app(), error)};
+  }
+}
+
+}  // namespace probebox::command

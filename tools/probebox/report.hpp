@@ -1,0 +1,37 @@
+#pragma once
+#include <cstdio>
+#include <string>
+
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+#include "tools/probebox/console.hpp"
+
+// What the box says, once for programs (units in the keys) and once for people.
+namespace probebox::command {
+
+Json describe(const messages::Descriptor& descriptor);
+Json describe(const messages::Status::Answer& status);
+Json describe(const messages::Corrections::Answer& corrections);
+Json describe(const messages::ProcedureStatus::Answer& procedure);
+Json describe(const messages::ResultSummary& result);
+Json describe(const messages::EdgeCounters& edges);
+
+std::string page(const messages::Descriptor& descriptor);
+std::string page(const messages::Status::Answer& status);
+std::string page(const messages::ResultSummary& result);
+std::string line(const messages::Corrections::Answer& corrections);
+
+// "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
+std::string readable(const messages::NamedValue& value);
+
+// "12.5 us", "830 ns": a duration with three or more digits before its unit changes.
+std::string readableNs(double ns);
+
+std::string printed(const char* format, auto... values) {
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, format, values...);
+  return text;
+}
+
+}  // namespace probebox::command

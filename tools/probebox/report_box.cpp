@@ -1,0 +1,148 @@
+#include "tools/probebox/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using std::to_string;
+
+std::string text(std::string_view view) {
+  return std::string{view};
+}
+
+Json channelsOf(const messages::Descriptor& descriptor) {
+  Json channels = Json::array();
+  for (const auto& channel : descriptor.channels) {
+    channels.push_back({{"name", channel.name},
+                        {"unit", channel.unit},
+                        {"unit_per_count", channel.scale},
+                        {"width_bytes", channel.bytes},
+                        {"signed", channel.is_signed},
+                        {"about", channel.doc}});
+  }
+  return channels;
+}
+
+std::string row(const std::string& name, const std::string& value) {
+  return printed("%-18s %s\n", name.c_str(), value.c_str());
+}
+
+std::string channelRow(const messages::ChannelDescription& channel) {
+  const std::string unit = channel.unit.empty() ? "-" : printed("%g %s", channel.scale, channel.unit.c_str());
+  return printed("  %-16s %-10s %s\n", channel.name.c_str(), unit.c_str(), channel.doc.c_str());
+}
+
+std::string delayOf(const messages::DelayInForce& delay) {
+  if (!delay.calibrated) return "not calibrated (probebox calibrate delay-multi-speed)";
+  std::string all;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    all += printed("%c %.1f +/- %.1f us  ", "XYZ"[axis], delay.tau_s[axis] * 1e6, delay.sd_s[axis] * 1e6);
+  }
+  return all + "(result " + to_string(delay.result_id) + ")";
+}
+
+std::string edgesOf(const messages::EdgeCounters& edges) {
+  return to_string(edges.accepted) + " accepted, " + to_string(edges.missing) + " missing, " +
+         to_string(edges.doubled) + " doubled, " + to_string(edges.spurious) + " spurious, " + to_string(edges.lost) +
+         " lost by the kernel";
+}
+
+std::string resultsOf(const std::vector<std::uint64_t>& ids) {
+  std::string all;
+  for (const auto id : ids) all += (all.empty() ? "" : ", ") + to_string(id);
+  return all.empty() ? "none" : all;
+}
+
+}  // namespace
+
+std::string readableNs(double ns) {
+  if (ns < 1e4) return printed("%.0f ns", ns);
+  if (ns < 1e7) return printed("%.1f us", ns * 1e-3);
+  if (ns < 1e10) return printed("%.1f ms", ns * 1e-6);
+  return printed("%.1f s", ns * 1e-9);
+}
+
+Json describe(const messages::EdgeCounters& edges) {
+  return {{"accepted_edges", edges.accepted},
+          {"missing_edges", edges.missing},
+          {"doubled_edges", edges.doubled},
+          {"spurious_edges", edges.spurious},
+          {"lost_edges", edges.lost}};
+}
+
+Json describe(const messages::Descriptor& d) {
+  return {{"board", d.board},
+          {"serial_number", d.serial_number},
+          {"firmware_version", d.firmware_version},
+          {"machine", d.machine},
+          {"probe", d.probe},
+          {"nominal_tick_period_ns", d.nominal_tick_period_ns},
+          {"samples_per_tick", d.samples_per_tick},
+          {"gain_nm_per_nm", d.gain},
+          {"delay",
+           {{"calibrated", d.delay.calibrated},
+            {"tau_s", d.delay.tau_s},
+            {"sd_s", d.delay.sd_s},
+            {"result_id", d.delay.result_id}}},
+          {"channels", channelsOf(d)}};
+}
+
+std::string page(const messages::Descriptor& d) {
+  const double rate_hz = 1e9 / static_cast<double>(d.nominal_tick_period_ns) * d.samples_per_tick;
+  std::string all = row("board", d.board) + row("serial number", d.serial_number) +
+                    row("firmware", d.firmware_version) + row("machine", d.machine) + row("probe", d.probe);
+  all += row("master clock", printed("%g us a tick, %u samples a tick: %g samples a second",
+                                     static_cast<double>(d.nominal_tick_period_ns) * 1e-3,
+                                     static_cast<unsigned>(d.samples_per_tick), rate_hz));
+  all += row("system delay", delayOf(d.delay)) + "channels\n";
+  for (const auto& channel : d.channels) all += channelRow(channel);
+  all.pop_back();
+  return all;
+}
+
+Json describe(const messages::Status::Answer& s) {
+  return {{"board", s.board},
+          {"firmware_version", s.firmware_version},
+          {"uptime_ms", s.uptime_ms},
+          {"clock",
+           {{"state", text(messages::nameOf(s.clock.state))},
+            {"sigma_ns", s.clock.sigma_ns},
+            {"frequency_ppb", s.clock.frequency_ppb},
+            {"tick", s.clock.tick.index},
+            {"edges", describe(s.clock.edges)}}},
+          {"ledger",
+           {{"produced_samples", s.ledger.produced},
+            {"lost_at_source_samples", s.ledger.lost_at_source},
+            {"lost_in_queue_samples", s.ledger.lost_in_queue}}},
+          {"queue_high_water_events", s.queue_high_water},
+          {"deadline_misses", s.deadline_misses},
+          {"events", {{"received_events", s.events.received}, {"lost_events", s.events.lost}}},
+          {"procedure", s.procedure},
+          {"active_result_ids", s.active_results},
+          {"links", s.links},
+          {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}}};
+}
+
+std::string page(const messages::Status::Answer& s) {
+  const auto lost = s.ledger.lost_at_source + s.ledger.lost_in_queue;
+  std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " +
+                                   readableNs(static_cast<double>(s.uptime_ms) * 1e6));
+  all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns) +
+                                 printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
+                                 to_string(s.clock.tick.index));
+  all += row("sync edges", edgesOf(s.clock.edges));
+  all += row("samples", to_string(s.ledger.produced) + " produced, " + to_string(lost) +
+                            " of them lost: " + to_string(s.ledger.lost_at_source) + " at the source, " +
+                            to_string(s.ledger.lost_in_queue) + " on the way out");
+  all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) +
+                           " lost, queue at most " + to_string(s.queue_high_water) + " deep");
+  all += row("late ticks", to_string(s.deadline_misses));
+  all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
+  all += row("results in force", resultsOf(s.active_results));
+  all += row("links", to_string(s.links) + " connected");
+  all += row("modbus",
+             to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
+  all.pop_back();
+  return all;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+// What the command line asks for, after it was understood.
+namespace probebox::command {
+
+// Where a display or a recording ends by itself; both empty: at Ctrl-C.
+struct Until {
+  std::optional<double> seconds;
+  std::optional<std::uint64_t> count;
+};
+
+struct List {
+  double timeout_s{1.0};  // for each box
+};
+struct Info {};
+struct Status {};
+struct Watch {
+  Until until;
+};
+struct Record {
+  std::string output;  // "-" is the standard output
+  std::optional<double> seconds;
+  bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
+  bool force{};
+};
+struct Export {
+  std::string input;  // "-" is the standard input
+  std::string output;
+  bool force{};
+};
+struct Solve {
+  std::vector<std::string> cases;
+};
+struct Calibrate {
+  std::string method;
+  std::string save;  // folder; empty: not saved
+  bool accept{};
+  std::string by;
+};
+struct Accept {
+  std::uint64_t id{};
+  std::string by;
+};
+struct Corrections {
+  bool follow{};
+  Until until;
+};
+
+using Job = std::variant<List, Info, Status, Watch, Record, Export, Solve, Calibrate, Accept, Corrections>;
+
+struct Request {
+  Job job;
+  std::string uri;  // empty: PROBEBOX_URI, or the only box there is
+  bool json{};
+};
+
+}  // namespace probebox::command

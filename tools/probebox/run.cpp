@@ -1,0 +1,34 @@
+#include "tools/probebox/run.hpp"
+
+#include <algorithm>
+#include <ostream>
+
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/parse.hpp"
+
+namespace probebox::command {
+namespace {
+
+ExitStatus answer(const Answer& answer, bool json, const Streams& streams) {
+  Console console{streams, json};
+  if (answer.status == ExitStatus::ok) {
+    console.out() << answer.text << std::flush;
+    return answer.status;
+  }
+  return console.fail({answer.status, "usage", answer.text});
+}
+
+}  // namespace
+
+ExitStatus run(std::span<const std::string> arguments, const Streams& streams) {
+  const auto parsed = parse(arguments);
+  if (const auto* finished = std::get_if<Answer>(&parsed)) {
+    // What could not be parsed may still have asked for JSON.
+    return answer(*finished, std::ranges::find(arguments, "--json") != arguments.end(), streams);
+  }
+  const auto& request = std::get<Request>(parsed);
+  Console console{streams, request.json};
+  return std::visit([&](const auto& options) { return run(options, request.uri, console); }, request.job);
+}
+
+}  // namespace probebox::command
