@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace probebox::modbus {
+
+inline constexpr std::size_t kMaxFrameBytes = 256;
+
+enum class Function : std::uint8_t { read_holding = 3, read_input = 4, write_one = 6, write_many = 16 };
+
+// One request of the master, as it came: unit, function, data, CRC.
+struct Request {
+  std::array<std::uint8_t, kMaxFrameBytes> bytes{};
+  std::size_t size{};
+
+  std::uint8_t unit() const { return bytes[0]; }
+  Function function() const { return static_cast<Function>(bytes[1]); }
+  std::uint16_t word(std::size_t at) const { return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]); }
+  std::uint16_t address() const { return word(2); }
+};
+
+// CRC-16 of Modbus over serial line 1.02, section 6.2.2.
+std::uint16_t crc16(std::span<const std::uint8_t> bytes);
+
+// Finds requests in what a serial line delivers. Length and CRC decide, not the gaps between bytes, which USB adapters
+// and busy systems do not keep. Garbage before, after or between requests is skipped and counted. Allocates nothing.
+class RtuRequests {
+ public:
+  // Takes what fits; offer the rest again after next() said that there is nothing more.
+  std::size_t push(std::span<const std::byte> bytes);
+
+  std::optional<Request> next();
+
+  // The line has been silent for longer than any request pauses: what is left over cannot become one.
+  void silence();
+  bool pending() const { return size_ > 0; }
+
+  std::uint64_t skippedBytes() const { return skipped_bytes_; }
+  std::uint64_t badFrames() const { return bad_frames_; }  // runs of skipped bytes
+
+ private:
+  std::span<const std::uint8_t> from(std::size_t offset) const {
+    return std::span{buffer_}.subspan(offset, size_ - offset);
+  }
+  void consume(std::size_t count);
+  void skip(std::size_t count);
+
+  std::array<std::uint8_t, 2 * kMaxFrameBytes> buffer_{};
+  std::size_t size_{};
+  std::uint64_t skipped_bytes_{};
+  std::uint64_t bad_frames_{};
+  bool in_garbage_{};
+};
+
+}  // namespace probebox::modbus
