@@ -136,7 +136,9 @@ void ClockEstimator::decide() {
   filter_.predict(chosen.ticks_ahead);
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
+  const bool was_learned = jitter_.learned();
   jitter_.track(chosen.residual_ns, phase_variance);
+  if (jitter_.learned() != was_learned) wander_.restart();
   if (phase_ == Phase::running) {
     const bool has_learned =
         wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kClip = 1.5;                // Huber's k, in spreads
 constexpr double kOutlier = 4;               // spreads
+constexpr double kFurthest = 6;              // what one residual may say, in effective sigmas
 constexpr double kWellKnown = 0.25;          // phase variance against the jitter's
 constexpr double kGaussianSlope = 0.8664;    // P(|r| < 1.5)
 constexpr double kGaussianSquares = 0.7785;  // E[clip(r, 1.5)^2]
@@ -42,7 +43,9 @@ Jitter::Judgement Jitter::judge(double residual_ns, double phase_variance_ns2) c
     // A score is a local statement; a phase that is hardly known needs the whole residual, within reason.
     return {std::clamp(residual_ns, -2 * kClip * total, 2 * kClip * total), variance, outlier};
   }
-  return {score(residual_ns, kClip * spread_ns_).psi / information_.slope, variance, outlier};
+  const double innovation = score(residual_ns, kClip * spread_ns_).psi / information_.slope;
+  const double furthest = kFurthest * std::sqrt(variance);
+  return {std::clamp(innovation, -furthest, furthest), variance, outlier};
 }
 
 void Jitter::track(double residual_ns, double phase_variance_ns2) {

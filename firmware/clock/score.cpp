@@ -27,6 +27,7 @@ constexpr std::array<double, Score::kKnots> kKnotAt = [] {
 // Weight of the roughness (sum of squared second differences), in residuals: what noise in few residuals would draw is
 // smoothed.
 constexpr double kRoughness = 30;
+constexpr double kLeaning = 1;
 
 // The interval that holds `residual`; it must lie between the outermost knots.
 std::size_t intervalOf(double residual) {
@@ -108,15 +109,15 @@ double Score::solve() {
     right[i + 1] += in.count / widthOf(i);
   }
   constexpr std::array<double, 3> kSecondDifference{1, -2, 1};
-  for (std::size_t i = 0; i + 2 < kKnots; ++i) {
+  for (std::size_t i = kInnerFirst; i + 2 < kKnots - kOuter.size(); ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t k = 0; k <= j; ++k) {
         matrix.add(i + j, i + k, kRoughness * kSecondDifference[j] * kSecondDifference[k]);
       }
     }
   }
-  // Where no residual has ever been, psi leans to zero.
-  for (std::size_t i = 0; i < kKnots; ++i) matrix.add(i, i, 1e-3);
+  // Where hardly a residual has ever been, psi leans to zero.
+  for (std::size_t i = 0; i < kKnots; ++i) matrix.add(i, i, kLeaning);
   const std::array<double, kKnots> slopes = right;
   matrix.solve(right);
   psi_ = right;

@@ -16,6 +16,10 @@ double amplitude(double smallest, int steps) {
   return smallest * std::exp2(0.5 * steps);
 }
 
+// A few seconds cannot tell a small wander from none, and a filter that believes in none stops following: without
+// evidence the walks stay near what they were. Standard deviation of that belief, in steps.
+constexpr double kInertia = 3;
+
 int stepsOf(double value, double smallest) {
   return static_cast<int>(std::lround(2 * std::log2(value / smallest)));
 }
@@ -53,18 +57,19 @@ bool Wander::push(Tick tick, MonoTime at, double beyond_ns, double variance_ns2)
     origin_at_ = at;
     block_end_ = ticks_per_block_;
   }
-  variance_ns2_ = variance_ns2;
   const std::int64_t ticks = tick - origin_;
   if (ticks >= block_end_) closeBlock();
   in_block_.tick += static_cast<double>(ticks);
   in_block_.phase_ns += static_cast<double>((at - origin_at_).count() - ticks * nominal_ns_) + beyond_ns;
   in_block_.count += 1;
+  in_block_.variance_ns2 += variance_ns2;
   return false;
 }
 
 void Wander::closeBlock() {
   if (in_block_.count > 0) {
-    blocks_[block_count_++] = {in_block_.tick / in_block_.count, in_block_.phase_ns / in_block_.count, in_block_.count};
+    const double n = in_block_.count;
+    blocks_[block_count_++] = {in_block_.tick / n, in_block_.phase_ns / n, n, in_block_.variance_ns2 / (n * n)};
   }
   in_block_ = {};
   block_end_ += ticks_per_block_;
@@ -76,7 +81,7 @@ void Wander::closeBlock() {
 bool Wander::search() {
   Search& search = *search_;
   if (!search.centre_is_known) {
-    search.centre_likelihood = search.best_likelihood = logLikelihood(walkOf(search.centre));
+    search.best_likelihood = plausibility(search.centre);
     search.best = search.centre;
     search.centre_is_known = true;
     return false;
@@ -88,7 +93,7 @@ bool Wander::search() {
     const bool on_grid = choice.phase >= 0 && choice.phase <= kPhaseSteps && choice.frequency >= 0 &&
                          choice.frequency <= kFrequencySteps;
     if (!on_grid || choice == search.centre) return false;
-    const double likelihood = logLikelihood(walkOf(choice));
+    const double likelihood = plausibility(choice);
     if (likelihood > search.best_likelihood) {
       search.best_likelihood = likelihood;
       search.best = choice;
@@ -97,7 +102,7 @@ bool Wander::search() {
   }
   if (search.best != search.centre) {
     search = {.centre = search.best,
-              .centre_likelihood = search.best_likelihood,
+
               .centre_is_known = true,
               .best = search.best,
               .best_likelihood = search.best_likelihood};
@@ -115,11 +120,17 @@ bool Wander::search() {
   return true;
 }
 
+double Wander::plausibility(Choice choice) const {
+  const double phase_steps = (choice.phase - best_.phase) / kInertia;
+  const double frequency_steps = (choice.frequency - best_.frequency) / kInertia;
+  return logLikelihood(walkOf(choice)) - 0.5 * (phase_steps * phase_steps + frequency_steps * frequency_steps);
+}
+
 // Of the blocks' phases under a walk: the usual prediction error decomposition.
 double Wander::logLikelihood(PhaseFilter::Walk walk) const {
   double phase = blocks_[0].phase_ns;
   double drift = (blocks_[1].phase_ns - blocks_[0].phase_ns) / (blocks_[1].tick - blocks_[0].tick);
-  const double first_variance = variance_ns2_ / blocks_[0].count;
+  const double first_variance = blocks_[0].variance_ns2;
   double p00 = first_variance;
   double p01 = 0;
   double p11 = 1e4 * first_variance;
@@ -131,7 +142,7 @@ double Wander::logLikelihood(PhaseFilter::Walk walk) const {
     p01 += n * p11 + walk.frequency_ns2 * n * n / 2;
     p11 += walk.frequency_ns2 * n;
     const double innovation = blocks_[i].phase_ns - phase;
-    const double total = p00 + variance_ns2_ / blocks_[i].count;
+    const double total = p00 + blocks_[i].variance_ns2;
     // The first blocks only settle the state.
     if (i > 2) sum -= 0.5 * (std::log(total) + innovation * innovation / total);
     const double phase_gain = p00 / total;

@@ -30,11 +30,12 @@ class Wander {
 
  private:
   static constexpr std::size_t kBlocks = 512;
-  static constexpr std::size_t kFirstLook = 64;
+  static constexpr std::size_t kFirstLook = 128;
   struct Block {
     double tick{};  // mean, since the origin
     double phase_ns{};
     double count{};
+    double variance_ns2{};  // of the mean, from the stamps' jitter
   };
   // Steps of the grid of walks: each is a factor sqrt(2) in amplitude; phase step 0 is no walk of the phase at all.
   struct Choice {
@@ -44,7 +45,6 @@ class Wander {
   };
   struct Search {
     Choice centre{};
-    double centre_likelihood{};
     bool centre_is_known{};
     Choice best{};
     double best_likelihood{};
@@ -54,6 +54,7 @@ class Wander {
   PhaseFilter::Walk walkOf(Choice choice) const;
   void closeBlock();
   bool search();
+  double plausibility(Choice choice) const;
   double logLikelihood(PhaseFilter::Walk walk) const;
 
   std::int64_t nominal_ns_;
@@ -62,7 +63,6 @@ class Wander {
   Choice best_;
   Tick origin_{};
   MonoTime origin_at_{};
-  double variance_ns2_{};
   std::array<Block, kBlocks> blocks_{};
   std::size_t block_count_{};
   std::size_t next_look_{kFirstLook};
