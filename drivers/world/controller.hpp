@@ -17,7 +17,6 @@ struct ControllerConfig {
   Vector3 nominal_centre_mm{10.12, -20.08, 30.1};
   double nominal_effective_radius_mm{15.5};  // datum sphere and stylus ball
   double safe_distance_mm{2};                // traverses stay this far from the surface
-  double traverse_mm_s{300};
   Vector3 park_mm{10, -20, 110};
   std::uint32_t tool{1};
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
@@ -62,14 +61,17 @@ class Controller {
   void enter(Activity activity);
   bool elapsed(Nanoseconds duration) const { return now_ - entered_ >= duration; }
   void refreshStatus();
+  void question();
+  void askAnew();
   bool procedureHasGone() const;
+  void leave();
 
   void ask();
   void follow(const Prompt& prompt);
   void travel(Activity then);
-  void post(MarkerPhase phase);
-  void awaitAnswer(MarkerPhase phase);
-  void answered(MarkerPhase phase, bool taken);
+  void post(MarkerPhase phase, Activity waiting);
+  void awaitAnswer();
+  void answered(bool taken);
   void touch();
   void withdraw();
   void park();

@@ -16,7 +16,7 @@ class Machine {
 
   // A straight move from rest to rest, starting at `now`. False, and nothing happens, while the last one is under way.
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
-  bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, traverse_mm_s_, now); }
+  bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
   bool atRest(MonoTime now) const { return motion_.atRest(now); }
   Vector3 commandedPosition() const { return motion_.target(); }
 
@@ -32,7 +32,6 @@ class Machine {
 
  private:
   AxesConfig axes_;
-  double traverse_mm_s_;
   MotionHistory motion_;
   Stylus stylus_;
 };

@@ -65,7 +65,6 @@ class MotionHistory {
 
   // `delay_s` before `at`.
   Vector3 positionAt(MonoTime at, double delay_s = 0) const;
-  double positionAt(std::size_t axis, MonoTime at, double delay_s) const { return positionAt(at, delay_s)[axis]; }
   double speedAt(MonoTime at) const;
 
  private:

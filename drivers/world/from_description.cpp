@@ -1,0 +1,72 @@
+#include "drivers/world/from_description.hpp"
+
+#include <cmath>
+
+namespace probebox::world {
+namespace {
+
+SyncConfig syncOf(const board::WorldClock& clock) {
+  SyncConfig sync;
+  sync.nominal_period = Nanoseconds{clock.period_ns};
+  sync.drift_ppm = clock.drift_ppm;
+  sync.wander_ppm = clock.wander_ppm;
+  sync.bias_us = clock.bias_us;
+  sync.jitter = static_cast<Jitter>(clock.jitter);
+  static_assert(static_cast<int>(Jitter::gauss) == static_cast<int>(board::Jitter::gauss) &&
+                static_cast<int>(Jitter::lognormal) == static_cast<int>(board::Jitter::lognormal));
+  sync.jitter_us = clock.jitter_us;
+  sync.outlier_probability = clock.outlier_probability;
+  sync.outlier_us = clock.outlier_us;
+  sync.missing_probability = clock.missing_probability;
+  sync.doubled_probability = clock.doubled_probability;
+  sync.spurious_probability = clock.spurious_probability;
+  return sync;
+}
+
+ProbeConfig probeOf(const board::WorldProbe& described) {
+  ProbeConfig probe;
+  probe.rate_hz = described.rate_hz;
+  probe.noise_um = described.noise_um;
+  probe.gain = described.gain;
+  probe.range_mm = described.range_mm;
+  probe.bounce_mm = described.bounce_mm;
+  probe.bounce_decay_s = described.bounce_decay_s;
+  probe.dropout_probability = described.dropout_probability;
+  return probe;
+}
+
+}  // namespace
+
+Config fromDescription(const board::World& description) {
+  Config config;
+  config.delays = {description.delays.tau_machine_s, description.delays.tau_probe_s};
+  config.sync = syncOf(description.clock);
+  config.encoders.rate_hz = description.encoders.rate_hz;
+  config.encoders.noise_um = description.encoders.noise_um;
+  config.encoders.counts_per_mm = description.encoders.counts_per_mm;
+  config.encoders.dropout_probability = description.encoders.dropout_probability;
+  config.axes.acceleration_mm_s2 = description.axes.acceleration_mm_s2;
+  config.axes.traverse_mm_s = description.axes.traverse_mm_s;
+  config.axes.home_mm = description.axes.home_mm;
+  config.probe = probeOf(description.probe);
+  config.sphere = {description.sphere.centre_mm, description.sphere.radius_mm,
+                   description.sphere.stylus_ball_radius_mm};
+  return config;
+}
+
+Config fromDescription(const board::World& description, const board::Machine& machine) {
+  Config config = fromDescription(description);
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) config.encoders.sense[i] = machine.axes[i].sense;
+  return config;
+}
+
+ControllerConfig controllerFromDescription(const board::World& description, const Vector3& error_mm) {
+  ControllerConfig config;
+  config.nominal_centre_mm = description.sphere.centre_mm + error_mm;
+  config.nominal_effective_radius_mm = description.sphere.radius_mm + description.sphere.stylus_ball_radius_mm;
+  config.park_mm = description.axes.home_mm;
+  config.dwell = Nanoseconds{std::llround(1e9 * description.cycle.dwell_s)};
+  return config;
+}
+
+}  // namespace probebox::world

@@ -1,0 +1,101 @@
+#include "drivers/world/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace probebox::world {
+
+Profile::Profile(double length_mm, const MotionLimits& limits)
+    : length_mm_{length_mm},
+      // A short move never reaches the speed limit.
+      speed_mm_s_{std::min(limits.speed_mm_s, std::sqrt(length_mm * limits.acceleration_mm_s2))},
+      acceleration_mm_s2_{limits.acceleration_mm_s2},
+      ramp_s_{speed_mm_s_ / acceleration_mm_s2_},
+      trapezoid_s_{length_mm > 0 ? length_mm / speed_mm_s_ + ramp_s_ : 0},
+      jerk_time_s_{limits.jerk_time_s} {}
+
+double Profile::trapezoid(double time_s) const {
+  if (time_s <= 0) return 0;
+  if (time_s >= trapezoid_s_) return length_mm_;
+  if (time_s < ramp_s_) return acceleration_mm_s2_ * time_s * time_s / 2;
+  const double left_s = trapezoid_s_ - time_s;
+  if (left_s < ramp_s_) return length_mm_ - acceleration_mm_s2_ * left_s * left_s / 2;
+  return speed_mm_s_ * (time_s - ramp_s_ / 2);
+}
+
+double Profile::trapezoidIntegral(double time_s) const {
+  if (time_s <= 0) return 0;
+  const double ramp_up = acceleration_mm_s2_ * ramp_s_ * ramp_s_ * ramp_s_ / 6;
+  if (time_s < ramp_s_) return acceleration_mm_s2_ * time_s * time_s * time_s / 6;
+  const double cruise_end_s = trapezoid_s_ - ramp_s_;
+  const double cruised_s = std::min(time_s, cruise_end_s) - ramp_s_;
+  const double until_cruise_end = ramp_up + speed_mm_s_ * cruised_s * (cruised_s + ramp_s_) / 2;
+  if (time_s <= cruise_end_s) return until_cruise_end;
+  const double left_s = std::max(trapezoid_s_ - time_s, 0.0);
+  return until_cruise_end + length_mm_ * (time_s - cruise_end_s) -
+         (ramp_up - acceleration_mm_s2_ * left_s * left_s * left_s / 6);
+}
+
+double Profile::distanceAt(double time_s) const {
+  if (time_s <= 0) return 0;
+  if (time_s >= duration()) return length_mm_;
+  if (jerk_time_s_ <= 0) return trapezoid(time_s);
+  return (trapezoidIntegral(time_s) - trapezoidIntegral(time_s - jerk_time_s_)) / jerk_time_s_;
+}
+
+double Profile::speedAt(double time_s) const {
+  if (time_s <= 0 || time_s >= duration()) return 0;
+  if (jerk_time_s_ > 0) return (trapezoid(time_s) - trapezoid(time_s - jerk_time_s_)) / jerk_time_s_;
+  return std::min({speed_mm_s_, acceleration_mm_s2_ * time_s, acceleration_mm_s2_ * (trapezoid_s_ - time_s)});
+}
+
+double Profile::timeAt(double distance_mm) const {
+  double early = 0, late = duration();
+  // Sixty halvings of any duration end below what a double can tell.
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (early + late) / 2;
+    (distanceAt(middle) < distance_mm ? early : late) = middle;
+  }
+  return (early + late) / 2;
+}
+
+const Move& MotionHistory::append(const Vector3& target, const MotionLimits& limits, MonoTime start) {
+  const Vector3 path = target - rest_;
+  Move& move = moves_[count_ % kRemembered];
+  move = Move{.start = start,
+              .from = rest_,
+              .direction = unit(path),
+              .length_mm = norm(path),
+              .profile = Profile{norm(path), limits}};
+  ++count_;
+  rest_ = target;
+  return move;
+}
+
+bool MotionHistory::atRest(MonoTime at) const {
+  if (count_ == 0) return true;
+  const Move& last = moves_[(count_ - 1) % kRemembered];
+  return last.elapsed(at, 0) >= last.profile.duration();
+}
+
+Vector3 MotionHistory::positionAt(MonoTime at, double delay_s) const {
+  if (count_ == 0) return rest_;
+  if (const Move* move = moveAt(at, delay_s)) return move->at(move->profile.distanceAt(move->elapsed(at, delay_s)));
+  return moves_[count_ <= kRemembered ? 0 : count_ % kRemembered].from;
+}
+
+double MotionHistory::speedAt(MonoTime at) const {
+  const Move* move = moveAt(at, 0);
+  return move ? move->profile.speedAt(move->elapsed(at, 0)) : 0;
+}
+
+const Move* MotionHistory::moveAt(MonoTime at, double delay_s) const {
+  const std::uint64_t oldest = count_ > kRemembered ? count_ - kRemembered : 0;
+  for (std::uint64_t i = count_; i > oldest; --i) {
+    const Move& move = moves_[(i - 1) % kRemembered];
+    if (move.elapsed(at, delay_s) >= 0) return &move;
+  }
+  return nullptr;
+}
+
+}  // namespace probebox::world

@@ -1,0 +1,39 @@
+#include "drivers/world/probe.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace probebox::world {
+namespace {
+
+constexpr std::uint64_t kStream = 2;
+
+}  // namespace
+
+Probe::Probe(const Config& config, std::uint64_t seed)
+    : config_{config.probe},
+      tau_s_{config.delays.tau_probe_s},
+      channels_of_displacement_{inverse(config.probe.gain)},
+      random_{seed, kStream},
+      sampling_{config.start, config.probe.rate_hz, random_} {}
+
+bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {
+  Deflection deflection{
+      .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
+  const Vector3 channels_mm = channels_of_displacement_ * machine.stylusDisplacementAt(deflection.at, tau_s_);
+  for (std::size_t i = 0; i < channels_mm.size(); ++i) {
+    const double read_mm = channels_mm[i] + 1e-3 * config_.noise_um * random_.normal();
+    const double clipped_mm = std::clamp(read_mm, -config_.range_mm, config_.range_mm);
+    deflection.clipped |= clipped_mm != read_mm;
+    deflection.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e6 * clipped_mm));
+  }
+  const bool dropped =
+      random_.happens(config_.dropout_probability) || faults.active(FaultKind::drop_probe, deflection.at);
+  event = deflection;
+  ++sample_;
+  ++ledger.probe_samples;
+  if (dropped) ++ledger.dropped_probe;
+  return !dropped;
+}
+
+}  // namespace probebox::world

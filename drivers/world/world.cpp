@@ -1,0 +1,69 @@
+#include "drivers/world/world.hpp"
+
+#include <algorithm>
+
+namespace probebox::world {
+
+World::World(const Config& config, std::uint64_t seed)
+    : config_{config},
+      now_{config.start},
+      machine_{config},
+      encoders_{config, seed},
+      probe_{config, seed},
+      sync_{config, seed},
+      trigger_{config} {}
+
+void World::advanceTo(MonoTime now) {
+  now_ = std::max(now_, now);
+}
+
+// What happened is worked out when it is asked for: there is no queue that could overflow.
+std::size_t World::poll(std::span<Event> into) {
+  std::size_t filled = 0;
+  while (filled < into.size()) {
+    MonoTime edge_at = MonoTime::max(), trigger_at = MonoTime::max();
+    if (config_.edges_as_events) {
+      sync_.prepare(now_, faults_, ledger_);
+      edge_at = sync_.nextAt();
+      trigger_at = trigger_.nextAt(machine_);
+    }
+    const MonoTime encoders_at = encoders_.nextAt(), probe_at = probe_.nextAt();
+    const MonoTime next = std::min({edge_at, trigger_at, encoders_at, probe_at});
+    if (next > now_) break;
+    Event& event = into[filled];
+    const bool arrived = next == edge_at       ? sync_.take(event, ledger_)
+                         : next == trigger_at  ? trigger_.take(event, machine_, ledger_)
+                         : next == encoders_at ? encoders_.take(event, machine_, faults_, ledger_)
+                                               : probe_.take(event, machine_, faults_, ledger_);
+    if (arrived) ++filled;
+  }
+  return filled;
+}
+
+std::size_t World::pollEdges(std::span<PhysicalEdge> into) {
+  if (config_.edges_as_events) return 0;
+  std::size_t filled = 0;
+  while (filled < into.size()) {
+    sync_.prepare(now_, faults_, ledger_);
+    const MonoTime edge_at = sync_.nextAt(), trigger_at = trigger_.nextAt(machine_);
+    if (std::min(edge_at, trigger_at) > now_) break;
+    const bool arrived =
+        edge_at <= trigger_at ? sync_.take(into[filled], ledger_) : trigger_.take(into[filled], machine_, ledger_);
+    if (arrived) ++filled;
+  }
+  return filled;
+}
+
+Truth World::truth() const {
+  const double tau_probe_s = config_.delays.tau_probe_s;
+  return Truth{.tau_machine_s = config_.delays.tau_machine_s,
+               .tau_probe_s = tau_probe_s,
+               .tau_s = config_.delays.tau_machine_s - Vector3{tau_probe_s, tau_probe_s, tau_probe_s},
+               .sphere_centre_mm = config_.sphere.centre_mm,
+               .effective_radius_mm = config_.sphere.radius_mm + config_.sphere.stylus_ball_radius_mm,
+               .gain = config_.probe.gain,
+               .drift_ppm = sync_.driftPpm(),
+               .ledger = ledger_};
+}
+
+}  // namespace probebox::world

@@ -1,0 +1,91 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "drivers/world/world.hpp"
+
+// What the tests of the emulated machine share: its streams taken apart, and simple statistics of their own.
+namespace probebox::world::testing {
+
+inline MonoTime seconds(double s) {
+  return MonoTime{Nanoseconds{std::llround(s * 1e9)}};
+}
+
+struct Streams {
+  std::vector<Edge> edges;
+  std::vector<Deflection> deflections;
+  std::array<std::vector<Count>, 3> counts;
+
+  void add(const Event& event) {
+    if (const auto* edge = std::get_if<Edge>(&event)) edges.push_back(*edge);
+    if (const auto* deflection = std::get_if<Deflection>(&event)) deflections.push_back(*deflection);
+    if (const auto* count = std::get_if<Count>(&event)) counts[static_cast<std::size_t>(count->axis)].push_back(*count);
+  }
+};
+
+inline void pollAll(World& world, std::vector<Event>& into, std::size_t chunk = 64) {
+  std::vector<Event> some(chunk);
+  for (std::size_t n = world.poll(some); n > 0; n = world.poll(some)) {
+    into.insert(into.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(n));
+  }
+}
+
+inline Streams takeApart(const std::vector<Event>& events) {
+  Streams streams;
+  for (const Event& event : events) streams.add(event);
+  return streams;
+}
+
+inline Streams run(World& world, double until_s) {
+  std::vector<Event> events;
+  world.advanceTo(seconds(until_s));
+  pollAll(world, events);
+  return takeApart(events);
+}
+
+// A world in which nothing is random but what a test switches on.
+inline Config quiet() {
+  Config config;
+  config.sync.drift_ppm = 0;
+  config.sync.wander_ppm = 0;
+  config.sync.bias_us = 0;
+  config.sync.jitter = Jitter::none;
+  config.sync.outlier_probability = 0;
+  config.encoders.noise_um = 0;
+  config.probe.noise_um = 0;
+  config.probe.bounce_mm = 0;
+  return config;
+}
+
+struct Line {
+  double intercept{}, slope{};
+};
+
+inline Line fitLine(std::span<const double> x, std::span<const double> y) {
+  double mean_x = 0, mean_y = 0, xx = 0, xy = 0;
+  for (const double value : x) mean_x += value / static_cast<double>(x.size());
+  for (const double value : y) mean_y += value / static_cast<double>(y.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+  }
+  return {mean_y - xy / xx * mean_x, xy / xx};
+}
+
+struct Moments {
+  double mean{}, sd{};
+};
+
+inline Moments momentsOf(std::span<const double> values) {
+  Moments m;
+  for (const double value : values) m.mean += value / static_cast<double>(values.size());
+  for (const double value : values) m.sd += (value - m.mean) * (value - m.mean);
+  m.sd = std::sqrt(m.sd / static_cast<double>(values.size() - 1));
+  return m;
+}
+
+}  // namespace probebox::world::testing
