@@ -1,0 +1,119 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <gtest/gtest.h>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+#include "drivers/serial/emulator.hpp"
+#include "firmware/app/modbus_server.hpp"
+
+namespace probebox::app {
+
+// The server at one end of an emulated cable, a real Modbus master (mbpoll) at the other.
+class ModbusOnCable : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v mbpoll >/dev/null 2>&1") != 0) GTEST_SKIP() << "mbpoll is not installed";
+    folder_ = std::filesystem::temp_directory_path() / ("probebox-modbus-" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    auto cable = serial::EmulatedCable::open(folder_ / "box", folder_ / "cnc");
+    ASSERT_TRUE(cable.ok()) << cable.error().what;
+    cable_.emplace(std::move(cable).value());
+    ModbusOptions options;
+    options.line = {(folder_ / "box").string(), {19200, serial::Parity::even, 8, 1}};
+    server_ = std::make_unique<ModbusServer>(options, faces());
+    const auto opened = server_->open();
+    ASSERT_TRUE(opened.ok()) << opened.error().what;
+    server_thread_ = std::jthread{[this] { server_->run(); }};
+    cable_thread_ = std::jthread{[this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        const std::lock_guard lock{cable_mutex_};
+        cable_->pump(std::chrono::milliseconds{2});
+      }
+    }};
+  }
+
+  void TearDown() override {
+    if (server_) server_->stop();
+    server_thread_ = {};
+    cable_thread_ = {};
+    cable_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  // One request, and what mbpoll prints about it: "[5]:  -123". Without parity: a pseudo terminal has none, and mbpoll
+  // takes it for an error when nothing of its settings is new to the line.
+  std::string poll(const std::string& options, const std::string& values = "") {
+    const auto command = "timeout 60 mbpoll -m rtu -a 1 -b 19200 -P none -0 -1 -o 2 " + options + " " + cncPort() +
+                         (values.empty() ? "" : " -- " + values) + " 2>&1";
+    std::unique_ptr<FILE, int (*)(FILE*)> pipe{popen(command.c_str(), "r"), pclose};
+    std::string output;
+    std::array<char, 4096> buffer{};
+    while (const auto count = fread(buffer.data(), 1, buffer.size(), pipe.get())) output.append(buffer.data(), count);
+    return output;
+  }
+
+  void show(const corrections::Snapshot& snapshot) {
+    const std::lock_guard lock{mutex_};
+    snapshot_ = snapshot;
+  }
+  std::vector<Marker> markers() {
+    const std::lock_guard lock{mutex_};
+    return markers_;
+  }
+  void onCable(const std::function<void(serial::EmulatedCable&)>& act) {
+    const std::lock_guard lock{cable_mutex_};
+    act(*cable_);
+  }
+  std::string cncPort() const { return (folder_ / "cnc").string(); }
+
+  // Waits for what must come, with a generous end.
+  static bool eventually(const std::function<bool()>& condition) {
+    for (int i = 0; i < 3000; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds{10});
+    }
+    return false;
+  }
+
+  std::unique_ptr<ModbusServer> server_;
+  std::atomic<bool> markers_allowed_{true};
+
+ private:
+  ModbusServer::Faces faces() {
+    return {[this] {
+              const std::lock_guard lock{mutex_};
+              return snapshot_;
+            },
+            [this](const Marker& marker) {
+              const std::lock_guard lock{mutex_};
+              if (markers_allowed_) markers_.push_back(marker);
+              return markers_allowed_.load();
+            },
+            [](const std::string&) {}};
+  }
+
+  std::filesystem::path folder_;
+  std::optional<serial::EmulatedCable> cable_;
+  std::mutex cable_mutex_;
+  std::mutex mutex_;
+  corrections::Snapshot snapshot_;
+  std::vector<Marker> markers_;
+  std::jthread server_thread_;
+  std::jthread cable_thread_;
+};
+
+}  // namespace probebox::app
