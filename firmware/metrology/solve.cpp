@@ -1,6 +1,10 @@
 #include "firmware/metrology/solve.hpp"
 
+#include <array>
 #include <string>
+
+#include "firmware/metrology/delay_multi_speed.hpp"
+#include "firmware/metrology/sphere_fit.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -12,7 +16,11 @@ struct Method {
   Solver solver;
 };
 
-constexpr std::initializer_list<Method> kMethods{};
+// In alphabetical order.
+constexpr std::array<Method, 2> kMethods{{
+    {"delay-multi-speed", solveDelayMultiSpeed},
+    {"sphere-fit", solveSphereFit},
+}};
 
 }  // namespace
 

@@ -1,0 +1,112 @@
+#include "firmware/metrology/checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace probebox::metrology {
+namespace {
+
+std::string joined(std::span<const std::string_view> names) {
+  std::string all;
+  for (const auto name : names) all += (all.empty() ? "" : ",") + std::string{name};
+  return all;
+}
+
+std::optional<Refusal> wrongColumns(const Table& table, std::span<const std::string_view> columns) {
+  for (const auto wanted : columns) {
+    if (!table.column(wanted)) {
+      return Refusal{"missing-column",
+                     "table '" + table.name + "' has no column '" + std::string{wanted} + "': give " + joined(columns)};
+    }
+  }
+  for (const auto& column : table.columns) {
+    const bool known = std::ranges::find(columns, column.name) != columns.end();
+    const auto count = std::ranges::count(table.columns, column.name, &Column::name);
+    if (!known || count != 1) {
+      return Refusal{"unknown-column", "table '" + table.name + "' has " +
+                                           (known ? "two columns '" : "an unknown column '") + column.name +
+                                           "': give " + joined(columns) + ", each once"};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> wrongNumbers(const Table& table) {
+  for (const auto& column : table.columns) {
+    const auto bad = std::ranges::find_if(column.values, [](double value) { return !std::isfinite(value); });
+    if (bad != column.values.end()) {
+      return Refusal{"not-finite", "table '" + table.name + "', column '" + column.name + "', row " +
+                                       std::to_string(bad - column.values.begin() + 1) +
+                                       ": not a finite number; leave the reading out or measure it again"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name,
+                                            std::span<const std::string_view> columns) {
+  const Table* table = dataset.table(name);
+  if (!table) {
+    return Refusal{"missing-table", "there is no table '" + std::string{name} + "': method " + dataset.method +
+                                        " needs it, with the columns " + joined(columns)};
+  }
+  if (auto refusal = wrongColumns(*table, columns)) return *refusal;
+  if (!table->rectangular()) {
+    return Refusal{"ragged-table", "the columns of table '" + table->name +
+                                       "' have different lengths: every row needs all of " + joined(columns)};
+  }
+  if (table->rows() == 0) {
+    return Refusal{"empty-table", "table '" + table->name + "' has no rows: nothing was measured; record it again"};
+  }
+  if (auto refusal = wrongNumbers(*table)) return *refusal;
+  return table;
+}
+
+Outcome<std::optional<double>, Refusal> configNumber(const Dataset& dataset, std::string_view key) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return std::optional<double>{};
+  const auto* number = std::get_if<double>(&entry->second);
+  if (!number || !std::isfinite(*number)) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be one finite number"};
+  }
+  return std::optional<double>{*number};
+}
+
+Outcome<std::optional<double>, Refusal> configPositive(const Dataset& dataset, std::string_view key) {
+  auto number = configNumber(dataset, key);
+  if (number && *number && **number <= 0.0) {
+    return Refusal{"bad-config",
+                   "config key '" + std::string{key} + "' is " + text(**number) + ": it must be greater than zero"};
+  }
+  return number;
+}
+
+Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return false;
+  const auto* value = std::get_if<bool>(&entry->second);
+  if (!value) return Refusal{"bad-config", "config key '" + std::string{key} + "' must be true or false"};
+  return *value;
+}
+
+std::vector<std::string> unusedKeys(const Dataset& dataset, std::span<const std::string_view> used) {
+  std::vector<std::string> sentences;
+  for (const auto& [key, value] : dataset.config) {
+    if (std::ranges::find(used, key) == used.end()) {
+      sentences.push_back("config key '" + key + "' is not used by method " + dataset.method);
+    }
+  }
+  return sentences;
+}
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6);
+  return {buffer.data(), end.ptr};
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,120 @@
+#include "firmware/metrology/least_squares.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "firmware/metrology/checks.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr int kSteps = 30;
+constexpr double kStepLimit = 1e-12;
+
+Eigen::MatrixXd invertedNormal(const Eigen::MatrixXd& scaled, const Eigen::VectorXd& norms) {
+  const Eigen::Index n = scaled.cols();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{scaled};
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd inverse = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd unscaled = norms.cwiseInverse().asDiagonal() * inverse;
+  return unscaled * unscaled.transpose();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<std::size_t> outlyingRows(const Eigen::VectorXd& residuals) {
+  std::vector<double> deviations{residuals.begin(), residuals.end()};
+  const double centre = median(deviations);
+  for (double& deviation : deviations) deviation = std::abs(deviation - centre);
+  const double limit = 4.0 * 1.4826 * median(deviations);
+  std::vector<std::size_t> rows;
+  for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+    if (std::abs(residuals[i]) > limit) rows.push_back(static_cast<std::size_t>(i));
+  }
+  return rows;
+}
+
+// The same model with the rows of some readings left out.
+Model without(const Model& model, const std::vector<std::size_t>& rows) {
+  return [&model, rows](const Eigen::VectorXd& parameters) {
+    Linearised all = model(parameters);
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < all.residuals.size(); ++i) {
+      if (!std::ranges::binary_search(rows, static_cast<std::size_t>(i))) kept.push_back(i);
+    }
+    return Linearised{all.residuals(kept), all.jacobian(kept, Eigen::all)};
+  };
+}
+
+std::optional<Refusal> unusable(const Linearised& at) {
+  if (!at.residuals.allFinite() || !at.jacobian.allFinite()) {
+    return Refusal{"not-finite", "the fit left the finite numbers: look for a gross error in the readings"};
+  }
+  if (at.residuals.size() < at.jacobian.cols()) {
+    return Refusal{"too-few-readings", std::to_string(at.residuals.size()) + " equations for " +
+                                           std::to_string(at.jacobian.cols()) + " unknowns: take more readings"};
+  }
+  return std::nullopt;
+}
+
+Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) {
+  Fit fit;
+  fit.parameters = start;
+  double step_length = 0.0;
+  for (int step = 0; step < kSteps; ++step) {
+    const Linearised at = model(fit.parameters);
+    if (auto refusal = unusable(at)) return *refusal;
+    const Eigen::VectorXd norms = at.jacobian.colwise().norm();
+    const bool empty_column = norms.minCoeff() == 0.0;
+    const Eigen::MatrixXd scaled =
+        empty_column ? at.jacobian : Eigen::MatrixXd{at.jacobian * norms.cwiseInverse().asDiagonal()};
+    const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{scaled}.singularValues();
+    fit.condition = singular[0] / singular[singular.size() - 1];
+    if (empty_column || !(fit.condition <= kConditionLimit)) {
+      return Refusal{"ill-conditioned", "the readings do not determine the answer (condition number " +
+                                            text(fit.condition) + "): spread them out further"};
+    }
+    const Eigen::VectorXd scaled_step = -scaled.householderQr().solve(at.residuals);
+    fit.parameters += norms.cwiseInverse().asDiagonal() * scaled_step;
+    step_length = scaled_step.norm();
+    fit.cofactor = invertedNormal(scaled, norms);
+    fit.dof = static_cast<std::size_t>(at.residuals.size() - at.jacobian.cols());
+    if (step_length < kStepLimit) break;
+  }
+  // Rounding may hold the step above 1e-12; a step that still matters may not.
+  fit.residuals = model(fit.parameters).residuals;
+  if (!(step_length <= 1e-6 * (1.0 + fit.residuals.norm()))) {
+    return Refusal{"no-convergence", "the fit does not settle: look for a gross error in the readings"};
+  }
+  return fit;
+}
+
+}  // namespace
+
+double Fit::sumOfSquares() const {
+  double sum = residuals.squaredNorm();
+  for (const auto row : dropped) sum -= std::pow(residuals[static_cast<Eigen::Index>(row)], 2);
+  return sum;
+}
+
+Outcome<Fit, Refusal> leastSquares(const Model& model, const Eigen::VectorXd& start, Outliers outliers) {
+  auto first = iterate(model, start);
+  if (!first || outliers == Outliers::keep) return first;
+  const auto rows = outlyingRows(first->residuals);
+  if (rows.empty()) return first;
+  auto second = iterate(without(model, rows), first->parameters);
+  if (!second) return second;
+  second->residuals = model(second->parameters).residuals;
+  second->dropped = rows;
+  return second;
+}
+
+}  // namespace probebox::metrology

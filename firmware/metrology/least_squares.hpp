@@ -1,0 +1,44 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Above this condition number of the column-scaled Jacobian the readings do not determine the answer.
+inline constexpr double kConditionLimit = 1e6;
+
+// Residuals e(p) and their Jacobian de/dp, both already divided by the standard deviation of the reading.
+struct Linearised {
+  Eigen::VectorXd residuals;
+  Eigen::MatrixXd jacobian;
+};
+using Model = std::function<Linearised(const Eigen::VectorXd& parameters)>;
+
+struct Fit {
+  Eigen::VectorXd parameters;
+  Eigen::MatrixXd cofactor;   // (J'WJ)^-1: the covariance when the stated standard deviations hold
+  Eigen::VectorXd residuals;  // weighted; of all rows, dropped ones too
+  double condition{};         // of the column-scaled Jacobian
+  std::size_t dof{};
+  std::vector<std::size_t> dropped;  // rows, ascending
+
+  double sumOfSquares() const;  // of the rows that were used
+};
+
+enum class Outliers {
+  keep,
+  drop_once,  // |e_i| > 4 * 1.4826 * MAD, then refit
+};
+
+// Weighted Gauss-Newton: minimises |e(p)|^2; each step by QR of the column-scaled Jacobian; stops when the scaled step
+// is below 1e-12 or after 30 steps. Refuses: not-finite, too-few-readings (fewer equations than unknowns),
+// ill-conditioned, no-convergence.
+Outcome<Fit, Refusal> leastSquares(const Model& model, const Eigen::VectorXd& start,
+                                   Outliers outliers = Outliers::keep);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,216 @@
+#include "firmware/metrology/retract.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "firmware/metrology/checks.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::size_t kLeastSamples = 5;
+constexpr double kResolution = 1e-7;  // unit of the stream; what the digits of a case file may round away
+// Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
+// stylus; above the upper the machine still gathers speed.
+constexpr double kLowest = 0.10;
+constexpr double kHighest = 0.85;
+// The machine's window in overtravels from its apex.
+constexpr double kFrom = 0.25;
+constexpr double kUntil = 3.0;
+
+struct Deflected {
+  Eigen::Vector3d apex;  // deflection at rest
+  std::size_t last{};    // last sample above the upper fraction: the retract begins about here
+  std::size_t parted{};  // first sample after it below the lower fraction
+};
+
+Refusal refusal(const Touch& touch, std::string name, const std::string& what) {
+  return {std::move(name), touch.plan.name + ": " + what};
+}
+
+Outcome<Deflected, Refusal> findContact(const Touch& touch) {
+  const auto& values = touch.probe.values;
+  const Eigen::VectorXd size = values.rowwise().norm();
+  const double highest = size.maxCoeff();
+  Deflected found;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<double> large;
+  for (Eigen::Index k = 0; k < size.size(); ++k) {
+    if (size[k] < 0.8 * highest) continue;
+    sum += values.row(k).transpose();
+    large.push_back(size[k]);
+  }
+  // High among the large ones: below are the ends of a slow drive, above is the overshoot of a bounce.
+  const auto rest = large.begin() + static_cast<std::ptrdiff_t>(4 * large.size() / 5);
+  std::nth_element(large.begin(), rest, large.end());
+  found.apex = *rest * sum.normalized();
+  const std::vector<double> deflection = touch.probe.along(found.apex.normalized(), {0, touch.probe.times.size()});
+  if (highest <= std::max(10.0 * localDeviation(touch.probe.times, deflection), 10.0 * kResolution)) {
+    return refusal(touch, "no-contact",
+                   "the probe was never deflected clearly; check that the touch reached the surface");
+  }
+  const Eigen::VectorXd share = values * found.apex / found.apex.squaredNorm();
+  for (Eigen::Index k = 0; k < share.size(); ++k) {
+    if (share[k] >= kHighest) found.last = static_cast<std::size_t>(k);
+  }
+  found.parted = found.last;
+  while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kLowest)
+    ++found.parted;
+  if (found.parted == touch.probe.times.size()) {
+    return refusal(touch, "truncated", "the probe's record ends before it parts from the surface; measure it again");
+  }
+  return found;
+}
+
+// The samples whose stamps lie in [from, until].
+Run between(const std::vector<double>& times, double from, double until) {
+  const auto begin = std::ranges::lower_bound(times, from);
+  const auto end = std::ranges::upper_bound(times, until);
+  if (end <= begin) return {};
+  return {static_cast<std::size_t>(begin - times.begin()), static_cast<std::size_t>(end - times.begin())};
+}
+
+std::optional<Refusal> unfit(const Touch& touch, const std::string& stream, std::span<const double> times) {
+  if (times.size() < kLeastSamples) {
+    return refusal(touch, "too-few-samples",
+                   std::to_string(times.size()) + " " + stream +
+                       " samples at constant speed, five are needed; retract slower, or "
+                       "further, or sample faster");
+  }
+  double widest = 0.0;
+  for (std::size_t k = 1; k < times.size(); ++k) widest = std::max(widest, times[k] - times[k - 1]);
+  if (widest > 0.4 * (times.back() - times.front())) {
+    return refusal(touch, "gap",
+                   "the " + stream + " samples have a gap of " + text(widest) +
+                       " s during the retract; find out why samples are lost and measure again");
+  }
+  return std::nullopt;
+}
+
+// Speed change over the window, relative, where it stands out of the noise; 0 where it does not.
+double speedChange(std::span<const double> times, std::span<const double> values) {
+  const auto n = static_cast<Eigen::Index>(times.size());
+  const Eigen::Map<const Eigen::ArrayXd> t{times.data(), n};
+  const Eigen::Map<const Eigen::ArrayXd> x{values.data(), n};
+  const double length = times.back() - times.front();
+  const Eigen::ArrayXd s = (t - t[0]) / length - 0.5;
+  Eigen::MatrixXd basis{n, 3};
+  basis << Eigen::ArrayXd::Ones(n), s, s.square();
+  const Eigen::MatrixXd normal = basis.transpose() * basis;
+  const Eigen::Vector3d fitted = normal.ldlt().solve(basis.transpose() * (x - x[0]).matrix());
+  const double variance = ((x - x[0]).matrix() - basis * fitted).squaredNorm() / static_cast<double>(n - 3);
+  const double sd = std::sqrt(variance * normal.inverse()(2, 2)) + kResolution;
+  return std::abs(fitted[2]) > 5.0 * sd ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
+}
+
+Outcome<Line, Refusal> fitWindow(const Touch& touch, const Stream& stream, const std::string& name, Run window,
+                                 const Eigen::Vector3d& direction) {
+  if (auto bad = unfit(touch, name, stream.timesOf(window))) return *bad;
+  const Run steady = steadyRun(stream.timesOf(window), stream.along(direction, window), kResolution);
+  const Run used{window.begin + steady.begin, window.begin + steady.end};
+  if (auto bad = unfit(touch, name, stream.timesOf(used))) return *bad;
+  const double change = speedChange(stream.timesOf(used), stream.along(direction, used));
+  if (change > 0.02) {
+    return refusal(touch, "speed-not-constant",
+                   "the " + name + " speed changes by " + text(100.0 * change) +
+                       " % during the retract, 2 % are allowed; retract at constant feed, "
+                       "with the override locked");
+  }
+  return fitLine(stream.timesOf(used), stream.valuesOf(used));
+}
+
+Outcome<Line, Refusal> fitProbe(const Touch& touch, const Deflected& contact) {
+  const Stream& stream = touch.probe;
+  const Eigen::Vector3d direction = contact.apex.normalized();
+  const Run rough{contact.last, contact.parted};
+  if (auto bad = unfit(touch, "probe", stream.timesOf(rough))) return *bad;
+  // The window by the fitted line, not by the samples: noise must not choose which of them belong.
+  const Line first = fitLine(stream.timesOf(rough), stream.valuesOf(rough));
+  const double rate = first.slope.dot(direction);
+  if (!(rate < 0.0)) {
+    return refusal(touch, "deflection-not-falling",
+                   "the deflection does not fall during the retract; measure it again");
+  }
+  const auto timeAt = [&](double share) {
+    return first.t_mean + (share * contact.apex.norm() - first.mean.dot(direction)) / rate;
+  };
+  return fitWindow(touch, stream, "probe", between(stream.times, timeAt(kHighest), timeAt(kLowest)), direction);
+}
+
+// Overtravel as the nominal speed and the probe's time to separation tell it: the gain need not be known.
+double overtravel(const Touch& touch, const Deflected& contact, const Line& probe) {
+  return touch.plan.speed_mm_s * contact.apex.norm() / probe.slope.norm();
+}
+
+Outcome<Line, Refusal> fitMachine(const Touch& touch, std::size_t apex, double overtravel_mm) {
+  const Stream& stream = touch.machine;
+  const Run all{0, stream.times.size()};
+  const std::vector<double> travel = stream.along(touch.plan.retract, all);
+  const double from = travel[apex] + kFrom * overtravel_mm;
+  const double until = travel[apex] + kUntil * overtravel_mm;
+  Run rough{apex, stream.times.size()};
+  while (rough.begin < rough.end && travel[rough.begin] < from) ++rough.begin;
+  for (std::size_t k = rough.begin; k < rough.end; ++k) {
+    if (travel[k] > until) rough.end = k;
+  }
+  if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) <
+      travel[apex] + overtravel_mm) {
+    return refusal(touch, "truncated",
+                   "the machine's record ends before the probe can have parted from the surface; "
+                   "measure it again");
+  }
+  return fitWindow(touch, stream, "machine", rough, touch.plan.retract);
+}
+
+std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
+  const double speed = machine.slope.norm();
+  if (machine.slope.dot(touch.plan.retract) < 0.99 * speed) {
+    return refusal(touch, "wrong-direction",
+                   "the machine did not retract along (ux,uy,uz); correct the table of touches");
+  }
+  if (std::abs(speed - touch.plan.speed_mm_s) > 0.2 * touch.plan.speed_mm_s) {
+    return refusal(touch, "speed-differs",
+                   "the machine retracts at " + text(speed) + " mm/s where " + text(touch.plan.speed_mm_s) +
+                       " is stated; set the feed override to 100 %");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+double separationTime(const Line& probe) {
+  return probe.t_mean - probe.mean.dot(probe.slope) / probe.slope.squaredNorm();
+}
+
+double separationTimeSd(const Line& probe, double sample_sd) {
+  const double from_mean = separationTime(probe) - probe.t_mean;
+  const double variance = 1.0 / static_cast<double>(probe.n) + from_mean * from_mean / probe.sxx;
+  return sample_sd * std::sqrt(variance) / probe.slope.norm();
+}
+
+Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
+  return machine.at(separationTime(probe));
+}
+
+Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
+  const auto contact = findContact(touch);
+  if (!contact) return contact.error();
+  const auto probe = fitProbe(touch, contact.value());
+  if (!probe) return probe.error();
+  const std::vector<double> travel = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
+  const auto apex = static_cast<std::size_t>(std::ranges::min_element(travel) - travel.begin());
+  const auto machine = fitMachine(touch, apex, overtravel(touch, contact.value(), probe.value()));
+  if (!machine) return machine.error();
+  if (auto bad = wrongMotion(touch, machine.value())) return *bad;
+  return Retract{.plan = touch.plan,
+                 .machine = machine.value(),
+                 .probe = probe.value(),
+                 .machine_apex = touch.machine.values.row(static_cast<Eigen::Index>(apex)),
+                 .probe_apex = contact->apex};
+}
+
+}  // namespace probebox::metrology

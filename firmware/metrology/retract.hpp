@@ -1,0 +1,38 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "firmware/metrology/line.hpp"
+#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/touch.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A touch reduced to the two lines of its retract, each over its own stream's window of constant speed: the machine
+// stream lags by speed times delay, so one common window would take in a ramp (CN101622513, metrology A.3).
+struct Retract {
+  TouchPlan plan;
+  Line machine;  // mm
+  Line probe;    // raw channels
+  // Rests at the apex, each in its own stream; for the check of full deflection.
+  Eigen::Vector3d machine_apex;
+  Eigen::Vector3d probe_apex;
+};
+
+// Parameter of the probe's line where the deflection is zero, s (A5, A6): principal direction of the retract's own
+// slope.
+double separationTime(const Line& probe);
+
+// Standard deviation (k = 1) of separationTime for the deviation of one sample along the deflection, s.
+double separationTimeSd(const Line& probe, double sample_sd);
+
+// Machine position where the deflection is zero (A7), mm: displaced by the lag, M = P - tau v (A2).
+Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
+
+// Finds the windows and fits the lines.
+// Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
+// five in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
+// wrong-direction, deflection-not-falling.
+Outcome<Retract, Refusal> fitRetract(const Touch& touch);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/line.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One stream during one touch, at its native rate. Stamps rise.
+struct Stream {
+  std::vector<double> times;  // s, master clock
+  Rows3 values;               // machine: mm; probe: raw channels
+
+  std::span<const double> timesOf(Run run) const { return std::span{times}.subspan(run.begin, run.size()); }
+  Eigen::Ref<const Rows3> valuesOf(Run run) const {
+    return values.middleRows(static_cast<Eigen::Index>(run.begin), static_cast<Eigen::Index>(run.size()));
+  }
+  // Projections onto a direction.
+  std::vector<double> along(const Eigen::Vector3d& direction, Run run) const;
+};
+
+// How a touch was meant.
+struct TouchPlan {
+  std::string name;         // "touch 7"
+  Eigen::Vector3d normal;   // of the surface, outward, unit
+  Eigen::Vector3d retract;  // unit direction of the retract
+  double speed_mm_s{};      // nominal
+};
+
+// One drive onto the surface and back.
+struct Touch {
+  TouchPlan plan;
+  Stream machine;
+  Stream probe;
+};
+
+// Groups the tables machine, probe and touches by touch, in the order of the table of touches.
+// Refuses what checkedTable refuses, and: duplicated-touch, unknown-touch, missing-touch (a touch without samples: a
+// truncated record), duplicated-sample, time-not-rising, duplicated-reading (two touches with the same samples),
+// bad-direction, bad-speed, truncated (the streams of one touch cover different times).
+Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset);
+
+}  // namespace probebox::metrology

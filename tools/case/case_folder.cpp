@@ -1,0 +1,178 @@
+#include "tools/case/case_folder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "tools/case/csv.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using metrology::Dataset;
+using metrology::Refusal;
+using metrology::Table;
+using metrology::Value;
+
+constexpr const char* kConfig = "config.json";
+
+std::optional<std::string> contentOf(const fs::path& file) {
+  std::ifstream stream{file, std::ios::binary};
+  if (!stream) return std::nullopt;
+  std::ostringstream content;
+  content << stream.rdbuf();
+  if (stream.bad()) return std::nullopt;
+  return std::move(content).str();
+}
+
+bool allNumbers(const Json& list) {
+  return std::ranges::all_of(list, [](const Json& entry) { return entry.is_number(); });
+}
+
+bool allRows(const Json& list) {
+  return std::ranges::all_of(list, [](const Json& entry) { return entry.is_array() && allNumbers(entry); });
+}
+
+std::optional<Value> valueOf(const Json& json) {
+  if (json.is_boolean()) return Value{json.get<bool>()};
+  if (json.is_number()) return Value{json.get<double>()};
+  if (json.is_string()) return Value{json.get<std::string>()};
+  if (json.is_array() && allNumbers(json)) return Value{json.get<std::vector<double>>()};
+  if (json.is_array() && allRows(json)) return Value{json.get<metrology::Matrix>()};
+  return std::nullopt;
+}
+
+// Lists of lists of pairs, as arcs of several patterns, are flattened to their rows.
+std::optional<Value> flattened(const Json& json) {
+  if (!json.is_array() ||
+      !std::ranges::all_of(json, [](const Json& entry) { return entry.is_array() && allRows(entry); })) {
+    return std::nullopt;
+  }
+  metrology::Matrix rows;
+  for (const auto& group : json) {
+    for (const auto& row : group) rows.push_back(row.get<std::vector<double>>());
+  }
+  return Value{std::move(rows)};
+}
+
+Outcome<Json, Unreadable> readConfig(const fs::path& folder) {
+  std::error_code none;
+  if (!fs::is_directory(folder, none)) return Unreadable{folder.string() + ": there is no such folder"};
+  const auto text = contentOf(folder / kConfig);
+  if (!text) return Unreadable{folder.string() + ": cannot read config.json, which makes a folder a case"};
+  std::set<std::string> keys;
+  std::string twice;
+  const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
+      twice = parsed.get<std::string>();
+    }
+    return true;
+  };
+  Json config;
+  try {
+    config = Json::parse(*text, watch);
+  } catch (const Json::exception& error) {
+    return Unreadable{(folder / kConfig).string() + ": " + error.what()};
+  }
+  if (!config.is_object()) return Unreadable{(folder / kConfig).string() + ": must be one JSON object"};
+  if (!twice.empty()) return Unreadable{(folder / kConfig).string() + ": key '" + twice + "' stands there twice"};
+  const auto method = config.find("method");
+  if (method == config.end() || !method->is_string() || method->get<std::string>().empty()) {
+    return Unreadable{(folder / kConfig).string() + ": names no method; add \"method\": \"sphere-fit\" or another"};
+  }
+  return config;
+}
+
+std::optional<Refusal> fill(Dataset& dataset, const Json& config) {
+  for (const auto& [key, json] : config.items()) {
+    if (key == "method") continue;
+    auto value = valueOf(json);
+    if (!value) value = flattened(json);
+    if (!value) {
+      return Refusal{"bad-config",
+                     "config.json, key '" + key + "': must be a number, true or false, text, or lists of numbers"};
+    }
+    dataset.config.emplace(key, std::move(*value));
+  }
+  return std::nullopt;
+}
+
+Outcome<std::vector<fs::path>, Unreadable> tablesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
+       entry.increment(error)) {
+    if (entry->path().extension() == ".csv") files.push_back(entry->path());
+  }
+  if (error) return Unreadable{folder.string() + ": " + error.message()};
+  std::ranges::sort(files);  // the order of a folder is the file system's whim
+  return files;
+}
+
+Json jsonOf(const Value& value) {
+  return std::visit([](const auto& content) { return Json(content); }, value);
+}
+
+bool plainName(const std::string& name) {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !name.empty() && std::ranges::all_of(name, plain);
+}
+
+std::optional<Error> writeFile(const fs::path& file, const std::string& text) {
+  std::ofstream stream{file, std::ios::binary};
+  stream << text;
+  stream.close();
+  if (!stream) return Error{file.string() + ": cannot be written; is the disk full, or the folder read-only?"};
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Dataset, Problem> readCase(const fs::path& folder) {
+  const auto config = readConfig(folder);
+  if (!config) return Problem{config.error()};
+  Dataset dataset;
+  dataset.method = config.value()["method"].get<std::string>();
+  if (auto refusal = fill(dataset, config.value())) return Problem{Unsupported{dataset.method, *refusal}};
+  const auto files = tablesIn(folder);
+  if (!files) return Problem{files.error()};
+  for (const auto& file : files.value()) {
+    const auto text = contentOf(file);
+    if (!text) return Problem{Unreadable{file.string() + ": cannot be read; check its rights"}};
+    auto table = parseCsv(*text, file.stem().string());
+    if (!table) return Problem{Unsupported{dataset.method, table.error()}};
+    dataset.tables.push_back(std::move(table).value());
+  }
+  return dataset;
+}
+
+Outcome<fs::path> writeCase(const Dataset& dataset, const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return Error{folder.string() + ": " + error.message()};
+  if (fs::exists(folder / kConfig, error)) {
+    return Error{folder.string() + " holds a case already; give another folder"};
+  }
+  for (const auto& table : dataset.tables) {
+    if (!plainName(table.name)) return Error{"'" + table.name + "' cannot be the name of a file"};
+    if (auto failure = writeFile(folder / (table.name + ".csv"), formatCsv(table))) return *failure;
+  }
+  // Last, so that a folder which was not finished is no case.
+  Json config;
+  config["method"] = dataset.method;
+  for (const auto& [key, value] : dataset.config) config[key] = jsonOf(value);
+  if (auto failure = writeFile(folder / kConfig, config.dump(1) + "\n")) return *failure;
+  return folder;
+}
+
+}  // namespace probebox::casefolder

@@ -1,0 +1,124 @@
+#include "tools/case/csv.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace probebox::casefolder {
+namespace {
+
+using metrology::Refusal;
+using metrology::Table;
+
+struct Place {
+  std::string file;
+  std::size_t line{};
+  std::string toText() const { return file + ", line " + std::to_string(line); }
+};
+
+std::string_view trimmed(std::string_view cell) {
+  while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
+  while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t')) cell.remove_suffix(1);
+  return cell;
+}
+
+std::vector<std::string_view> cellsOf(std::string_view line) {
+  std::vector<std::string_view> cells;
+  while (true) {
+    const auto comma = line.find(',');
+    cells.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+// Takes the next line off `text`, without its line feed or CR LF.
+std::string_view takeLine(std::string_view& text) {
+  const auto end = text.find('\n');
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(end + 1);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+std::optional<Refusal> readHeader(std::string_view line, const Place& at, Table& table) {
+  for (const auto name : cellsOf(line)) {
+    double number{};
+    const bool numeric = std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc{};
+    if (name.empty() || numeric) {
+      return Refusal{"bad-header", at.toText() + ", column " + std::to_string(table.columns.size() + 1) + ": '" +
+                                       std::string{name} + "' is no column name; the first line names the columns"};
+    }
+    table.columns.push_back({std::string{name}, {}});
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> readRow(std::string_view line, const Place& at, Table& table) {
+  const auto cells = cellsOf(line);
+  if (cells.size() != table.columns.size()) {
+    const bool fewer = cells.size() < table.columns.size();
+    return Refusal{
+        fewer ? "truncated-row" : "extra-cells",
+        at.toText() + ": " + std::to_string(cells.size()) + " cells where the first line names " +
+            std::to_string(table.columns.size()) + "; " +
+            (fewer ? "the row is cut off: record or copy it again" : "write numbers with a point, one a cell")};
+  }
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    double value{};
+    const auto [end, error] = std::from_chars(cells[k].data(), cells[k].data() + cells[k].size(), value);
+    const std::string where = at.toText() + ", column " + table.columns[k].name + ": '" + std::string{cells[k]} + "' ";
+    if (error != std::errc{} || end != cells[k].data() + cells[k].size()) {
+      return Refusal{"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"};
+    }
+    if (!std::isfinite(value)) {
+      return Refusal{"not-finite", where + "is not a finite number; leave the reading out or measure it again"};
+    }
+    table.columns[k].values.push_back(value);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Table, Refusal> parseCsv(std::string_view text, const std::string& table_name) {
+  Table table{.name = table_name, .columns = {}};
+  Place at{table_name + ".csv", 1};
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+    return Refusal{"empty-file", at.file + " is empty; record or copy it again"};
+  }
+  if (text.back() != '\n') {
+    return Refusal{"truncated-file",
+                   at.file +
+                       ": the last line has no end, so the file may be cut off; copy it again, or end "
+                       "the line if it is whole"};
+  }
+  if (auto refusal = readHeader(takeLine(text), at, table)) return *refusal;
+  // Empty lines at the very end hurt nobody; one in the middle is a row without its cells.
+  while (text.find_first_not_of(" \t\r\n") != std::string_view::npos) {
+    ++at.line;
+    if (auto refusal = readRow(takeLine(text), at, table)) return *refusal;
+  }
+  return table;
+}
+
+std::string formatCsv(const Table& table) {
+  std::string text;
+  for (std::size_t k = 0; k < table.columns.size(); ++k) text += (k > 0 ? "," : "") + table.columns[k].name;
+  text += '\n';
+  std::array<char, 32> buffer{};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (std::size_t k = 0; k < table.columns.size(); ++k) {
+      const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), table.columns[k].values[row]).ptr;
+      if (k > 0) text += ',';
+      text.append(buffer.data(), end);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace probebox::casefolder

@@ -1,0 +1,14 @@
+#pragma once
+#include <filesystem>
+#include <iosfwd>
+#include <span>
+
+namespace probebox::casefolder {
+
+// What `probebox solve [--json] CASE...` does, but for the command line. Answers go to `out` in the order given: one
+// JSON object a line, or for a person a short table. What cannot be read is said on `err`, and the rest is still
+// solved. Returns the exit status: 0 every case solved; 1 at least one refused; 2 (wins over 1) a folder that cannot be
+// read, or none.
+int solveCases(std::span<const std::filesystem::path> folders, bool json, std::ostream& out, std::ostream& err);
+
+}  // namespace probebox::casefolder
