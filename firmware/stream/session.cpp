@@ -151,6 +151,7 @@ void Session::begin(const frame::Frame& received) {
   start_ = *start;
   sent_bytes_ = 0;
   state_ = SessionState::streaming;
+  heartbeat_due_ = true;  // says where the stream begins, before its first sample
 }
 
 void Session::halt() {

@@ -1,0 +1,239 @@
+#include "tools/link/client.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace probebox::link {
+
+using messages::ErrorCode;
+using messages::MessageType;
+
+Client::Client(std::unique_ptr<io::BytePipe> pipe, ClientOptions options, StreamListener* listener)
+    : pipe_{std::move(pipe)}, options_{options}, listener_{listener}, reader_{*this} {}
+
+LinkState Client::poll(MonoTime now) {
+  now_ = now;
+  if (!began_) {
+    began_ = last_heard_ = now;
+    sendHello();
+  }
+  if (state_ != LinkState::lost) receive();
+  if (state_ != LinkState::lost) duties();
+  if (state_ != LinkState::lost) transmit();
+  return state_;
+}
+
+bool Client::round(const Wait& wait) {
+  const auto now = wait(pipe_->descriptor(), wantsToWrite());
+  if (now) poll(*now);
+  return now.has_value();
+}
+
+Outcome<messages::Welcome, Failure> Client::connect(const Wait& wait) {
+  while (state_ == LinkState::greeting && round(wait)) {
+  }
+  if (state_ == LinkState::ready) return *reader_.welcome();
+  if (failure_) return *failure_;
+  if (reader_.welcome()) {
+    return Failure{Failure::Kind::no_protocol,
+                   {},
+                   "the box answered but its test pattern did not come through; the line is not clean for all 256 byte "
+                   "values: switch off software flow control and set 8 data bits"};
+  }
+  return Failure{Failure::Kind::timed_out, {}, "no box answered; is this its address, and its speed?"};
+}
+
+Outcome<Balance, Failure> Client::finish(const Wait& wait) {
+  if (wanted_) stop();
+  while (state_ != LinkState::lost && box_streams_) {
+    if (!round(wait)) return Failure{Failure::Kind::timed_out, {}, "the box did not close the stream in time"};
+  }
+  if (state_ == LinkState::lost) return *failure_;
+  return reader_.ledger().balance().value_or(Balance{.exact = true});
+}
+
+void Client::start(messages::Start start) {
+  start.credit_bytes = options_.window_bytes;
+  wanted_ = start;
+  box_streams_ = true;  // until a heartbeat says otherwise
+  received_bytes_ = 0;
+  credited_bytes_ = start.credit_bytes;
+  sendStart();
+}
+
+void Client::stop() {
+  wanted_.reset();
+  sendStop();
+}
+
+void Client::receive() {
+  std::array<std::byte, 65536> buffer{};
+  // Bounded, so that a fast box cannot keep poll() from its duties.
+  for (int round = 0; round < 16; ++round) {
+    const auto got = pipe_->read(buffer);
+    received_bytes_ += got.bytes;
+    if (got.bytes > 0) {
+      last_heard_ = now_;
+      reader_.read(std::span{buffer}.first(got.bytes));
+    }
+    if (got.state == io::PipeState::closed) {
+      return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the connection was closed"});
+    }
+    if (got.bytes == 0) return;
+  }
+}
+
+void Client::transmit() {
+  while (wantsToWrite()) {
+    const auto put = pipe_->write(std::span{outgoing_}.subspan(written_));
+    written_ += put.bytes;
+    if (put.state == io::PipeState::closed) {
+      return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the connection was closed"});
+    }
+    if (put.bytes == 0) return;
+  }
+  outgoing_.clear();
+  written_ = 0;
+}
+
+void Client::duties() {
+  if (state_ == LinkState::greeting) {
+    if (now_ - last_hello_ >= options_.retry_period) sendHello();
+    return;
+  }
+  if (now_ - last_heard_ > options_.silence) {
+    return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the box has gone silent"});
+  }
+  for (auto& [id, asked] : requests_) {
+    if (asked.answer || now_ - asked.last_sent < options_.retry_period) continue;
+    asked.last_sent = now_;
+    frameUp(MessageType::request, asked.payload);
+  }
+  const bool enough_for_credit = received_bytes_ + options_.window_bytes > credited_bytes_ + options_.window_bytes / 4;
+  if ((wanted_ && enough_for_credit) || now_ - last_sent_ >= options_.sign_of_life_period) sendCredit();
+}
+
+void Client::lose(Failure failure) {
+  state_ = LinkState::lost;
+  failure_ = std::move(failure);
+}
+
+void Client::sendHello() {
+  last_hello_ = now_;
+  // Ends whatever garbage is on the line.
+  outgoing_.push_back(frame::kDelimiter);
+  sendMessage(messages::Hello::current(options_.last_boot_id));
+}
+
+void Client::sendStart() {
+  last_stream_command_ = now_;
+  sendMessage(*wanted_);
+}
+
+void Client::sendStop() {
+  last_stream_command_ = now_;
+  sendMessage(messages::Stop{});
+}
+
+void Client::sendCredit() {
+  credited_bytes_ = std::max(credited_bytes_, received_bytes_ + options_.window_bytes);
+  sendMessage(messages::Credit{credited_bytes_});
+}
+
+std::uint32_t Client::send(messages::Operation operation, std::vector<std::byte> body) {
+  const auto id = ++last_id_;
+  auto& asked = requests_[id];
+  asked.payload = messages::encoded(messages::Request{id, operation, std::move(body)});
+  asked.last_sent = now_;
+  if (state_ == LinkState::ready) frameUp(MessageType::request, asked.payload);
+  return id;
+}
+
+std::optional<messages::Answer> Client::takeAnswer(std::uint32_t id) {
+  const auto found = requests_.find(id);
+  if (found == requests_.end() || !found->second.answer) return std::nullopt;
+  auto answer = std::move(found->second.answer);
+  requests_.erase(found);
+  return answer;
+}
+
+void Client::frameUp(MessageType type, std::span<const std::byte> payload) {
+  std::vector<std::byte> scratch(frame::bareSize(payload.size()));
+  const auto at = outgoing_.size();
+  outgoing_.resize(at + frame::delimitedMaxSize(payload.size()));
+  frame::Header header;
+  header.major = messages::kProtocolMajor;
+  header.type = static_cast<std::uint8_t>(type);
+  header.sequence = sequence_++;
+  outgoing_.resize(at + frame::encodeDelimited(header, payload, scratch, std::span{outgoing_}.subspan(at)));
+  last_sent_ = now_;
+}
+
+template <class Message>
+void Client::sendMessage(const Message& message) {
+  frameUp(Message::kType, messages::encoded(message));
+}
+
+void Client::onFrame(const frame::Frame& frame) {
+  if (listener_ != nullptr) listener_->onFrame(frame);
+}
+
+void Client::onWelcome(const messages::Welcome& welcome) {
+  if (listener_ != nullptr) listener_->onWelcome(welcome);
+}
+
+void Client::onDescriptor(const messages::Descriptor& descriptor) {
+  if (listener_ != nullptr) listener_->onDescriptor(descriptor);
+}
+
+void Client::onTestPattern(bool as_expected) {
+  if (as_expected && state_ == LinkState::greeting && reader_.welcome() && reader_.descriptor()) {
+    state_ = LinkState::ready;
+    for (auto& [id, asked] : requests_) asked.last_sent = MonoTime{};  // asked before the handshake: now is their time
+  }
+  if (listener_ != nullptr) listener_->onTestPattern(as_expected);
+}
+
+void Client::onBlock(const DecodedBlock& block) {
+  if (listener_ != nullptr) listener_->onBlock(block);
+}
+
+void Client::onGap(const messages::Gap& gap) {
+  if (listener_ != nullptr) listener_->onGap(gap);
+}
+
+void Client::onHole(const messages::Gap& hole) {
+  if (listener_ != nullptr) listener_->onHole(hole);
+}
+
+void Client::onHeartbeat(const messages::Heartbeat& beat, const std::optional<Balance>& balance) {
+  // Credit that went into lost frames comes back here.
+  if (beat.streaming) received_bytes_ = std::max(received_bytes_, beat.sent_bytes);
+  const bool may_repeat = now_ - last_stream_command_ >= options_.retry_period;
+  if (wanted_ && !beat.streaming && may_repeat) sendStart();
+  if (!wanted_ && beat.streaming && may_repeat) sendStop();
+  if (!wanted_ && !beat.streaming) box_streams_ = false;
+  if (listener_ != nullptr) listener_->onHeartbeat(beat, balance);
+}
+
+void Client::onRefusal(const messages::Refusal& refusal) {
+  if (refusal.about == MessageType::hello) {
+    lose({Failure::Kind::no_protocol, refusal.code, refusal.text});
+  } else if (refusal.about == MessageType::start) {
+    wanted_.reset();
+    box_streams_ = false;
+    failure_ = Failure{Failure::Kind::box_refused, refusal.code, refusal.text};
+  } else if (refusal.code == ErrorCode::wrong_state && state_ == LinkState::ready) {
+    lose({Failure::Kind::link_lost, refusal.code,
+          "the box has forgotten this link; it was restarted or heard nothing for too long"});
+  }
+  if (listener_ != nullptr) listener_->onRefusal(refusal);
+}
+
+void Client::onAnswer(const messages::Answer& answer) {
+  const auto found = requests_.find(answer.id);
+  if (found != requests_.end() && !found->second.answer) found->second.answer = answer;
+  if (listener_ != nullptr) listener_->onAnswer(answer);
+}
+
+}  // namespace probebox::link

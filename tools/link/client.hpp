@@ -1,0 +1,167 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/request.hpp"
+#include "protocol/units/outcome.hpp"
+#include "tools/link/stream_reader.hpp"
+#include "tools/link/wait.hpp"
+
+namespace probebox::link {
+
+// What did not work between this host and its box, and what to do.
+struct Failure {
+  enum class Kind : std::uint8_t {
+    link_lost,    // the connection is gone or the box is silent: connect anew
+    timed_out,    // patience is over
+    box_refused,  // `code` and `what` are the box's own
+    no_protocol,  // what answers is no box, or one of another version
+  };
+  Kind kind{};
+  messages::ErrorCode code{};
+  std::string what{};
+};
+
+enum class LinkState : std::uint8_t { greeting, ready, lost };
+
+struct ClientOptions {
+  messages::BootId last_boot_id{};               // of the box seen last: allows resume
+  std::uint64_t window_bytes{1024 * 1024};       // of samples that may be on their way
+  Nanoseconds retry_period{500'000'000};         // HELLO, START, STOP and requests are sent again after this
+  Nanoseconds sign_of_life_period{200'000'000};  // how often the box hears from this host at least
+  Nanoseconds silence{2'000'000'000};            // of the box, after which the link is lost
+};
+
+// A host's end of one link. It never blocks by itself: poll() moves what there is to move; the calls that take a Wait
+// go round poll() until they are done or patience is over. A lost link stays lost: connecting anew is up to the caller.
+class Client : private StreamListener {
+ public:
+  // `listener` hears everything that comes (may be null) and outlives the client.
+  Client(std::unique_ptr<io::BytePipe> pipe, ClientOptions options, StreamListener* listener = nullptr);
+
+  Client(const Client&) = delete;  // the reader refers back to it
+  Client& operator=(const Client&) = delete;
+
+  LinkState poll(MonoTime now);
+  LinkState state() const { return state_; }
+  int descriptor() const { return pipe_->descriptor(); }
+  bool wantsToWrite() const { return written_ < outgoing_.size(); }
+  const StreamReader& reader() const { return reader_; }
+  const std::optional<Failure>& failure() const { return failure_; }
+
+  // HELLO until WELCOME, DESCRIPTOR and the test pattern are there.
+  Outcome<messages::Welcome, Failure> connect(const Wait& wait);
+
+  // Asks for samples; they go to the listener. credit_bytes is set from the options.
+  void start(messages::Start start);
+  // No more samples; the closing ledger follows as a heartbeat with streaming 0.
+  void stop();
+  bool streaming() const { return wanted_.has_value(); }
+  // After stop(): the closing ledger is here.
+  bool closed() const { return !wanted_ && !box_streams_; }
+  // stop(), and waits for the closing ledger.
+  Outcome<Balance, Failure> finish(const Wait& wait);
+
+  // One operation of messages/control.hpp, without waiting: ask(), then answered() until it says something.
+  template <class Operation>
+  std::uint32_t ask(const typename Operation::Request& request) {
+    return send(Operation::kOperation, messages::encoded(request));
+  }
+  template <class Operation>
+  std::optional<Outcome<typename Operation::Answer, Failure>> answered(std::uint32_t id) {
+    using Result = Outcome<typename Operation::Answer, Failure>;
+    if (state_ == LinkState::lost) return Result{*failure_};
+    auto answer = takeAnswer(id);
+    if (!answer) return std::nullopt;
+    if (answer->code != messages::ErrorCode::ok) {
+      return Result{Failure{Failure::Kind::box_refused, answer->code, std::move(answer->text)}};
+    }
+    auto body = messages::decode<typename Operation::Answer>(answer->body);
+    if (!body)
+      return Result{
+          Failure{Failure::Kind::no_protocol, {}, "the box's answer is cut off; update the older of the two"}};
+    return Result{std::move(*body)};
+  }
+  // Forgets a request, for a caller who has lost interest.
+  void forget(std::uint32_t id) { requests_.erase(id); }
+
+  // The same, waiting.
+  template <class Operation>
+  Outcome<typename Operation::Answer, Failure> request(const typename Operation::Request& request, const Wait& wait) {
+    const auto id = ask<Operation>(request);
+    while (true) {
+      if (auto answer = answered<Operation>(id)) return std::move(*answer);
+      if (!round(wait)) break;
+    }
+    forget(id);
+    return Failure{Failure::Kind::timed_out, {}, "the box did not answer in time"};
+  }
+
+  // One poll() after waiting; false when patience is over.
+  bool round(const Wait& wait);
+
+ private:
+  struct Asked {
+    std::vector<std::byte> payload;  // of the REQUEST
+    MonoTime last_sent{};
+    std::optional<messages::Answer> answer;
+  };
+
+  void onFrame(const frame::Frame& frame) override;
+  void onWelcome(const messages::Welcome& welcome) override;
+  void onDescriptor(const messages::Descriptor& descriptor) override;
+  void onTestPattern(bool as_expected) override;
+  void onBlock(const DecodedBlock& block) override;
+  void onGap(const messages::Gap& gap) override;
+  void onHole(const messages::Gap& hole) override;
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<Balance>& balance) override;
+  void onRefusal(const messages::Refusal& refusal) override;
+  void onAnswer(const messages::Answer& answer) override;
+
+  std::uint32_t send(messages::Operation operation, std::vector<std::byte> body);
+  std::optional<messages::Answer> takeAnswer(std::uint32_t id);
+  void receive();
+  void transmit();
+  void duties();
+  void lose(Failure failure);
+  void sendHello();
+  void sendStart();
+  void sendStop();
+  void sendCredit();
+  void frameUp(messages::MessageType type, std::span<const std::byte> payload);
+  template <class Message>
+  void sendMessage(const Message& message);
+
+  std::unique_ptr<io::BytePipe> pipe_;
+  ClientOptions options_;
+  StreamListener* listener_;
+  StreamReader reader_;
+  LinkState state_{LinkState::greeting};
+  std::optional<Failure> failure_;
+  std::vector<std::byte> outgoing_;
+  std::size_t written_{};
+  std::uint32_t sequence_{};
+  std::uint32_t last_id_{};
+  std::map<std::uint32_t, Asked> requests_;
+  std::optional<messages::Start> wanted_;
+  bool box_streams_{};              // as far as heartbeats have told
+  std::uint64_t received_bytes_{};  // since START
+  std::uint64_t credited_bytes_{};
+  std::optional<MonoTime> began_{};
+  MonoTime now_{};
+  MonoTime last_heard_{};
+  MonoTime last_hello_{};
+  MonoTime last_sent_{};
+  MonoTime last_stream_command_{};
+};
+
+}  // namespace probebox::link

@@ -1,0 +1,74 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "protocol/messages/stream.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::link {
+
+// The host's own account of one stream. Every sample of it is exactly one of these.
+struct Account {
+  std::uint64_t received{};       // decoded
+  std::uint64_t unreadable{};     // arrived in a frame that could not be decoded (no or another descriptor)
+  std::uint64_t declared_lost{};  // in GAP frames
+  std::uint64_t inferred_lost{};  // in frames that the wire lost: from frame sequence and sample index
+
+  std::uint64_t total() const { return received + unreadable + declared_lost + inferred_lost; }
+};
+
+// The account against a heartbeat's.
+struct Balance {
+  Account account{};
+  std::uint64_t produced{};
+  // received + unreadable + declared lost + inferred lost == produced; and what the box says it sent and lost is what
+  // came, where no frame is missing.
+  bool exact{};
+};
+
+// Follows sample indices and frame sequences of one link. A new stream (START) begins a new account.
+class HostLedger {
+ public:
+  // Every frame, in order. A sequence that jumps says how many frames the wire lost.
+  void frame(std::uint32_t sequence);
+
+  // A block or a gap. Returns the hole before it that no GAP explains.
+  messages::Gap samples(SampleIndex first, std::uint64_t count, bool readable);
+  messages::Gap gap(const messages::Gap& gap);
+  messages::Gap heartbeat(const messages::Heartbeat& beat);
+
+  // As of the last heartbeat; nothing before the first one of a stream.
+  const std::optional<Balance>& balance() const { return balance_; }
+  const Account& account() const { return account_; }
+  std::uint64_t framesMissing() const { return frames_missing_; }
+  // Holes without a missing frame, and indices that went back: the box, not the wire, is at fault.
+  std::uint64_t unexplained() const { return unexplained_; }
+  std::uint64_t repeated() const { return repeated_; }
+  // The first sample that has not come; what comes after it in a recording that ends without a closing heartbeat is
+  // unknown.
+  SampleIndex next() const { return expected_; }
+  bool begun() const { return begun_; }
+  bool closed() const { return closed_; }
+
+  // A new link: sequence and stream begin anew. Totals of missing frames and faults stay.
+  void restart();
+
+ private:
+  void openStream(SampleIndex start);
+  messages::Gap reach(SampleIndex first);
+
+  Account account_{};
+  std::optional<Balance> balance_{};
+  SampleIndex start_{};
+  SampleIndex expected_{};
+  std::uint64_t before_{};  // produced before this account began, when its beginning was not seen
+  std::optional<std::uint32_t> next_sequence_{};
+  bool frame_lost_since_{};  // since the last sample index that was known to be right
+  bool begun_{};
+  bool closed_{};
+  std::uint64_t frames_missing_{};
+  std::uint64_t unexplained_{};
+  std::uint64_t repeated_{};
+};
+
+}  // namespace probebox::link

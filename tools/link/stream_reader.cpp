@@ -1,0 +1,125 @@
+#include "tools/link/stream_reader.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocol/frame/crc32c.hpp"
+
+namespace probebox::link {
+
+using messages::MessageType;
+
+void StreamReader::read(std::span<const std::byte> bytes) {
+  while (const auto received = reader_.next(bytes)) {
+    listener_.onFrame(*received);
+    understand(*received);
+  }
+}
+
+template <class Message>
+std::optional<Message> StreamReader::decoded(std::span<const std::byte> payload) {
+  auto message = messages::decode<Message>(payload);
+  if (message) return std::move(*message);
+  ++faults_.malformed;
+  return std::nullopt;
+}
+
+void StreamReader::understand(const frame::Frame& received) {
+  const auto type = static_cast<MessageType>(received.header.type);
+  // A refusal is how a box of another major says so.
+  if (received.header.major != messages::kProtocolMajor && type != MessageType::refusal) {
+    ++faults_.other_major;
+    return;
+  }
+  if (type == MessageType::welcome) onWelcome(received.payload);  // begins a new count of frames
+  if (type != MessageType::refusal || received.header.major == messages::kProtocolMajor) {
+    ledger_.frame(received.header.sequence);
+  }
+  switch (type) {
+    case MessageType::welcome:
+      return;
+    case MessageType::descriptor:
+      return onDescriptor(received.payload);
+    case MessageType::test_pattern: {
+      const auto pattern = decoded<messages::TestPattern>(received.payload);
+      test_pattern_seen_ = pattern.has_value();
+      if (pattern) listener_.onTestPattern(pattern->bytes == messages::TestPattern::expected().bytes);
+      return;
+    }
+    case MessageType::samples:
+      return onSamples(received);
+    case MessageType::gap:
+      return onGap(received.payload);
+    case MessageType::heartbeat:
+      return onHeartbeat(received.payload);
+    case MessageType::refusal:
+      if (const auto refusal = decoded<messages::Refusal>(received.payload)) listener_.onRefusal(*refusal);
+      return;
+    case MessageType::answer:
+      if (const auto answer = decoded<messages::Answer>(received.payload)) listener_.onAnswer(*answer);
+      return;
+    default:
+      ++faults_.unknown_type;
+  }
+}
+
+void StreamReader::onWelcome(std::span<const std::byte> payload) {
+  auto welcome = decoded<messages::Welcome>(payload);
+  if (!welcome) return;
+  welcome_ = std::move(*welcome);
+  descriptor_.reset();
+  descriptor_hash_ = 0;
+  test_pattern_seen_ = false;
+  ledger_.restart();
+  listener_.onWelcome(*welcome_);
+}
+
+void StreamReader::onDescriptor(std::span<const std::byte> payload) {
+  auto descriptor = decoded<messages::Descriptor>(payload);
+  if (!descriptor) return;
+  descriptor_ = std::move(*descriptor);
+  descriptor_hash_ = frame::crc32c(payload);
+  formats_.clear();
+  for (const auto& channel : descriptor_->channels) formats_.push_back({channel.bytes, channel.is_signed});
+  listener_.onDescriptor(*descriptor_);
+}
+
+void StreamReader::onSamples(const frame::Frame& received) {
+  const auto summary = codec::inspect(received.payload);
+  if (!summary || summary->header.count == 0) {
+    ++faults_.malformed;
+    return;
+  }
+  const std::size_t count = summary->header.count;
+  const bool described = descriptor_ && received.header.descriptor_hash == descriptor_hash_;
+  bool readable = false;
+  if (described) {
+    columns_.resize(std::max(columns_.size(), formats_.size() * count));
+    readable = codec::decode(received.payload, formats_, columns_).ok();
+  }
+  if (!readable) ++faults_.unreadable_blocks;
+  tellHole(ledger_.samples(summary->header.first, count, readable));
+  if (readable) {
+    listener_.onBlock({*descriptor_, summary->header, std::span{columns_}.first(formats_.size() * count)});
+  }
+}
+
+void StreamReader::onGap(std::span<const std::byte> payload) {
+  const auto gap = decoded<messages::Gap>(payload);
+  if (!gap) return;
+  tellHole(ledger_.gap(*gap));
+  listener_.onGap(*gap);
+}
+
+void StreamReader::onHeartbeat(std::span<const std::byte> payload) {
+  const auto beat = decoded<messages::Heartbeat>(payload);
+  if (!beat) return;
+  tellHole(ledger_.heartbeat(*beat));
+  listener_.onHeartbeat(*beat, ledger_.balance());
+}
+
+void StreamReader::tellHole(const messages::Gap& hole) {
+  if (hole.count > 0) listener_.onHole(hole);
+}
+
+}  // namespace probebox::link

@@ -1,0 +1,96 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/codec/block.hpp"
+#include "protocol/frame/reader.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/request.hpp"
+#include "protocol/messages/stream.hpp"
+#include "tools/link/host_ledger.hpp"
+
+namespace probebox::link {
+
+// Samples as they came: columns[channel * count + k], to be multiplied by the channel's scale. Valid during the call.
+struct DecodedBlock {
+  const messages::Descriptor& descriptor;
+  codec::BlockHeader header{};
+  std::span<const std::int64_t> columns{};
+
+  std::span<const std::int64_t> column(std::size_t channel) const {
+    return columns.subspan(channel * header.count, header.count);
+  }
+};
+
+// What a reader tells. Override what is of interest.
+class StreamListener {
+ public:
+  virtual ~StreamListener() = default;
+
+  // Every good frame of the box, before it is understood: for a recorder.
+  virtual void onFrame(const frame::Frame&) {}
+  virtual void onWelcome(const messages::Welcome&) {}
+  virtual void onDescriptor(const messages::Descriptor&) {}
+  // False when the pattern came changed, which the CRC makes next to impossible: the box is another version.
+  virtual void onTestPattern(bool /*as_expected*/) {}
+  virtual void onBlock(const DecodedBlock&) {}
+  // Declared by the box.
+  virtual void onGap(const messages::Gap&) {}
+  // Frames that the wire lost; the reason says nothing.
+  virtual void onHole(const messages::Gap&) {}
+  // `balance` is empty before the stream's first sample.
+  virtual void onHeartbeat(const messages::Heartbeat&, const std::optional<Balance>& /*balance*/) {}
+  virtual void onRefusal(const messages::Refusal&) {}
+  virtual void onAnswer(const messages::Answer&) {}
+};
+
+struct ReaderFaults {
+  std::uint64_t malformed{};          // good frames whose payload was no such message
+  std::uint64_t unknown_type{};       // skipped: a later minor version
+  std::uint64_t other_major{};        // skipped
+  std::uint64_t unreadable_blocks{};  // no descriptor, another one, or an unknown profile
+};
+
+// Bytes of a box -> samples, gaps, heartbeats and the host's ledger. One reader for wire and file.
+class StreamReader {
+ public:
+  explicit StreamReader(StreamListener& listener) : listener_{listener} {}
+
+  void read(std::span<const std::byte> bytes);
+
+  const HostLedger& ledger() const { return ledger_; }
+  const frame::ReaderCounters& counters() const { return reader_.counters(); }
+  const ReaderFaults& faults() const { return faults_; }
+  const std::optional<messages::Welcome>& welcome() const { return welcome_; }
+  const std::optional<messages::Descriptor>& descriptor() const { return descriptor_; }
+  bool testPatternSeen() const { return test_pattern_seen_; }
+  // Bytes of a frame that has not ended; at the end of a file: what was cut off.
+  std::size_t unfinished() const { return reader_.unfinished(); }
+
+ private:
+  void understand(const frame::Frame& frame);
+  void onWelcome(std::span<const std::byte> payload);
+  void onDescriptor(std::span<const std::byte> payload);
+  void onSamples(const frame::Frame& frame);
+  void onGap(std::span<const std::byte> payload);
+  void onHeartbeat(std::span<const std::byte> payload);
+  void tellHole(const messages::Gap& hole);
+  template <class Message>
+  std::optional<Message> decoded(std::span<const std::byte> payload);
+
+  StreamListener& listener_;
+  frame::Reader reader_;
+  HostLedger ledger_;
+  ReaderFaults faults_{};
+  std::optional<messages::Welcome> welcome_;
+  std::optional<messages::Descriptor> descriptor_;
+  std::uint32_t descriptor_hash_{};
+  std::vector<codec::ChannelFormat> formats_;
+  std::vector<std::int64_t> columns_;
+  bool test_pattern_seen_{};
+};
+
+}  // namespace probebox::link
