@@ -64,6 +64,7 @@ TEST(FromDescription, TakesEveryValue) {
   EXPECT_EQ(config.probe.bounce_mm, 0.01);
   EXPECT_EQ(config.probe.bounce_decay_s, 0.003);
   EXPECT_EQ(config.probe.dropout_probability, 0.005);
+  EXPECT_TRUE(config.probe.trigger_line);
   EXPECT_EQ((World{config, 1}.truth().effective_radius_mm), 12);
 }
 
