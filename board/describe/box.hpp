@@ -33,6 +33,7 @@ struct IndexLine {
 // Where a kind of data comes from: "sim" is the emulated machine.
 struct Devices {
   std::string encoders;
+  double encoder_rate_hz{};  // how often all axes are latched
   std::string probe;
 };
 

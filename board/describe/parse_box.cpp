@@ -75,6 +75,7 @@ Box readBox(Section& root) {
 
   auto devices = root.section("devices");
   box.devices.encoders = devices.text("encoders");
+  box.devices.encoder_rate_hz = devices.number("encoder_rate_hz", {1, 1e6});
   box.devices.probe = devices.text("probe");
   devices.finish();
   return box;

@@ -29,6 +29,7 @@ Machine readMachine(Section& root) {
   Machine machine;
   auto identity = root.section("machine");
   machine.name = identity.text("name");
+  machine.mounting = identity.text("mounting", "spindle");
   machine.x_programming =
       identity.choice("x_programming", {"radius", "diameter"}, 0) == 0 ? Programming::radius : Programming::diameter;
   identity.finish();

@@ -1,0 +1,76 @@
+#include "firmware/app/box_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace probebox::app {
+namespace {
+
+Nanoseconds interval(double rate_hz) {
+  return Nanoseconds{std::llround(1e9 / rate_hz)};
+}
+
+struct ChannelText {
+  const char* name;
+  const char* unit;
+  const char* doc;
+};
+
+constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
+    {"deflection_a", "nm", "probe channel a at unit gain"},
+    {"deflection_b", "nm", "probe channel b at unit gain"},
+    {"deflection_c", "nm", "probe channel c at unit gain"},
+    {"position_x", "mm", "X axis, machine axes"},
+    {"position_y", "mm", "Y axis, machine axes"},
+    {"position_z", "mm", "Z axis, machine axes"},
+    {"flags", "",
+     "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
+}};
+
+}  // namespace
+
+box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
+  box::BoxConfig config;
+  config.clock.nominal_period = descriptions.box.sync_period;
+  config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
+  config.latch.probe = {.interval = interval(descriptions.probe.rate_hz),
+                        .interpolation = latch::Interpolation::linear};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    config.latch.axes[axis] = {.interval = interval(descriptions.box.devices.encoder_rate_hz),
+                               .interpolation = latch::Interpolation::cubic};
+    const auto& described = descriptions.machine.axes[axis];
+    config.mm_per_count[axis] = described.sense / described.counts_per_mm;
+  }
+  config.block_samples =
+      std::min<std::uint32_t>(descriptions.service.stream.block_samples, box::BlockBuilder::kMostSamples);
+  return config;
+}
+
+messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {
+  messages::Descriptor descriptor;
+  descriptor.board = descriptions.box.board_name;
+  descriptor.serial_number = descriptions.box.serial_number;
+  descriptor.firmware_version = firmware_version;
+  descriptor.machine = descriptions.machine.name;
+  descriptor.probe = descriptions.probe.serial_number;
+  descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
+  descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
+  descriptor.gain = descriptions.probe.gain;
+  const auto formats = box::channelFormats();
+  for (std::size_t i = 0; i < latch::kChannels; ++i) {
+    const bool position =
+        i >= static_cast<std::size_t>(latch::Channel::x) && i <= static_cast<std::size_t>(latch::Channel::z);
+    const std::size_t axis = position ? i - static_cast<std::size_t>(latch::Channel::x) : 0;
+    const auto& described = descriptions.machine.axes[axis];
+    descriptor.channels.push_back({.name = kChannelTexts[i].name,
+                                   .unit = kChannelTexts[i].unit,
+                                   .scale = position ? described.sense / described.counts_per_mm : 1.0,
+                                   .bytes = formats[i].bytes,
+                                   .is_signed = formats[i].is_signed,
+                                   .doc = kChannelTexts[i].doc});
+  }
+  return descriptor;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,89 @@
+#include "firmware/app/capture_thread.hpp"
+
+#include <algorithm>
+#include <array>
+#include <poll.h>
+#include <pthread.h>
+#include <sched.h>
+#include <utility>
+
+#include "firmware/app/log.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kBatch = 256;
+constexpr std::size_t kMostSources = 16;
+constexpr int kPollMs = 1;
+// Later than this is late enough for a kernel buffer to fill up.
+constexpr Nanoseconds kDeadline = std::chrono::milliseconds{50};
+
+void askForRealTime() {
+  const sched_param priority{.sched_priority = 50};
+  if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) != 0)
+    logInfo(
+        "The capture thread runs without real-time priority (allow it with LimitRTPRIO=50); counters tell if that "
+        "matters.");
+}
+
+}  // namespace
+
+CaptureThread::CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time,
+                             EventQueue& queue, WakeUp& core, Counters& counters)
+    : sources_{std::move(sources)}, time_{time}, queue_{queue}, core_{core}, counters_{counters}, thread_{[this] {
+        run();
+      }} {
+  pthread_setname_np(thread_.native_handle(), "capture");
+}
+
+CaptureThread::~CaptureThread() {
+  stopping_ = true;
+  thread_.join();
+}
+
+void CaptureThread::run() {
+  askForRealTime();
+  MonoTime last_said = time_.now();
+  while (!stopping_) {
+    waitForSources();
+    // Read before the sources are: all they hold is at or before what is said next about time.
+    const MonoTime now = time_.now();
+    for (const auto& source : sources_) drain(*source, now);
+    if (now - last_said >= kTimeAdvances) {
+      if (time_.kernelDuration(now - last_said) > kDeadline) ++counters_.deadline_misses;
+      push(TimeAdvanced{now}, now);
+      last_said = now;
+    }
+    core_.notify();
+  }
+}
+
+void CaptureThread::waitForSources() {
+  std::array<pollfd, kMostSources> waiting{};
+  nfds_t count = 0;
+  for (const auto& source : sources_) {
+    if (source->descriptor() >= 0 && count < kMostSources) waiting[count++] = {source->descriptor(), POLLIN, 0};
+  }
+  poll(waiting.data(), count, kPollMs);
+}
+
+void CaptureThread::drain(io::EventSource& source, MonoTime now) {
+  std::array<Event, kBatch> batch;
+  while (const std::size_t count = source.read(batch, now)) {
+    for (std::size_t i = 0; i < count; ++i) push(batch[i], now);
+  }
+}
+
+void CaptureThread::push(const Event& event, MonoTime now) {
+  if (lost_unsaid_ != 0) {
+    if (queue_.push(SourceLost{Source::queue, LossReason::queue_full, lost_unsaid_, now})) lost_unsaid_ = 0;
+  }
+  if (lost_unsaid_ != 0 || !queue_.push(event)) {
+    ++lost_unsaid_;
+    ++counters_.queue_lost_events;
+  }
+  const auto filled = static_cast<std::uint32_t>(queue_.size());
+  if (filled > counters_.queue_high_water) counters_.queue_high_water = filled;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,38 @@
+#pragma once
+#include <string>
+#include <thread>
+
+#include "firmware/app/control_desk.hpp"
+#include "firmware/app/core_thread.hpp"
+#include "firmware/app/modbus_server.hpp"
+
+namespace probebox::app {
+
+// One serial line of a CNC with a thread of its own: whatever happens on it, the others do not wait.
+class CncLine {
+ public:
+  // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".
+  static Outcome<ModbusOptions> parse(const std::string& text);
+
+  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, Counters& counters);
+  ~CncLine();
+  CncLine(const CncLine&) = delete;
+  CncLine& operator=(const CncLine&) = delete;
+
+  Outcome<bool> open() { return server_.open(); }
+  void start();
+
+ private:
+  corrections::Snapshot snapshot();
+  bool takeMarker(const Marker& marker);
+
+  StateBuffer& states_;
+  ControlDesk& desk_;
+  Counters& counters_;
+  ModbusCounters counted_;
+  std::string device_;
+  ModbusServer server_;
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,280 @@
+#include "firmware/app/control_desk.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "firmware/app/result_summary.hpp"
+#include "protocol/messages/control.hpp"
+
+namespace probebox::app {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+Reply refused(ErrorCode code, std::string text) {
+  return {.link = 0, .ticket = 0, .code = code, .text = std::move(text), .body = {}};
+}
+
+template <class Answer>
+Reply ok(const Answer& answer) {
+  return {.link = 0, .ticket = 0, .code = ErrorCode::ok, .text = {}, .body = messages::encoded(answer)};
+}
+
+Reply malformed(Operation operation) {
+  return refused(ErrorCode::malformed, "The request " + std::string{messages::nameOf(operation)} +
+                                           " ends within a field: is it encoded by this protocol version?");
+}
+
+Reply notPermitted(const char* key) {
+  return refused(ErrorCode::not_permitted,
+                 std::string{"This is off on this box: set "} + key + " = true in [access] of service.toml.");
+}
+
+bool inProgress(procedure::State state) {
+  return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
+}
+
+}  // namespace
+
+ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
+                         std::function<void(Reply)> reply_later)
+    : identity_{std::move(identity)}, access_{access}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
+
+std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
+                                         const box::State& state, std::uint64_t uptime_ms) {
+  switch (request.operation) {
+    case Operation::list_results:
+    case Operation::accept_result:
+    case Operation::get_dataset:
+      return askWorker(link, request);
+    default:
+      break;
+  }
+  Reply reply = answer(request, state, uptime_ms);
+  reply.link = link;
+  reply.ticket = request.ticket;
+  return reply;
+}
+
+Reply ControlDesk::answer(const stream::PendingRequest& request, const box::State& state, std::uint64_t uptime_ms) {
+  switch (request.operation) {
+    case Operation::status:
+      return describeStatus(state, uptime_ms);
+    case Operation::procedure_status:
+      return describeProcedure(state);
+    case Operation::post_marker:
+      return takeMarker(request.body, state);
+    case Operation::start_procedure:
+      return startProcedure(request.body, state);
+    case Operation::abort_procedure:
+      return abortProcedure(state);
+    case Operation::corrections:
+      return ok(correctionsAnswer(state.snapshot));
+    default:
+      return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
+  }
+}
+
+Reply ControlDesk::describeStatus(const box::State& state, std::uint64_t uptime_ms) const {
+  messages::Status::Answer answer;
+  answer.board = identity_.board;
+  answer.firmware_version = identity_.firmware_version;
+  answer.uptime_ms = uptime_ms;
+  answer.clock = clockStatus(state);
+  answer.ledger = {.produced = state.snapshot.produced_samples,
+                   .lost_at_source = state.snapshot.lost_at_source_samples,
+                   .lost_in_queue = state.snapshot.lost_in_queue_samples};
+  answer.queue_high_water = with_.counters.queue_high_water;
+  answer.deadline_misses = with_.counters.deadline_misses;
+  answer.events = {.received = state.events, .lost = lostEvents(state.lost)};
+  answer.procedure = procedureInWords(state);
+  answer.active_results = with_.calibrations.activeResults();
+  answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
+  answer.modbus = {.requests = with_.counters.modbus_requests, .bad_frames = with_.counters.modbus_bad_frames};
+  return ok(answer);
+}
+
+std::string ControlDesk::procedureInWords(const box::State& state) const {
+  const auto& progress = state.procedure;
+  switch (progress.state) {
+    case procedure::State::idle:
+      return "idle";
+    case procedure::State::waiting:
+    case procedure::State::running: {
+      std::string text = procedure::promptFor(with_.plan, progress.step);
+      if (progress.timed_out) text += " (again: the end of the step never came)";
+      if (progress.last_fault != capture::TouchFault::none)
+        text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
+      return text;
+    }
+    case procedure::State::solving:
+      return "solving";
+    case procedure::State::proposed:
+      return "result " + std::to_string(progress.result_id) + " waits to be accepted";
+    case procedure::State::refused:
+      return "refused";
+    case procedure::State::aborted:
+      return "aborted";
+  }
+  return {};
+}
+
+Reply ControlDesk::describeProcedure(const box::State& state) const {
+  const auto& progress = state.procedure;
+  messages::ProcedureStatus::Answer answer;
+  answer.run = progress.run;
+  answer.method = procedure::nameOf(progress.method);
+  answer.state = static_cast<messages::ProcedureState>(progress.state);
+  answer.step = progress.step;
+  answer.steps = progress.steps;
+  answer.result_id = progress.result_id;
+  answer.prompt = procedureInWords(state);
+  if (progress.step < progress.steps) {
+    const auto& step = with_.plan.steps[progress.step];
+    answer.outward_normal = step.touch.outward_normal;
+    answer.retract_direction = step.touch.retract_direction;
+    answer.overtravel_mm = step.overtravel_mm;
+    answer.clearance_mm = step.clearance_mm;
+    answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+  }
+  if (progress.state == procedure::State::refused) {
+    answer.refusal =
+        progress.step < progress.steps
+            ? "step " + std::to_string(progress.step + 1) + " failed " + std::to_string(progress.repeats) +
+                  " times: " + (progress.timed_out ? "its end never came" : capture::explain(progress.last_fault))
+            : with_.calibrations.lastRefusal();
+  }
+  return ok(answer);
+}
+
+Reply ControlDesk::takeMarker(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::PostMarker::Request>(body);
+  if (!request) return malformed(Operation::post_marker);
+  const Marker marker{.procedure = request->procedure,
+                      .step = request->step,
+                      .phase = static_cast<MarkerPhase>(request->phase),
+                      .rotary_angles_rad = request->rotary_angles_rad,
+                      .tool = request->tool,
+                      .nominal_speed_mm_s = request->nominal_speed_mm_s,
+                      .at_rest = request->at_rest,
+                      .at = {}};
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (const auto error = postMarker(marker, state)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
+std::optional<Error> ControlDesk::postMarker(Marker marker, const box::State& state) {
+  if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
+  const auto& progress = state.procedure;
+  if (!inProgress(progress.state)) return Error{"No procedure is running: start one with probebox calibrate."};
+  if (marker.procedure != progress.run || marker.step != progress.step) {
+    return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
+                 ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
+                 ": ask for its status and follow it."};
+  }
+  marker.at = with_.time.now();
+  if (!with_.commands.push(marker)) return Error{"The box is busy: send the marker again."};
+  return std::nullopt;
+}
+
+Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::StartProcedure::Request>(body);
+  if (!request) return malformed(Operation::start_procedure);
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  const auto method = procedure::methodNamed(request->method);
+  if (!method) {
+    std::string known;
+    for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
+    return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
+  }
+  if (inProgress(state.procedure.state)) {
+    return refused(ErrorCode::busy, "Run " + std::to_string(state.procedure.run) +
+                                        " is still in progress: wait for its end or abort it.");
+  }
+  if (state.map.state != ClockState::locked)
+    return refused(ErrorCode::wrong_state, "The master clock is not locked: check the sync line, then start again.");
+  last_run_ = std::max(last_run_, state.procedure.run) + 1;
+  const ProcedureStarted started{
+      .run = last_run_, .method = static_cast<std::uint16_t>(*method), .at = with_.time.now()};
+  if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  return ok(messages::StartProcedure::Answer{.run = last_run_});
+}
+
+Reply ControlDesk::abortProcedure(const box::State& state) {
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  if (!inProgress(state.procedure.state)) return refused(ErrorCode::wrong_state, "No procedure is running.");
+  const ProcedureAborted aborted{.run = state.procedure.run, .at = with_.time.now()};
+  if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  return ok(messages::Nothing{});
+}
+
+std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
+  auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
+  const bool posted = with_.worker.post([this, link, body, ticket = request.ticket, operation = request.operation] {
+    Reply reply = operation == Operation::list_results    ? listResults(*body)
+                  : operation == Operation::accept_result ? acceptResult(*body)
+                                                          : getDataset(*body);
+    reply.link = link;
+    reply.ticket = ticket;
+    reply_later_(std::move(reply));
+  });
+  if (posted) return std::nullopt;
+  Reply busy = refused(ErrorCode::busy, "Too much is waiting for the store: try again.");
+  busy.link = link;
+  busy.ticket = request.ticket;
+  return busy;
+}
+
+Reply ControlDesk::listResults(std::span<const std::byte> body) {
+  constexpr std::size_t kMostResults = 1000;
+  constexpr std::size_t kMostBytes = 12'000;
+  const auto request = messages::decode<messages::ListResults::Request>(body);
+  if (!request) return malformed(Operation::list_results);
+  auto records = with_.calibrations.newest(kMostResults);
+  if (!records) return refused(ErrorCode::refused, records.error().what);
+  messages::ListResults::Answer answer;
+  std::size_t bytes = 0;
+  for (auto record = records->rbegin(); record != records->rend(); ++record) {
+    if (record->id <= request->after_id || record->result() == nullptr) continue;
+    auto summary = summaryOf(*record);
+    bytes += messages::encodedSize(summary);
+    answer.more = bytes > kMostBytes;
+    if (answer.more) break;
+    answer.results.push_back(std::move(summary));
+  }
+  return ok(answer);
+}
+
+Reply ControlDesk::acceptResult(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::AcceptResult::Request>(body);
+  if (!request) return malformed(Operation::accept_result);
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  const auto accepted = with_.calibrations.accept(request->id, request->by);
+  if (accepted) return ok(messages::Nothing{});
+  switch (accepted.error().reason) {
+    case store::Reason::unknown_result:
+      return refused(ErrorCode::not_found, accepted.error().what);
+    case store::Reason::not_possible_now:
+      return refused(ErrorCode::wrong_state, accepted.error().what);
+    default:
+      return refused(ErrorCode::refused, accepted.error().what);
+  }
+}
+
+Reply ControlDesk::getDataset(std::span<const std::byte> body) {
+  constexpr std::size_t kPiece = 12'000;
+  const auto request = messages::decode<messages::GetDataset::Request>(body);
+  if (!request) return malformed(Operation::get_dataset);
+  const std::string& all = with_.calibrations.dataset(request->run);
+  if (all.empty()) {
+    return refused(ErrorCode::not_found, "The data of run " + std::to_string(request->run) +
+                                             " are not here: only those of the latest run that was solved are kept.");
+  }
+  if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
+  return ok(messages::GetDataset::Answer{
+      .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kPiece)});
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,79 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/describe/service.hpp"
+#include "firmware/app/calibrations.hpp"
+#include "firmware/app/command_queue.hpp"
+#include "firmware/app/counters.hpp"
+#include "firmware/app/time_source.hpp"
+#include "firmware/app/worker.hpp"
+#include "firmware/box/state.hpp"
+#include "firmware/procedure/plan.hpp"
+#include "firmware/stream/control_channel.hpp"
+#include "protocol/messages/types.hpp"
+
+namespace probebox::app {
+
+// What became of a request: goes back to the link and ticket that it came from.
+struct Reply {
+  std::uint64_t link{};
+  std::uint64_t ticket{};
+  messages::ErrorCode code{};
+  std::string text;
+  std::vector<std::byte> body;
+};
+
+// What a box says about itself when asked.
+struct Identity {
+  std::string board;
+  std::string firmware_version;
+};
+
+// Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store
+// goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by the thread of the
+// links, except for postMarker().
+class ControlDesk {
+ public:
+  struct Colleagues {
+    const procedure::Plan& plan;
+    const TimeSource& time;
+    CommandQueue& commands;
+    Worker& worker;
+    Calibrations& calibrations;
+    Counters& counters;
+  };
+  ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
+              std::function<void(Reply)> reply_later);
+
+  // Nothing now means: later.
+  std::optional<Reply> handle(std::uint64_t link, const stream::PendingRequest& request, const box::State& state,
+                              std::uint64_t uptime_ms);
+
+  // Any thread, for markers that come over other faces. nullopt when it was taken, or why not.
+  std::optional<Error> postMarker(Marker marker, const box::State& state);
+
+ private:
+  Reply answer(const stream::PendingRequest& request, const box::State& state, std::uint64_t uptime_ms);
+  Reply describeStatus(const box::State& state, std::uint64_t uptime_ms) const;
+  Reply describeProcedure(const box::State& state) const;
+  Reply takeMarker(std::span<const std::byte> body, const box::State& state);
+  Reply startProcedure(std::span<const std::byte> body, const box::State& state);
+  Reply abortProcedure(const box::State& state);
+  std::string procedureInWords(const box::State& state) const;
+  std::optional<Reply> askWorker(std::uint64_t link, const stream::PendingRequest& request);
+  Reply listResults(std::span<const std::byte> body);
+  Reply acceptResult(std::span<const std::byte> body);
+  Reply getDataset(std::span<const std::byte> body);
+
+  Identity identity_;
+  board::Access access_;
+  Colleagues with_;
+  std::function<void(Reply)> reply_later_;
+  std::uint32_t last_run_{};
+};
+
+}  // namespace probebox::app

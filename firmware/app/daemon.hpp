@@ -1,0 +1,36 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "board/describe/parse.hpp"
+#include "firmware/app/options.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// The version that HELLO and --version tell.
+std::string firmwareVersion();
+
+// Reads the descriptions that the options name, strictly.
+Outcome<board::Descriptions> loadDescriptions(const Options& options);
+
+// The running box: all threads, from construction to destruction.
+class Daemon {
+ public:
+  // Opens the store, the links and the sources; any of them that cannot be had at the start is an error with its
+  // remedy.
+  static Outcome<std::unique_ptr<Daemon>> start(const Options& options, const board::Descriptions& descriptions);
+  ~Daemon();
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  // Where hosts can reach it, such as "tcp:127.0.0.1:7627".
+  const std::vector<std::string>& uris() const;
+
+ private:
+  struct Parts;
+  explicit Daemon(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,105 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/serial/settings.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/app/control_desk.hpp"
+#include "firmware/app/core_thread.hpp"
+#include "firmware/app/event_loop.hpp"
+#include "firmware/app/feed.hpp"
+#include "firmware/app/wake_up.hpp"
+#include "firmware/stream/history.hpp"
+#include "firmware/stream/session.hpp"
+#include "protocol/messages/handshake.hpp"
+
+namespace probebox::app {
+
+// All links to hosts, in one thread that waits for all of them at once: TCP listeners, serial lines, and a session for
+// each host. A slow or mad host costs its own session only.
+class LinkService {
+ public:
+  struct Options {
+    stream::SessionOptions session;
+    messages::Descriptor descriptor;  // without the delay in force
+    std::size_t history_bytes = 2U << 20U;
+    std::size_t history_pieces = 2048;
+    std::size_t most_links = 8;
+  };
+
+  LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters, WakeUp& wake_up);
+  ~LinkService();
+  LinkService(const LinkService&) = delete;
+  LinkService& operator=(const LinkService&) = delete;
+
+  // Before start().
+  void listen(tcp::Listener listener);
+  void serve(const serial::Address& line);
+
+  void start();
+  void stop();
+
+  // Any thread: an answer that took its time.
+  void reply(Reply reply);
+
+ private:
+  struct Link {
+    std::uint64_t id{};
+    std::unique_ptr<io::BytePipe> pipe;
+    stream::Session session;
+    EventLoop::Watch watch;
+    std::size_t serial_line = kNoLine;
+  };
+  struct SerialLine {
+    serial::Address address;
+    bool complained{};
+    MonoTime next_try{};
+    bool open{};
+  };
+  static constexpr std::size_t kNoLine = ~std::size_t{0};
+
+  void adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line);
+  void openSerialLines(MonoTime now);
+  void receive(Link& link);
+  void answerRequests(Link& link);
+  void flush(Link& link);
+  void passOn();
+  void passOnReplies();
+  void advance();
+  void refreshDescriptor();
+  void dropClosed();
+  void close(Link& link);
+  std::uint64_t uptimeMs() const;
+
+  Options options_;
+  ControlDesk& desk_;
+  Feed& feed_;
+  StateBuffer& states_;
+  Counters& counters_;
+  WakeUp& wake_up_;
+  TimeSource time_;  // hosts live in real time, whatever the emulated machine's scale
+  MonoTime started_;
+  stream::History history_;
+  FeedItem item_;
+  EventLoop loop_;
+  std::vector<tcp::Listener> listeners_;
+  std::vector<SerialLine> serial_lines_;
+  std::vector<std::unique_ptr<Link>> links_;
+  std::uint64_t last_link_{};
+  std::vector<std::byte> descriptor_;
+  std::uint64_t described_result_{~std::uint64_t{0}};
+  std::mutex replies_mutex_;
+  std::deque<Reply> replies_;
+  bool stopping_{};
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,12 @@
+#pragma once
+#include <string_view>
+
+namespace probebox::app {
+
+// Lines to stderr, with the priority prefix that the journal understands when it is the one that reads. Not for the
+// tick path.
+void logInfo(std::string_view text);
+void logWarning(std::string_view text);
+void logError(std::string_view text);
+
+}  // namespace probebox::app

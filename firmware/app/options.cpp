@@ -1,0 +1,50 @@
+#include "firmware/app/options.hpp"
+
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
+
+namespace probebox::app {
+namespace {
+
+std::filesystem::path fromEnvironment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::filesystem::path{} : std::filesystem::path{value};
+}
+
+std::filesystem::path usualStateDirectory() {
+  if (auto path = fromEnvironment("STATE_DIRECTORY"); !path.empty()) return path;
+  if (auto path = fromEnvironment("XDG_STATE_HOME"); !path.empty()) return path / "probebox";
+  if (auto path = fromEnvironment("HOME"); !path.empty()) return path / ".local/state/probebox";
+  return "/var/lib/probebox";
+}
+
+}  // namespace
+
+Outcome<LinkAddress> parseLink(const std::string& text) {
+  const std::string_view view{text};
+  if (view.starts_with("tcp:")) {
+    auto address = tcp::parseAddress(view.substr(4));
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  if (view.starts_with("serial:")) {
+    auto address = serial::parseAddress(view.substr(7));
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=115200]."};
+}
+
+Outcome<std::filesystem::path> stateDirectory(const std::filesystem::path& chosen) {
+  const auto path = chosen.empty() ? usualStateDirectory() : chosen;
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) {
+    return Error{"The folder " + path.string() + " for results cannot be made (" + error.message() +
+                 "): name another with --state."};
+  }
+  return path;
+}
+
+}  // namespace probebox::app

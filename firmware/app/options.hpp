@@ -1,0 +1,34 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "drivers/serial/settings.hpp"
+#include "drivers/tcp/address.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// What the command line of probeboxd says.
+struct Options {
+  std::string board = "sim";
+  std::filesystem::path state;   // folder of what must survive a restart; empty: the default
+  std::filesystem::path config;  // folder of descriptions that replace the board's; empty: none
+  std::vector<std::string> links;
+  std::vector<std::string> cnc;
+  std::filesystem::path journal;  // empty: none
+  double time_scale = 1.0;
+  bool check = false;
+};
+
+// A place where hosts come in.
+using LinkAddress = std::variant<tcp::Address, serial::Address>;
+// "tcp:HOST:PORT" or "serial:DEVICE[,baud=..]".
+Outcome<LinkAddress> parseLink(const std::string& text);
+
+// --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Made when missing.
+Outcome<std::filesystem::path> stateDirectory(const std::filesystem::path& chosen);
+
+}  // namespace probebox::app

@@ -1,0 +1,99 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <signal.h>
+#include <systemd/sd-daemon.h>
+
+#include "firmware/app/daemon.hpp"
+#include "firmware/app/log.hpp"
+
+namespace {
+
+constexpr int kUsage = 2;
+
+void describe(CLI::App& command, probebox::app::Options& options) {
+  command
+      .add_option("--board", options.board,
+                  "sim (the emulated machine), or a folder with box.toml, machine.toml, probe.toml, service.toml")
+      ->capture_default_str();
+  command.add_option("--state", options.state, "folder of what must survive a restart, such as results");
+  command.add_option("--config", options.config, "folder of descriptions that stand in for the board's own");
+  command
+      .add_option("--link", options.links,
+                  "where hosts come in: tcp:HOST:PORT or serial:DEVICE[,baud=115200]; again for more")
+      ->allow_extra_args(false);
+  command
+      .add_option("--cnc", options.cnc,
+                  "a line to the CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; again for more")
+      ->allow_extra_args(false);
+  command.add_option("--journal", options.journal, "write every event that reaches the core to this new file");
+  command
+      .add_option("--time-scale", options.time_scale,
+                  "with the emulated machine: how many times faster than real time it runs")
+      ->check(CLI::Range(0.01, 100.0));
+  command.add_flag("--check", options.check, "read all descriptions, say what is wrong with them, and stop");
+}
+
+void waitForTheEnd() {
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  int which = 0;
+  sigwait(&ends, &which);
+}
+
+// Before any thread exists: they inherit it, and the signals wait for waitForTheEnd().
+void blockSignals() {
+  sigset_t blocked;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGINT);
+  sigaddset(&blocked, SIGTERM);
+  sigaddset(&blocked, SIGPIPE);
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+}
+
+int run(const probebox::app::Options& options) {
+  const auto descriptions = probebox::app::loadDescriptions(options);
+  if (!descriptions) {
+    probebox::app::logError(descriptions.error().what);
+    return kUsage;
+  }
+  if (options.check) {
+    std::puts("The descriptions are good.");
+    return 0;
+  }
+  blockSignals();
+  const auto daemon = probebox::app::Daemon::start(options, *descriptions);
+  if (!daemon) {
+    probebox::app::logError(daemon.error().what);
+    return kUsage;
+  }
+  if (options.time_scale != 1.0) probebox::app::logInfo("the emulated machine's time is scaled");
+  sd_notify(0, "READY=1");
+  waitForTheEnd();
+  sd_notify(0, "STOPPING=1");
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App command{
+      "probeboxd: the box between a scanning probe and a CNC controller.\n"
+      "It taps signals and advises: no motion stop may depend on it."};
+  command.footer(
+      "Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627 --cnc modbus:/dev/ttyS2");
+  command.set_version_flag("--version", probebox::app::firmwareVersion());
+  probebox::app::Options options;
+  describe(command, options);
+  try {
+    command.parse(argc, argv);
+    return run(options);
+  } catch (const CLI::ParseError& error) {
+    return command.exit(error) == 0 ? 0 : kUsage;
+  } catch (const std::exception& error) {
+    probebox::app::logError(error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,93 @@
+#include "firmware/app/result_summary.hpp"
+
+#include <string>
+
+namespace probebox::app {
+namespace {
+
+// One value a name: the parts of a vector get their index behind the key's stem.
+void appendValues(const metrology::Estimate& estimate, std::vector<messages::NamedValue>& values) {
+  for (std::size_t i = 0; i < estimate.values.size(); ++i) {
+    const bool has_sd = i < estimate.sd.size();
+    const std::string index = estimate.values.size() == 1 ? "" : "[" + std::to_string(i) + "]";
+    values.push_back({.key = estimate.key + index,
+                      .value = estimate.values[i],
+                      .sd = has_sd ? estimate.sd[i] : 0.0,
+                      .has_sd = has_sd});
+  }
+}
+
+messages::ResultState wireState(store::State state) {
+  switch (state) {
+    case store::State::accepted:
+      return messages::ResultState::accepted;
+    case store::State::active:
+      return messages::ResultState::active;
+    case store::State::retired:
+      return messages::ResultState::retired;
+    default:
+      return messages::ResultState::proposed;
+  }
+}
+
+}  // namespace
+
+messages::ResultSummary summaryOf(const store::Record& record) {
+  messages::ResultSummary summary;
+  summary.id = record.id;
+  summary.state = wireState(record.state);
+  summary.method = record.binding.method;
+  summary.proposed_utc = record.proposed_utc;
+  summary.accepted_utc = record.accepted_utc;
+  summary.accepted_by = record.accepted_by;
+  summary.probe = record.binding.probe_serial_number;
+  summary.machine = record.binding.machine;
+  summary.mounting = record.binding.mounting;
+  if (const metrology::Result* result = record.result()) {
+    for (const auto& estimate : result->estimates) appendValues(estimate, summary.values);
+    summary.rms = result->rms;
+    summary.dof = static_cast<std::uint32_t>(result->dof);
+    summary.condition = result->condition;
+    summary.chi2_reduced = result->chi2_reduced.value_or(0.0);
+    summary.warnings = result->warnings;
+  }
+  return summary;
+}
+
+messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot) {
+  messages::Corrections::Answer answer;
+  answer.valid = snapshot.valid;
+  answer.degraded = snapshot.degraded;
+  answer.correction_mm = snapshot.correction_mm;
+  answer.mask = snapshot.mask;
+  answer.sequence = snapshot.sequence;
+  answer.heartbeat = snapshot.heartbeat;
+  answer.age_ms = static_cast<std::uint32_t>(snapshot.age_ms);
+  answer.delay_calibrated = snapshot.delay.calibrated;
+  answer.tau_s = snapshot.delay.tau_s;
+  answer.tau_sd_s = snapshot.delay.sd_s;
+  return answer;
+}
+
+messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters) {
+  return {.accepted = counters.accepted + counters.clipped,
+          .missing = counters.missing,
+          .doubled = counters.doubled,
+          .spurious = counters.spurious + counters.unfitting + counters.unlocked,
+          .lost = counters.lost_by_kernel};
+}
+
+messages::ClockStatus clockStatus(const box::State& state) {
+  return {.state = state.map.state,
+          .sigma_ns = state.map.sigma_ns,
+          // A longer period is a slower clock.
+          .frequency_ppb = -state.clock_offset_ppm * 1e3,
+          .tick = state.map.tick,
+          .edges = edgeCounters(state.clock)};
+}
+
+std::uint64_t lostEvents(const box::SourceLosses& losses) {
+  return losses.sync_edges + losses.counts + losses.deflections + losses.queue_events;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,17 @@
+#pragma once
+#include <cstdint>
+
+#include "firmware/box/state.hpp"
+#include "firmware/store/store.hpp"
+#include "protocol/messages/control.hpp"
+
+// What the box knows, in the words of the wire.
+namespace probebox::app {
+
+messages::ResultSummary summaryOf(const store::Record& record);
+messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot);
+messages::ClockStatus clockStatus(const box::State& state);
+messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters);
+std::uint64_t lostEvents(const box::SourceLosses& losses);
+
+}  // namespace probebox::app

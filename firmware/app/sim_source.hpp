@@ -1,0 +1,35 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "board/describe/machine.hpp"
+#include "board/describe/world.hpp"
+#include "drivers/io/event_source.hpp"
+#include "drivers/world/box_link.hpp"
+#include "drivers/world/controller.hpp"
+#include "drivers/world/world.hpp"
+
+namespace probebox::app {
+
+// The emulated machine in the place of all drivers. Its controller lives in the same thread and reaches the box through
+// `link` alone.
+class SimSource : public io::EventSource {
+ public:
+  SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
+            MonoTime start);
+
+  std::size_t read(std::span<Event> into, MonoTime now) override;
+  int descriptor() const override { return -1; }
+  std::string_view name() const override { return "the emulated machine"; }
+
+ private:
+  void advanceTo(MonoTime now);
+
+  world::World world_;
+  std::unique_ptr<world::BoxLink> link_;
+  world::Controller controller_;
+  MonoTime reached_;
+};
+
+}  // namespace probebox::app

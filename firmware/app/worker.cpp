@@ -1,0 +1,56 @@
+#include "firmware/app/worker.hpp"
+
+#include <chrono>
+#include <pthread.h>
+#include <utility>
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kMostJobs = 256;
+constexpr std::chrono::milliseconds kNowAndThen{100};
+
+}  // namespace
+
+Worker::Worker(std::function<void()> on_wake) : on_wake_{std::move(on_wake)}, thread_{[this] { run(); }} {
+  pthread_setname_np(thread_.native_handle(), "worker");
+}
+
+Worker::~Worker() {
+  stopping_ = true;
+  wake_up_.notify();
+  thread_.join();
+}
+
+bool Worker::post(std::function<void()> job) {
+  {
+    const std::lock_guard lock{mutex_};
+    if (jobs_.size() >= kMostJobs) return false;
+    jobs_.push_back(std::move(job));
+  }
+  wake_up_.notify();
+  return true;
+}
+
+std::function<void()> Worker::take() {
+  const std::lock_guard lock{mutex_};
+  if (jobs_.empty()) return {};
+  auto job = std::move(jobs_.front());
+  jobs_.pop_front();
+  return job;
+}
+
+void Worker::run() {
+  for (bool last = false; !last;) {
+    // Read before the round: what was posted before stopping is still done.
+    last = stopping_;
+    if (!last) wake_up_.wait(kNowAndThen);
+    on_wake_();
+    while (const auto job = take()) {
+      job();
+      on_wake_();
+    }
+  }
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,155 @@
+#include "firmware/box/box.hpp"
+
+#include <variant>
+
+namespace probebox::box {
+namespace {
+
+corrections::CalibrationState calibrationState(procedure::State state) {
+  using corrections::CalibrationState;
+  switch (state) {
+    case procedure::State::idle:
+      return CalibrationState::idle;
+    case procedure::State::waiting:
+    case procedure::State::running:
+    case procedure::State::solving:
+      return CalibrationState::running;
+    case procedure::State::proposed:
+      return CalibrationState::proposed;
+    case procedure::State::refused:
+      return CalibrationState::refused;
+    case procedure::State::aborted:
+      return CalibrationState::aborted;
+  }
+  return CalibrationState::idle;
+}
+
+}  // namespace
+
+std::optional<Error> whyRefused(const BoxConfig& config) {
+  if (auto error = clock::whyRefused(config.clock)) return error;
+  if (auto error = latch::whyRefused(config.latch)) return error;
+  if (config.block_samples == 0 || config.block_samples > BlockBuilder::kMostSamples) {
+    return Error{"A block has 1 to " + std::to_string(BlockBuilder::kMostSamples) + " samples, not " +
+                 std::to_string(config.block_samples) + ": change block_samples in service.toml."};
+  }
+  return std::nullopt;
+}
+
+Box::Box(const BoxConfig& config, Outputs& outputs)
+    : config_{config},
+      outputs_{outputs},
+      clock_{config.clock},
+      latch_{config.latch},
+      procedure_{config.multi_speed, config.capture},
+      block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {}
+
+capture::Scales Box::scales() const {
+  return {config_.mm_per_count, config_.clock.nominal_period};
+}
+
+void Box::push(const Event& event) {
+  ++state_.events;
+  std::visit([this](const auto& e) { on(e); }, event);
+  drainLatch();
+  if (procedure_.takeReadyToSolve()) outputs_.solve(procedure_.progress().run);
+}
+
+void Box::on(const TimeAdvanced& time) {
+  clock_.advance(time.at);
+  latch_.setClock(clock_.map());
+  latch_.advance(time.at);
+  procedure_.advance(time.at);
+  drainLatch();
+  if (block_.olderThan(config_.block_age, time.at)) closeBlock();
+  publish(time.at);
+}
+
+void Box::on(const Edge& edge) {
+  if (edge.role != LineRole::sync) {
+    latch_.push(edge);
+    return;
+  }
+  state_.lost.sync_edges += sync_sequence_.missingBefore(edge.line_sequence);
+  clock_.push(edge);
+  latch_.setClock(clock_.map());
+}
+
+void Box::on(const Count& count) {
+  auto& watch = count_sequence_[static_cast<std::size_t>(count.axis)];
+  state_.lost.counts += watch.missingBefore(count.sequence);
+  latch_.push(count);
+  procedure_.push(count);
+}
+
+void Box::on(const Deflection& deflection) {
+  state_.lost.deflections += probe_sequence_.missingBefore(deflection.sequence);
+  latch_.push(deflection);
+  procedure_.push(deflection);
+}
+
+void Box::on(const Marker& marker) {
+  latch_.push(marker);
+  procedure_.mark(marker, clock_.map());
+}
+
+void Box::on(const SourceLost& lost) {
+  if (lost.source == Source::queue) state_.lost.queue_events += lost.lost;
+  procedure_.push(lost);
+}
+
+void Box::drainLatch() {
+  while (const auto decision = latch_.next()) {
+    if (const auto* record = std::get_if<latch::Record>(&*decision)) {
+      block_.add(*record, clock_.map(), state_.at);
+      corrections_.recordArrived();
+      if (block_.full()) closeBlock();
+    } else {
+      const auto& lost = std::get<latch::Lost>(*decision);
+      closeBlock();
+      lose(lost);
+    }
+  }
+}
+
+void Box::lose(const latch::Lost& lost) {
+  if (!outputs_.lost(lost)) lost_in_queue_samples_ += static_cast<std::uint64_t>(lost.count);
+}
+
+void Box::closeBlock() {
+  if (block_.empty()) return;
+  const auto first = block_.first();
+  const auto count = block_.count();
+  const auto bytes = block_.close();
+  if (bytes.empty()) {
+    lose({.first = first, .count = count, .reason = latch::LostReason::encoders});
+    unencodable_samples_ += count;
+  } else if (!outputs_.block(first, count, bytes)) {
+    lost_in_queue_samples_ += count;
+  }
+}
+
+void Box::publish(MonoTime now) {
+  const auto& latch = latch_.counters();
+  corrections_.advance(now, clock_.map(),
+                       {.produced = static_cast<std::uint64_t>(latch.produced),
+                        .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_,
+                        .lost_in_queue = lost_in_queue_samples_});
+  const auto& progress = procedure_.progress();
+  state_.at = now;
+  state_.snapshot = corrections_.snapshot();
+  state_.snapshot.calibration = calibrationState(progress.state);
+  state_.snapshot.calibration_run = progress.run;
+  state_.snapshot.calibration_step = progress.step;
+  state_.snapshot.calibration_steps = progress.steps;
+  state_.snapshot.calibration_result_id = progress.result_id;
+  state_.map = clock_.map();
+  state_.clock_offset_ppm = clock_.offsetPpm();
+  state_.clock = clock_.counters();
+  state_.latch = latch;
+  state_.procedure = progress;
+  state_.stray_markers = procedure_.strayMarkers();
+  outputs_.state(state_);
+}
+
+}  // namespace probebox::box

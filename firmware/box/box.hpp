@@ -1,0 +1,81 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "firmware/box/block_builder.hpp"
+#include "firmware/box/outputs.hpp"
+#include "firmware/box/sequence_watch.hpp"
+#include "firmware/box/state.hpp"
+#include "firmware/capture/touch_dataset.hpp"
+#include "firmware/clock/estimator.hpp"
+#include "firmware/corrections/corrections.hpp"
+#include "firmware/latch/latch.hpp"
+#include "firmware/procedure/procedure.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::box {
+
+struct BoxConfig {
+  clock::ClockConfig clock;
+  latch::LatchConfig latch;
+  std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
+  procedure::MultiSpeedOptions multi_speed;
+  capture::Capacity capture;
+  std::uint32_t block_samples = 128;
+  Nanoseconds block_age = std::chrono::milliseconds{100};  // a block closes at this age even when it is not full
+};
+
+// Says which value cannot be used and what could be; nothing when the configuration is good.
+std::optional<Error> whyRefused(const BoxConfig& config);
+
+// The whole core: a function of stamped events. Reads no clock, makes no system call, and allocates nothing after
+// construction: the same events give the same bytes.
+class Box {
+ public:
+  // config: one that whyRefused() has nothing against. `outputs` outlives the box.
+  Box(const BoxConfig& config, Outputs& outputs);
+
+  void push(const Event& event);
+
+  const State& state() const { return state_; }
+  const procedure::Plan& plan() const { return procedure_.plan(); }
+  // Stable between Outputs::solve() and the Solved event that answers it.
+  const capture::Recording& recording() const { return procedure_.recording(); }
+  capture::Scales scales() const;
+
+ private:
+  void on(const TimeAdvanced& time);
+  void on(const Edge& edge);
+  void on(const Count& count);
+  void on(const Deflection& deflection);
+  void on(const Drift&) {}  // for the screws; nothing listens yet
+  void on(const Marker& marker);
+  void on(const SourceLost& lost);
+  void on(const ProcedureStarted& started) { procedure_.start(started); }
+  void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
+  void on(const Solved& solved) { procedure_.solved(solved); }
+  void on(const DelayActivated& activated) { corrections_.push(activated); }
+
+  void drainLatch();
+  void lose(const latch::Lost& lost);
+  void closeBlock();
+  void publish(MonoTime now);
+
+  BoxConfig config_;
+  Outputs& outputs_;
+  clock::ClockEstimator clock_;
+  latch::Latch latch_;
+  procedure::Procedure procedure_;
+  corrections::Corrections corrections_;
+  BlockBuilder block_;
+  SequenceWatch sync_sequence_;
+  std::array<SequenceWatch, kLinearAxes> count_sequence_;
+  SequenceWatch probe_sequence_;
+  std::uint64_t lost_in_queue_samples_{};
+  std::uint64_t unencodable_samples_{};
+  State state_;
+};
+
+}  // namespace probebox::box

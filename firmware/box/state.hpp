@@ -1,0 +1,34 @@
+#pragma once
+#include <cstdint>
+
+#include "firmware/clock/estimator.hpp"
+#include "firmware/corrections/snapshot.hpp"
+#include "firmware/latch/latch.hpp"
+#include "firmware/procedure/procedure.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::box {
+
+// What the sources themselves lost, by the gaps in their own counters. Events, not samples.
+struct SourceLosses {
+  std::uint64_t sync_edges{};
+  std::uint64_t counts{};
+  std::uint64_t deflections{};
+  std::uint64_t queue_events{};
+};
+
+// Where the box stands: plain, published whole after every event batch, read by links and registers.
+struct State {
+  MonoTime at{};
+  corrections::Snapshot snapshot;
+  TickMap map;
+  double clock_offset_ppm{};
+  clock::ClockCounters clock;
+  latch::LatchCounters latch;
+  procedure::Progress procedure;
+  std::uint64_t stray_markers{};
+  std::uint64_t events{};
+  SourceLosses lost;
+};
+
+}  // namespace probebox::box
