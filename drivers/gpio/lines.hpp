@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "board/describe/box.hpp"
+#include "drivers/gpio/decode.hpp"
+
+namespace probebox::gpio {
+
+// A line as box.toml names it, before its chip is asked for the offset.
+struct RequestedLine {
+  std::string name;
+  board::LineAddress address;
+  WatchedLine watched;  // its offset is filled in when the chip is open
+};
+
+struct ChipLines {
+  std::string chip;
+  std::vector<RequestedLine> lines;
+};
+
+// All lines of the box, chip by chip in the order of box.toml.
+std::vector<ChipLines> linesByChip(const board::Box& box);
+
+// "sync", "trigger", ...: the source that falls silent when this line does.
+constexpr Source sourceOf(LineRole role) {
+  return role == LineRole::sync ? Source::sync : Source::trigger;
+}
+
+}  // namespace probebox::gpio

@@ -1,0 +1,46 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/gpio/decode.hpp"
+#include "drivers/gpio/lines.hpp"
+#include "drivers/gpio/loss.hpp"
+#include "drivers/io/event_source.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::gpio {
+
+// Edges of one gpio chip, stamped by the kernel on CLOCK_MONOTONIC, through libgpiod's deep buffer (1024 edges).
+class LinuxGpio final : public io::EventSource {
+ public:
+  // Errors, each with its remedy: no such chip, no such line, no rights, a line that another process holds (named).
+  static Outcome<std::unique_ptr<LinuxGpio>> open(ChipLines chip);
+  ~LinuxGpio() override;
+
+  // When the chip goes away, SourceLost comes once for every source that it carried; then nothing until reopen().
+  std::size_t read(std::span<Event> into, MonoTime now) override;
+  int descriptor() const override;
+  std::string_view name() const override { return name_; }
+
+  bool lost() const { return lost_; }
+
+  // Asks for the chip and its lines again, by the same names.
+  Outcome<bool> reopen();
+
+  std::uint64_t unknownEdges() const { return decoder_ ? decoder_->unknownEdges() : 0; }
+
+ private:
+  struct Request;
+
+  explicit LinuxGpio(ChipLines chip);
+
+  ChipLines chip_;
+  std::string name_;
+  std::unique_ptr<Request> request_;
+  std::unique_ptr<EdgeDecoder> decoder_;
+  LossNotice loss_;
+  bool lost_{};
+};
+
+}  // namespace probebox::gpio
