@@ -27,17 +27,17 @@ std::string harmless(std::string_view text) {
 void Console::object(const Json& json) {
   Json versioned{{"schema_version", kSchemaVersion}};
   versioned.update(json);
-  streams_.out << dump(versioned) << '\n' << std::flush;
+  *answers_ << dump(versioned) << '\n' << std::flush;
 }
 
 void Console::line(std::string_view text) {
   endLiveLines();
-  streams_.out << harmless(text) << '\n' << std::flush;
+  *answers_ << harmless(text) << '\n' << std::flush;
 }
 
 void Console::live(std::string_view text) {
   if (!streams_.out_is_terminal) return line(text);
-  streams_.out << kRedraw << harmless(text) << std::flush;
+  streams_.out << kRedraw << fitting(text) << std::flush;
   live_drawn_ = true;
 }
 
@@ -48,7 +48,7 @@ void Console::note(std::string_view text) {
 
 void Console::progress(std::string_view text) {
   if (!streams_.err_is_terminal) return;
-  streams_.err << kRedraw << harmless(text) << std::flush;
+  streams_.err << kRedraw << fitting(text) << std::flush;
   progress_drawn_ = true;
 }
 
@@ -58,6 +58,12 @@ ExitStatus Console::fail(const Trouble& trouble) {
     object({{"error", trouble.name}, {"what", trouble.what}, {"exit_status", static_cast<int>(trouble.status)}});
   }
   return trouble.status;
+}
+
+// A line that wraps could not be drawn over.
+std::string Console::fitting(std::string_view text) const {
+  const auto columns = streams_.terminal_columns;
+  return harmless(columns > 1 && text.size() >= columns ? text.substr(0, columns - 1) : text);
 }
 
 void Console::endLiveLines() {

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <cstddef>
 #include <iosfwd>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -21,6 +22,7 @@ struct Streams {
   std::ostream& err;
   bool out_is_terminal{};
   bool err_is_terminal{};
+  std::size_t terminal_columns{};  // 0: not known, lines are not cut
   const std::atomic<bool>& interrupted;
 };
 
@@ -41,8 +43,14 @@ class Console {
 
   bool json() const { return json_; }
   bool interrupted() const { return streams_.interrupted.load(std::memory_order_relaxed); }
+  const std::atomic<bool>& interruption() const { return streams_.interrupted; }
   std::istream& in() { return streams_.in; }
   std::ostream& out() { return streams_.out; }
+  std::ostream& err() { return streams_.err; }
+  bool outIsTerminal() const { return streams_.out_is_terminal; }
+
+  // The standard output carries data (-o -): answers go to the standard error from now on.
+  void keepOutputForData() { answers_ = &streams_.err; }
 
   // One JSON object on one line, with the schema version in front.
   void object(const Json& json);
@@ -60,8 +68,10 @@ class Console {
 
  private:
   void endLiveLines();
+  std::string fitting(std::string_view text) const;
 
   Streams streams_;
+  std::ostream* answers_{&streams_.out};
   bool json_{};
   bool live_drawn_{};
   bool progress_drawn_{};

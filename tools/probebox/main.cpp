@@ -1,7 +1,10 @@
 #include <atomic>
 #include <iostream>
 #include <signal.h>
+#include <string>
+#include <sys/ioctl.h>
 #include <unistd.h>
+#include <vector>
 
 #include "tools/probebox/run.hpp"
 
@@ -22,6 +25,11 @@ void catchSignals() {
   signal(SIGPIPE, SIG_IGN);  // a reader that goes away shows as a failed write
 }
 
+std::size_t terminalColumns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
 }  // namespace
 
 int main(int count, char** words) {
@@ -29,6 +37,7 @@ int main(int count, char** words) {
   std::ios::sync_with_stdio(false);
   const std::vector<std::string> arguments{words + 1, words + count};
   const probebox::command::Streams streams{
-      std::cin, std::cout, std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1, interrupted};
+      std::cin,          std::cout,  std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
+      terminalColumns(), interrupted};
   return static_cast<int>(probebox::command::run(arguments, streams));
 }

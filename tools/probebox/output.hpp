@@ -23,6 +23,7 @@ class Output {
   }
   bool flush();
 
+  std::ostream& stream() { return *stream_; }
   const std::string& name() const { return name_; }
   std::string failure() const;
 

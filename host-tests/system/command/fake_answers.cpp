@@ -1,0 +1,153 @@
+#include "fake_answers.hpp"
+
+#include "firmware/store/dataset_json.hpp"
+
+namespace probebox::command {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+using Reply = FakeAnswers::Reply;
+
+template <class Message>
+Reply ok(const Message& message) {
+  return {ErrorCode::ok, {}, messages::encoded(message)};
+}
+
+Reply no(ErrorCode code, std::string text) {
+  return {code, std::move(text), {}};
+}
+
+template <class Message>
+Message read(std::span<const std::byte> body) {
+  const auto decoded = messages::decode<Message>(body);
+  return decoded.ok() ? decoded.value() : Message{};
+}
+
+}  // namespace
+
+messages::Descriptor fakeDescriptor() {
+  messages::Descriptor d;
+  d.board = "fake";
+  d.serial_number = "F-0001";
+  d.firmware_version = "0.1.0-fake";
+  d.machine = "test mill";
+  d.probe = "P-1001";
+  d.channels = {{"deflection_a", "nm", 1.0, 4, true, "probe channel a"},
+                {"x", "um", 0.001, 8, true, "axis X"},
+                {"flags", "", 1.0, 2, false, "bits"}};
+  d.gain = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  return d;
+}
+
+metrology::Dataset fakeDataset() {
+  auto dataset = metrology::touchDataset("delay-multi-speed");
+  dataset.config["sigma_mm"] = 0.0005;
+  for (int i = 0; i < 2000; ++i) dataset.tables[0].append({0, i * 0.002, 1.0 / (i + 1), -20.0 / 3, 30});
+  for (int i = 0; i < 2000; ++i) dataset.tables[1].append({0, i * 0.001, i * 1e-9, 0, 0.1});
+  dataset.tables[2].append({0, 1, 0, 0, 1, 0, 0, 25});
+  return dataset;
+}
+
+Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) {
+  switch (operation) {
+    case Operation::status:
+      return status();
+    case Operation::start_procedure:
+      return start();
+    case Operation::procedure_status:
+      return procedure();
+    case Operation::abort_procedure:
+      return running_ = false, ok(messages::Nothing{});
+    case Operation::list_results:
+      return results(body);
+    case Operation::accept_result:
+      return accept(body);
+    case Operation::get_dataset:
+      return dataset(body);
+    case Operation::corrections: {
+      messages::Corrections::Answer answer;
+      answer.valid = true;
+      answer.correction_mm = {0.0012, -0.0034, 0};
+      answer.mask = 8;
+      answer.heartbeat = 17;
+      return ok(answer);
+    }
+    default:
+      return no(ErrorCode::unknown_operation, "the fake box knows no such operation");
+  }
+}
+
+Reply FakeAnswers::status() const {
+  messages::Status::Answer s;
+  s.board = "fake";
+  s.firmware_version = "0.1.0-fake";
+  s.uptime_ms = 125'000;
+  s.clock = {ClockState::locked, 850, -1200.0, Tick{125'000}, {124'990, 8, 1, 1, 0}};
+  s.ledger = {125'000, 150, 0};
+  s.procedure = running_ ? "running" : "";
+  if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
+  return ok(s);
+}
+
+Reply FakeAnswers::start() {
+  if (options_.busy) return no(ErrorCode::busy, "run 6 is still going on; wait for its end, or abort it");
+  running_ = true;
+  asked_ = 0;
+  proposed_ = false;
+  return ok(messages::StartProcedure::Answer{7});
+}
+
+Reply FakeAnswers::procedure() {
+  messages::ProcedureStatus::Answer p;
+  p.run = 7;
+  p.method = "delay-multi-speed";
+  p.steps = kSteps;
+  p.step = std::min(asked_ / 2, kSteps);
+  p.state = asked_ % 2 == 0 ? messages::ProcedureState::waiting : messages::ProcedureState::running;
+  p.prompt = "Touch +X at 5 mm/s";
+  if (p.step == kSteps) {
+    p.state = messages::ProcedureState::solving;
+    p.prompt = "";
+  }
+  if (asked_++ > 2 * kSteps) {
+    p.state = options_.refuses_run ? messages::ProcedureState::refused : messages::ProcedureState::proposed;
+    if (options_.refuses_run) p.refusal = "single-speed: all touches have one speed; measure at two or more";
+    p.result_id = options_.refuses_run ? 0 : FakeBox::kResultId;
+    proposed_ = !options_.refuses_run;
+  }
+  if (!running_) p.state = messages::ProcedureState::idle;
+  return ok(p);
+}
+
+Reply FakeAnswers::results(std::span<const std::byte> body) const {
+  messages::ListResults::Answer list;
+  if (proposed_ && read<messages::ListResults::Request>(body).after_id < FakeBox::kResultId) {
+    messages::ResultSummary r;
+    r.id = FakeBox::kResultId;
+    r.method = "delay-multi-speed";
+    r.state = accepted_by_.empty() ? messages::ResultState::proposed : messages::ResultState::active;
+    r.accepted_by = accepted_by_;
+    r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true}};
+    r.dof = 21;
+    list.results.push_back(r);
+  }
+  return ok(list);
+}
+
+Reply FakeAnswers::accept(std::span<const std::byte> body) {
+  const auto request = read<messages::AcceptResult::Request>(body);
+  if (options_.forbids_accepting) return no(ErrorCode::not_permitted, "accepting over a link is off; see service.toml");
+  if (request.id != FakeBox::kResultId || !proposed_) return no(ErrorCode::not_found, "there is no such result");
+  accepted_by_ = request.by;
+  return ok(messages::Nothing{});
+}
+
+Reply FakeAnswers::dataset(std::span<const std::byte> body) const {
+  constexpr std::size_t kPiece = 8192;
+  const auto text = store::toJson(fakeDataset());
+  const auto offset = std::min<std::size_t>(read<messages::GetDataset::Request>(body).offset, text.size());
+  return ok(messages::GetDataset::Answer{text.size(), offset, text.substr(offset, kPiece)});
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,49 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fake_box.hpp"
+#include "firmware/metrology/dataset.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+
+namespace probebox::command {
+
+messages::Descriptor fakeDescriptor();
+
+// What a run of the fake box measured.
+metrology::Dataset fakeDataset();
+
+// The scripted other side of the control channel. Every question about the procedure moves it on by one step.
+class FakeAnswers {
+ public:
+  struct Reply {
+    messages::ErrorCode code{};
+    std::string text;
+    std::vector<std::byte> body;
+  };
+
+  explicit FakeAnswers(const FakeBoxOptions& options) : options_{options} {}
+
+  Reply answer(messages::Operation operation, std::span<const std::byte> body);
+
+ private:
+  Reply status() const;
+  Reply start();
+  Reply procedure();
+  Reply results(std::span<const std::byte> body) const;
+  Reply accept(std::span<const std::byte> body);
+  Reply dataset(std::span<const std::byte> body) const;
+
+  static constexpr unsigned kSteps = 3;
+
+  FakeBoxOptions options_;
+  bool running_{};
+  unsigned asked_{};
+  bool proposed_{true};
+  std::string accepted_by_;
+};
+
+}  // namespace probebox::command

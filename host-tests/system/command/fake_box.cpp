@@ -1,0 +1,146 @@
+#include "fake_box.hpp"
+
+#include <chrono>
+#include <stdexcept>
+#include <vector>
+
+#include "drivers/tcp/linux_tcp.hpp"
+#include "fake_answers.hpp"
+#include "firmware/stream/session.hpp"
+#include "protocol/codec/encoder.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint16_t kBlock = 50;
+constexpr std::int64_t kPeriod_ns = 1'000'000;
+
+const std::vector<codec::ChannelFormat> kFormats{{4, true}, {8, true}, {2, false}};
+
+MonoTime now() {
+  return monoTime(std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
+}
+
+}  // namespace
+
+class FakeBox::Loop {
+ public:
+  Loop(const FakeBoxOptions& options, tcp::Listener listener)
+      : options_{options},
+        listener_{std::move(listener)},
+        answers_{options},
+        descriptor_{messages::encoded(fakeDescriptor())} {}
+
+  unsigned port() const { return listener_.address().port; }
+
+  void run(const std::stop_token& stop, std::atomic<bool>& cut) {
+    while (!stop.stop_requested()) {
+      if (cut.exchange(false)) connections_.clear();
+      accept();
+      produce();
+      for (auto& connection : connections_) serve(connection);
+      std::erase_if(connections_, [](const Connection& c) { return c.closed; });
+      std::this_thread::sleep_for(2ms);
+    }
+  }
+
+ private:
+  struct Connection {
+    std::unique_ptr<io::BytePipe> pipe;
+    std::unique_ptr<stream::Session> session;
+    bool closed{};
+  };
+
+  void accept() {
+    if (auto pipe = listener_.accept()) {
+      stream::SessionOptions options;
+      options.heartbeat_period = Nanoseconds{20'000'000};
+      options.boot_id.fill(std::byte{7});
+      options.firmware_version = "0.1.0-fake";
+      auto session = std::make_unique<stream::Session>(options, history_);
+      session->setDescriptor(descriptor_);
+      connections_.push_back({std::move(pipe), std::move(session)});
+    }
+  }
+
+  // Every tenth block is lost at its source.
+  void produce() {
+    const SampleIndex first{next_};
+    next_ += kBlock;
+    if (options_.loses_at_source && (next_ / kBlock) % 10 == 0) {
+      const stream::GapNotice gap{first, kBlock, messages::GapReason::source_probe};
+      history_.push(gap);
+      for (auto& connection : connections_) connection.session->offer(gap);
+      return;
+    }
+    const auto bytes = block(first);
+    const stream::EncodedBlock encoded{first, kBlock, bytes};
+    history_.push(encoded);
+    for (auto& connection : connections_) connection.session->offer(encoded);
+  }
+
+  std::vector<std::byte> block(SampleIndex first) {
+    const TickMap map{Tick{first.index},  monoTime(5'000'000'000 + first.index * kPeriod_ns),
+                      kPeriod_ns << 32,   850,
+                      ClockState::locked, 0};
+    std::vector<std::int64_t> columns;
+    for (std::int64_t k = 0; k < kBlock; ++k) columns.push_back(-(first.index + k));
+    for (std::int64_t k = 0; k < kBlock; ++k) columns.push_back(1000 * (first.index + k));
+    for (std::int64_t k = 0; k < kBlock; ++k) columns.push_back(k & 1);
+    std::vector<std::byte> bytes(codec::rawBlockSize(kFormats, kBlock));
+    const auto size = codec::encodeRaw({first, kBlock, 1, map}, kFormats, columns, bytes);
+    bytes.resize(size.ok() ? size.value() : 0);
+    return bytes;
+  }
+
+  void serve(Connection& connection) {
+    std::array<std::byte, 4096> buffer;
+    for (auto got = connection.pipe->read(buffer);; got = connection.pipe->read(buffer)) {
+      connection.closed |= got.state == io::PipeState::closed;
+      if (got.bytes == 0) break;
+      connection.session->receive(std::span{buffer}.first(got.bytes), now());
+    }
+    connection.session->advance(now(), {1000, ClockState::locked, 850, 0, {}});
+    while (const auto request = connection.session->nextRequest()) {
+      const auto [code, text, body] = answers_.answer(request->operation, request->body);
+      connection.session->answer(request->ticket, code, text, body);
+    }
+    for (auto bytes = connection.session->pending(); !bytes.empty(); bytes = connection.session->pending()) {
+      const auto moved = connection.pipe->write(bytes);
+      connection.closed |= moved.state == io::PipeState::closed;
+      if (moved.bytes == 0) break;
+      connection.session->sent(moved.bytes);
+    }
+  }
+
+  FakeBoxOptions options_;
+  tcp::Listener listener_;
+  FakeAnswers answers_;
+  std::vector<std::byte> descriptor_;
+  stream::History history_{1 << 20, 1024};
+  std::vector<Connection> connections_;
+  std::int64_t next_{};
+};
+
+FakeBox::FakeBox(const FakeBoxOptions& options, unsigned port) {
+  auto listener = tcp::Listener::open({"127.0.0.1", static_cast<std::uint16_t>(port)});
+  if (!listener) throw std::runtime_error{listener.error().what};
+  loop_ = std::make_unique<Loop>(options, std::move(listener).value());
+  thread_ = std::jthread{[this](const std::stop_token& stop) { loop_->run(stop, cut_); }};
+}
+
+FakeBox::~FakeBox() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+unsigned FakeBox::port() const {
+  return loop_->port();
+}
+std::string FakeBox::uri() const {
+  return "tcp:127.0.0.1:" + std::to_string(port());
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,43 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace probebox::command {
+
+// How the box of a test behaves.
+struct FakeBoxOptions {
+  bool refuses_run{};        // the calibration ends in a refusal
+  bool busy{};               // no calibration can be started
+  bool forbids_accepting{};  // accepting over a link is off
+  bool loses_at_source{true};
+};
+
+// A box in this process: the firmware's own session over real TCP, with made-up samples and scripted answers. It has no
+// clock worth the name: 50 samples each time its thread comes round.
+class FakeBox {
+ public:
+  explicit FakeBox(const FakeBoxOptions& options = {}, unsigned port = 0);
+  ~FakeBox();
+  FakeBox(const FakeBox&) = delete;
+  FakeBox& operator=(const FakeBox&) = delete;
+
+  std::string uri() const;
+  unsigned port() const;
+
+  // Cuts every connection, as an unplugged cable would; the box goes on and can be reached again.
+  void cut() { cut_ = true; }
+
+  static constexpr unsigned kResultId = 4711;
+  static constexpr double kTau_s = 5.4471e-3;
+  static constexpr double kSd_s = 5.0e-6;
+
+ private:
+  class Loop;
+  std::unique_ptr<Loop> loop_;
+  std::atomic<bool> cut_{};
+  std::jthread thread_;
+};
+
+}  // namespace probebox::command

@@ -1,0 +1,87 @@
+#include "tools/probebox/parse.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sstream>
+
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::variant<Request, Answer> parsed(const std::string& line) {
+  std::istringstream words{line};
+  const std::vector<std::string> arguments{std::istream_iterator<std::string>{words}, {}};
+  return parse(arguments);
+}
+
+std::string complaint(const std::string& line) {
+  const auto outcome = parsed(line);
+  const auto* answer = std::get_if<Answer>(&outcome);
+  if (answer == nullptr) return "accepted";
+  EXPECT_EQ(answer->status, ExitStatus::usage) << line;
+  return answer->text;
+}
+
+TEST(CommandLine, UnderstandsTheOptionsOfACommand) {
+  const auto request = std::get<Request>(parsed("-u tcp:localhost:7627 record -o scan.pbx --for 2.5 --policy live"));
+  EXPECT_EQ(request.uri, "tcp:localhost:7627");
+  EXPECT_FALSE(request.json);
+  const auto record = std::get<Record>(request.job);
+  EXPECT_EQ(record.output, "scan.pbx");
+  EXPECT_EQ(record.seconds, 2.5);
+  EXPECT_TRUE(record.live);
+  EXPECT_FALSE(record.force);
+}
+
+TEST(CommandLine, TakesGeneralOptionsBeforeAndAfterTheCommand) {
+  for (const auto* line :
+       {"--json -u serial:/dev/ttyS0,baud=921600 status", "status --json -u serial:/dev/ttyS0,baud=921600"}) {
+    const auto request = std::get<Request>(parsed(line));
+    EXPECT_TRUE(request.json);
+    EXPECT_EQ(request.uri, "serial:/dev/ttyS0,baud=921600");
+  }
+}
+
+TEST(CommandLine, KeepsTheNewestSamplesOnlyWhenAskedTo) {
+  EXPECT_FALSE(std::get<Record>(std::get<Request>(parsed("record -o a")).job).live);
+}
+
+TEST(CommandLine, SuggestsWhatWasMeant) {
+  EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("did you mean status?")));
+  EXPECT_THAT(complaint("rec -o a"), HasSubstr("did you mean record?"));
+  EXPECT_THAT(complaint("status --jsno"), HasSubstr("did you mean --json?"));
+  EXPECT_THAT(complaint("record -o a --polciy=live"), HasSubstr("did you mean --policy?"));
+  EXPECT_THAT(complaint("xyzzyplugh"), testing::Not(HasSubstr("did you mean")));
+}
+
+TEST(CommandLine, NamesWhatIsMissing) {
+  EXPECT_THAT(complaint(""), HasSubstr("name a command"));
+  EXPECT_THAT(complaint("record"), HasSubstr("--output"));
+  EXPECT_THAT(complaint("accept 3"), HasSubstr("--by"));
+  EXPECT_THAT(complaint("solve"), HasSubstr("case"));
+  EXPECT_THAT(complaint("calibrate delay-multi-speed --accept"), HasSubstr("--by NAME"));
+  EXPECT_THAT(complaint("status --uri"), HasSubstr("--uri"));
+}
+
+TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
+  for (const auto* line :
+       {"watch --for -1", "watch --for nan", "watch --for inf", "watch --for 1s", "watch --for 0", "watch --count 2.5",
+        "watch --count 0", "watch --count -3", "accept zero --by Ada", "accept 99999999999999999999999 --by Ada"}) {
+    EXPECT_THAT(complaint(line), AllOf(HasSubstr("such as"), HasSubstr("--help"))) << line;
+  }
+}
+
+TEST(CommandLine, GivesAnExampleInEveryHelp) {
+  for (const std::string command :
+       {"", "list", "info", "status", "watch", "record", "export", "solve", "calibrate", "accept", "corrections"}) {
+    const auto answer = std::get<Answer>(parsed(command + " --help"));
+    EXPECT_EQ(answer.status, ExitStatus::ok);
+    EXPECT_THAT(answer.text, AllOf(HasSubstr("Example:\n  probebox "), HasSubstr(command)));
+  }
+}
+
+}  // namespace
+}  // namespace probebox::command

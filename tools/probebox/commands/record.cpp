@@ -1,0 +1,264 @@
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "tools/link/recording.hpp"
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/output.hpp"
+#include "tools/probebox/report.hpp"
+#include "tools/probebox/sample_tally.hpp"
+
+namespace probebox::command {
+namespace {
+
+constexpr milliseconds kReconnectPatience{10'000};
+constexpr milliseconds kReconnectPause{200};
+constexpr milliseconds kResumePause{100};
+constexpr int kMostResumes = 20;
+constexpr milliseconds kClosingPatience{3000};
+
+// Writes what comes, and counts it. The file is opened by the first frame: a box that does not answer leaves none.
+class Recorder : public link::StreamListener {
+ public:
+  Recorder(const Record& options, std::ostream& standard) : options_{options}, standard_{standard} {}
+
+  void onFrame(const frame::Frame& frame) override {
+    if (!output_ && !failure_) open();
+    if (writer_ && !failure_ && !writer_->write(frame)) failure_ = output_->failure();
+  }
+  void onWelcome(const messages::Welcome& welcome) override {
+    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
+    boot_id_ = welcome.boot_id;
+  }
+  void onBlock(const link::DecodedBlock& block) override { tally_.block(block.header.first, block.header.count); }
+  void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
+  void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
+    tally_.heartbeat(beat, balance);
+    flush();
+  }
+
+  // What was heard until now is in the file, whatever happens to this process.
+  void flush() {
+    if (output_ && !failure_ && !output_->flush()) failure_ = output_->failure();
+  }
+
+  const std::optional<std::string>& failure() const { return failure_; }
+  const SampleTally& tally() const { return tally_; }
+  messages::BootId bootId() const { return boot_id_.value_or(messages::BootId{}); }
+  std::uint64_t bytes() const { return writer_ ? writer_->bytes() : 0; }
+
+ private:
+  void open() {
+    auto output = Output::open(options_.output, options_.force, standard_);
+    if (!output) {
+      failure_ = output.error().what;
+      return;
+    }
+    output_.emplace(std::move(output).value());
+    writer_.emplace(output_->stream());
+  }
+
+  const Record& options_;
+  std::ostream& standard_;
+  std::optional<Output> output_;
+  std::optional<link::RecordingWriter> writer_;
+  std::optional<std::string> failure_;
+  std::optional<messages::BootId> boot_id_;
+  SampleTally tally_;
+};
+
+// One recording, over as many links as it takes.
+class Session {
+ public:
+  Session(const Record& options, link::Uri uri, Console& console)
+      : options_{options},
+        uri_{std::move(uri)},
+        console_{console},
+        recorder_{options, console.out()},
+        begin_{link::now()} {}
+
+  ExitStatus run() {
+    if (const auto opened = connect(kConnectPatience); !opened) return console_.fail(opened.error());
+    while (recordOverOneLink()) {
+      if (refusal_) return giveUp();
+      console_.note("probebox: " + box_->failure()->what + "; connecting again");
+      if (!reconnect()) return giveUp();
+      ++reconnections_;
+    }
+    return close();
+  }
+
+ private:
+  struct Connected {};
+
+  Outcome<Connected, Trouble> connect(milliseconds limit) {
+    auto box = openBox(uri_, console_, limit, &recorder_, {.last_boot_id = recorder_.bootId()});
+    if (!box) return box.error();
+    box_ = std::move(box).value();
+    start();
+    return Connected{};
+  }
+
+  void start() {
+    messages::Start start;
+    start.policy = options_.live ? messages::Policy::live : messages::Policy::record;
+    start.has_resume = recorder_.tally().begun();
+    start.resume_from = recorder_.tally().next();
+    box_->start(start);
+  }
+
+  // True when the link was lost, or the stream refused, before the end.
+  bool recordOverOneLink() {
+    int refusals = 0;
+    while (!finished()) {
+      box_->round(patienceOf(console_, milliseconds{1000}));
+      if (box_->state() == link::LinkState::lost) return true;
+      if (!box_->streaming() && !startAgain(++refusals)) return true;
+      drawProgress();
+    }
+    return false;
+  }
+
+  // A stream can be resumed only once the next sample exists, which is a moment after the old link broke.
+  bool startAgain(int refusals) {
+    if (!recorder_.tally().begun() || refusals > kMostResumes) {
+      refusal_ = troubleOf(*box_->failure(), console_);
+      return false;
+    }
+    std::this_thread::sleep_for(kResumePause);
+    start();
+    return true;
+  }
+
+  bool finished() const {
+    const bool time_is_over = options_.seconds && seconds() >= *options_.seconds;
+    return time_is_over || console_.interrupted() || recorder_.failure();
+  }
+
+  bool reconnect() {
+    const auto deadline = link::now() + kReconnectPatience;
+    while (!finished() && link::now() < deadline) {
+      if (connect(milliseconds{1000})) return true;
+      std::this_thread::sleep_for(kReconnectPause);
+    }
+    return false;
+  }
+
+  ExitStatus close() {
+    const auto finished = box_->finish(link::patience(kClosingPatience));
+    recorder_.flush();
+    if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
+    if (!finished) {
+      report(false);
+      return console_.interrupted() ? ExitStatus::interrupted : console_.fail(troubleOf(finished.error(), console_));
+    }
+    report(true);
+    if (console_.interrupted()) return ExitStatus::interrupted;
+    return recorder_.tally().exact() ? ExitStatus::ok : ExitStatus::failed;
+  }
+
+  ExitStatus giveUp() {
+    recorder_.flush();
+    report(false);
+    if (console_.interrupted()) return ExitStatus::interrupted;
+    if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
+    if (refusal_) return console_.fail(*refusal_);
+    return console_.fail({ExitStatus::no_box, "link-lost",
+                          "the link was lost for good; what the box produced from sample " +
+                              std::to_string(recorder_.tally().next().index) + " on is unknown"});
+  }
+
+  // closed: the box itself said where the stream ended.
+  void report(bool closed) {
+    if (console_.json()) {
+      console_.object(summary(closed));
+    } else {
+      console_.line(equation(closed));
+    }
+  }
+
+  Json summary(bool closed) const {
+    const auto& tally = recorder_.tally();
+    const auto& sums = tally.atHeartbeat();
+    return {{"recording", options_.output},
+            {"produced_samples", sums.produced},
+            {"received_samples", sums.received},
+            {"declared_lost_samples", sums.declaredLost()},
+            {"lost_at_source_samples", sums.lost_at_source},
+            {"lost_in_queue_samples", sums.lost_in_queue},
+            {"lost_on_link_samples", sums.lost_on_link},
+            {"balanced", tally.exact()},
+            {"end_known", closed},
+            {"next_sample", tally.next().index},
+            {"reconnections", reconnections_},
+            {"box_restarts", tally.restarts()},
+            {"size_bytes", recorder_.bytes()},
+            {"duration_s", seconds()}};
+  }
+
+  std::string equation(bool closed) const {
+    const auto& tally = recorder_.tally();
+    const auto& sums = tally.atHeartbeat();
+    std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
+                       " + declared lost " + std::to_string(sums.declaredLost());
+    if (sums.lost_on_link > 0) text += " + lost on the link " + std::to_string(sums.lost_on_link);
+    text += tally.exact() ? "   (exact, in samples)" : "   DOES NOT BALANCE (in samples)";
+    if (sums.declaredLost() > 0) {
+      text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
+              std::to_string(sums.lost_in_queue) + " in the box's queue";
+    }
+    if (tally.restarts() > 0) text += "\n  the box was restarted: what it produced just before is unknown";
+    if (!closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
+    return text;
+  }
+
+  void drawProgress() {
+    if (const auto now = link::now(); now - last_drawn_ >= milliseconds{200}) {
+      last_drawn_ = now;
+      const auto& sums = recorder_.tally().now();
+      const std::string limit = options_.seconds ? printed(" of %g", *options_.seconds) : "";
+      console_.progress(printed("recording %s  %.1f%s s  %llu samples  %llu lost  %.2f MB", options_.output.c_str(),
+                                seconds(), limit.c_str(), static_cast<unsigned long long>(sums.received),
+                                static_cast<unsigned long long>(sums.declaredLost() + sums.lost_on_link),
+                                static_cast<double>(recorder_.bytes()) * 1e-6));
+    }
+  }
+
+  double seconds() const { return toSeconds(link::now() - begin_); }
+
+  const Record& options_;
+  link::Uri uri_;
+  Console& console_;
+  Recorder recorder_;  // outlives box_, which tells it things
+  Box box_;
+  std::optional<Trouble> refusal_;
+  MonoTime begin_;
+  MonoTime last_drawn_{};
+  std::uint64_t reconnections_{};
+};
+
+std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {
+  if (uri.isFile()) return usage(uri.text + " is a recording already; copy it, or name a box");
+  if (options.output == "-" && console.outIsTerminal()) {
+    return usage("a recording is not for a terminal; name a file, or send the standard output into a pipe");
+  }
+  std::error_code absent;
+  if (!options.force && std::filesystem::is_regular_file(options.output, absent)) {
+    return usage(options.output + " is already there; name another file, or overwrite it with --force");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ExitStatus run(const Record& options, const std::string& given, Console& console) {
+  if (options.output == "-") console.keepOutputForData();
+  const auto uri = chooseUri(given);
+  if (!uri) return console.fail(uri.error());
+  if (const auto objection = objectionTo(options, *uri, console)) return console.fail(*objection);
+  return Session{options, *uri, console}.run();
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,15 @@
+#include <filesystem>
+
+#include "tools/case/solve_cases.hpp"
+#include "tools/probebox/commands.hpp"
+
+namespace probebox::command {
+
+// The table for people is for a terminal; whatever reads a pipe gets JSON, asked for or not.
+ExitStatus run(const Solve& options, const std::string&, Console& console) {
+  const std::vector<std::filesystem::path> folders{options.cases.begin(), options.cases.end()};
+  const bool json = console.json() || !console.outIsTerminal();
+  return static_cast<ExitStatus>(casefolder::solveCases(folders, json, console.out(), console.err()));
+}
+
+}  // namespace probebox::command

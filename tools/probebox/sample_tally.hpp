@@ -1,0 +1,59 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "protocol/messages/stream.hpp"
+#include "tools/link/host_ledger.hpp"
+
+namespace probebox::command {
+
+// What became of every sample between the beginning and the end of a recording, over all links that it took: a resumed
+// stream may repeat samples, and no sample counts twice. link::HostLedger keeps the account of one link against the
+// box's own; this one joins them.
+class SampleTally {
+ public:
+  struct Sums {
+    std::uint64_t produced{};  // as of the last heartbeat
+    std::uint64_t received{};
+    std::uint64_t lost_at_source{};  // declared by the box
+    std::uint64_t lost_in_queue{};   // declared by the box
+    std::uint64_t lost_on_link{};    // in frames that did not arrive: inferred from their numbers
+    std::uint64_t unexplained{};     // between two frames with nothing missing between them: somebody's error
+
+    std::uint64_t declaredLost() const { return lost_at_source + lost_in_queue; }
+    std::uint64_t accounted() const { return received + declaredLost() + lost_on_link; }
+    friend bool operator==(const Sums&, const Sums&) = default;
+  };
+
+  void block(SampleIndex first, std::uint64_t count);
+  void gap(const messages::Gap& gap);
+  void hole(const messages::Gap& hole);
+  void heartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance);
+  // The box was restarted: indices begin anew, and what it produced after the last heartbeat is unknown.
+  void restarted();
+
+  // As of now; `produced` is only known at heartbeats.
+  const Sums& now() const { return now_; }
+  // As of the last heartbeat, when both sides of the equation are known.
+  const Sums& atHeartbeat() const { return at_heartbeat_; }
+  // produced = received + declared lost + lost on the link, at every heartbeat so far, by the box's count and by ours.
+  bool exact() const { return exact_ && restarts_ == 0; }
+  bool begun() const { return begun_ || now_.accounted() > 0; }
+  SampleIndex next() const { return next_; }
+  std::uint64_t restarts() const { return restarts_; }
+
+ private:
+  std::uint64_t fresh(SampleIndex first, std::uint64_t count);
+  void begin(SampleIndex first);
+
+  Sums now_{};
+  Sums at_heartbeat_{};
+  std::uint64_t produced_before_{};  // by earlier lives of the box
+  SampleIndex first_{};
+  SampleIndex next_{};
+  bool begun_{};
+  bool exact_{true};
+  std::uint64_t restarts_{};
+};
+
+}  // namespace probebox::command
