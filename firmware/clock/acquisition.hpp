@@ -15,7 +15,7 @@ class Acquisition {
   struct Grid {
     MonoTime at{};         // of the last tick with an edge on the grid
     double spread_ns{};    // of the edges around the grid (1.4826 x median of the absolute deviations)
-    std::int64_t ticks{};  // from the first to the last tick with an edge
+    std::int64_t ticks{};  // from the first tick with an edge to the last, both included
   };
 
   explicit Acquisition(Nanoseconds nominal_period) : nominal_ns_{nominal_period.count()} {}

@@ -14,6 +14,7 @@ constexpr std::int64_t kHoldoverAfter = 10;  // ticks in a row without an edge
 constexpr std::int64_t kSettleAtLeast = 32;  // edges
 constexpr std::int64_t kSettleMisfits = 32;  // edges in a row that do not fit: it was not a grid
 constexpr double kSettledPpm = 20;           // sigma of the frequency
+constexpr double kJudgedPpm = 1;             // the same where the frequency is close to the limit
 constexpr double kBlindSpreads = 3;          // a phase less certain than this is found anew when edges come back
 
 constexpr double kPpm = 1e-6;
@@ -69,7 +70,7 @@ void ClockEstimator::startOn(const Acquisition::Grid& grid) {
     const std::int64_t ahead = filter_.nearest(grid.at);
     const bool fits = std::abs(filter_.residual(grid.at, ahead)) < kWindow * nominal_ns_;
     if (!fits) return;  // holdover goes on until its limit
-    countMissing(ahead, 0);
+    countMissing(ahead - grid.ticks + 1, kernel_lost_);
     const double drift_sigma =
         std::hypot(std::sqrt(filter_.driftVariance()), config_.holdover_ppm * kPpm * nominal_ns_);
     filter_.start(filter_.tick() + ahead, grid.at, grid_sigma, filter_.drift(), drift_sigma);
@@ -163,7 +164,10 @@ void ClockEstimator::settle() {
   ++settled_;
   const double sigma_ppm = std::sqrt(filter_.driftVariance()) / (kPpm * nominal_ns_);
   if (settled_ < kSettleAtLeast || sigma_ppm > kSettledPpm) return;
-  if (std::abs(offsetPpm()) > config_.max_ppm) {
+  const double over_ppm = std::abs(offsetPpm()) - config_.max_ppm;
+  const bool is_close = std::abs(over_ppm) < 3 * sigma_ppm && sigma_ppm > kJudgedPpm;
+  if (is_close) return;
+  if (over_ppm > 0) {
     ++counters_.refused_frequency;
     return giveUp(index_is_kept_ ? state_ : ClockState::unlocked);
   }

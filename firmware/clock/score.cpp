@@ -8,7 +8,7 @@ namespace {
 
 // Close together where most residuals are, far apart where outliers are; symmetric.
 constexpr double kInnerEnd = 3.0;
-constexpr double kInnerStep = 0.25;
+constexpr double kInnerStep = 0.125;
 constexpr std::array<double, 5> kOuter{4, 6, 10, 20, 40};
 constexpr std::size_t kInnerFirst = kOuter.size();
 
@@ -26,8 +26,8 @@ constexpr std::array<double, Score::kKnots> kKnotAt = [] {
 
 // Weight of the roughness (sum of squared second differences), in residuals: what noise in few residuals would draw is
 // smoothed.
-constexpr double kRoughness = 30;
-constexpr double kLeaning = 1;
+constexpr double kRoughness = 300;
+constexpr double kLeaning = 0.1;
 
 // The interval that holds `residual`; it must lie between the outermost knots.
 std::size_t intervalOf(double residual) {

@@ -11,7 +11,7 @@ namespace probebox::clock {
 // residuals is zero: changing over to it does not move the estimate. Residuals are given in units of the spread.
 class Score {
  public:
-  static constexpr std::size_t kKnots = 35;
+  static constexpr std::size_t kKnots = 59;
 
   struct Value {
     double psi{};

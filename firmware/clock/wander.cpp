@@ -18,7 +18,7 @@ double amplitude(double smallest, int steps) {
 
 // A few seconds cannot tell a small wander from none, and a filter that believes in none stops following: without
 // evidence the walks stay near what they were. Standard deviation of that belief, in steps.
-constexpr double kInertia = 3;
+constexpr double kInertia = 2;
 
 int stepsOf(double value, double smallest) {
   return static_cast<int>(std::lround(2 * std::log2(value / smallest)));

@@ -30,7 +30,7 @@ class Wander {
 
  private:
   static constexpr std::size_t kBlocks = 512;
-  static constexpr std::size_t kFirstLook = 128;
+  static constexpr std::size_t kFirstLook = 256;
   struct Block {
     double tick{};  // mean, since the origin
     double phase_ns{};

@@ -5,13 +5,13 @@
 #include <new>
 
 namespace {
-thread_local std::uint64_t allocations = 0;
+thread_local std::uint64_t count_of_this_thread = 0;
 }  // namespace
 
 namespace probebox::support {
-NoAlloc::NoAlloc() : before_{allocations} {}
+NoAlloc::NoAlloc() : before_{count_of_this_thread} {}
 std::uint64_t NoAlloc::allocations() const {
-  return ::allocations - before_;
+  return count_of_this_thread - before_;
 }
 }  // namespace probebox::support
 
@@ -19,7 +19,7 @@ std::uint64_t NoAlloc::allocations() const {
 // A sanitizer has malloc for itself; operator new is left.
 namespace {
 void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
+  ++count_of_this_thread;
   void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
   if (memory == nullptr) throw std::bad_alloc{};
   return memory;
@@ -71,16 +71,16 @@ void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
 
 void* malloc(std::size_t size) {
-  return ++allocations, __libc_malloc(size);
+  return ++count_of_this_thread, __libc_malloc(size);
 }
 void* calloc(std::size_t count, std::size_t size) {
-  return ++allocations, __libc_calloc(count, size);
+  return ++count_of_this_thread, __libc_calloc(count, size);
 }
 void* realloc(void* memory, std::size_t size) {
-  return ++allocations, __libc_realloc(memory, size);
+  return ++count_of_this_thread, __libc_realloc(memory, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  return ++allocations, __libc_memalign(alignment, size);
+  return ++count_of_this_thread, __libc_memalign(alignment, size);
 }
 }
 #endif

@@ -1,0 +1,166 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "protocol/events/event.hpp"
+
+namespace probebox::support {
+
+// Spread of the kernel's stamps around the true edge. `bound_ns2` is the variance that the best possible use of one
+// stamp leaves: one over the Fisher information about location.
+struct StampJitter {
+  std::function<double(std::mt19937_64&)> draw_ns;
+  double bound_ns2{};
+
+  // sigma: ns.
+  static StampJitter gaussian(double sigma_ns);
+  // Late by a lognormal delay: median ns, shape s (standard deviation of the logarithm); a share of outliers is later
+  // by an exponential of mean 15 medians on top.
+  static StampJitter lognormal(double median_ns, double shape, double outlier_share);
+};
+
+inline StampJitter StampJitter::gaussian(double sigma_ns) {
+  return {[=](auto& random) { return std::normal_distribution{0.0, sigma_ns}(random); }, sigma_ns * sigma_ns};
+}
+
+inline StampJitter StampJitter::lognormal(double median_ns, double shape, double outlier_share) {
+  const double mu = std::log(median_ns);
+  const double information = std::exp(-2 * mu + 2 * shape * shape) * (1 + 1 / (shape * shape));
+  // Outliers say next to nothing about the location.
+  return {[=](auto& random) {
+            double delay = std::lognormal_distribution{mu, shape}(random);
+            if (std::bernoulli_distribution{outlier_share}(random)) {
+              delay += std::exponential_distribution{1 / (15 * median_ns)}(random);
+            }
+            return delay;
+          },
+          1 / (information * (1 - outlier_share))};
+}
+
+struct SyncSignal {
+  double period_ns{1e6};
+  double offset_ppm{17};
+  double phase_wander_ns_per_sqrt_s{10};
+  double frequency_wander_ppb_per_sqrt_s{20};
+  StampJitter jitter{StampJitter::gaussian(5000)};
+  double missing{};
+  double doubled{};
+  double spurious{};
+  double lost_by_kernel{};
+};
+
+// An edge as stamped, and the tick that it belongs to (none for a spurious one; a bounce belongs to none either).
+struct StampedEdge {
+  Edge edge;
+  std::optional<std::int64_t> tick;
+};
+
+// The two-state model that the clock assumes, drawn at random: truth and what the kernel makes of it.
+class SyncSource {
+ public:
+  SyncSource(const SyncSignal& signal, std::uint64_t seed, MonoTime start = monoTime(1'234'567'890'123))
+      : signal_{signal}, random_{seed}, start_ns_{toNs(start)} {
+    drift_ns_ = signal.period_ns * signal.offset_ppm * 1e-6;
+  }
+
+  std::int64_t tick() const { return tick_; }
+  // How much later than `at` the tick truly was.
+  double trueNsAfter(MonoTime at) const {
+    return static_cast<double>(start_ns_ + tick_ * std::llround(signal_.period_ns) - toNs(at)) + phase_ns_;
+  }
+  double driftNs() const { return drift_ns_; }
+  std::uint64_t missing() const { return missing_; }
+  std::uint64_t lostByKernel() const { return lost_by_kernel_; }
+  void setDriftNs(double drift_ns) { drift_ns_ = drift_ns; }
+
+  // Goes to the next tick and gives its edges, in the order of their stamps.
+  template <class Take>
+  void next(Take&& take) {
+    step();
+    std::array<StampedEdge, 3> edges;
+    std::size_t count = 0;
+    const bool is_missing = chance(signal_.missing);
+    const bool is_lost = !is_missing && chance(signal_.lost_by_kernel);
+    missing_ += is_missing ? 1 : 0;
+    lost_by_kernel_ += is_lost ? 1 : 0;
+    if (is_lost) ++sequence_;
+    const double edge_ns = signal_.jitter.draw_ns(random_);
+    if (!is_missing && !is_lost) {
+      edges[count++] = {edgeAt(edge_ns), tick_};
+      if (chance(signal_.doubled)) {
+        const double bounce_ns = std::uniform_real_distribution{0.01, 0.2}(random_)*signal_.period_ns;
+        edges[count++] = {edgeAt(edge_ns + bounce_ns), std::nullopt};
+      }
+    }
+    if (chance(signal_.spurious)) {
+      edges[count++] = {edgeAt(std::uniform_real_distribution{-0.5, 0.5}(random_)*signal_.period_ns), std::nullopt};
+    }
+    std::sort(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(count),
+              [](const auto& a, const auto& b) { return a.edge.at < b.edge.at; });
+    for (std::size_t i = 0; i < count; ++i) {
+      edges[i].edge.line_sequence = ++sequence_;
+      take(edges[i]);
+    }
+  }
+
+ private:
+  void step() {
+    const double seconds = signal_.period_ns * 1e-9;
+    const double frequency_step_ns =
+        signal_.frequency_wander_ppb_per_sqrt_s * 1e-9 * signal_.period_ns * std::sqrt(seconds);
+    phase_ns_ += drift_ns_ + signal_.phase_wander_ns_per_sqrt_s * std::sqrt(seconds) * normal_(random_);
+    drift_ns_ += frequency_step_ns * normal_(random_);
+    ++tick_;
+  }
+  bool chance(double probability) { return probability > 0 && std::bernoulli_distribution{probability}(random_); }
+  Edge edgeAt(double offset_ns) const {
+    return {.role = LineRole::sync,
+            .line = 0,
+            .level = Level::active,
+            .line_sequence = 0,
+            .at = monoTime(start_ns_ + tick_ * std::llround(signal_.period_ns) + std::llround(phase_ns_ + offset_ns))};
+  }
+
+  SyncSignal signal_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  std::int64_t start_ns_;
+  std::int64_t tick_{};
+  double phase_ns_{};
+  double drift_ns_{};
+  std::uint32_t sequence_{};
+  std::uint64_t missing_{};
+  std::uint64_t lost_by_kernel_{};
+};
+
+// Posterior Cramer-Rao bound of the phase, ns, in the steady state: the information recursion of Tichavsky, Muravchik
+// and Nehorai (1998) for the two-state model, independent of the filter under test.
+inline double phaseBoundNs(const SyncSignal& signal) {
+  const double seconds = signal.period_ns * 1e-9;
+  const double phase_step = signal.phase_wander_ns_per_sqrt_s * std::sqrt(seconds);
+  const double frequency_step = signal.frequency_wander_ppb_per_sqrt_s * 1e-9 * signal.period_ns * std::sqrt(seconds);
+  const double information = (1 - signal.missing) * (1 - signal.lost_by_kernel) / signal.jitter.bound_ns2;
+  // Covariance form; a, b, c are var(phase), cov, var(drift).
+  double a = 1e12;
+  double b = 0;
+  double c = 1e6;
+  for (int i = 0; i < 200'000; ++i) {
+    const double pa = a + 2 * b + c + phase_step * phase_step;
+    const double pb = b + c;
+    const double pc = c + frequency_step * frequency_step;
+    // (P^-1 + diag(information, 0))^-1
+    const double shrink = 1 / (1 + information * pa);
+    a = pa * shrink;
+    b = pb * shrink;
+    c = pc - information * pb * pb * shrink;
+  }
+  return std::sqrt(a);
+}
+
+}  // namespace probebox::support
