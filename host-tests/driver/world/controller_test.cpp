@@ -185,6 +185,15 @@ TEST(Controller, AbandonsAStepThatTheBoxBelievesIsRunning) {
   EXPECT_EQ(cycle.contacts(), 26U);
 }
 
+TEST(Controller, WaitsForABoxThatPublishesItsStateLate) {
+  Cycle cycle;
+  cycle.box().publishLate(std::chrono::milliseconds{200});
+  cycle.box().start(3);
+  ASSERT_TRUE(cycle.untilSolving(60));
+  EXPECT_EQ(cycle.controller().abandonedSteps(), 0U);
+  EXPECT_EQ(cycle.contacts(), 25U);
+}
+
 TEST(Controller, LeavesTheSphereAndParksWhenTheProcedureIsAborted) {
   for (const Activity when : {Activity::travelling, Activity::settling, Activity::approaching, Activity::dwelling,
                               Activity::retracting, Activity::recording}) {

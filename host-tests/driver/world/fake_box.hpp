@@ -1,6 +1,7 @@
 #pragma once
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "drivers/world/box_link.hpp"
@@ -21,6 +22,8 @@ class FakeBox : public BoxLink {
   }
   void abort() { state_ = RunState::aborted; }
   void cut(bool is_cut) { cut_ = is_cut; }
+  // The status that the box tells is of that long ago.
+  void publishLate(Nanoseconds lag) { lag_ = lag; }
 
   void postMarker(const Marker& marker) override {
     marker_answer_.reset();
@@ -35,6 +38,8 @@ class FakeBox : public BoxLink {
 
   void advance(MonoTime now) {
     now_ = now;
+    history_.push_back({now, {run_, step_, state_}});
+    while (history_.size() > 1 && history_[1].first <= now - lag_) history_.pop_front();
     for (; !requests_.empty() && requests_.front().at <= now; requests_.pop_front()) serve(requests_.front());
     for (; !answers_.empty() && answers_.front().at <= now; answers_.pop_front()) deliver(answers_.front());
   }
@@ -53,6 +58,12 @@ class FakeBox : public BoxLink {
     bool taken{};
   };
 
+  struct Standing {
+    std::uint32_t run{};
+    std::uint32_t step{};
+    RunState state{};
+  };
+
   bool lost() { return cut_ || random_.happens(loss_); }
 
   void send(Message message) {
@@ -63,10 +74,11 @@ class FakeBox : public BoxLink {
 
   void serve(Message message) {
     if (message.marker) message.taken = take(*message.marker);
-    if (step_ < steps_.size()) message.prompt = steps_[step_];
-    message.prompt.run = run_;
-    message.prompt.step = step_;
-    message.prompt.state = state_;
+    const Standing told = lag_ > Nanoseconds{} ? history_.front().second : Standing{run_, step_, state_};
+    if (told.step < steps_.size()) message.prompt = steps_[told.step];
+    message.prompt.run = told.run;
+    message.prompt.step = told.step;
+    message.prompt.state = told.state;
     if (lost()) return;
     message.at = now_ + latency_;
     answers_.push_back(message);
@@ -97,6 +109,8 @@ class FakeBox : public BoxLink {
   Random random_;
   MonoTime now_{};
   bool cut_{};
+  Nanoseconds lag_{};
+  std::deque<std::pair<MonoTime, Standing>> history_;
   std::uint32_t run_{};
   std::uint32_t step_{};
   RunState state_{};

@@ -154,6 +154,15 @@ TEST(SyncLine, JumpsOnceByThePhaseThatIsAsked) {
   EXPECT_EQ(world.truth().ledger.clock_jumps, 1U);
 }
 
+TEST(SyncLine, StampsNeverGoBackThoughTheClockDoes) {
+  World world{quiet(), 5};
+  const Nanoseconds jump{-2'500'000};
+  ASSERT_TRUE(world.inject({.kind = FaultKind::jump_clock, .at = seconds(1), .duration = {}, .jump = jump}));
+  const auto edges = run(world, 2).edges;
+  for (std::size_t i = 1; i < edges.size(); ++i) ASSERT_LT(edges[i - 1].at, edges[i].at);
+  EXPECT_EQ(edges.size(), world.truth().ledger.ticks);
+}
+
 TEST(SyncLine, RemembersNoMoreFaultsThanItSays) {
   World world{quiet(), 5};
   for (std::size_t i = 0; i < FaultSchedule::kMostFaults; ++i) ASSERT_TRUE(world.inject(Fault{}));
