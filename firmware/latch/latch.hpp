@@ -13,8 +13,8 @@ namespace probebox::latch {
 
 struct LatchConfig {
   std::int32_t samples_per_tick{1};  // 1 to 100
-  SourceConfig probe;
-  std::array<SourceConfig, kLinearAxes> axes;
+  SourceConfig probe{};
+  std::array<SourceConfig, kLinearAxes> axes{};
   // A20: an axis that lags the probe by tau (machine data are stale, tau > 0) is moved back by it, so that equal
   // indices belong together; the probe is buffered meanwhile.
   std::array<Nanoseconds, kLinearAxes> tau{};

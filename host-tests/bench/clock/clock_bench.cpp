@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <array>
+#include <benchmark/benchmark.h>
+#include <chrono>
+#include <cstdio>
+#include <vector>
+
+#include "firmware/clock/estimator.hpp"
+#include "firmware/clock/tick_map.hpp"
+#include "host-tests/support/sync_signal.hpp"
+
+// ns an edge of the clock, and its ratio to peers in the same run: absolute times of different machines do not compare.
+namespace {
+
+using namespace probebox;
+
+const std::vector<Edge>& edges() {
+  static const std::vector<Edge> made = [] {
+    support::SyncSignal signal;
+    signal.jitter = support::StampJitter::lognormal(10000, 0.5, 0.01);
+    signal.missing = signal.doubled = signal.spurious = 0.005;
+    support::SyncSource source{signal, 1};
+    std::vector<Edge> all;
+    for (int tick = 0; tick < 300'000; ++tick) {
+      source.next([&](const support::StampedEdge& stamped) { all.push_back(stamped.edge); });
+    }
+    return all;
+  }();
+  return made;
+}
+
+// Five minutes of edges, learning included.
+void kalman() {
+  clock::ClockEstimator estimator{{}};
+  for (const Edge& edge : edges()) benchmark::DoNotOptimize(estimator.push(edge));
+}
+
+// Second-order loop: no index rules, no sigma.
+void phaseLockedLoop() {
+  double phase = static_cast<double>(toNs(edges().front().at));
+  double period = 1e6;
+  for (const Edge& edge : edges()) {
+    phase += period;
+    const double error = static_cast<double>(toNs(edge.at)) - phase;
+    phase += 0.02 * error;
+    period += 0.0002 * error;
+    benchmark::DoNotOptimize(phase);
+  }
+}
+
+// Median of the last 31 residuals on the nominal grid.
+void slidingMedian() {
+  std::array<std::int64_t, 31> window{};
+  std::size_t next = 0;
+  for (const Edge& edge : edges()) {
+    window[next++ % window.size()] = toNs(edge.at) % 1'000'000;
+    auto sorted = window;
+    std::nth_element(sorted.begin(), sorted.begin() + 15, sorted.end());
+    benchmark::DoNotOptimize(sorted[15]);
+  }
+}
+
+template <void (*kRun)()>
+void perEdge(benchmark::State& state) {
+  for (auto _ : state) kRun();
+  const auto done = static_cast<double>(state.iterations()) * static_cast<double>(edges().size());
+  state.counters["per_edge"] = benchmark::Counter(done, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+void timeOfASample(benchmark::State& state) {
+  const TickMap map{
+      .tick = {1000}, .at = monoTime(5'000'000'000), .period_q32_ns = (std::int64_t{1'000'017} << 32) / 1 + 12345};
+  SampleIndex sample{4000};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(clock::timeOf(map, sample, 4));
+    sample = sample + 1;
+  }
+}
+
+BENCHMARK(perEdge<kalman>)->Name("clock")->Unit(benchmark::kMillisecond);
+BENCHMARK(perEdge<phaseLockedLoop>)->Name("peer: phase-locked loop")->Unit(benchmark::kMillisecond);
+BENCHMARK(perEdge<slidingMedian>)->Name("peer: sliding median of 31")->Unit(benchmark::kMillisecond);
+BENCHMARK(timeOfASample);
+
+double bestNsPerEdge(void (*run)()) {
+  double best = 1e300;
+  for (int i = 0; i < 5; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    best = std::min(best, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
+  }
+  return best / static_cast<double>(edges().size());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  const double clock_ns = bestNsPerEdge(kalman);
+  std::printf("clock: %.0f ns an edge = %.2f x sliding median = %.1f x phase-locked loop\n", clock_ns,
+              clock_ns / bestNsPerEdge(slidingMedian), clock_ns / bestNsPerEdge(phaseLockedLoop));
+}
