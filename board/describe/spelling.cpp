@@ -87,7 +87,9 @@ Suggestion suggest(std::string_view unknown, const std::set<std::string, std::le
   for (const auto& key : known) {
     const auto [known_stem, known_unit] = stemAndUnit(key);
     if (known_stem == stem && !known_unit.empty()) return {key, doubtfulUnit(unit, known_unit, key)};
-    const auto edits = editDistance(unknown, key);
+    // A name cut short is nearer than its missing letters say.
+    const bool shortened = unknown.size() >= 3 && key.starts_with(unknown);
+    const auto edits = shortened ? std::size_t{1} : editDistance(unknown, key);
     if (edits >= distance) continue;
     distance = edits;
     best = {key, "did you mean '" + key + "'?"};

@@ -1,0 +1,182 @@
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <optional>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "drivers/serial/emulator.hpp"
+#include "drivers/serial/linux_serial.hpp"
+
+namespace probebox::serial {
+namespace {
+
+using ::testing::HasSubstr;
+using End = EmulatedCable::End;
+using Bytes = std::vector<std::byte>;
+constexpr std::chrono::milliseconds kPatience{20};
+
+Bytes bytes(std::string_view text) {
+  Bytes all;
+  for (const char c : text) all.push_back(static_cast<std::byte>(c));
+  return all;
+}
+
+class SerialLine : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    auto cable = EmulatedCable::open(folder_ / "a", folder_ / "b");
+    ASSERT_TRUE(cable.ok()) << cable.error().what;
+    cable_.emplace(std::move(cable).value());
+  }
+  void TearDown() override {
+    cable_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  std::unique_ptr<io::BytePipe> open(const std::string& port, const Settings& settings = {}) {
+    auto pipe = openSerial((folder_ / port).string(), settings);
+    EXPECT_TRUE(pipe.ok()) << (pipe.ok() ? "" : pipe.error().what);
+    return pipe.ok() ? std::move(pipe).value() : nullptr;
+  }
+  std::string refusal(const std::string& port, const Settings& settings = {}) {
+    const auto pipe = openSerial((folder_ / port).string(), settings);
+    EXPECT_FALSE(pipe.ok());
+    return pipe.ok() ? "" : pipe.error().what;
+  }
+
+  // Reads until `count` bytes are there or the cable has nothing more for a while.
+  Bytes receive(io::BytePipe& pipe, std::size_t count) {
+    Bytes all;
+    for (int idle = 0; all.size() < count && idle < 200;) {
+      std::array<std::byte, 4096> buffer{};
+      const auto moved = cable_->pump(kPatience);
+      const auto got = pipe.read(buffer);
+      all.insert(all.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got.bytes));
+      idle = moved + got.bytes > 0 ? 0 : idle + 1;
+    }
+    return all;
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path{::testing::TempDir()} / ("probebox-serial-" + std::to_string(getpid()));
+  std::optional<EmulatedCable> cable_;
+};
+
+TEST_F(SerialLine, CarriesEveryByteUnchangedInBothDirections) {
+  const auto a = open("a");
+  const auto b = open("b", {3'000'000, Parity::even, 8, 2});
+  Bytes all;
+  for (int value = 0; value < 256; ++value) all.push_back(static_cast<std::byte>(value));
+  EXPECT_EQ(a->write(all).bytes, all.size());
+  EXPECT_EQ(receive(*b, all.size()), all);
+  EXPECT_EQ(b->write(all).bytes, all.size());
+  EXPECT_EQ(receive(*a, all.size()), all);
+}
+
+TEST_F(SerialLine, DoesNotWaitForBytesThatAreNotThere) {
+  const auto a = open("a");
+  std::array<std::byte, 16> buffer{};
+  const auto nothing = a->read(buffer);
+  EXPECT_EQ(nothing.bytes, 0U);
+  EXPECT_EQ(nothing.state, io::PipeState::open);
+}
+
+TEST_F(SerialLine, SaysHowMuchItTookWhenNobodyReads) {
+  const auto a = open("a");
+  const Bytes block(4096, std::byte{'x'});
+  std::size_t taken = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto written = a->write(block);
+    EXPECT_EQ(written.state, io::PipeState::open);
+    taken += written.bytes;
+  }
+  EXPECT_LT(taken, 100 * block.size());
+  const auto b = open("b");
+  EXPECT_EQ(receive(*b, taken).size(), taken);
+}
+
+TEST_F(SerialLine, BelongsToOneProcessAtATime) {
+  auto first = open("a");
+  EXPECT_THAT(refusal("a"), HasSubstr("another process uses this serial line"));
+  first.reset();
+  EXPECT_NE(open("a"), nullptr);
+}
+
+TEST_F(SerialLine, IsFreeAgainAfterItsOwnerWasKilled) {
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const auto owner = fork();
+  if (owner == 0) {
+    const auto line = openSerial((folder_ / "a").string(), {});
+    const char state = line.ok() ? 'y' : 'n';
+    [[maybe_unused]] const auto told = write(ready[1], &state, 1);
+    for (;;) pause();
+  }
+  char state = 0;
+  ASSERT_EQ(read(ready[0], &state, 1), 1);
+  EXPECT_EQ(state, 'y');
+  EXPECT_THAT(refusal("a"), HasSubstr("another process"));
+  kill(owner, SIGKILL);
+  waitpid(owner, nullptr, 0);
+  EXPECT_NE(open("a"), nullptr);
+  close(ready[0]);
+  close(ready[1]);
+}
+
+TEST_F(SerialLine, SeesAPulledAdapterAsClosedAndOpensAgainUnderTheSameName) {
+  auto a = open("a");
+  cable_->unplug(End::a);
+  std::array<std::byte, 16> buffer{};
+  EXPECT_EQ(a->read(buffer).state, io::PipeState::closed);
+  EXPECT_EQ(a->write(buffer).state, io::PipeState::closed);
+  EXPECT_THAT(refusal("a"), HasSubstr("there is no such serial line"));
+
+  ASSERT_TRUE(cable_->plug(End::a).ok());
+  a = open("a");
+  const auto b = open("b");
+  b->write(bytes("back"));
+  EXPECT_EQ(receive(*a, 4), bytes("back"));
+}
+
+TEST_F(SerialLine, KeepsBytesDuringAStallAndShowsNoiseThatNobodySent) {
+  const auto a = open("a");
+  const auto b = open("b");
+  cable_->stall(true);
+  a->write(bytes("late"));
+  EXPECT_EQ(cable_->pump(kPatience), 0U);
+  cable_->inject(End::b, bytes("#!"));
+  cable_->stall(false);
+  EXPECT_EQ(receive(*b, 6), bytes("#!late"));
+}
+
+TEST_F(SerialLine, IsRefusedWithARemedy) {
+  EXPECT_THAT(refusal("a", {12345, Parity::none, 8, 1}), HasSubstr("12345 baud is no standard rate"));
+  EXPECT_THAT(refusal("nothing"), HasSubstr("check the cable and the name"));
+  std::ofstream{folder_ / "file"} << "text";
+  EXPECT_THAT(refusal("file"), HasSubstr("this is no serial line"));
+}
+
+TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
+  const auto address = parseAddress("/dev/ttyUSB0,baud=9600,stop=2", {19200, Parity::even, 8, 1});
+  ASSERT_TRUE(address.ok());
+  EXPECT_EQ(address->path, "/dev/ttyUSB0");
+  EXPECT_EQ(describe(address->settings), "9600 8E2");
+  EXPECT_EQ(describe(parseAddress("/dev/x,data=7,parity=odd")->settings), "115200 7O1");
+}
+
+TEST(SerialAddress, RefusesASettingThatALineDoesNotHave) {
+  for (const auto* const bad :
+       {"/dev/x,baud", "/dev/x,baud=", "/dev/x,baud=0", "/dev/x,baud=9600x", "/dev/x,parity=mark", "/dev/x,data=9",
+        "/dev/x,stop=3", "/dev/x,speed=1", "/dev/x,,baud=9600"}) {
+    const auto address = parseAddress(bad);
+    ASSERT_FALSE(address.ok()) << bad;
+    EXPECT_THAT(address.error().what, HasSubstr("known are baud=RATE"));
+  }
+  EXPECT_THAT(parseAddress(",baud=9600").error().what, HasSubstr("needs its device"));
+}
+
+}  // namespace
+}  // namespace probebox::serial

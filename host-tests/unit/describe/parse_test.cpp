@@ -1,0 +1,215 @@
+#include "board/describe/parse.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+
+namespace probebox::board {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr std::string_view kBox = R"([box]
+board_name = "b1"
+serial_number = "7"
+[sync]
+chip = "gpiochip0"
+line = 4
+active = "low"
+period_ns = 1_000_000
+[[trigger]]
+chip = "gpiochip0"
+line = "TOUCH"
+[[index]]
+axis = "Z"
+chip = "gpiochip1"
+line = 4
+[devices]
+encoders = "sim"
+encoder_rate_hz = 1000
+probe = "sim"
+)";
+
+// The box above with one text exchanged for another.
+std::string boxWith(std::string_view old_text, std::string_view new_text) {
+  std::string text{kBox};
+  const auto at = text.find(old_text);
+  EXPECT_NE(at, std::string::npos);
+  return text.replace(at, old_text.size(), new_text);
+}
+
+std::string problemOf(const std::string& text) {
+  const auto box = parseBox(text, "box.toml");
+  EXPECT_FALSE(box.ok()) << text;
+  return box.ok() ? "" : box.error().what;
+}
+
+TEST(BoxToml, GivesLinesByRole) {
+  const auto box = parseBox(kBox, "box.toml");
+  ASSERT_TRUE(box.ok()) << box.error().what;
+  EXPECT_EQ(box->sync.chip, "gpiochip0");
+  EXPECT_EQ(std::get<unsigned>(box->sync.line), 4U);
+  EXPECT_EQ(box->sync.active, ActiveLevel::low);
+  EXPECT_EQ(box->sync_period, Nanoseconds{1'000'000});
+  EXPECT_EQ(box->samples_per_tick, 1U);
+  ASSERT_EQ(box->triggers.size(), 1U);
+  EXPECT_EQ(box->triggers[0].name, "trigger 1");
+  EXPECT_EQ(std::get<std::string>(box->triggers[0].line), "TOUCH");
+  ASSERT_EQ(box->indexes.size(), 1U);
+  EXPECT_EQ(box->indexes[0].axis, 2);
+}
+
+TEST(BoxToml, NamesFileLineAndNearestKeyOfAnUnknownOne) {
+  EXPECT_EQ(problemOf(boxWith("serial_number", "serial_nummer")),
+            "box.toml:3: unknown key 'box.serial_nummer': did you mean 'serial_number'?");
+  EXPECT_EQ(problemOf(boxWith("serial_number", "serial_number = \"7\"\ncolour")),
+            "box.toml:4: unknown key 'box.colour': remove it");
+}
+
+TEST(BoxToml, RefusesADoubtfulUnit) {
+  EXPECT_EQ(problemOf(boxWith("period_ns", "period_us")),
+            "box.toml:8: unknown key 'sync.period_us': doubtful unit: it is in us, but this value is read in ns only; "
+            "convert it "
+            "and write 'period_ns'");
+  EXPECT_THAT(problemOf(boxWith("period_ns", "period")), HasSubstr("names no unit"));
+}
+
+TEST(BoxToml, RefusesAWrongType) {
+  EXPECT_THAT(problemOf(boxWith("1_000_000", "\"1 ms\"")),
+              AllOf(HasSubstr("box.toml:8:"), HasSubstr("write a whole number")));
+  EXPECT_THAT(problemOf(boxWith("\"7\"", "7")), AllOf(HasSubstr("box.toml:3:"), HasSubstr("double quotes")));
+  EXPECT_THAT(problemOf(boxWith("[devices]", "[[devices]]")), HasSubstr("write a table, [devices]"));
+  EXPECT_THAT(problemOf(boxWith("line = 4", "line = 4.5")), HasSubstr("neither an offset nor a name"));
+}
+
+TEST(BoxToml, TellsWhichKeyIsMissingAndWhere) {
+  EXPECT_EQ(problemOf(boxWith("board_name = \"b1\"\n", "")),
+            "box.toml:1: missing key 'box.board_name': add it to [box]");
+  EXPECT_THAT(problemOf(boxWith("[devices]\nencoders = \"sim\"\nencoder_rate_hz = 1000\nprobe = \"sim\"\n", "")),
+              HasSubstr("missing key 'devices'"));
+}
+
+TEST(BoxToml, RefusesValuesOutOfRangeAndSaysTheRange) {
+  EXPECT_THAT(problemOf(boxWith("1_000_000", "1000")), HasSubstr("give a value from 100000 to 1e+07"));
+  EXPECT_THAT(problemOf(boxWith("line = 4", "line = -1")), HasSubstr("neither an offset nor a name"));
+  EXPECT_THAT(problemOf(boxWith("\"Z\"", "\"W\"")), HasSubstr("write one of \"X\", \"Y\", \"Z\""));
+}
+
+TEST(BoxToml, RefusesTwoInputsOnOneLine) {
+  EXPECT_THAT(problemOf(boxWith("line = \"TOUCH\"", "line = 4")),
+              HasSubstr("'trigger 1' is on the line of 'sync': give every input a line of its own"));
+}
+
+TEST(BoxToml, TellsAllProblemsInTheOrderOfTheFile) {
+  auto text = boxWith("serial_number", "serial");
+  text.replace(text.find("1_000_000"), 9, "5");
+  EXPECT_THAT(problemOf(text), ::testing::MatchesRegex(
+                                   "box.toml:3: [^\n]*serial_number[^\n]*\nbox.toml:8: [^\n]*out of its range[^\n]*"));
+}
+
+TEST(BoxToml, SaysWhereATextStopsBeingToml) {
+  EXPECT_THAT(problemOf("[box\nboard_name = 1"), HasSubstr("box.toml:1:"));
+  EXPECT_THAT(problemOf(std::string{"a = \xff\xfe\x00", 7}), HasSubstr("not TOML"));
+  EXPECT_THAT(problemOf("[box]\nboard_name = \"a\"\nboard_name = \"b\"\n"), HasSubstr("box.toml:3:"));
+}
+
+TEST(MachineToml, RefusesASenseOfZeroAndAReversedTravel) {
+  std::string text = "[machine]\nname = \"m\"\n[corrections]\nhold_s = 5\n";
+  for (const auto* const axis : {"X", "Y", "Z"}) {
+    text += std::string{"[axis."} + axis +
+            "]\ncounts_per_mm = 1000\nsense = 0\ntravel_min_mm = 5\ntravel_max_mm = 5\n" +
+            "correction_limit_mm = 4\ncorrection_rate_mm_s = 0.1\n";
+  }
+  const auto machine = parseMachine(text, "machine.toml");
+  ASSERT_FALSE(machine.ok());
+  EXPECT_THAT(machine.error().what, AllOf(HasSubstr("'sense' = 0"), HasSubstr("exchange them"),
+                                          HasSubstr("correction_limit_mm' = 4 is out of its range")));
+}
+
+TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
+  const std::string text =
+      "[probe]\nserial_number = \"1\"\nrate_hz = 1000\nnoise_um = 0.4\ndeflection_limit_mm = 1\n"
+      "gain = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n[stylus]\nball_diameter_mm = 6\n";
+  const auto probe = parseProbe(text, "probe.toml");
+  ASSERT_FALSE(probe.ok());
+  EXPECT_THAT(probe.error().what, AllOf(HasSubstr("probe.toml:6:"), HasSubstr("has no inverse")));
+  EXPECT_THAT(parseProbe("[probe]\ngain = [[1, 0], [0, 1]]\n[stylus]\n", "p").error().what,
+              HasSubstr("three rows of three"));
+  EXPECT_THAT(parseProbe("[probe]\nnoise_um = nan\n[stylus]\n", "p").error().what, HasSubstr("out of its range"));
+}
+
+TEST(ServiceToml, AllowsNothingThatItDoesNotName) {
+  const auto service = parseService("", "service.toml");
+  ASSERT_TRUE(service.ok());
+  EXPECT_FALSE(service->access.allow_marker || service->access.allow_calibrate || service->access.allow_accept);
+  EXPECT_TRUE(service->links.empty());
+}
+
+TEST(ServiceToml, RefusesWhatIsNoAddress) {
+  EXPECT_THAT(parseService("links = [\"usb\", \"localhost\"]", "s").error().what,
+              HasSubstr("s:1: 'links' has \"localhost\", which is no address"));
+  EXPECT_FALSE(parseService("cnc = [\"modbus:\"]", "s").ok());
+  EXPECT_FALSE(parseService("links = \"tcp:127.0.0.1:1\"", "s").ok());
+  EXPECT_THAT(parseService("[access]\nallow_accept = \"yes\"", "s").error().what, HasSubstr("without quotes"));
+}
+
+TEST(WorldToml, RefusesMillisecondsWrittenAsSeconds) {
+  EXPECT_THAT(parseWorld("[delays]\ntau_machine_s = [5.45, 5.45, 5.45]\ntau_probe_s = 0.0", "world.toml").error().what,
+              HasSubstr("'delays.tau_machine_s' = 5.45 is out of its range"));
+}
+
+TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
+  const auto sim = simDescriptions();
+  ASSERT_TRUE(sim.ok()) << sim.error().what;
+  ASSERT_TRUE(sim->world.has_value());
+  EXPECT_EQ(sim->box.sync_period.count(), sim->world->clock.period_ns);
+  EXPECT_DOUBLE_EQ(sim->probe.rate_hz, sim->world->probe.rate_hz);
+  EXPECT_DOUBLE_EQ(sim->box.devices.encoder_rate_hz, sim->world->encoders.rate_hz);
+  EXPECT_DOUBLE_EQ(sim->probe.ball_diameter_mm, 2 * sim->world->sphere.stylus_ball_radius_mm);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& description = sim->machine.axes[axis];
+    EXPECT_DOUBLE_EQ(description.counts_per_mm, sim->world->encoders.counts_per_mm);
+    EXPECT_GT(sim->world->sphere.centre_mm[axis], description.travel_min_mm);
+    EXPECT_LT(sim->world->sphere.centre_mm[axis], description.travel_max_mm);
+  }
+}
+
+class BoardFolder : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_ / "board");
+    std::filesystem::create_directories(folder_ / "config");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  static void write(const std::filesystem::path& path, std::string_view text) { std::ofstream{path} << text; }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path{::testing::TempDir()} /
+      (std::string{"probebox-"} + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(BoardFolder, IsReadWithTheFilesOfConfigInstead) {
+  write(folder_ / "config" / "service.toml", "links = [\"tcp:127.0.0.1:9\"]\n");
+  const auto sim = simDescriptions(folder_ / "config");
+  ASSERT_TRUE(sim.ok()) << sim.error().what;
+  EXPECT_THAT(sim->service.links, ElementsAre("tcp:127.0.0.1:9"));
+  EXPECT_FALSE(sim->service.access.allow_accept) << "the file stands for itself, it is not merged";
+}
+
+TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {
+  write(folder_ / "board" / "box.toml", boxWith("line = 4", "line = 4\ncolour = 1"));
+  const auto board = loadDirectory(folder_ / "board");
+  ASSERT_FALSE(board.ok());
+  EXPECT_THAT(board.error().what, AllOf(HasSubstr("board/box.toml:7: unknown key 'sync.colour'"),
+                                        HasSubstr("board/machine.toml: No such file"),
+                                        HasSubstr("board/service.toml: No such file"), Not(HasSubstr("world.toml"))));
+  EXPECT_THAT(loadDirectory(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
+  EXPECT_THAT(simDescriptions(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
+}
+
+}  // namespace
+}  // namespace probebox::board
