@@ -1,0 +1,99 @@
+#include <gtest/gtest.h>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "samples.hpp"
+
+// Frozen bytes of protocol 1.0: recordings and boxes in the field have them. A failure here is a broken wire, never a
+// reason to edit a line. A later minor version adds its fields behind, and lines of its own.
+namespace probebox::messages {
+namespace {
+
+std::string hex(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const auto byte : bytes) {
+    text += kDigits[std::to_integer<std::size_t>(byte >> 4)];
+    text += kDigits[std::to_integer<std::size_t>(byte & std::byte{0x0F})];
+  }
+  return text;
+}
+
+const std::map<std::string_view, std::string_view> kGolden = {
+    {"HELLO", "235d8ef249035aae392df4426de018653949a943c319a47824"},
+    {"WELCOME", "235d458eb8e2cd000003ae2df4426de018653949a943c319a4"},
+    {"DESCRIPTOR",
+     "01007008006f6f6f6f6f6f6f6f0300787878000002006d6d6de3a3b3d6a8cb55e0a703002000010078070078787878787878"
+     "5362312ad161f541c301080071717171717171711b00050061616161610200747464623e0930ecf7c18e000400797979791e"
+     "00030062626208007070707070707070d3aa32d6a73de141160003006f6f6f53e7c5a5b957fd4142f7b5c6a2030142ebe92e"
+     "5e069ce94178cfcfaf4195f941c858730b30daf241b2beb85960f2f1c1d61d94d20545d4c1929f39493290f7c103508411e4"
+     "afc5c1390000f2ad592aa19aedc13b9af23a20efe541bec2f55c1b47fec105926651ced3e841a6dc2ceb06c500c2703d37bc"
+     "cfaaf8c19e087e9d4167611e"},
+    {"TEST_PATTERN",
+     "235d8ef24903ae2df4426de018653949a943c319a47824f241b98f8e78d01ed4b97f09db16c0861e9a9b55e8cde82d76a290"
+     "1cdc436601ba9e1581eacfaf3b1d1dfca1dd4ddee03e0f3ad1dbf6e88782a11702db15a95be09e4a6add8d0df404e8f4e062"
+     "36ed9714254f0ef9c45d0a0efc0778bfec967ca18edcaf5c3bfeb90026efeeb2233a535e312a88a5ec193d8c474c234e1c31"
+     "dc46e544ea2a0f9d5d947ddb85e41173b2d572cd7fa4030dc160f7d51e291eca74a96d7fa64c78d1223997769d23e09e3cc5"
+     "a7de2fdda6b0c5837e1e2d1d5c8b1eae8ad5041f8a1e06fb18309e8ae8e689d0887edcca314f92362d8772ae8667fcda46ea"
+     "3f1951df14cc"},
+    {"START", "235d8ef204a1d58a93806201035a647671a0f5b9"},
+    {"STOP", "23"},
+    {"CREDIT", "238d949198559cdb"},
+    {"GAP", "238d949198559cdb5d4535ed7d92bc788e"},
+    {"HEARTBEAT",
+     "238d949198559cdb018eb8e2cd751ed7aaf204a1d58a93806249ff98071e9ca6ca035a647671a0f5b9ae3967651c75f8f32d"
+     "e2d863e5c4f6cdf412201a7171b8554247e814fd78e53a6de3a3b33800e0a77fdeded6e0e6187ba618846295516597e60854"
+     "76db47399a298d2c3daea449482ddbe33c3628a9dcae733ffc963a4394eabcbb8ea74fc3194ca7e1a442ba843922c8a22800"
+     "781d4e454db8dca624453c21a35dc6aff2281c8ae0e2eb264108ed80a323f767b99e34897d554d71"},
+    {"REQUEST", "238d94915d450300f24903"},
+    {"ANSWER", "238d94915d458eb800000100ae"},
+    {"REFUSAL", "238d5d08006f6f6f6f6f6f6f6f"},
+    {"status answer",
+     "01007008006f6f6f6f6f6f6f6f49ff98071e9ca6ca3f0003ae396765642d4549e7dceac1f412201a7171b85528004247e814"
+     "fd78e53a6de3a3b3d6a8cb55e0a77fdeded6e0e6187ba618846295516597e6085476db471800399a298d2c3daea449482ddb"
+     "e33c3628a9dcae733ffc963a4394eabcc312e9160c6a179f1000194ca7e17bdc8495a442ba843922c8a201006902004108ed"
+     "80a323f767b99e34897d554d718f0b10008ead062f4a5534f878d1e861a24f01e7"},
+    {"post_marker request",
+     "238d94915d4535ed8ea0c153ee0571fa4185f5636941a4ecc1228863de25cdf2c1ae396765642d4549e7dceac100"},
+    {"start_procedure request", "010070"},
+    {"start_procedure answer", "238d9491"},
+    {"procedure_status answer",
+     "238d949108007373737373737373f249ff9807035a64760000e35a38a6aa02f7410fa9870ea89eef412d629930d307f741c2"
+     "ee5ffb67f9dac1007481b760e6f5414442be89fe49f341cdc47f816b83f8c1f5f0f246ad96e541fa2145d98474ef41030068"
+     "6868194ca7e17bdc8495"},
+    {"list_results request", "238d949198559cdb"},
+    {"list_results answer",
+     "02007f005d4535ed7d92bc788e000003006f6f6f01006d050072727272720700777777777777770100780700787878787878"
+     "78010016000300767676e49adc67e805f9c1e05b68fc80edf7c100a58cdf1852e5e4414108ed80e075125f0f6afe4164623e"
+     "0930ecf7c10300060077777777777704006161616108006464646464646464b00009fea935280c78b0db0800737373737373"
+     "737303006f6f6f030074747401006f0800737373737373737307006f6f6f6f6f6f6f04006363636303001b00080078787878"
+     "7878787805926651ced3e841a6dc2ceb06c500c20019000600666666666666be2821faf254ec413d97c0286282b4c1011800"
+     "050062626262628729b8a65010e5410f3d9cc3dbaff94100555ca0221523d1c1ddff4052d09566848cbad941a96c0618aba4"
+     "d9c10200000001007a01"},
+    {"accept_result request", "238d949198559cdb08007373737373737373"},
+    {"corrections answer",
+     "0101ef46bf2221dcf6c1a0c153ee0571fa4185f5636941a4ecc1035aae392de2f412201a002d629930d307f741c2ee5ffb67"
+     "f9dac1007481b760e6f5414442be89fe49f341cdc47f816b83f8c1f5f0f246ad96e541"},
+    {"get_dataset request", "238d94915d4535ed7d92bc78"},
+    {"get_dataset answer", "238d949198559cdb5d4535ed7d92bc7808006f6f6f6f6f6f6f6f"},
+};
+
+TEST(Golden, EveryMessageIsTheseBytes) {
+  std::size_t seen = 0;
+  forEachMessage([&](const char* name, auto message) {
+    Filler{2026}.fill(message);
+    ASSERT_TRUE(kGolden.contains(name)) << name;
+    EXPECT_EQ(hex(encoded(message)), kGolden.at(name))
+        << "{\"" << name << "\",\n \"" << hex(encoded(message)) << "\"},";
+    ++seen;
+  });
+  EXPECT_EQ(seen, kGolden.size());
+}
+
+TEST(Golden, HelloOfThisVersionIsTheseBytes) {
+  EXPECT_EQ(hex(encoded(Hello::current())), "50425831010000000000000000000000000000000000000000");
+}
+
+}  // namespace
+}  // namespace probebox::messages

@@ -1,0 +1,193 @@
+// Writes protocol/MESSAGES.md from the field lists. `messages_page` prints it; `messages_page --check FILE` fails when
+// the file says something else.
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "protocol/codec/block.hpp"
+#include "protocol/frame/frame.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/request.hpp"
+#include "protocol/messages/stream.hpp"
+
+namespace probebox::messages {
+namespace {
+
+template <class T>
+std::string structureName() {
+  if constexpr (std::same_as<T, ChannelDescription>) return "ChannelDescription";
+  if constexpr (std::same_as<T, DelayInForce>) return "DelayInForce";
+  if constexpr (std::same_as<T, LinkCounters>) return "LinkCounters";
+  if constexpr (std::same_as<T, EdgeCounters>) return "EdgeCounters";
+  if constexpr (std::same_as<T, ClockStatus>) return "ClockStatus";
+  if constexpr (std::same_as<T, Ledger>) return "Ledger";
+  if constexpr (std::same_as<T, EventCounts>) return "EventCounts";
+  if constexpr (std::same_as<T, ModbusCounters>) return "ModbusCounters";
+  if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
+  if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
+}
+
+template <class T>
+std::string typeName() {
+  if constexpr (std::same_as<T, bool>) {
+    return "bool";
+  } else if constexpr (std::same_as<T, double>) {
+    return "f64";
+  } else if constexpr (std::same_as<T, MonoTime> || std::same_as<T, Tick> || std::same_as<T, SampleIndex>) {
+    return "i64";
+  } else if constexpr (std::is_enum_v<T>) {
+    return typeName<std::underlying_type_t<T>>();
+  } else if constexpr (std::integral<T>) {
+    return (std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T));
+  } else if constexpr (std::same_as<T, std::byte>) {
+    return "byte";
+  } else if constexpr (Text<T>) {
+    return "text";
+  } else if constexpr (Bytes<T>) {
+    return "bytes";
+  } else if constexpr (detail::kIsArray<T>) {
+    return std::to_string(std::tuple_size_v<T>) + " x " + typeName<typename T::value_type>();
+  } else if constexpr (detail::kIsVector<T>) {
+    return "list of " + typeName<typename T::value_type>();
+  } else {
+    return structureName<T>();
+  }
+}
+
+template <class T>
+std::string table() {
+  std::string rows;
+  const T value{};
+  T::fields(value, [&](std::string_view name, const auto& member, std::string_view doc) {
+    rows += "| `" + std::string{name} + "` | " + typeName<std::decay_t<decltype(member)>>() + " | " + std::string{doc} +
+            " |\n";
+  });
+  return rows.empty() ? "Nothing.\n\n" : "| field | type | meaning |\n|---|---|---|\n" + rows + "\n";
+}
+
+std::string heading(std::string_view title, std::string_view says) {
+  return "### " + std::string{title} + "\n" + std::string{says} + "\n\n";
+}
+
+template <class M>
+std::string message(std::string_view direction) {
+  char id[8];
+  std::snprintf(id, sizeof id, "0x%02X", static_cast<unsigned>(M::kType));
+  return heading(std::string{nameOf(M::kType)} + " (" + id + ")", direction) + table<M>();
+}
+
+template <class Op>
+std::string operation(std::string_view says) {
+  const auto number = std::to_string(static_cast<unsigned>(Op::kOperation));
+  return heading(std::string{nameOf(Op::kOperation)} + " (" + number + ")", says) + "Request\n\n" +
+         table<typename Op::Request>() + "Answer\n\n" + table<typename Op::Answer>();
+}
+
+template <class T>
+std::string structure() {
+  return "### " + structureName<T>() + "\n\n" + table<T>();
+}
+
+template <class Enum>
+std::string names(std::string_view title, unsigned first, unsigned count) {
+  std::string row = "- " + std::string{title} + ":";
+  for (unsigned k = first; k < first + count; ++k) {
+    row += (k == first ? " " : ", ") + std::to_string(k) + " " + std::string{nameOf(static_cast<Enum>(k))};
+  }
+  return row + "\n";
+}
+
+std::string introduction() {
+  return R"(# Messages of the box, protocol 1.0
+
+Generated from the field lists in protocol/messages by `cmake --build build --target messages-page`; do not edit.
+
+## Bytes
+All numbers are little endian. `f64` is an IEEE 754 double; `bool` is one byte; `text` is UTF-8 with a u16 length in front, `bytes`
+likewise; a `list` has a u16 count in front; `N x` is N of them without a count. A structure inside a structure has its u16 size
+in front. A later minor version may add fields at the end of any structure: skip what you do not know, and keep the default of
+what is not there. A field that begins must be whole.
+
+## Frame
+docs/decisions/0001-frame-layout.md says why. The CRC-32C of header and payload follows the payload as u32. On serial lines, TCP
+and in recordings the whole is COBS-coded and ends with a zero.
+
+)";
+}
+
+std::string samples() {
+  return heading("SAMPLES (0x08)",
+                 "Box to host. A block of columns; decoded with the channels of the DESCRIPTOR whose hash is in the "
+                 "frame.") +
+         "u8 profile, then\n\n" + table<codec::BlockHeader>() +
+         "then u8 channels; for each channel u8 predictor order and u8 bit width; then the columns. In profile raw the "
+         "order is 0, the\n"
+         "width is 8 x bytes of the channel, and a column is `count` values of that width. The time of sample i is\n"
+         "at + floor((i - tick x samples_per_tick) x period_q32_ns / samples_per_tick / 2^32).\n\n";
+}
+
+std::string stream() {
+  return "## Handshake and stream\n\n" + message<Hello>("Host to box, first, after a zero that ends old garbage.") +
+         message<Welcome>("Box to host. DESCRIPTOR and TEST_PATTERN follow.") +
+         message<Descriptor>(
+             "Box to host, again whenever it changes. The CRC-32C of its payload is the descriptor hash of what "
+             "follows.") +
+         message<TestPattern>("Box to host.") +
+         message<Start>("Host to box; sent again until a HEARTBEAT says streaming.") +
+         message<Stop>("Host to box. A HEARTBEAT with streaming 0 closes the ledger.") +
+         message<Credit>(
+             "Host to box; also the host's sign of life, at least every 0.5 s: three missed and the link is down.") +
+         samples() + message<Gap>("Box to host, in the place of the missing samples.") +
+         message<Heartbeat>(
+             "Box to host, 10 a second. produced = sent_samples + lost_at_source + lost_in_queue = position - start.") +
+         message<Request>("Host to box; sent again with the same id until it is answered.") +
+         message<Answer>("Box to host.") + message<Refusal>("Box to host: the message was understood and refused.");
+}
+
+std::string control() {
+  return "## Operations\n\n" + operation<Status>("How the box is.") +
+         operation<PostMarker>("Says what the machine is doing; the box stamps it.") +
+         operation<StartProcedure>("Begins a measuring procedure.") +
+         operation<ProcedureStatus>("Where the procedure stands.") +
+         operation<AbortProcedure>("Gives the procedure up.") + operation<ListResults>("Results, oldest first.") +
+         operation<AcceptResult>("Accepts a proposed result; it comes into force and the one before is retired.") +
+         operation<Corrections>("What the CNC is being told.") +
+         operation<GetDataset>("The data of a run, for saving.");
+}
+
+std::string structures() {
+  return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
+         structure<EdgeCounters>() + structure<ClockStatus>() + structure<Ledger>() + structure<EventCounts>() +
+         structure<ModbusCounters>() + structure<NamedValue>() + structure<ResultSummary>();
+}
+
+std::string numbers() {
+  return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 10) + names<GapReason>("gap reasons", 0, 6) +
+         names<Profile>("profiles", 0, 3) + names<Policy>("policies", 0, 2) + names<ClockState>("clock states", 0, 4) +
+         names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 4) +
+         names<StepPhase>("step phases", 0, 3);
+}
+
+std::string page() {
+  return introduction() + table<frame::Header>() + stream() + control() + structures() + numbers();
+}
+
+}  // namespace
+}  // namespace probebox::messages
+
+int main(int argc, char** argv) {
+  const auto page = probebox::messages::page();
+  if (argc == 3 && std::string_view{argv[1]} == "--check") {
+    std::ostringstream text;
+    text << std::ifstream{argv[2]}.rdbuf();
+    if (text.str() == page) return 0;
+    std::cerr << argv[2] << " is stale; run: cmake --build build --target messages-page\n";
+    return 1;
+  }
+  std::cout << page;
+  return std::cout.flush() ? 0 : 1;
+}
