@@ -1,0 +1,110 @@
+#include "firmware/modbus/register_image.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <limits>
+#include <rapidcheck/gtest.h>
+#include <utility>
+#include <vector>
+
+namespace probebox::modbus {
+namespace {
+
+double shown(const RegisterImage& image, std::size_t address) {
+  return decode(*find(static_cast<std::uint16_t>(address)), WordOrder::high_first, image.registers());
+}
+
+RegisterImage imageOf(const corrections::Snapshot& snapshot) {
+  RegisterImage image;
+  image.fill(snapshot, WordOrder::high_first);
+  return image;
+}
+
+// Whole nanometres, well beyond the limit on both sides.
+rc::Gen<double> anyCorrection() {
+  return rc::gen::map(rc::gen::inRange<std::int64_t>(-20'000'000, 20'000'001),
+                      [](std::int64_t nm) { return static_cast<double>(nm) * 1e-6; });
+}
+
+RC_GTEST_PROP(RegisterImage, SaysTheSameInAllFormatsToTheirResolutionAndNeverWraps, ()) {
+  corrections::Snapshot snapshot;
+  snapshot.valid = true;
+  bool beyond = false;
+  for (auto& correction : snapshot.correction_mm) {
+    correction = *anyCorrection();
+    beyond = beyond || std::abs(correction) > 3.2767;
+  }
+  const auto image = imageOf(snapshot);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double wanted = std::fmax(-3.2767, std::fmin(3.2767, snapshot.correction_mm[axis]));
+    RC_ASSERT(std::abs(shown(image, address::correction_i16 + axis) * 1e-3 - wanted) <= 0.5001e-4);
+    RC_ASSERT(shown(image, address::correction_offset + axis) == shown(image, address::correction_i16 + axis));
+    RC_ASSERT(std::abs(shown(image, address::correction_f32 + 2 * axis) - wanted) <= 2e-7);
+    RC_ASSERT(std::abs(shown(image, address::correction_i32 + 2 * axis) * 1e-6 - wanted) <= 0.5001e-6);
+  }
+  RC_ASSERT((image[address::status] & kValid) != 0);
+  RC_ASSERT(((image[address::status] & kDegraded) != 0) == beyond);
+}
+
+TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber) {
+  RegisterImage image;
+  corrections::Snapshot snapshot;
+  snapshot.valid = true;
+  snapshot.correction_mm = {0.1, -0.2, 0.3};
+  image.fill(snapshot, WordOrder::high_first);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL}) {
+    snapshot.correction_mm[1] = bad;
+    image.fill(snapshot, WordOrder::high_first);
+    EXPECT_EQ(image[6], 65536 - 2000);
+    EXPECT_EQ(image[address::status], kDegraded);
+  }
+}
+
+TEST(RegisterImage, ShowsEachStatusBitInItsPlace) {
+  corrections::Snapshot none;
+  EXPECT_EQ(imageOf(none)[address::status], 0);
+  const std::vector<std::pair<Status, std::function<void(corrections::Snapshot&)>>> bits{
+      {Status{1}, [](auto& s) { s.valid = true; }},
+      {Status{2}, [](auto& s) { s.clock_locked = true; }},
+      {Status{4}, [](auto& s) { s.delay.calibrated = true; }},
+      {Status{8}, [](auto& s) { s.centreline_calibrated = true; }},
+      {Status{16}, [](auto& s) { s.screw_sensors_good = true; }},
+      {Status{32}, [](auto& s) { s.degraded = true; }},
+      {Status{64}, [](auto& s) { s.loss_seen = true; }},
+      {Status{128}, [](auto& s) { s.referenced = true; }},
+  };
+  for (const auto& [bit, set] : bits) {
+    corrections::Snapshot snapshot;
+    set(snapshot);
+    EXPECT_EQ(imageOf(snapshot)[address::status], bit);
+  }
+}
+
+TEST(RegisterImage, SaturatesTheAgeAndWrapsTheCounters) {
+  corrections::Snapshot snapshot;
+  snapshot.age_ms = 6'553'400;
+  EXPECT_EQ(imageOf(snapshot)[11], 65534);
+  snapshot.age_ms = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_EQ(imageOf(snapshot)[11], 65535);
+  snapshot.produced_samples = (std::uint64_t{5} << 32) + 7;
+  EXPECT_EQ(shown(imageOf(snapshot), address::samples_produced), 7);
+}
+
+TEST(RegisterImage, ShowsTheDelayInForceInBothUnitsAndNoneWithoutOne) {
+  corrections::Snapshot snapshot;
+  snapshot.delay = {true, 12, {0.0052, -0.001, 0.00385}, {3e-6, 4e-6, 5e-6}};
+  const auto image = imageOf(snapshot);
+  EXPECT_NEAR(shown(image, 64), 5.2, 1e-6);
+  EXPECT_NEAR(shown(image, 66), -1.0, 1e-6);
+  EXPECT_NEAR(shown(image, 72), 0.004, 1e-9);
+  EXPECT_EQ(shown(image, 80), 5'200'000);
+  EXPECT_EQ(shown(image, 82), -1'000'000);
+  EXPECT_EQ(shown(image, 90), 5000);
+  EXPECT_EQ(shown(image, address::delay_result), 12);
+  snapshot.delay.calibrated = false;
+  EXPECT_EQ(shown(imageOf(snapshot), 64), 0);
+}
+
+}  // namespace
+}  // namespace probebox::modbus

@@ -1,0 +1,122 @@
+#include "firmware/modbus/rtu_requests.hpp"
+
+#include <gmock/gmock.h>
+#include <random>
+#include <rapidcheck/gtest.h>
+
+namespace probebox::modbus {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes withCrc(Bytes frame) {
+  const auto crc = crc16(frame);
+  frame.push_back(static_cast<std::uint8_t>(crc));
+  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+  return frame;
+}
+const Bytes kReadFirstBlock = withCrc({1, 3, 0, 0, 0, 38});
+const Bytes kWriteTwo = withCrc({1, 16, 0, 144, 0, 2, 4, 0, 0, 0, 7});
+
+Bytes bytesOf(const Request& request) {
+  return {request.bytes.begin(), request.bytes.begin() + static_cast<std::ptrdiff_t>(request.size)};
+}
+
+// Delivers bytes in pieces, as a line does.
+std::vector<Bytes> requestsIn(RtuRequests& requests, const Bytes& line, std::size_t piece) {
+  std::vector<Bytes> found;
+  for (std::size_t at = 0; at < line.size();) {
+    const auto size = std::min(piece, line.size() - at);
+    const auto taken = requests.push(std::as_bytes(std::span{line}.subspan(at, size)));
+    while (const auto request = requests.next()) found.push_back(bytesOf(*request));
+    EXPECT_GT(taken, 0U) << "the line has come to a stand";
+    if (taken == 0) break;
+    at += taken;
+  }
+  return found;
+}
+
+TEST(Crc16, IsThatOfTheStandardsExample) {
+  // Modbus over serial line 1.02, figure in section 6.2.2: the message 02 07 has the CRC 41 12 on the wire.
+  EXPECT_EQ(crc16(Bytes{0x02, 0x07}), 0x1241);
+}
+
+TEST(RtuRequests, ReadAddressAndCount) {
+  RtuRequests requests;
+  const auto found = requestsIn(requests, kReadFirstBlock, 8);
+  ASSERT_EQ(found.size(), 1U);
+  requests.push(std::as_bytes(std::span{kWriteTwo}));
+  const auto request = requests.next();
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->unit(), 1);
+  EXPECT_EQ(request->function(), Function::write_many);
+  EXPECT_EQ(request->address(), 144);
+  EXPECT_EQ(request->word(4), 2);
+  EXPECT_EQ(requests.skippedBytes(), 0U);
+}
+
+RC_GTEST_PROP(RtuRequests, FindEveryRequestHoweverTheLineCutsIt, (std::uint8_t piece, std::vector<bool> kinds)) {
+  Bytes line;
+  std::vector<Bytes> sent;
+  for (const bool write : kinds) {
+    sent.push_back(write ? kWriteTwo : kReadFirstBlock);
+    line.insert(line.end(), sent.back().begin(), sent.back().end());
+  }
+  RtuRequests requests;
+  RC_ASSERT(requestsIn(requests, line, piece % 40 + 1U) == sent);
+  RC_ASSERT(requests.badFrames() == 0U);
+}
+
+// No value that no master sent, whatever noise there is; a request after a pause is always found.
+TEST(RtuRequests, FindOnlyWhatWasSentInALongNoise) {
+  std::mt19937_64 random{7};
+  RtuRequests requests;
+  std::size_t sent = 0;
+  std::size_t found = 0;
+  std::uint64_t noise_bytes = 0;
+  for (int round = 0; round < 3000; ++round) {
+    Bytes noise(random() % 300);
+    for (auto& byte : noise) byte = static_cast<std::uint8_t>(random());
+    noise_bytes += noise.size();
+    // Sound frames to other units may turn up in noise; a master's own request may not.
+    for (const auto& frame : requestsIn(requests, noise, 1 + random() % 64)) EXPECT_NE(frame, kReadFirstBlock);
+    requests.silence();
+    ++sent;
+    for (const auto& frame : requestsIn(requests, kReadFirstBlock, 1 + random() % 8))
+      if (frame == kReadFirstBlock) ++found;
+  }
+  EXPECT_EQ(found, sent);
+  EXPECT_LE(requests.skippedBytes(), noise_bytes);
+  EXPECT_GE(requests.skippedBytes() + 100, noise_bytes);
+}
+
+TEST(RtuRequests, FindARequestThatFollowsNoiseWithoutAPause) {
+  // The noise begins like a write of 123 registers, which would swallow what follows.
+  Bytes line{1, 16, 0, 0, 0, 123, 246, 9, 9};
+  line.insert(line.end(), kReadFirstBlock.begin(), kReadFirstBlock.end());
+  RtuRequests requests;
+  EXPECT_THAT(requestsIn(requests, line, 100), ::testing::ElementsAre(kReadFirstBlock));
+  EXPECT_EQ(requests.skippedBytes(), 9U);
+  EXPECT_EQ(requests.badFrames(), 1U);
+}
+
+TEST(RtuRequests, ForgetABrokenRequestAtSilence) {
+  RtuRequests requests;
+  requestsIn(requests, {kReadFirstBlock.begin(), kReadFirstBlock.begin() + 5}, 5);
+  EXPECT_TRUE(requests.pending());
+  requests.silence();
+  EXPECT_FALSE(requests.pending());
+  EXPECT_EQ(requests.badFrames(), 1U);
+  EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 3), ::testing::ElementsAre(kReadFirstBlock));
+}
+
+RC_GTEST_PROP(RtuRequests, TakeNoRequestWithAFlippedBit, (std::uint16_t where)) {
+  auto damaged = kWriteTwo;
+  const auto bit = where % (damaged.size() * 8);
+  damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+  RtuRequests requests;
+  RC_ASSERT(requestsIn(requests, damaged, 4).empty());
+}
+
+}  // namespace
+}  // namespace probebox::modbus

@@ -1,0 +1,85 @@
+#include "firmware/modbus/writable_registers.hpp"
+
+#include <gmock/gmock.h>
+#include <numbers>
+#include <rapidcheck/gtest.h>
+
+namespace probebox::modbus {
+namespace {
+
+using Words = std::vector<std::uint16_t>;
+
+Words shownBy(const WritableRegisters& registers) {
+  std::array<std::uint16_t, kRegisterCount> image{};
+  registers.show(image);
+  return {image.begin(), image.end()};
+}
+
+ExceptionCode refusalOf(WritableRegisters registers, std::uint16_t first, const Words& values) {
+  const auto before = shownBy(registers);
+  const auto outcome = registers.write(first, values);
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_EQ(shownBy(registers), before) << "a refused write changes nothing";
+  return outcome.ok() ? ExceptionCode{} : outcome.error().code;
+}
+
+TEST(WritableRegisters, MakeAMarkerOfWhatWasWrittenBeforeTheCommit) {
+  WritableRegisters registers;
+  ASSERT_TRUE(registers.write(144, Words{1, 2, 9, 2, 305, 4}).ok());
+  // -90 degrees, 0, 360
+  ASSERT_TRUE(registers.write(150, Words{0xFFFE, 0xA070, 0, 0, 5, 32320}).ok());
+  const auto committed = registers.write(157, Words{1});
+  ASSERT_TRUE(committed.ok() && committed->has_value());
+  const auto& marker = **committed;
+  EXPECT_EQ(marker.procedure, 65538U);
+  EXPECT_EQ(marker.step, 9U);
+  EXPECT_EQ(marker.phase, MarkerPhase::abandon);
+  EXPECT_NEAR(marker.nominal_speed_mm_s, 30.5, 1e-9);
+  EXPECT_EQ(marker.tool, 4U);
+  EXPECT_NEAR(marker.rotary_angles_rad[0], -std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(marker.rotary_angles_rad[2], 2 * std::numbers::pi, 1e-12);
+  EXPECT_FALSE(marker.at_rest);
+}
+
+TEST(WritableRegisters, CommitOncePerNumber) {
+  WritableRegisters registers;
+  const auto commits = [&](std::uint16_t number) { return registers.write(157, Words{number}).value().has_value(); };
+  EXPECT_TRUE(commits(5));
+  EXPECT_FALSE(commits(5));
+  EXPECT_TRUE(commits(6));
+  EXPECT_TRUE(commits(5));
+  EXPECT_EQ(refusalOf(registers, 157, {0}), ExceptionCode::illegal_value);
+}
+
+TEST(WritableRegisters, RefuseByName) {
+  const WritableRegisters registers;
+  EXPECT_EQ(refusalOf(registers, 5, {1}), ExceptionCode::illegal_address);
+  EXPECT_EQ(refusalOf(registers, 129, {1}), ExceptionCode::illegal_address);
+  EXPECT_EQ(refusalOf(registers, 157, {1, 1}), ExceptionCode::illegal_address)
+      << "runs past the last writable register";
+  EXPECT_EQ(refusalOf(registers, 65535, {1, 1}), ExceptionCode::illegal_address);
+  EXPECT_EQ(refusalOf(registers, 128, {2}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, 146, {1, 3}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, 156, {2}), ExceptionCode::illegal_value);
+}
+
+TEST(WritableRegisters, RefuseToCommitAnAngleBeyondTenTurns) {
+  WritableRegisters registers;
+  ASSERT_TRUE(registers.write(150, Words{0x7FFF, 0xFFFF}).ok());
+  EXPECT_EQ(refusalOf(registers, 157, {1}), ExceptionCode::illegal_value);
+}
+
+RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t first, Words values)) {
+  WritableRegisters registers;
+  const auto from = static_cast<std::uint16_t>(first % 200);
+  const auto before = shownBy(registers);
+  const auto outcome = registers.write(from, values);
+  const auto after = shownBy(registers);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const bool written = outcome.ok() && i >= from && i < from + values.size();
+    RC_ASSERT(after[i] == (written ? values[i - from] : before[i]));
+  }
+}
+
+}  // namespace
+}  // namespace probebox::modbus
