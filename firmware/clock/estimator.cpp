@@ -138,7 +138,7 @@ void ClockEstimator::decide() {
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
   const bool was_learned = jitter_.learned();
-  jitter_.track(chosen.residual_ns, phase_variance);
+  jitter_.track(chosen.residual_ns, phase_variance, judged);
   if (jitter_.learned() != was_learned) wander_.restart();
   if (phase_ == Phase::running) {
     const bool has_learned =
@@ -153,7 +153,7 @@ void ClockEstimator::decide() {
   }
   const EdgeFlag flag = judged.outlier ? EdgeFlag::clipped : EdgeFlag::accepted;
   give(chosen.edge, flag, chosen.residual_ns, filter_.tick());
-  if (std::abs(offsetPpm()) > config_.max_ppm) {
+  if (std::abs(filter_.drift()) > config_.max_ppm * kPpm * nominal_ns_) {
     ++counters_.refused_frequency;
     giveUp(ClockState::unlocked);
   }
@@ -195,6 +195,8 @@ void ClockEstimator::passTo(MonoTime at) {
   if (phase_ == Phase::searching && !index_is_kept_) return;
   const double late = kWindow * nominal_ns_;
   if (candidate_ && filter_.residual(at, candidate_->ticks_ahead) > late) decide();
+  const bool none_passes = filter_.residual(at, passed_ + 1) <= late;
+  if (none_passes) return;
   const std::int64_t nearest = filter_.nearest(at);
   passed_ = std::max(passed_, filter_.residual(at, nearest) > late ? nearest : nearest - 1);
   if (passed_ < kHoldoverAfter) return;

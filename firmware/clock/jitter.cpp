@@ -12,7 +12,8 @@ constexpr double kFurthest = 6;              // what one residual may say, in ef
 constexpr double kWellKnown = 0.25;          // phase variance against the jitter's
 constexpr double kGaussianSlope = 0.8664;    // P(|r| < 1.5)
 constexpr double kGaussianSquares = 0.7785;  // E[clip(r, 1.5)^2]
-constexpr double kSlowest = 1.0 / 8192;      // of the tracking averages
+constexpr std::uint64_t kYoung = 8092;
+constexpr double kSlowest = 1.0 / 8192;  // of the tracking averages
 constexpr double kMadToSigma = 1.4826;
 
 }  // namespace
@@ -24,7 +25,7 @@ Jitter::Jitter(double spread_ns, double period_s, bool learns)
 
 void Jitter::start(double spread_ns) {
   spread_ns_ = std::max(spread_ns, 1.0);
-  information_ = {kGaussianSquares * spread_ns_ * spread_ns_, kGaussianSlope};
+  setInformation({kGaussianSquares * spread_ns_ * spread_ns_, kGaussianSlope});
 }
 
 Score::Value Jitter::score(double residual_ns, double limit_ns) const {
@@ -36,27 +37,35 @@ Score::Value Jitter::score(double residual_ns, double limit_ns) const {
 }
 
 Jitter::Judgement Jitter::judge(double residual_ns, double phase_variance_ns2) const {
-  const double variance = varianceNs2();
-  const double total = std::sqrt(spread_ns_ * spread_ns_ + phase_variance_ns2);
-  const bool outlier = std::abs(residual_ns) > kOutlier * total;
-  if (phase_variance_ns2 > kWellKnown * variance) {
+  const double total = spread_ns_ * spread_ns_ + phase_variance_ns2;
+  const bool outlier = residual_ns * residual_ns > kOutlier * kOutlier * total;
+  const Score::Value value = score(residual_ns, kClip * spread_ns_);
+  double innovation = value.psi / information_.slope;
+  if (phase_variance_ns2 > kWellKnown * variance_ns2_) {
     // A score is a local statement; a phase that is hardly known needs the whole residual, within reason.
-    return {std::clamp(residual_ns, -2 * kClip * total, 2 * kClip * total), variance, outlier};
+    const double limit = 2 * kClip * std::sqrt(total);
+    innovation = std::clamp(residual_ns, -limit, limit);
+  } else if (innovation * innovation > kFurthest * kFurthest * variance_ns2_) {
+    innovation = std::copysign(kFurthest * std::sqrt(variance_ns2_), innovation);
   }
-  const double innovation = score(residual_ns, kClip * spread_ns_).psi / information_.slope;
-  const double furthest = kFurthest * std::sqrt(variance);
-  return {std::clamp(innovation, -furthest, furthest), variance, outlier};
+  return {innovation, variance_ns2_, outlier, value};
 }
 
-void Jitter::track(double residual_ns, double phase_variance_ns2) {
-  if (phase_variance_ns2 > kWellKnown * varianceNs2()) return;
+void Jitter::setInformation(const Information& information) {
+  information_ = information;
+  variance_ns2_ = information.psi_squared / (information.slope * information.slope);
+}
+
+void Jitter::track(double residual_ns, double phase_variance_ns2, const Judgement& judged) {
+  if (phase_variance_ns2 > kWellKnown * variance_ns2_) return;
   ++tracked_;
-  const Score::Value value = score(residual_ns, kClip * spread_ns_);
-  const double weight = std::max(kSlowest, 1 / static_cast<double>(tracked_ + 100));
-  information_.psi_squared += weight * (value.psi * value.psi - information_.psi_squared);
-  information_.slope = std::max(0.2, information_.slope + weight * (value.slope - information_.slope));
+  const Score::Value value = judged.score;
+  const bool is_young = tracked_ < kYoung;
+  const double weight = is_young ? 1 / static_cast<double>(tracked_ + 100) : kSlowest;
+  setInformation({information_.psi_squared + weight * (value.psi * value.psi - information_.psi_squared),
+                  std::max(0.2, information_.slope + weight * (value.slope - information_.slope))});
   // The median as the point that half of the absolute residuals exceed.
-  const double step = spread_ns_ * std::clamp(4 / static_cast<double>(tracked_ + 20), 0.002, 0.1);
+  const double step = spread_ns_ * (is_young ? std::clamp(4 / static_cast<double>(tracked_ + 20), 0.002, 0.1) : 0.002);
   spread_ns_ = std::max(1.0, spread_ns_ + (kMadToSigma * std::abs(residual_ns) > spread_ns_ ? step : -step));
   if (learns_ && !learned_) learn(residual_ns);
 }
@@ -70,7 +79,7 @@ void Jitter::learn(double residual_ns) {
   if (seconds < kLearnForSeconds || score_.collected() < kLearnAtLeast) return;
   const double information = score_.solve();
   learned_ = true;
-  information_ = {information * unit_ns_ * unit_ns_, information};
+  setInformation({information * unit_ns_ * unit_ns_, information});
 }
 
 }  // namespace probebox::clock

@@ -20,6 +20,7 @@ class Jitter {
     double innovation_ns{};  // what the residual says about the phase
     double variance_ns2{};   // how sure that is
     bool outlier{};
+    Score::Value score{};  // of the residual
   };
 
   Jitter(double spread_ns, double period_s, bool learns);
@@ -32,10 +33,10 @@ class Jitter {
 
   // Takes the residual in; only residuals from a phase that is well known against the spread say something about
   // jitter.
-  void track(double residual_ns, double phase_variance_ns2);
+  void track(double residual_ns, double phase_variance_ns2, const Judgement& judged);
 
   double spreadNs() const { return spread_ns_; }
-  double varianceNs2() const { return information_.psi_squared / (information_.slope * information_.slope); }
+  double varianceNs2() const { return variance_ns2_; }
   bool learned() const { return learned_; }
 
  private:
@@ -46,6 +47,7 @@ class Jitter {
   };
 
   Score::Value score(double residual_ns, double limit_ns) const;
+  void setInformation(const Information& information);
   void learn(double residual_ns);
 
   double spread_ns_;  // 1.4826 x median of the absolute residuals
@@ -55,6 +57,7 @@ class Jitter {
   double unit_ns_{};  // of the learned score
   std::uint64_t tracked_{};
   Information information_;
+  double variance_ns2_{};  // 1 / Fisher information
   Score score_;
 };
 

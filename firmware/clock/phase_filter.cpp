@@ -1,8 +1,14 @@
 #include "firmware/clock/phase_filter.hpp"
 
-#include <cmath>
-
 namespace probebox::clock {
+namespace {
+
+// std::llround is a call into the library; this is two instructions.
+std::int64_t toNearest(double value) {
+  return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
+}
+
+}  // namespace
 
 void PhaseFilter::start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns) {
   tick_ = tick;
@@ -25,12 +31,6 @@ void PhaseFilter::predict(std::int64_t ticks) {
   drift_variance_ += walk_.frequency_ns2 * n;
 }
 
-double PhaseFilter::phaseVariance(std::int64_t ticks_ahead) const {
-  const auto n = static_cast<double>(ticks_ahead);
-  return phase_variance_ +
-         n * (2 * covariance_ + n * drift_variance_ + walk_.phase_ns2 + walk_.frequency_ns2 * n * n / 3);
-}
-
 void PhaseFilter::loosen(double drift_sigma_ns, std::int64_t ticks) {
   const auto n = static_cast<double>(ticks);
   const double variance = drift_sigma_ns * drift_sigma_ns;
@@ -40,8 +40,9 @@ void PhaseFilter::loosen(double drift_sigma_ns, std::int64_t ticks) {
 }
 
 void PhaseFilter::update(double innovation_ns, double variance_ns2) {
-  const double phase_gain = phase_variance_ / (phase_variance_ + variance_ns2);
-  const double drift_gain = covariance_ / (phase_variance_ + variance_ns2);
+  const double weight = 1 / (phase_variance_ + variance_ns2);
+  const double phase_gain = phase_variance_ * weight;
+  const double drift_gain = covariance_ * weight;
   phase_ns_ += phase_gain * innovation_ns;
   drift_ns_ += drift_gain * innovation_ns;
   drift_variance_ -= drift_gain * covariance_;
@@ -59,22 +60,17 @@ void PhaseFilter::carry() {
 
 std::int64_t PhaseFilter::nearest(MonoTime at) const {
   const auto elapsed = static_cast<double>(toNs(at) - anchor_ns_) - phase_ns_;
-  return std::llround(elapsed / (static_cast<double>(nominal_ns_) + drift_ns_));
-}
-
-double PhaseFilter::residual(MonoTime at, std::int64_t ticks_ahead) const {
-  const std::int64_t beyond_nominal = toNs(at) - anchor_ns_ - ticks_ahead * nominal_ns_;
-  return static_cast<double>(beyond_nominal) - phase_ns_ - static_cast<double>(ticks_ahead) * drift_ns_;
+  return toNearest(elapsed / (static_cast<double>(nominal_ns_) + drift_ns_));
 }
 
 MonoTime PhaseFilter::timeOf(std::int64_t ticks_ahead) const {
   const double beyond_nominal = phase_ns_ + static_cast<double>(ticks_ahead) * drift_ns_;
-  return monoTime(anchor_ns_ + ticks_ahead * nominal_ns_ + std::llround(beyond_nominal));
+  return monoTime(anchor_ns_ + ticks_ahead * nominal_ns_ + toNearest(beyond_nominal));
 }
 
 std::int64_t PhaseFilter::periodQ32() const {
   constexpr std::int64_t kOne = std::int64_t{1} << 32;
-  return nominal_ns_ * kOne + std::llround(drift_ns_ * static_cast<double>(kOne));
+  return nominal_ns_ * kOne + toNearest(drift_ns_ * static_cast<double>(kOne));
 }
 
 }  // namespace probebox::clock

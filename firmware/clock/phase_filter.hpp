@@ -30,7 +30,10 @@ class PhaseFilter {
 
   // The tick nearest to `at`, counted from the filter's, and how much later than it `at` is.
   std::int64_t nearest(MonoTime at) const;
-  double residual(MonoTime at, std::int64_t ticks_ahead) const;
+  double residual(MonoTime at, std::int64_t ticks_ahead) const {
+    const std::int64_t beyond_nominal = toNs(at) - anchor_ns_ - ticks_ahead * nominal_ns_;
+    return static_cast<double>(beyond_nominal) - phase_ns_ - static_cast<double>(ticks_ahead) * drift_ns_;
+  }
 
   Tick tick() const { return tick_; }
   MonoTime at() const { return monoTime(anchor_ns_); }
@@ -40,7 +43,11 @@ class PhaseFilter {
   std::int64_t periodQ32() const;
 
   double phaseVariance() const { return phase_variance_; }
-  double phaseVariance(std::int64_t ticks_ahead) const;
+  double phaseVariance(std::int64_t ticks_ahead) const {
+    const auto n = static_cast<double>(ticks_ahead);
+    const double walked = walk_.phase_ns2 + walk_.frequency_ns2 * n * n / 3;
+    return phase_variance_ + n * (2 * covariance_ + n * drift_variance_ + walked);
+  }
   double driftVariance() const { return drift_variance_; }
 
  private:
