@@ -58,6 +58,7 @@ metrology::Result result(const Json& json) {
     const auto& covariance = json.at("covariance");
     all.covariance = {covariance.at("components").get<std::vector<std::string>>(), numbers(covariance.at("values"))};
   }
+  all.convention = json.value("convention", std::string{});
   all.warnings = json.at("warnings").get<std::vector<std::string>>();
   for (const auto& item : json.at("dropped")) {
     all.dropped.push_back({item.at("name").get<std::string>(), item.at("reason").get<std::string>()});
@@ -90,6 +91,7 @@ std::string toJson(const metrology::Result& result) {
   if (result.covariance) {
     json["covariance"] = {{"components", result.covariance->components}, {"values", result.covariance->values}};
   }
+  json["convention"] = result.convention;
   json["warnings"] = result.warnings;
   json["dropped"] = Json::array();
   for (const auto& d : result.dropped) json["dropped"].push_back({{"name", d.name}, {"reason", d.reason}});

@@ -10,7 +10,7 @@ namespace probebox::command {
 namespace {
 
 constexpr const char* kHowToGetABox =
-    "start an emulated one with `probeboxd --board sim`, or name one with -u URI or PROBEBOX_URI";
+    "`probeboxd --board sim` starts an emulated one, -u URI or PROBEBOX_URI names another";
 
 Trouble noBox(const std::string& why) {
   return {ExitStatus::no_box, "no-box", why};
@@ -74,7 +74,7 @@ link::Wait patienceOf(const Console& console, milliseconds limit) {
 Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, milliseconds patience,
                               link::StreamListener* listener, const link::ClientOptions& options) {
   auto pipe = link::open(uri, patience);
-  if (!pipe) return noBox("no box at " + uri.text + ": " + pipe.error().what + "; " + kHowToGetABox);
+  if (!pipe) return noBox("no box answers: " + pipe.error().what + "; " + kHowToGetABox);
   auto box = std::make_unique<link::Client>(std::move(pipe).value(), options, listener);
   const auto welcome = box->connect(patienceOf(console, patience));
   if (!welcome) {

@@ -46,6 +46,13 @@ std::string edgesOf(const messages::EdgeCounters& edges) {
          " lost by the kernel";
 }
 
+std::string duration(std::uint64_t ms) {
+  const auto s = ms / 1000;
+  if (s < 60) return to_string(s) + " s";
+  if (s < 3600) return to_string(s / 60) + " min " + to_string(s % 60) + " s";
+  return to_string(s / 3600) + " h " + to_string(s / 60 % 60) + " min";
+}
+
 std::string resultsOf(const std::vector<std::uint64_t>& ids) {
   std::string all;
   for (const auto id : ids) all += (all.empty() ? "" : ", ") + to_string(id);
@@ -124,8 +131,7 @@ Json describe(const messages::Status::Answer& s) {
 
 std::string page(const messages::Status::Answer& s) {
   const auto lost = s.ledger.lost_at_source + s.ledger.lost_in_queue;
-  std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " +
-                                   readableNs(static_cast<double>(s.uptime_ms) * 1e6));
+  std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " + duration(s.uptime_ms));
   all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns) +
                                  printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
                                  to_string(s.clock.tick.index));

@@ -42,6 +42,7 @@ inline metrology::Result delayOf(double tau_s) {
   result.condition = 3.5;
   result.chi2_reduced = 1.07;
   result.covariance = {{"tau_s"}, {1.681e-11}};
+  result.convention = "tau = machine delay - probe delay";
   result.warnings = {"only two speeds: \"5\" and 40 mm/s"};
   result.dropped = {{"touch 7", "residual 5.1 sd"}};
   return result;

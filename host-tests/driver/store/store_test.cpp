@@ -45,6 +45,7 @@ TEST_F(StoreTest, GivesBackAResultToTheLastBit) {
   EXPECT_EQ(result.condition, expected.condition);
   EXPECT_EQ(result.chi2_reduced, expected.chi2_reduced);
   EXPECT_EQ(result.covariance->values, expected.covariance->values);
+  EXPECT_EQ(result.convention, expected.convention);
   EXPECT_EQ(result.warnings, expected.warnings);
   EXPECT_EQ(result.dropped.front().reason, expected.dropped.front().reason);
   EXPECT_EQ(record.binding, kBinding);

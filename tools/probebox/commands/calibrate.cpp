@@ -16,6 +16,7 @@ using Progress = messages::ProcedureStatus::Answer;
 
 constexpr milliseconds kPeriod{200};
 constexpr milliseconds kReconnectPatience{10'000};
+constexpr milliseconds kBeginPatience{3000};  // between the answer to "start" and the first word about the run
 
 bool isOver(ProcedureState state) {
   return state == ProcedureState::proposed || state == ProcedureState::refused || state == ProcedureState::aborted;
@@ -45,18 +46,23 @@ class Run {
   // Shows the steps as they come; the last word of the box about this run.
   Outcome<Progress, Trouble> follow() {
     std::optional<Progress> shown;
+    const auto patient_until = link::now() + kBeginPatience;
     while (true) {
       const auto progress = askAgain();
       if (!progress) return progress.error();
-      if (progress->run != run_) return replaced(progress->run);
+      if (progress->run != run_) {
+        if (progress->run > run_ || link::now() > patient_until) return replaced(progress->run);
+        rest();
+        continue;
+      }
       if (!shown || shown->step != progress->step || shown->state != progress->state ||
           shown->prompt != progress->prompt) {
         show(*progress);
         shown = *progress;
       }
       if (isOver(progress->state)) return *progress;
-      if (!box_->round(patienceOf(console_, kPeriod)) && console_.interrupted()) return interruption();
       rest();
+      if (console_.interrupted()) return interruption();
     }
   }
 

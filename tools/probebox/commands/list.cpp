@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "drivers/io/rendezvous.hpp"
@@ -46,10 +47,19 @@ Json describe(const Found& found) {
           {"clock_state", found.clock}};
 }
 
-std::string row(const std::string& uri, const std::string& board, const std::string& serial, const std::string& machine,
-                const std::string& firmware, const std::string& clock) {
-  return printed("%-28s %-10s %-16s %-16s %-10s %s", uri.c_str(), board.c_str(), serial.c_str(), machine.c_str(),
-                 firmware.c_str(), clock.c_str());
+using Cells = std::array<std::string, 6>;
+
+// Columns as wide as their widest cell.
+void showTable(const std::vector<Cells>& rows, Console& console) {
+  for (const auto& row : rows) {
+    std::string text;
+    for (std::size_t column = 0; column < row.size(); ++column) {
+      const auto size = [column](const Cells& cells) { return cells[column].size(); };
+      const auto width = size(std::ranges::max(rows, {}, size));
+      text += row[column] + (column + 1 < row.size() ? std::string(width - row[column].size() + 2, ' ') : "");
+    }
+    console.line(text);
+  }
 }
 
 void show(const std::vector<Found>& boxes, Console& console) {
@@ -58,10 +68,11 @@ void show(const std::vector<Found>& boxes, Console& console) {
     for (const auto& found : boxes) list.push_back(describe(found));
     console.object({{"boxes", list}});
   } else if (!boxes.empty()) {
-    console.line(row("URI", "BOARD", "SERIAL NUMBER", "MACHINE", "FIRMWARE", "CLOCK"));
+    std::vector<Cells> rows{{"URI", "BOARD", "SERIAL NUMBER", "MACHINE", "FIRMWARE", "CLOCK"}};
     for (const auto& [uri, d, clock] : boxes) {
-      console.line(row(uri, d.board, d.serial_number, d.machine, d.firmware_version, clock));
+      rows.push_back({uri, d.board, d.serial_number, d.machine, d.firmware_version, clock});
     }
+    showTable(rows, console);
   }
 }
 

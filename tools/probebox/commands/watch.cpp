@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -56,6 +58,23 @@ Json describe(const Latest& latest) {
           {"procedure", latest.procedure}};
 }
 
+// "  a 339 b 360 c 378 nm  x 120.0000 y 79.9995 z -100.0000 mm": one line has to hold them all.
+std::string valuesOf(const Latest& latest) {
+  const auto& channels = latest.descriptor.channels;
+  std::string all;
+  for (std::size_t i = 0; i < latest.values.size(); ++i) {
+    const auto& [name, unit, scale, bytes, is_signed, doc] = channels[i];
+    if (unit.empty()) continue;
+    const bool first_of_unit = i == 0 || channels[i - 1].unit != unit;
+    const bool last_of_unit = i + 1 == latest.values.size() || channels[i + 1].unit != unit;
+    const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(std::abs(scale)))), 0, 4);
+    all +=
+        (first_of_unit ? "  " : " ") + name.substr(name.rfind('_') + 1) + printed(" %.*f", decimals, latest.values[i]);
+    if (last_of_unit) all += " " + unit;
+  }
+  return all;
+}
+
 std::string line(const Latest& latest) {
   const auto& beat = *latest.beat;
   const auto account = latest.balance.value_or(link::Balance{.exact = true});
@@ -64,11 +83,7 @@ std::string line(const Latest& latest) {
                  static_cast<unsigned long long>(account.account.received),
                  static_cast<unsigned long long>(account.account.declared_lost + account.account.inferred_lost),
                  account.exact ? "" : " (DOES NOT BALANCE)");
-  for (std::size_t i = 0; i < latest.values.size(); ++i) {
-    const auto& channel = latest.descriptor.channels[i];
-    all += printed("  %s %.6g%s%s", channel.name.c_str(), latest.values[i], channel.unit.empty() ? "" : " ",
-                   channel.unit.c_str());
-  }
+  all += valuesOf(latest);
   return latest.procedure.empty() ? all : all + "  " + latest.procedure;
 }
 

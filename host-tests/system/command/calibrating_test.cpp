@@ -1,0 +1,162 @@
+#include <chrono>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "fake_answers.hpp"
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+#include "tools/case/case_folder.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::vector<std::string> kCalibrate{"calibrate", "delay-multi-speed"};
+
+Finished at(const FakeBox& box, std::vector<std::string> arguments, const std::atomic<bool>* interrupted = nullptr) {
+  arguments.insert(arguments.begin(), {"-u", box.uri()});
+  return probebox(arguments, {}, interrupted);
+}
+
+TEST(Calibrating, LeadsThroughTheStepsToAResultWithItsUncertainty) {
+  const FakeBox box;
+  const auto done = at(box, kCalibrate);
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("step 1 of 3: Touch +X"), HasSubstr("step 3 of 3"),
+                              HasSubstr("tau 5447.1 +/- 5.0 us"), HasSubstr("proposed")));
+  EXPECT_THAT(done.err, HasSubstr("probebox accept 4711 --by NAME")) << "a proposal is not in force";
+}
+
+TEST(Calibrating, SpeaksInObjectsToPrograms) {
+  const FakeBox box;
+  const auto objects = at(box, {"calibrate", "delay-multi-speed", "--json"}).objects();
+  EXPECT_EQ(objects.front()["state"], "waiting");
+  EXPECT_EQ(objects.back()["result"]["tau_s"], FakeBox::kTau_s);
+  EXPECT_EQ(objects.back()["sd"]["tau_s"], FakeBox::kSd_s);
+  for (const auto& object : objects) EXPECT_EQ(object["schema_version"], 1);
+}
+
+TEST(Calibrating, AcceptsOnlyWhenTold) {
+  const FakeBox box;
+  at(box, kCalibrate);
+  EXPECT_EQ(at(box, {"status", "--json"}).object()["active_result_ids"].size(), 0U);
+  const auto done = at(box, {"calibrate", "delay-multi-speed", "--accept", "--by", "Ada"});
+  EXPECT_THAT(done.out, HasSubstr("in force, accepted by Ada"));
+  EXPECT_EQ(at(box, {"status", "--json"}).object()["active_result_ids"][0], FakeBox::kResultId);
+}
+
+TEST(Calibrating, SavesExactlyWhatTheBoxMeasured) {
+  const RuntimeDirectory directory;
+  const FakeBox box;
+  const auto folder = directory.file("case");
+  const auto done = at(box, {"calibrate", "delay-multi-speed", "--save", folder});
+  EXPECT_EQ(done.status, 0) << done.err;
+  const auto saved = casefolder::readCase(folder);
+  ASSERT_TRUE(saved);
+  const auto measured = fakeDataset();
+  EXPECT_EQ(saved->method, measured.method);
+  EXPECT_EQ(saved->config, measured.config);
+  ASSERT_EQ(saved->tables.size(), measured.tables.size());
+  for (const auto& table : measured.tables) EXPECT_EQ(*saved->table(table.name), table);
+
+  const auto again = at(box, {"calibrate", "delay-multi-speed", "--save", folder});
+  EXPECT_EQ(again.status, 2) << "said before the machine moves";
+  EXPECT_THAT(again.err, HasSubstr(folder));
+}
+
+TEST(Calibrating, TellsARefusalWithItsRemedyAndStillSaves) {
+  const RuntimeDirectory directory;
+  const FakeBox box{{.refuses_run = true}};
+  const auto folder = directory.file("case");
+  const auto done = at(box, {"calibrate", "delay-multi-speed", "--accept", "--by", "Ada", "--save", folder});
+  EXPECT_EQ(done.status, 1);
+  EXPECT_THAT(done.err, HasSubstr("single-speed: all touches have one speed"));
+  EXPECT_TRUE(casefolder::readCase(folder));
+}
+
+TEST(Calibrating, GoesOnAfterALostLink) {
+  FakeBox box;
+  std::jthread cutter{[&box] {
+    std::this_thread::sleep_for(500ms);
+    box.cut();
+  }};
+  const auto done = at(box, kCalibrate);
+  EXPECT_EQ(done.status, 0) << done.err;
+}
+
+TEST(Calibrating, StopsTheMachineAtCtrlC) {
+  const FakeBox box;
+  std::atomic<bool> interrupted{false};
+  std::jthread person{[&] {
+    std::this_thread::sleep_for(400ms);
+    interrupted = true;
+  }};
+  const auto done = at(box, kCalibrate, &interrupted);
+  EXPECT_EQ(done.status, 130);
+  EXPECT_THAT(done.err, HasSubstr("run 7 was aborted"));
+}
+
+TEST(Calibrating, PassesOnWhatTheBoxRefuses) {
+  const FakeBox busy{{.busy = true}};
+  const auto done = at(busy, {"calibrate", "delay-multi-speed", "--json"});
+  EXPECT_EQ(done.status, 4);
+  EXPECT_THAT(done.err, HasSubstr("run 6 is still going on"));
+  EXPECT_EQ(done.object()["error"], "busy");
+}
+
+TEST(Accepting, PutsAProposedResultIntoForce) {
+  const FakeBox box;
+  const auto done = at(box, {"accept", "4711", "--by", "Ada"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("Ada"));
+}
+
+TEST(Accepting, PassesOnWhatTheBoxRefuses) {
+  const FakeBox strict{{.forbids_accepting = true}};
+  const auto forbidden = at(strict, {"accept", "4711", "--by", "Ada"});
+  EXPECT_EQ(forbidden.status, 4);
+  EXPECT_THAT(forbidden.err, HasSubstr("service.toml"));
+  const FakeBox box;
+  EXPECT_EQ(at(box, {"accept", "12", "--by", "Ada"}).status, 4);
+}
+
+class Solving : public testing::Test {
+ protected:
+  std::string folder(const std::string& name, const std::string& config, const std::string& points) {
+    const auto path = directory_.file(name);
+    std::filesystem::create_directory(path);
+    std::ofstream{path + "/config.json"} << config;
+    std::ofstream{path + "/points.csv"} << points;
+    return path;
+  }
+  RuntimeDirectory directory_;
+};
+
+TEST_F(Solving, PrintsOneObjectALineAndTheWorstStatus) {
+  const auto good = folder("good", R"({"method": "sphere-fit", "sigma_mm": 0.001})",
+                           "x_mm,y_mm,z_mm\n11,0,0\n9,0,0\n10,1,0\n10,-1,0\n10,0,1\n");
+  const auto bad = folder("bad", R"({"method": "sphere-fit", "sigma_mm": 0.001})", "x_mm,y_mm,z_mm\n11,0,0\n");
+  const auto solved = probebox({"solve", "--json", good});
+  EXPECT_EQ(solved.status, 0) << solved.err << solved.out;
+  EXPECT_NEAR(solved.object()["result"]["centre_mm"][0].get<double>(), 10, 1e-9);
+
+  const auto refused = probebox({"solve", bad, good});
+  EXPECT_EQ(refused.status, 1);
+  ASSERT_EQ(refused.objects().size(), 2U) << "objects also without --json, when nobody looks at a terminal";
+  EXPECT_EQ(refused.objects()[0]["status"], "refused");
+  EXPECT_EQ(refused.objects()[1]["status"], "ok");
+
+  const auto unreadable = probebox({"solve", "--json", bad, directory_.file("absent"), good});
+  EXPECT_EQ(unreadable.status, 2);
+  EXPECT_EQ(unreadable.objects().size(), 2U);
+  EXPECT_THAT(unreadable.err, HasSubstr("absent"));
+}
+
+}  // namespace
+}  // namespace probebox::command

@@ -1,0 +1,138 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "drivers/io/rendezvous.hpp"
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+
+namespace probebox::command {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Looking : public testing::Test {
+ protected:
+  RuntimeDirectory directory_;
+  FakeBox box_;
+  std::string uri_ = box_.uri();
+};
+
+TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
+  const auto page = probebox({"-u", uri_, "status"});
+  EXPECT_EQ(page.status, 0) << page.err;
+  EXPECT_THAT(page.out, AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost")));
+  EXPECT_THAT(page.err, IsEmpty());
+
+  const auto status = probebox({"-u", uri_, "status", "--json"}).object();
+  EXPECT_EQ(status["schema_version"], 1);
+  EXPECT_EQ(status["clock"]["state"], "locked");
+  EXPECT_EQ(status["clock"]["sigma_ns"], 850);
+  EXPECT_EQ(status["ledger"]["lost_at_source_samples"], 150);
+}
+
+TEST_F(Looking, InfoNamesBoxMachineAndChannels) {
+  const auto page = probebox({"-u", uri_, "info"});
+  EXPECT_EQ(page.status, 0) << page.err;
+  EXPECT_THAT(page.out, AllOf(HasSubstr("F-0001"), HasSubstr("test mill"), HasSubstr("deflection_a"),
+                              HasSubstr("1000 samples a second")));
+  const auto info = probebox({"-u", uri_, "info", "--json"}).object();
+  EXPECT_EQ(info["channels"][1]["name"], "x");
+  EXPECT_EQ(info["nominal_tick_period_ns"], 1'000'000);
+}
+
+TEST_F(Looking, WatchPrintsOneObjectForEachUpdateAndStopsByItself) {
+  const auto watched = probebox({"-u", uri_, "watch", "--json", "--count", "3"});
+  EXPECT_EQ(watched.status, 0) << watched.err;
+  const auto objects = watched.objects();
+  ASSERT_EQ(objects.size(), 3U);
+  for (const auto& object : objects) {
+    EXPECT_EQ(object["clock"]["state"], "locked");
+    EXPECT_TRUE(object["ledger"]["balanced"]);
+  }
+  EXPECT_GT(objects[2]["ledger"]["produced_samples"], objects[0]["ledger"]["produced_samples"]);
+  // Channel x counts thousandths of a micrometre, and sample k stands at count 1000 k.
+  EXPECT_EQ(objects[2]["values"]["x_um"].get<double>(), objects[2]["sample"].get<double>());
+}
+
+TEST_F(Looking, WatchShowsLinesWithoutATerminal) {
+  const auto watched = probebox({"-u", uri_, "watch", "--for", "0.5"});
+  EXPECT_EQ(watched.status, 0) << watched.err;
+  EXPECT_THAT(watched.out,
+              AllOf(HasSubstr("clock locked 850 ns"), testing::ContainsRegex("a -[0-9]+ nm  x [0-9]+.[0-9]+ um")));
+  EXPECT_THAT(watched.out, testing::Not(HasSubstr("\x1b"))) << "nothing is drawn where there is no terminal";
+}
+
+TEST_F(Looking, CorrectionsOnceOrAsTheyCome) {
+  const auto once = probebox({"-u", uri_, "corrections"});
+  EXPECT_EQ(once.status, 0) << once.err;
+  EXPECT_THAT(once.out, AllOf(HasSubstr("X +0.0012"), HasSubstr("centreline"), HasSubstr("delay not calibrated")));
+  const auto followed = probebox({"-u", uri_, "corrections", "--follow", "--count", "2", "--json"}).objects();
+  ASSERT_EQ(followed.size(), 2U);
+  EXPECT_EQ(followed[0]["correction_mm"][1], -0.0034);
+}
+
+TEST_F(Looking, ListFindsAnnouncedBoxesAndPassesOverDeadOnes) {
+  ASSERT_TRUE(io::rendezvous::announce(::getpid(), {uri_, "tcp:127.0.0.1:1"}));
+  const auto table = probebox({"list"});
+  EXPECT_EQ(table.status, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr(uri_), HasSubstr("F-0001"), HasSubstr("test mill"), HasSubstr("locked")));
+  EXPECT_THAT(table.out, testing::Not(HasSubstr("tcp:127.0.0.1:1 ")));
+  for (const auto& found : probebox({"list", "--json"}).object()["boxes"]) {
+    if (found["uri"] == uri_) {
+      EXPECT_EQ(found["clock_state"], "locked");
+    }
+  }
+}
+
+TEST_F(Looking, TakesTheOnlyAnnouncedBoxWhenNoneIsNamed) {
+  ASSERT_TRUE(io::rendezvous::announce(::getpid(), {uri_}));
+  EXPECT_THAT(probebox({"info"}).out, HasSubstr("F-0001"));
+}
+
+TEST_F(Looking, AsksWhichOfSeveralBoxesIsMeant) {
+  ASSERT_TRUE(io::rendezvous::announce(::getpid(), {uri_}));
+  ASSERT_TRUE(io::rendezvous::announce(1, {"tcp:127.0.0.1:2"}));
+  const auto refused = probebox({"info"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("-u"), HasSubstr(uri_), HasSubstr("tcp:127.0.0.1:2")));
+}
+
+TEST_F(Looking, TakesTheUriFromTheEnvironment) {
+  ::setenv("PROBEBOX_URI", uri_.c_str(), 1);
+  const auto status = probebox({"status"});
+  ::unsetenv("PROBEBOX_URI");
+  EXPECT_EQ(status.status, 0) << status.err;
+}
+
+TEST(LookingWithoutABox, SaysHowToStartOne) {
+  const RuntimeDirectory directory;
+  for (const auto* command : {"status", "info", "watch", "corrections"}) {
+    const auto failed = probebox({"-u", "tcp:127.0.0.1:1", command, "--json"});
+    EXPECT_EQ(failed.status, 3) << command;
+    EXPECT_THAT(failed.err, HasSubstr("probeboxd --board sim"));
+    EXPECT_EQ(failed.object()["error"], "no-box");
+    EXPECT_EQ(failed.object()["exit_status"], 3);
+  }
+}
+
+TEST(LookingWithoutABox, NamesAUriThatIsNone) {
+  for (const auto* uri : {"tcp:127.0.0.1", "http://box", "usb:123", "tcp:box:99999", ""}) {
+    const auto failed = probebox({"-u", uri, "status"});
+    if (*uri == '\0') continue;  // an empty URI is as good as none
+    EXPECT_EQ(failed.status, 2) << uri;
+    EXPECT_THAT(failed.err, HasSubstr(uri));
+  }
+}
+
+TEST(LookingWithoutABox, ARecordingCannotAnswer) {
+  const auto failed = probebox({"-u", "file:scan.pbx", "status"});
+  EXPECT_EQ(failed.status, 2);
+  EXPECT_THAT(failed.err, HasSubstr("recording"));
+}
+
+}  // namespace
+}  // namespace probebox::command

@@ -1,0 +1,196 @@
+#include <chrono>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <thread>
+
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string contentOf(const std::string& path) {
+  std::ifstream in{path, std::ios::binary};
+  return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+std::vector<std::vector<double>> rowsOf(const std::string& csv) {
+  std::istringstream lines{csv};
+  std::string line;
+  std::getline(lines, line);
+  std::vector<std::vector<double>> rows;
+  while (std::getline(lines, line)) {
+    std::istringstream cells{line};
+    auto& row = rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+  }
+  return rows;
+}
+
+class Recording : public testing::Test {
+ protected:
+  Finished record(const std::string& seconds = "0.5") {
+    return probebox({"-u", box_.uri(), "record", "-o", file_, "--for", seconds, "--json"});
+  }
+
+  RuntimeDirectory directory_;
+  FakeBox box_;
+  std::string file_ = directory_.file("scan.pbx");
+  std::string table_ = directory_.file("scan.csv");
+};
+
+TEST_F(Recording, AccountsForEverySample) {
+  const auto recorded = record();
+  EXPECT_EQ(recorded.status, 0) << recorded.err;
+  const auto sums = recorded.object();
+  EXPECT_GT(sums["received_samples"].get<int>(), 0);
+  EXPECT_GT(sums["lost_at_source_samples"].get<int>(), 0) << "the fake box loses every tenth block";
+  EXPECT_EQ(sums["produced_samples"].get<std::uint64_t>(), sums["received_samples"].get<std::uint64_t>() +
+                                                               sums["declared_lost_samples"].get<std::uint64_t>() +
+                                                               sums["lost_on_link_samples"].get<std::uint64_t>());
+  EXPECT_TRUE(sums["balanced"]);
+  EXPECT_TRUE(sums["end_known"]);
+  EXPECT_EQ(sums["size_bytes"], contentOf(file_).size());
+}
+
+TEST_F(Recording, SaysTheEquationToPeople) {
+  const auto recorded = probebox({"-u", box_.uri(), "record", "-o", file_, "--for", "0.3"});
+  EXPECT_EQ(recorded.status, 0) << recorded.err;
+  EXPECT_THAT(recorded.out, testing::ContainsRegex("produced [0-9]+ = received [0-9]+ \\+ declared lost [0-9]+"));
+  EXPECT_THAT(recorded.out, HasSubstr("exact"));
+}
+
+TEST_F(Recording, ExportsOneRowForEachReceivedSample) {
+  const auto sums = record().object();
+  const auto exported = probebox({"export", file_, "-o", table_, "--json"});
+  EXPECT_EQ(exported.status, 0) << exported.err;
+  const auto summary = exported.object();
+  EXPECT_EQ(summary["rows"], sums["received_samples"]);
+  EXPECT_EQ(summary["missing_samples"], sums["declared_lost_samples"]);
+  EXPECT_THAT(exported.err, HasSubstr("source_probe"));
+
+  const auto csv = contentOf(table_);
+  EXPECT_THAT(csv, testing::StartsWith("sample,time_ns,deflection_a_nm,x_um,flags\n"));
+  const auto rows = rowsOf(csv);
+  ASSERT_EQ(rows.size(), summary["rows"]);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row[1], 5e9 + row[0] * 1e6);
+    EXPECT_EQ(row[2], -row[0]);
+    EXPECT_DOUBLE_EQ(row[3], row[0]);
+  }
+  for (const auto& gap : summary["gaps"]) {
+    const auto first = gap["first_sample"].get<double>();
+    for (const auto& row : rows) EXPECT_FALSE(row[0] >= first && row[0] < first + gap["count_samples"].get<double>());
+  }
+}
+
+TEST_F(Recording, GoesThroughPipesAsWell) {
+  const auto recorded = probebox({"-u", box_.uri(), "record", "-o", "-", "--for", "0.3", "--json"});
+  EXPECT_EQ(recorded.status, 0);
+  EXPECT_TRUE(Json::parse(recorded.err)["balanced"]) << "the summary leaves the standard output to the data";
+  const auto exported = probebox({"export", "-", "-o", "-"}, recorded.out);
+  EXPECT_EQ(exported.status, 0) << exported.err;
+  EXPECT_THAT(exported.out, testing::StartsWith("sample,time_ns,"));
+  EXPECT_EQ(rowsOf(exported.out).size(), Json::parse(recorded.err)["received_samples"]);
+}
+
+TEST_F(Recording, ResumesAfterALostLinkWithoutLosingASample) {
+  std::jthread cutter{[this] {
+    for (int i = 0; i < 2; ++i) {
+      std::this_thread::sleep_for(400ms);
+      box_.cut();
+    }
+  }};
+  const auto recorded = record("2");
+  EXPECT_EQ(recorded.status, 0) << recorded.err << recorded.out;
+  const auto sums = recorded.object();
+  EXPECT_GE(sums["reconnections"].get<int>(), 1);
+  EXPECT_TRUE(sums["balanced"]);
+  EXPECT_EQ(sums["lost_in_queue_samples"], 0) << "the box keeps the last seconds";
+  const auto exported = probebox({"export", file_, "-o", table_, "--json"});
+  EXPECT_EQ(exported.object()["rows"], sums["received_samples"]) << "repeated samples have one row";
+}
+
+TEST_F(Recording, EndsInOrderAtCtrlC) {
+  std::atomic<bool> interrupted{false};
+  std::jthread person{[&] {
+    std::this_thread::sleep_for(300ms);
+    interrupted = true;
+  }};
+  const auto recorded = probebox({"-u", box_.uri(), "record", "-o", file_, "--json"}, {}, &interrupted);
+  EXPECT_EQ(recorded.status, 130);
+  EXPECT_TRUE(recorded.object()["balanced"]);
+  EXPECT_TRUE(recorded.object()["end_known"]);
+  EXPECT_EQ(probebox({"export", file_, "-o", table_}).status, 0);
+}
+
+TEST_F(Recording, CanBeReadHoweverItWasCut) {
+  record("0.3");
+  const auto whole = contentOf(file_);
+  const auto all_rows = rowsOf(probebox({"export", "-", "-o", "-"}, whole).out).size();
+  for (std::size_t part = 1; part < 20; ++part) {
+    const auto size = whole.size() * part / 20;
+    const auto exported = probebox({"export", "-", "-o", "-"}, whole.substr(0, size));
+    EXPECT_EQ(exported.status, 0) << exported.err;
+    EXPECT_LE(rowsOf(exported.out).size(), all_rows);
+    EXPECT_THAT(exported.err, HasSubstr("is unknown"));
+  }
+}
+
+TEST_F(Recording, OverwritesNothingUnlessToldTo) {
+  std::ofstream{file_} << "precious";
+  const auto refused = record();
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr(file_), HasSubstr("--force")));
+  EXPECT_EQ(contentOf(file_), "precious");
+  EXPECT_EQ(probebox({"-u", box_.uri(), "record", "-o", file_, "--for", "0.2", "--force"}).status, 0);
+  std::ofstream{table_} << "precious";
+  EXPECT_EQ(probebox({"export", file_, "-o", table_}).status, 2);
+  EXPECT_EQ(contentOf(table_), "precious");
+}
+
+TEST_F(Recording, ShowsItsBox) {
+  record("0.2");
+  EXPECT_THAT(probebox({"-u", "file:" + file_, "info"}).out, HasSubstr("F-0001"));
+}
+
+TEST_F(Recording, LeavesNoFileWhenThereIsNoBox) {
+  const auto failed = probebox({"-u", "tcp:127.0.0.1:1", "record", "-o", file_, "--for", "1"});
+  EXPECT_EQ(failed.status, 3);
+  EXPECT_FALSE(std::filesystem::exists(file_));
+}
+
+TEST_F(Recording, NamesADirectoryThatIsNotThere) {
+  const auto failed = probebox({"-u", box_.uri(), "record", "-o", directory_.file("absent/scan.pbx"), "--for", "1"});
+  EXPECT_EQ(failed.status, 2);
+  EXPECT_THAT(failed.err, HasSubstr("absent/scan.pbx"));
+}
+
+TEST(Exporting, RefusesWhatIsNoRecording) {
+  const RuntimeDirectory directory;
+  const auto absent = probebox({"export", directory.file("absent.pbx"), "-o", "-"});
+  EXPECT_EQ(absent.status, 2);
+  EXPECT_THAT(absent.err, HasSubstr("absent.pbx"));
+  const auto garbage = probebox({"export", "-", "-o", "-", "--json"}, std::string(10'000, 'x'));
+  EXPECT_EQ(garbage.status, 2);
+  EXPECT_THAT(garbage.err, HasSubstr("no frame"));
+  EXPECT_EQ(probebox({"export", "-", "-o", "-"}, "").status, 2);
+}
+
+TEST(Exporting, NeverWritesOverItsOwnInput) {
+  const RuntimeDirectory directory;
+  const auto file = directory.file("scan.pbx");
+  std::ofstream{file} << "precious";
+  EXPECT_EQ(probebox({"export", file, "-o", file, "--force"}).status, 2);
+  EXPECT_EQ(contentOf(file), "precious");
+}
+
+}  // namespace
+}  // namespace probebox::command
