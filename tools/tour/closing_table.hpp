@@ -1,0 +1,28 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace probebox::tour {
+
+// What was shown and whether it is right: the tour's last word, and its exit status.
+class ClosingTable {
+ public:
+  // An estimate beside the truth: right within 4 standard deviations.
+  void estimate(const std::string& what, const std::string& unit, double scale, double value, double sd, double truth);
+  // Something that is right or not.
+  void exact(const std::string& what, const std::string& found, bool right);
+
+  bool allRight() const;
+  void print() const;
+
+ private:
+  struct Row {
+    std::string what;
+    std::string found;
+    std::string expected;
+    bool right{};
+  };
+  std::vector<Row> rows_;
+};
+
+}  // namespace probebox::tour

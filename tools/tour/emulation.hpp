@@ -1,0 +1,21 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::tour {
+
+// What the emulated machine of this tour is really like; the box has to find it out.
+struct Truth {
+  double tau_s{};
+  double effective_diameter_mm{};  // datum sphere and stylus ball
+  double drift_ppm{};
+};
+
+// Writes a world.toml with delays drawn from `seed`, and with sensors that lose samples now and then. Everything else
+// is the emulated board's own.
+Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t seed);
+
+}  // namespace probebox::tour

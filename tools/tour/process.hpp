@@ -1,0 +1,29 @@
+#pragma once
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::tour {
+
+// A program started by this one, and ended with it.
+class Process {
+ public:
+  // The program's output goes to `log`.
+  static Outcome<Process> start(const std::vector<std::string>& command, const std::string& log);
+  Process(Process&& other) noexcept;
+  Process& operator=(Process&&) = delete;
+  ~Process();
+
+  bool running();
+
+ private:
+  explicit Process(pid_t pid) : pid_{pid} {}
+  pid_t pid_;
+};
+
+// Runs a program to its end and returns what it printed.
+Outcome<std::string> outputOf(const std::vector<std::string>& command);
+
+}  // namespace probebox::tour

@@ -1,0 +1,91 @@
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <vector>
+
+#include "protocol/modbus/map.hpp"
+#include "tools/tour/process.hpp"
+#include "tools/tour/tour.hpp"
+
+namespace probebox::tour {
+namespace {
+
+using namespace std::chrono_literals;
+
+// mbpoll prints one line a value: "[64]: \t5.2" (and "(-125)" behind a 16-bit value that has a sign).
+std::vector<double> valuesOf(const std::string& output) {
+  std::vector<double> values;
+  std::istringstream lines{output};
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("[")) continue;
+    const auto sign = line.find('(');
+    const auto colon = line.find(':');
+    const auto from = sign == std::string::npos ? colon + 1 : sign + 1;
+    values.push_back(std::strtod(line.c_str() + from, nullptr));
+  }
+  return values;
+}
+
+class Mbpoll {
+ public:
+  explicit Mbpoll(std::filesystem::path port) : port_{std::move(port)} {}
+
+  // Prints the command and what it says, and returns the values.
+  Outcome<std::vector<double>> read(const std::string& format, unsigned first, unsigned count,
+                                    const std::string& about) {
+    std::vector<std::string> command{"mbpoll", "-m", "rtu", "-a", "1", "-b", "19200", "-P", "even", "-0", "-1", "-q"};
+    command.insert(command.end(), {"-t", format, "-r", std::to_string(first), "-c", std::to_string(count)});
+    if (format != "4") command.emplace_back("-B");
+    command.push_back(port_.string());
+    const auto output = outputOf(command);
+    if (!output) return output.error();
+    const auto values = valuesOf(*output);
+    if (values.size() != count) return Error{"mbpoll did not read " + about + ":\n" + *output};
+    std::printf("   mbpoll -t %-8s -r %-3u %-34s", format.c_str(), first, about.c_str());
+    for (const double value : values) std::printf(" %g", value);
+    std::puts("");
+    return values;
+  }
+
+ private:
+  std::filesystem::path port_;
+};
+
+}  // namespace
+
+Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
+  namespace address = modbus::address;
+  std::puts(
+      "\n4. What a CNC reads: the registers over a serial line at 19200 8E1, by mbpoll, a Modbus master of somebody "
+      "else.");
+  auto client = meet(stage.box, nullptr);
+  if (!client) return client.error();
+  Mbpoll mbpoll{port};
+  const auto first = mbpoll.read("4", address::magic, 13, "first block, 16 bit");
+  if (!first) return first.error();
+  const auto i16 = mbpoll.read("4", address::correction_i16, 3, "corrections X Y Z, 0.1 um");
+  if (!i16) return i16.error();
+  const auto f32 = mbpoll.read("4:float", address::correction_f32, 3, "corrections X Y Z, mm");
+  if (!f32) return f32.error();
+  const auto i32 = mbpoll.read("4:int", address::correction_i32, 3, "corrections X Y Z, nm");
+  if (!i32) return i32.error();
+  const auto delay_ms = mbpoll.read("4:float", address::delay_f32, 3, "system delay X Y Z, ms");
+  if (!delay_ms) return delay_ms.error();
+  const auto delay_ns = mbpoll.read("4:int", address::delay_i32, 3, "system delay X Y Z, ns");
+  if (!delay_ns) return delay_ns.error();
+
+  const auto in_force = (*client)->request<messages::Corrections>({}, link::patience(5s));
+  if (!in_force) return Error{in_force.error().what};
+  bool same = (*first)[0] == modbus::kMagic && (static_cast<unsigned>((*first)[2]) & 6U) == 6U;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double tau_s = in_force->tau_s[axis];
+    same = same && std::abs((*delay_ms)[axis] - tau_s * 1e3) < 1e-5 && std::abs((*delay_ns)[axis] - tau_s * 1e9) < 1;
+    const double mm = in_force->correction_mm[axis];
+    same = same && std::abs((*i16)[axis] * 1e-4 - mm) < 1e-4 && std::abs((*f32)[axis] - mm) < 1e-6 &&
+           std::abs((*i32)[axis] * 1e-6 - mm) < 1e-6;
+  }
+  stage.table.exact("registers", "locked, delay in force, formats agree", same);
+  return {};
+}
+
+}  // namespace probebox::tour
