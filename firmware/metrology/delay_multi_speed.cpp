@@ -143,10 +143,9 @@ Outcome<Agreed, Refusal> agree(Selection& selection) {
 void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchFit& fit) {
   std::map<double, std::vector<double>> sizes;
   for (std::size_t i = 0; i < retracts.size(); ++i) {
-    const auto& plan = retracts[i].plan;
-    const double normal_speed = retracts[i].machine.slope.dot(plan.normal);
-    sizes[plan.speed_mm_s].push_back(fit.size_mm +
-                                     2.0 * (fit.radial[static_cast<Eigen::Index>(i)] - fit.tau_s * normal_speed));
+    const auto row = static_cast<Eigen::Index>(i);
+    const double size = fit.size_mm + 2.0 * (fit.radial[row] - fit.tau_s * fit.normal_speed[row]);
+    sizes[retracts[i].plan.speed_mm_s].push_back(size);
   }
   std::vector<double> speeds;
   std::vector<double> means;

@@ -69,6 +69,7 @@ Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) 
   Fit fit;
   fit.parameters = start;
   double step_length = 0.0;
+  double steepest = 0.0;
   for (int step = 0; step < kSteps; ++step) {
     const Linearised at = model(fit.parameters);
     if (auto refusal = unusable(at)) return *refusal;
@@ -85,13 +86,15 @@ Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) 
     const Eigen::VectorXd scaled_step = -scaled.householderQr().solve(at.residuals);
     fit.parameters += norms.cwiseInverse().asDiagonal() * scaled_step;
     step_length = scaled_step.norm();
+    steepest = norms.maxCoeff();
     fit.cofactor = invertedNormal(scaled, norms);
     fit.dof = static_cast<std::size_t>(at.residuals.size() - at.jacobian.cols());
     if (step_length < kStepLimit) break;
   }
-  // Rounding may hold the step above 1e-12; a step that still matters may not.
   fit.residuals = model(fit.parameters).residuals;
-  if (!(step_length <= 1e-6 * (1.0 + fit.residuals.norm()))) {
+  // Rounding may hold the step above 1e-12; a step that still matters may not.
+  const double rounding = 1e-10 * fit.parameters.norm() * steepest;
+  if (!(step_length <= 1e-6 * (1.0 + fit.residuals.norm()) + rounding)) {
     return Refusal{"no-convergence", "the fit does not settle: look for a gross error in the readings"};
   }
   return fit;

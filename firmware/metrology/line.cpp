@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace probebox::metrology {
@@ -10,14 +12,30 @@ namespace {
 struct RobustLine {
   double slope{};
   double intercept{};
-  double deviation{};  // 1.4826 * MAD of the residuals
+  double deviation{};  // robust, of one sample
   double at(double t) const { return intercept + slope * t; }
 };
+
+// Least deviation of one sample to reckon with, unit of the stream: the digits of a case file.
+constexpr double kFinest = 1e-7;
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+// Standard deviation of normal noise from the smallest of the absolute deviations: unlike a median it stands steps of a
+// converter, which leave many deviations equal.
+double trimmedDeviation(std::vector<double>& deviations, Trim trim) {
+  if (deviations.empty()) return 0.0;
+  // Share of the deviations that is kept, and rms of a normal variate within that central share.
+  const auto [share, of_normal] = trim == Trim::light ? std::pair{0.6, 0.4632} : std::pair{0.4, 0.2972};
+  const auto kept = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(deviations.size())));
+  std::ranges::sort(deviations);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kept; ++k) sum += deviations[k] * deviations[k];
+  return std::sqrt(sum / static_cast<double>(kept)) / of_normal;
 }
 
 // Slopes between samples half a record apart: a ramp spoils only those that it takes part in.
@@ -33,7 +51,7 @@ RobustLine robustLine(std::span<const double> times, std::span<const double> val
   for (std::size_t k = 0; k < values.size(); ++k) work.push_back(values[k] - line.slope * times[k]);
   line.intercept = median(work);
   for (double& value : work) value = std::abs(value - line.intercept);
-  line.deviation = 1.4826 * median(work);
+  line.deviation = trimmedDeviation(work, Trim::light);
   return line;
 }
 
@@ -62,22 +80,25 @@ Line fitLine(std::span<const double> times, const Eigen::Ref<const Rows3>& value
   return line;
 }
 
-double localDeviation(std::span<const double> times, std::span<const double> values) {
+double localDeviation(std::span<const double> times, std::span<const double> values, Trim trim) {
   std::vector<double> work;
   for (std::size_t k = 1; k + 1 < values.size(); ++k) {
     const double weight = (times[k] - times[k - 1]) / (times[k + 1] - times[k - 1]);
     const double between = values[k - 1] + weight * (values[k + 1] - values[k - 1]);
     work.push_back(std::abs(values[k] - between) / std::sqrt(1.0 + weight * weight + (1.0 - weight) * (1.0 - weight)));
   }
-  return work.empty() ? 0.0 : 1.4826 * median(work);
+  return trimmedDeviation(work, trim);
 }
 
-Run steadyRun(std::span<const double> times, std::span<const double> values, double resolution) {
-  if (values.size() < 4) return {0, values.size()};
-  const RobustLine line = robustLine(times, values);
-  const double limit = 4.0 * std::max({line.deviation, localDeviation(times, values), resolution});
+Run steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise) {
+  if (trusted.size() < 4) return trusted;
+  const auto trusted_times = times.subspan(trusted.begin, trusted.size());
+  const auto trusted_values = values.subspan(trusted.begin, trusted.size());
+  const RobustLine line = robustLine(trusted_times, trusted_values);
+  const double limit =
+      4.0 * std::max({line.deviation, localDeviation(trusted_times, trusted_values, Trim::light), noise, kFinest});
   const auto deviation = [&](std::size_t k) { return std::abs(values[k] - line.at(times[k])); };
-  const std::size_t middle = values.size() / 2;
+  const std::size_t middle = trusted.begin + trusted.size() / 2;
   std::size_t begin = middle;
   while (begin > 0 && deviation(begin - 1) <= limit) --begin;
   std::size_t end = middle;
@@ -94,6 +115,21 @@ Run steadyRun(std::span<const double> times, std::span<const double> values, dou
     while (end > begin && times[end - 1] > until) --end;
   }
   return {begin, end};
+}
+
+double resolutionOf(std::span<const double> values) {
+  std::vector<double> sorted{values.begin(), values.end()};
+  std::ranges::sort(sorted);
+  double step = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    // What rounding leaves of equal values is no step.
+    if (sorted[k] - sorted[k - 1] > kFinest) step = std::min(step, sorted[k] - sorted[k - 1]);
+  }
+  const auto off_grid = [&](double value) {
+    const double steps = (value - sorted.front()) / step;
+    return std::abs(steps - std::round(steps)) > 0.02;
+  };
+  return std::isfinite(step) && std::ranges::none_of(sorted, off_grid) ? step : 0.0;
 }
 
 }  // namespace probebox::metrology

@@ -25,9 +25,11 @@ struct Line {
 // times: s, at least two different ones. values: one row a stamp.
 Line fitLine(std::span<const double> times, const Eigen::Ref<const Rows3>& values);
 
-// Robust standard deviation of one sample against its neighbours: blind to slopes and ramps. 0 for fewer than three
-// samples.
-double localDeviation(std::span<const double> times, std::span<const double> values);
+// How large a share of the samples may lie in ramps: two fifths, or three.
+enum class Trim { light, heavy };
+
+// Robust standard deviation of one sample against its neighbours: blind to slopes. 0 for fewer than three samples.
+double localDeviation(std::span<const double> times, std::span<const double> values, Trim trim);
 
 // A run of samples, [begin, end).
 struct Run {
@@ -36,10 +38,13 @@ struct Run {
   std::size_t size() const { return end - begin; }
 };
 
-// The longest run about the middle of `values` that lies on one straight line: what remains when ramps at either end
-// are cut away. A sample belongs to a ramp when it is more than four deviations off a robust line through all; next to
-// a cut as many samples more are left out as a ramp of constant acceleration may hide in the noise. resolution: least
-// deviation of one sample to reckon with, unit of the values.
-Run steadyRun(std::span<const double> times, std::span<const double> values, double resolution);
+// The longest run about the middle of `trusted` that lies on one straight line with it: what remains when ramps at
+// either end are cut away. A sample belongs to a ramp when it is more than four deviations off a robust line through
+// the trusted ones; next to a cut as many samples more are left out as a ramp of constant acceleration may hide in the
+// noise. trusted: at least three fifths of it free of ramps. resolution: step of the values, 0 for none.
+Run steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise);
+
+// Step of the encoder or converter of which all values are multiples; 0 when there is none.
+double resolutionOf(std::span<const double> values);
 
 }  // namespace probebox::metrology

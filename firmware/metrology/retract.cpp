@@ -13,7 +13,7 @@ namespace probebox::metrology {
 namespace {
 
 constexpr std::size_t kLeastSamples = 5;
-constexpr double kResolution = 1e-7;  // unit of the stream; what the digits of a case file may round away
+constexpr double kResolution = 1e-7;  // unit of the stream: the digits of a case file
 // Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
 // stylus; above the upper the machine still gathers speed.
 constexpr double kLowest = 0.10;
@@ -21,6 +21,7 @@ constexpr double kHighest = 0.85;
 // The machine's window in overtravels from its apex.
 constexpr double kFrom = 0.25;
 constexpr double kUntil = 3.0;
+constexpr double kTrustedFrom = 0.8;
 
 struct Deflected {
   Eigen::Vector3d apex;  // deflection at rest
@@ -49,7 +50,7 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
   std::nth_element(large.begin(), rest, large.end());
   found.apex = *rest * sum.normalized();
   const std::vector<double> deflection = touch.probe.along(found.apex.normalized(), {0, touch.probe.times.size()});
-  if (highest <= std::max(10.0 * localDeviation(touch.probe.times, deflection), 10.0 * kResolution)) {
+  if (highest <= std::max(10.0 * localDeviation(touch.probe.times, deflection, Trim::heavy), 10.0 * kResolution)) {
     return refusal(touch, "no-contact",
                    "the probe was never deflected clearly; check that the touch reached the surface");
   }
@@ -104,14 +105,39 @@ double speedChange(std::span<const double> times, std::span<const double> values
   const Eigen::Vector3d fitted = normal.ldlt().solve(basis.transpose() * (x - x[0]).matrix());
   const double variance = ((x - x[0]).matrix() - basis * fitted).squaredNorm() / static_cast<double>(n - 3);
   const double sd = std::sqrt(variance * normal.inverse()(2, 2)) + kResolution;
-  return std::abs(fitted[2]) > 5.0 * sd ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
+  // With few samples the sd itself is uncertain.
+  const double limit = 5.0 * (1.0 + 4.0 / static_cast<double>(n - 3));
+  return std::abs(fitted[2]) > limit * sd ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
 }
 
-Outcome<Line, Refusal> fitWindow(const Touch& touch, const Stream& stream, const std::string& name, Run window,
-                                 const Eigen::Vector3d& direction) {
-  if (auto bad = unfit(touch, name, stream.timesOf(window))) return *bad;
-  const Run steady = steadyRun(stream.timesOf(window), stream.along(direction, window), kResolution);
-  const Run used{window.begin + steady.begin, window.begin + steady.end};
+struct Window {
+  Run offered;  // samples that may belong
+  Run trusted;  // those of them that hardly hold a ramp
+};
+
+struct Steady {
+  Line line;
+  Run used;
+};
+
+// Deviation of one sample as the whole record tells it: a window alone holds too few to tell noise from a ramp.
+double noiseOf(const Stream& stream, const Eigen::Vector3d& direction) {
+  double coarsest = 0.0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::VectorXd channel = stream.values.col(k);
+    coarsest = std::max(coarsest, resolutionOf(std::span{channel.data(), stream.times.size()}));
+  }
+  const double local = localDeviation(stream.times, stream.along(direction, {0, stream.times.size()}), Trim::heavy);
+  return std::max(local, coarsest / std::sqrt(12.0));
+}
+
+Outcome<Steady, Refusal> fitWindow(const Touch& touch, const Stream& stream, const std::string& name, Window window,
+                                   const Eigen::Vector3d& direction) {
+  if (auto bad = unfit(touch, name, stream.timesOf(window.trusted))) return *bad;
+  const std::size_t from = window.offered.begin;
+  const Run steady = steadyRun(stream.timesOf(window.offered), stream.along(direction, window.offered),
+                               {window.trusted.begin - from, window.trusted.end - from}, noiseOf(stream, direction));
+  const Run used{from + steady.begin, from + steady.end};
   if (auto bad = unfit(touch, name, stream.timesOf(used))) return *bad;
   const double change = speedChange(stream.timesOf(used), stream.along(direction, used));
   if (change > 0.02) {
@@ -120,50 +146,57 @@ Outcome<Line, Refusal> fitWindow(const Touch& touch, const Stream& stream, const
                        " % during the retract, 2 % are allowed; retract at constant feed, "
                        "with the override locked");
   }
-  return fitLine(stream.timesOf(used), stream.valuesOf(used));
+  return Steady{fitLine(stream.timesOf(used), stream.valuesOf(used)), used};
 }
 
-Outcome<Line, Refusal> fitProbe(const Touch& touch, const Deflected& contact) {
-  const Stream& stream = touch.probe;
-  const Eigen::Vector3d direction = contact.apex.normalized();
-  const Run rough{contact.last, contact.parted};
-  if (auto bad = unfit(touch, "probe", stream.timesOf(rough))) return *bad;
-  // The window by the fitted line, not by the samples: noise must not choose which of them belong.
-  const Line first = fitLine(stream.timesOf(rough), stream.valuesOf(rough));
-  const double rate = first.slope.dot(direction);
-  if (!(rate < 0.0)) {
+// The probe's line over all that falls, ramp included: to find windows with.
+Outcome<Line, Refusal> roughLine(const Touch& touch, const Deflected& contact) {
+  const Run falling{contact.last, contact.parted};
+  if (auto bad = unfit(touch, "probe", touch.probe.timesOf(falling))) return *bad;
+  const Line line = fitLine(touch.probe.timesOf(falling), touch.probe.valuesOf(falling));
+  if (!(line.slope.dot(contact.apex) < 0.0)) {
     return refusal(touch, "deflection-not-falling",
                    "the deflection does not fall during the retract; measure it again");
   }
+  return line;
+}
+
+// The window lies between shares of the deflection as a line tells them, not the samples: noise must not choose which
+// belong.
+Outcome<Steady, Refusal> fitProbe(const Touch& touch, const Deflected& contact, const Line& rough, double highest) {
+  const Eigen::Vector3d direction = contact.apex.normalized();
   const auto timeAt = [&](double share) {
-    return first.t_mean + (share * contact.apex.norm() - first.mean.dot(direction)) / rate;
+    return rough.t_mean + (share * contact.apex.norm() - rough.mean.dot(direction)) / rough.slope.dot(direction);
   };
-  return fitWindow(touch, stream, "probe", between(stream.times, timeAt(kHighest), timeAt(kLowest)), direction);
+  const Run window = between(touch.probe.times, timeAt(highest), timeAt(kLowest));
+  return fitWindow(touch, touch.probe, "probe", {window, window}, direction);
 }
 
-// Overtravel as the nominal speed and the probe's time to separation tell it: the gain need not be known.
-double overtravel(const Touch& touch, const Deflected& contact, const Line& probe) {
-  return touch.plan.speed_mm_s * contact.apex.norm() / probe.slope.norm();
+// Travel of the machine from its apex, mm, at every sample.
+std::vector<double> travelOf(const Touch& touch, std::size_t apex) {
+  std::vector<double> travel = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
+  const double rest = travel[apex];
+  for (double& at : travel) at -= rest;
+  return travel;
 }
 
-Outcome<Line, Refusal> fitMachine(const Touch& touch, std::size_t apex, double overtravel_mm) {
-  const Stream& stream = touch.machine;
-  const Run all{0, stream.times.size()};
-  const std::vector<double> travel = stream.along(touch.plan.retract, all);
-  const double from = travel[apex] + kFrom * overtravel_mm;
-  const double until = travel[apex] + kUntil * overtravel_mm;
-  Run rough{apex, stream.times.size()};
-  while (rough.begin < rough.end && travel[rough.begin] < from) ++rough.begin;
-  for (std::size_t k = rough.begin; k < rough.end; ++k) {
-    if (travel[k] > until) rough.end = k;
-  }
-  if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) <
-      travel[apex] + overtravel_mm) {
+Outcome<Steady, Refusal> fitMachine(const Touch& touch, std::size_t apex, const std::vector<double>& travel,
+                                    double overtravel_mm) {
+  if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) < overtravel_mm) {
     return refusal(touch, "truncated",
                    "the machine's record ends before the probe can have parted from the surface; "
                    "measure it again");
   }
-  return fitWindow(touch, stream, "machine", rough, touch.plan.retract);
+  Window window{{apex, apex}, {apex, apex}};
+  const auto last_below = [&](double limit) {
+    std::size_t k = apex;
+    while (k < travel.size() && travel[k] < limit) ++k;
+    return k;
+  };
+  window.offered = {last_below(kFrom * overtravel_mm), last_below(kUntil * overtravel_mm)};
+  window.trusted = {last_below(kTrustedFrom * overtravel_mm), window.offered.end};
+  if (window.trusted.size() < kLeastSamples) window.trusted = window.offered;
+  return fitWindow(touch, touch.machine, "machine", window, touch.plan.retract);
 }
 
 std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
@@ -199,16 +232,25 @@ Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
 Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
   const auto contact = findContact(touch);
   if (!contact) return contact.error();
-  const auto probe = fitProbe(touch, contact.value());
-  if (!probe) return probe.error();
-  const std::vector<double> travel = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
-  const auto apex = static_cast<std::size_t>(std::ranges::min_element(travel) - travel.begin());
-  const auto machine = fitMachine(touch, apex, overtravel(touch, contact.value(), probe.value()));
+  const auto rough = roughLine(touch, contact.value());
+  if (!rough) return rough.error();
+  const std::vector<double> along = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
+  const auto apex = static_cast<std::size_t>(std::ranges::min_element(along) - along.begin());
+  const std::vector<double> travel = travelOf(touch, apex);
+  // Overtravel as the nominal speed and the probe's time to separation tell it: the gain need not be known.
+  const double overtravel_mm = touch.plan.speed_mm_s * contact->apex.norm() / rough->slope.norm();
+  const auto machine = fitMachine(touch, apex, travel, overtravel_mm);
   if (!machine) return machine.error();
-  if (auto bad = wrongMotion(touch, machine.value())) return *bad;
+  if (auto bad = wrongMotion(touch, machine->line)) return *bad;
+  // Where the machine still gathers speed the probe's line is bent too, by less than its own few samples may show.
+  const double ramp_mm = travel[machine->used.begin];
+  const bool long_ramp = ramp_mm - kFrom * overtravel_mm > machine->line.slope.norm() * 1.5 * touch.machine.period();
+  const double highest = long_ramp ? 1.0 - ramp_mm / overtravel_mm : kHighest;
+  const auto probe = fitProbe(touch, contact.value(), rough.value(), highest);
+  if (!probe) return probe.error();
   return Retract{.plan = touch.plan,
-                 .machine = machine.value(),
-                 .probe = probe.value(),
+                 .machine = machine->line,
+                 .probe = probe->line,
                  .machine_apex = touch.machine.values.row(static_cast<Eigen::Index>(apex)),
                  .probe_apex = contact->apex};
 }

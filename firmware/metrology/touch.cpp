@@ -67,10 +67,7 @@ std::optional<Refusal> differentTimes(const Touch& touch) {
   const auto& p = touch.probe.times;
   const double span = std::max(m.back(), p.back()) - std::min(m.front(), p.front());
   const double apart = std::max(std::abs(m.back() - p.back()), std::abs(m.front() - p.front()));
-  const auto longest_period = [](const std::vector<double>& times) {
-    return times.size() < 2 ? 0.0 : (times.back() - times.front()) / static_cast<double>(times.size() - 1);
-  };
-  const double allowed = std::max(0.1 * span, 4.0 * std::max(longest_period(m), longest_period(p)));
+  const double allowed = std::max(0.2 * span, 6.0 * std::max(touch.machine.period(), touch.probe.period()));
   if (apart <= allowed) return std::nullopt;
   return Refusal{"truncated", touch.plan.name + ": machine covers " + text(m.front()) + " to " + text(m.back()) +
                                   " s, probe " + text(p.front()) + " to " + text(p.back()) +
@@ -125,6 +122,10 @@ Outcome<TouchPlan, Refusal> describe(const Table& touches, std::size_t row) {
 }
 
 }  // namespace
+
+double Stream::period() const {
+  return times.size() < 2 ? 0.0 : (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+}
 
 std::vector<double> Stream::along(const Eigen::Vector3d& direction, Run run) const {
   const Eigen::VectorXd projected = valuesOf(run) * direction;

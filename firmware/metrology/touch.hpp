@@ -19,6 +19,8 @@ struct Stream {
   Eigen::Ref<const Rows3> valuesOf(Run run) const {
     return values.middleRows(static_cast<Eigen::Index>(run.begin), static_cast<Eigen::Index>(run.size()));
   }
+  // Mean time between samples, s; 0 for fewer than two.
+  double period() const;
   // Projections onto a direction.
   std::vector<double> along(const Eigen::Vector3d& direction, Run run) const;
 };

@@ -67,6 +67,7 @@ class TouchModel {
   void weighAt(const VectorXd& at);
   Linearised operator()(const VectorXd& at) const;
   VectorXd radial(const VectorXd& at) const;
+  VectorXd normalSpeed(const VectorXd& at) const;
   VectorXd radialAtApex(const VectorXd& at) const;
 
  private:
@@ -218,6 +219,14 @@ VectorXd TouchModel::radial(const VectorXd& at) const {
   return residuals;
 }
 
+VectorXd TouchModel::normalSpeed(const VectorXd& at) const {
+  VectorXd speeds{size()};
+  for (Index i = 0; i < size(); ++i) {
+    speeds[i] = touch(i).machine.slope.dot(span_ * arm(point(i, at), at).normalized());
+  }
+  return speeds;
+}
+
 VectorXd TouchModel::radialAtApex(const VectorXd& at) const {
   VectorXd residuals{size()};
   for (Index i = 0; i < size(); ++i) {
@@ -279,6 +288,7 @@ Outcome<TouchFit, Refusal> fitTouches(std::span<const Retract> retracts, const P
           .cwiseMax(0.0)
           .cwiseSqrt();
   result.radial = model.radial(at);
+  result.normal_speed = model.normalSpeed(at);
   result.full_depth = model.radialAtApex(at);
   result.condition = fit->condition;
   shareOut(result, model, fit.value());

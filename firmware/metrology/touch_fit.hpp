@@ -46,7 +46,8 @@ struct TouchFit {
   Eigen::Matrix2d covariance;  // of tau_s and size_mm, as the noise of the samples states it
   Eigen::VectorXd centre;      // mm, in the span of the normals: three numbers for a sphere
   Eigen::VectorXd centre_sd;
-  Eigen::VectorXd radial;  // mm, one a touch: |M + tau v - c| - R
+  Eigen::VectorXd radial;        // mm, one a touch: |M + tau v - c| - R
+  Eigen::VectorXd normal_speed;  // mm/s, one a touch: outward
   double condition{};
   std::size_t dof{};           // of the radial residuals
   double radial_chi2{};        // reduced

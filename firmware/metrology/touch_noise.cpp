@@ -1,6 +1,9 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/touch_fit.hpp"
@@ -8,8 +11,6 @@
 namespace probebox::metrology {
 namespace {
 
-// Below this the variance of a pool is too uncertain to weigh with.
-constexpr double kLeastDof = 20.0;
 // Deviation that noise is never taken to be below, mm and raw: digits of a case file.
 constexpr double kFloor = 1e-7;
 
@@ -36,17 +37,47 @@ bool sameSpeed(const Retract& a, const Retract& b) {
   return std::abs(a.plan.speed_mm_s - b.plan.speed_mm_s) < 0.02 * std::max(a.plan.speed_mm_s, b.plan.speed_mm_s);
 }
 
-SampleNoise pooled(std::span<const Retract> retracts, const Retract& touch, Line Retract::*line) {
-  Scatter at_speed;
-  Scatter of_all;
-  for (const auto& other : retracts) {
-    const Scatter scatter = scatterOf(other.*line);
-    of_all += scatter;
-    if (sameSpeed(touch, other)) at_speed += scatter;
+// variance = still + jitter * speed^2: a jitter of the stamps shows as noise along the motion, in proportion to the
+// speed.
+struct NoiseLaw {
+  double still{};
+  double jitter{};  // s^2
+  double across{};
+  double dof{};
+
+  SampleNoise at(double speed) const { return {still + jitter * speed * speed, across}; }
+};
+
+// Rate of change of the stream, mm/s or raw/s.
+double rateOf(const Line& line) {
+  return line.slope.norm();
+}
+
+// Line through the squared residuals of the touches against the square of their rates, weighted by what a sum of
+// squares is uncertain by. The jitter counts only where it stands out by three deviations.
+NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member) {
+  Scatter all;
+  for (const auto& touch : retracts) all += scatterOf(touch.*member);
+  NoiseLaw law{.still = all.variance().along, .jitter = 0.0, .across = all.variance().across, .dof = all.dof};
+  NoiseLaw tried = law;
+  for (int round = 0; round < 5; ++round) {
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (const auto& touch : retracts) {
+      const Scatter own = scatterOf(touch.*member);
+      const double rate = rateOf(touch.*member);
+      const Eigen::Vector2d row{1.0, rate * rate};
+      const double weight = own.dof / (2.0 * std::pow(tried.at(rate).along, 2));
+      normal += weight * row * row.transpose();
+      right += weight * row * own.along / own.dof;
+    }
+    const Eigen::Matrix2d covariance = normal.inverse();
+    const Eigen::Vector2d solution = covariance * right;
+    if (!(solution[1] > 3.0 * std::sqrt(covariance(1, 1)))) return law;
+    tried.still = std::max(solution[0], kFloor * kFloor);
+    tried.jitter = solution[1];
   }
-  SampleNoise noise = (at_speed.dof >= kLeastDof ? at_speed : of_all).variance();
-  noise.across = of_all.variance().across;
-  return noise;
+  return tried;
 }
 
 // Median over the touches of that speed, so that a bad touch does not hide in a pool which it has spoilt.
@@ -67,10 +98,12 @@ double usualVariance(std::span<const Retract> retracts, const Retract& touch, Li
 }  // namespace
 
 PooledNoise poolNoise(std::span<const Retract> retracts) {
+  const NoiseLaw machine = noiseLaw(retracts, &Retract::machine);
+  const NoiseLaw probe = noiseLaw(retracts, &Retract::probe);
   PooledNoise noise;
+  noise.dof = static_cast<std::size_t>(machine.dof + probe.dof);
   for (const auto& touch : retracts) {
-    noise.of_touch.push_back({pooled(retracts, touch, &Retract::machine), pooled(retracts, touch, &Retract::probe)});
-    noise.dof += touch.machine.n - 2 + touch.probe.n - 2;
+    noise.of_touch.push_back({machine.at(rateOf(touch.machine)), probe.at(rateOf(touch.probe))});
   }
   return noise;
 }
