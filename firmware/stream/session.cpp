@@ -173,8 +173,12 @@ void Session::refuse(ErrorCode code, MessageType about, std::string_view text) {
   send(messages::RefusalView{code, about, text});
 }
 
+// Only what a host says is answered: two boxes on one line must not refuse each other for ever.
 void Session::unexpected(MessageType about) {
-  refuse(ErrorCode::wrong_state, about, "say HELLO first");
+  if (about == MessageType::start || about == MessageType::request || about == MessageType::credit) {
+    return refuse(ErrorCode::wrong_state, about, "say HELLO first");
+  }
+  ++unexpected_;
 }
 
 bool Session::answer(std::uint64_t ticket, ErrorCode code, std::string_view text, std::span<const std::byte> body) {
