@@ -38,6 +38,12 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 void* operator new[](std::size_t size, std::align_val_t alignment) {
   return counted(size, static_cast<std::size_t>(alignment));
 }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return ++count_of_this_thread, std::malloc(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return ++count_of_this_thread, std::malloc(size);
+}
 void operator delete(void* memory) noexcept {
   std::free(memory);
 }
