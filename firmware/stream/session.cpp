@@ -110,6 +110,7 @@ void Session::greet(const frame::Frame& received) {
   feed_.stop();
   outbox_.clear();
   start_ = {};
+  stream_number_ = 0;
   descriptor_hash_ = 0;
   state_ = SessionState::greeted;
   lead_with_delimiter_ = frame_sent_ == frame_size_;
@@ -150,6 +151,7 @@ void Session::begin(const frame::Frame& received) {
   }
   start_ = *start;
   sent_bytes_ = 0;
+  ++stream_number_;
   state_ = SessionState::streaming;
   heartbeat_due_ = true;  // says where the stream begins, before its first sample
 }
@@ -261,6 +263,7 @@ void Session::loadHeartbeat() {
   messages::Heartbeat beat;
   beat.uptime_ms = vitals_.uptime_ms;
   beat.streaming = state_ == SessionState::streaming;
+  beat.stream_number = stream_number_;
   beat.start = ledger.start;
   beat.position = ledger.position;
   beat.produced = ledger.produced();

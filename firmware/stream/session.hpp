@@ -109,6 +109,7 @@ class Session {
   std::uint32_t descriptor_hash_{};
   std::uint32_t session_id_{};
   messages::Start start_{};
+  std::uint32_t stream_number_{};
   std::uint64_t sent_bytes_{};  // of SAMPLES and GAP frames since START
   SessionState state_{SessionState::waiting};
   bool lead_with_delimiter_{};

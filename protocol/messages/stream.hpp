@@ -64,6 +64,7 @@ struct Heartbeat {
   static constexpr MessageType kType = MessageType::heartbeat;
   std::uint64_t uptime_ms{};
   bool streaming{};
+  std::uint32_t stream_number{};
   SampleIndex start{};
   SampleIndex position{};
   std::uint64_t produced{};
@@ -81,6 +82,7 @@ struct Heartbeat {
   static constexpr void fields(auto& self, auto&& field) {
     field("uptime_ms", self.uptime_ms, "ms since the box started");
     field("streaming", self.streaming, "1 between START and STOP");
+    field("stream_number", self.stream_number, "+1 every START since HELLO, 0 before the first: whose ledger this is");
     field("start", self.start, "first sample of this link's stream");
     field("position", self.position, "next sample of this link's stream");
     field("produced", self.produced, "samples of the stream so far, sent or declared lost");

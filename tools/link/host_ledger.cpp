@@ -43,16 +43,11 @@ messages::Gap HostLedger::gap(const messages::Gap& gap) {
 }
 
 messages::Gap HostLedger::heartbeat(const messages::Heartbeat& beat) {
-  if (closed_ && !beat.streaming) return {};
+  if (beat.stream_number == 0 || (closed_ && beat.stream_number == stream_)) return {};
+  enter(beat);
   if (beat.produced == 0 && !begun_) return {};
-  const bool another = begun_ && beat.start > start_;
-  if (!begun_ || closed_) {
+  if (!begun_) {
     openStream(beat.start);
-  } else if (another) {
-    // STOP and START both went by unseen: count from here on.
-    openStream(beat.start);
-    expected_ = beat.position;
-    before_ = beat.produced;
   } else if (beat.start < start_) {
     account_.inferred_lost += distance(beat.start, start_);
     start_ = beat.start;
@@ -65,8 +60,24 @@ messages::Gap HostLedger::heartbeat(const messages::Heartbeat& beat) {
   balance_->exact = account_.total() == balance_->produced && (!all_came || agrees) && beat.position == expected_ &&
                     beat.sent_samples + beat.lost_at_source + beat.lost_in_queue == beat.produced;
   closed_ = !beat.streaming;
-  frame_lost_since_ = false;
   return hole;
+}
+
+// A heartbeat of another START than before: its samples come after it, unless the wire lost the one that opened it.
+void HostLedger::enter(const messages::Heartbeat& beat) {
+  const bool first = stream_ == 0;
+  if (beat.stream_number == stream_) return;
+  stream_ = beat.stream_number;
+  if (first) return;
+  begun_ = closed_ = false;
+  account_ = {};
+  balance_.reset();
+  before_ = 0;
+  if (beat.produced > 0) {
+    openStream(beat.start);
+    expected_ = beat.position;
+    before_ = beat.produced;
+  }
 }
 
 void HostLedger::restart() {
@@ -74,6 +85,7 @@ void HostLedger::restart() {
   account_ = {};
   balance_.reset();
   before_ = 0;
+  stream_ = 0;
   next_sequence_.reset();
   frame_lost_since_ = false;
 }

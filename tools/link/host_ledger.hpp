@@ -54,6 +54,7 @@ class HostLedger {
   void restart();
 
  private:
+  void enter(const messages::Heartbeat& beat);
   void openStream(SampleIndex start);
   messages::Gap reach(SampleIndex first);
 
@@ -61,6 +62,7 @@ class HostLedger {
   std::optional<Balance> balance_{};
   SampleIndex start_{};
   SampleIndex expected_{};
+  std::uint32_t stream_{};  // stream_number of the last heartbeat; 0 when there was none
   std::uint64_t before_{};  // produced before this account began, when its beginning was not seen
   std::optional<std::uint32_t> next_sequence_{};
   bool frame_lost_since_{};  // since the last sample index that was known to be right

@@ -139,7 +139,8 @@ TEST(Ledger, SeesABoxThatHidesALoss) {
   ledger.samples({20}, 10, true);
   EXPECT_EQ(ledger.unexplained(), 10U) << "no frame is missing, and no GAP stands there";
   ledger.frame(3);
-  messages::Heartbeat beat{.streaming = true, .start = {0}, .position = {30}, .produced = 20, .sent_samples = 20};
+  messages::Heartbeat beat{
+      .streaming = true, .stream_number = 1, .start = {0}, .position = {30}, .produced = 20, .sent_samples = 20};
   ledger.heartbeat(beat);
   EXPECT_FALSE(ledger.balance()->exact);
 }

@@ -1,0 +1,173 @@
+#include "tools/link/client.hpp"
+
+#include <gtest/gtest.h>
+
+#include "box_pipe.hpp"
+
+namespace probebox::link {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+void answerStatus(World& world) {
+  world.answering = [&world](const stream::PendingRequest& asked) {
+    if (asked.operation != Operation::status) {
+      world.session.answer(asked.ticket, ErrorCode::not_found, "no such run; list the runs");
+      return;
+    }
+    messages::Status::Answer status;
+    status.board = "sim";
+    status.links = 1;
+    world.session.answer(asked.ticket, ErrorCode::ok, {}, messages::encoded(status));
+  };
+}
+
+TEST(Client, ConnectsAndKnowsTheBox) {
+  World world;
+  Client client{std::move(world.owned), {}};
+  const auto welcome = client.connect(world.wait(20));
+  ASSERT_TRUE(welcome.ok());
+  EXPECT_EQ(welcome->firmware_version, "0.1.0");
+  EXPECT_EQ(client.reader().descriptor()->board, "sim");
+}
+
+TEST(Client, StreamsWithAnExactLedgerAndClosesIt) {
+  World world;
+  Tally tally;
+  Client client{std::move(world.owned), {}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  const auto wait = world.wait(500);
+  while (client.round(wait)) {
+  }
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_TRUE(balance.ok());
+  EXPECT_TRUE(balance->exact);
+  EXPECT_TRUE(client.closed());
+  EXPECT_EQ(balance->account.received, tally.samples);
+  EXPECT_GT(tally.samples, 4000U);
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.inexact, 0U);
+  EXPECT_GT(tally.balances, 30U);
+}
+
+TEST(Client, GrantsCreditAsItReadsSoThatNothingIsLost) {
+  World world;
+  Tally tally;
+  Client client{std::move(world.owned), {.window_bytes = 2000}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  const auto wait = world.wait(500);
+  while (client.round(wait)) {
+  }
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_TRUE(balance.ok());
+  EXPECT_EQ(balance->account.declared_lost, 0U);
+  EXPECT_GT(tally.samples, 4000U);
+}
+
+TEST(Client, AsksAndGetsAnswersAndTheBoxsOwnWords) {
+  World world;
+  answerStatus(world);
+  Client client{std::move(world.owned), {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  const auto status = client.request<messages::Status>({}, world.wait(20));
+  ASSERT_TRUE(status.ok());
+  EXPECT_EQ(status->board, "sim");
+  const auto dataset = client.request<messages::GetDataset>({7, 0}, world.wait(20));
+  ASSERT_FALSE(dataset.ok());
+  EXPECT_EQ(dataset.error().kind, Failure::Kind::box_refused);
+  EXPECT_EQ(dataset.error().code, ErrorCode::not_found);
+  EXPECT_EQ(dataset.error().what, "no such run; list the runs");
+}
+
+TEST(Client, OnABadWireGetsThereAndAsksOnce) {
+  World world;
+  answerStatus(world);
+  world.pipe->towards_host = noise(1, 3000);
+  world.pipe->towards_box = noise(2, 300);
+  Tally tally;
+  Client client{std::move(world.owned), {}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(3000)).ok());
+  client.start({});
+  constexpr int kRequests = 20;
+  for (int k = 0; k < kRequests; ++k) ASSERT_TRUE(client.request<messages::Status>({}, world.wait(2000)).ok()) << k;
+  const auto balance = client.finish(world.wait(2000));
+  ASSERT_TRUE(balance.ok());
+  EXPECT_EQ(world.requests_seen, kRequests) << "sent again, done once";
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.inexact, 0U);
+  EXPECT_GT(tally.inferred, 0U) << "the wire was to be bad";
+  EXPECT_GT(client.reader().counters().bad(), 0U);
+}
+
+TEST(Client, SaysWhenNobodyAnswers) {
+  World world;
+  world.pipe->silent = true;
+  Client client{std::move(world.owned), {}};
+  const auto welcome = client.connect(world.wait(100));
+  ASSERT_FALSE(welcome.ok());
+  EXPECT_EQ(welcome.error().kind, Failure::Kind::timed_out);
+}
+
+TEST(Client, SeesASilentBoxAndAClosedPipeAsALostLink) {
+  World silent;
+  Client client{std::move(silent.owned), {}};
+  ASSERT_TRUE(client.connect(silent.wait(20)).ok());
+  silent.pipe->silent = true;
+  const auto status = client.request<messages::Status>({}, silent.wait(1000));
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().kind, Failure::Kind::link_lost);
+
+  World closed;
+  Client other{std::move(closed.owned), {}};
+  ASSERT_TRUE(other.connect(closed.wait(20)).ok());
+  closed.pipe->closed = true;
+  EXPECT_FALSE(other.request<messages::Status>({}, closed.wait(1000)).ok());
+  EXPECT_EQ(other.state(), LinkState::lost);
+}
+
+TEST(Client, ThatIsAloneForLongKeepsItsLink) {
+  World world;
+  Client client{std::move(world.owned), {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  const auto wait = world.wait(2000);
+  while (client.round(wait)) {
+  }
+  EXPECT_EQ(client.state(), LinkState::ready);
+  EXPECT_EQ(world.session.state(), stream::SessionState::greeted);
+}
+
+TEST(Client, ReconnectsAndResumesWithoutLoss) {
+  World world;
+  Tally first;
+  SampleIndex next;
+  {
+    Client client{std::move(world.owned), {}, &first};
+    ASSERT_TRUE(client.connect(world.wait(20)).ok());
+    client.start({});
+    const auto wait = world.wait(50);
+    while (client.round(wait)) {
+    }
+    next = client.reader().ledger().next();
+  }
+  for (int k = 0; k < 40; ++k) world.wait(1)(-1, false);
+  Tally second;
+  messages::BootId boot;
+  boot.fill(std::byte{7});
+  Client again{std::make_unique<BoxPipe>(world.session, world.now), {.last_boot_id = boot}, &second};
+  ASSERT_TRUE(again.connect(world.wait(20)).ok());
+  again.start({.has_resume = true, .resume_from = next});
+  const auto wait = world.wait(100);
+  while (again.round(wait)) {
+  }
+  ASSERT_TRUE(again.finish(world.wait(50)).ok());
+  EXPECT_EQ(second.inexact, 0U);
+  EXPECT_EQ(second.declared, 0U);
+  EXPECT_EQ(second.samples, static_cast<std::uint64_t>(again.reader().ledger().next() - next));
+  EXPECT_GT(second.samples, 400U) << "those made while nobody listened are among them";
+}
+
+}  // namespace
+}  // namespace probebox::link
