@@ -169,7 +169,7 @@ void Controller::touch() {
     return;
   }
   if (!elapsed(config_.dwell)) return;
-  const double retract_mm = step_.overtravel_mm + step_.clearance_mm;
+  const double retract_mm = step_.overtravel_mm + step_.clearance_mm + config_.run_out_mm;
   machine_.moveTo(machine_.commandedPosition() + retract_mm * step_.retract_direction, step_.nominal_speed_mm_s, now_);
   enter(Activity::retracting);
 }

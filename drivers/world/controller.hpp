@@ -18,6 +18,7 @@ struct ControllerConfig {
   double nominal_effective_radius_mm{15.5};  // datum sphere and stylus ball
   double safe_distance_mm{2};                // traverses stay this far from the surface
   Vector3 park_mm{10, -20, 110};
+  double run_out_mm{1.5};  // the retract keeps its speed until the clearance, and stops this far beyond
   std::uint32_t tool{1};
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
   Nanoseconds dwell{std::chrono::milliseconds{100}};  // at overtravel

@@ -25,7 +25,8 @@ class World {
  public:
   World(const Config& config, std::uint64_t seed);
 
-  // Time is given, never read. What has happened until `now` can be polled from then on. Time never goes back.
+  // Time is given, never read. What has happened until `now` can be polled from then on, and should be before the
+  // machine has made another MotionHistory::kRemembered moves. Time never goes back.
   void advanceTo(MonoTime now);
   MonoTime now() const { return now_; }
 
