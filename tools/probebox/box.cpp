@@ -9,6 +9,7 @@
 namespace probebox::command {
 namespace {
 
+constexpr milliseconds kGlance{500};
 constexpr const char* kHowToGetABox =
     "`probeboxd --board sim` starts an emulated one, -u URI or PROBEBOX_URI names another";
 
@@ -22,11 +23,18 @@ std::string preferred(const std::vector<std::string>& uris) {
   return tcp != uris.end() ? *tcp : uris.empty() ? std::string{} : uris.front();
 }
 
+// A killed box leaves its announcement behind, and another process may have its number by now.
+bool takesNobody(const std::string& text) {
+  const auto uri = link::parseUri(text);
+  return !uri || !link::open(*uri, kGlance);
+}
+
 Outcome<std::string, Trouble> announced() {
   std::vector<std::string> boxes;
   for (const auto& announcement : io::rendezvous::listed()) {
     if (auto uri = preferred(announcement.uris); !uri.empty()) boxes.push_back(std::move(uri));
   }
+  if (boxes.size() > 1) std::erase_if(boxes, takesNobody);
   if (boxes.empty()) return std::string{kUsualUri};
   if (boxes.size() == 1) return boxes.front();
   std::string all;

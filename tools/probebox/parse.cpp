@@ -123,13 +123,13 @@ class CommandLine {
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method, "the method: delay-multi-speed")->required();
+    calibrate->add_option("method", calibrate_.method, "the method: delay-multi-speed");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");
+    calibrate->add_flag("--abort", calibrate_.abort, "end the run that is going on, and begin none");
     calibrate->callback([this] {
-      if (calibrate_.accept && calibrate_.by.empty())
-        throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};
+      checkCalibrate(calibrate_);
       request_.job = calibrate_;
     });
     auto* accept = add("accept", "put a proposed result into force", "probebox accept 17 --by Ada", accept_);
@@ -138,6 +138,15 @@ class CommandLine {
         ->type_name("NUMBER")
         ->required();
     accept->add_option("--by", accept_.by, "the name of the person who accepts")->required();
+  }
+
+  static void checkCalibrate(const Calibrate& options) {
+    if (options.abort != options.method.empty()) {
+      throw CLI::ValidationError{"calibrate", "name a method, such as delay-multi-speed, or else --abort"};
+    }
+    if (options.accept && options.by.empty()) {
+      throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};
+    }
   }
 
   CLI::App app_{kAbout, "probebox"};

@@ -39,6 +39,7 @@ struct Solve {
 struct Calibrate {
   std::string method;
   std::string save;  // folder; empty: not saved
+  bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};
   std::string by;
 };

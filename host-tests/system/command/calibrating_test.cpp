@@ -28,7 +28,7 @@ TEST(Calibrating, LeadsThroughTheStepsToAResultWithItsUncertainty) {
   const FakeBox box;
   const auto done = at(box, kCalibrate);
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("step 1 of 3: Touch +X"), HasSubstr("step 3 of 3"),
+  EXPECT_THAT(done.out, AllOf(HasSubstr("touch 1 of 3: +X"), HasSubstr("touch 3 of 3"),
                               HasSubstr("tau 5447.1 +/- 5.0 us"), HasSubstr("proposed")));
   EXPECT_THAT(done.err, HasSubstr("probebox accept 4711 --by NAME")) << "a proposal is not in force";
 }
@@ -100,6 +100,13 @@ TEST(Calibrating, StopsTheMachineAtCtrlC) {
   const auto done = at(box, kCalibrate, &interrupted);
   EXPECT_EQ(done.status, 130);
   EXPECT_THAT(done.err, HasSubstr("run 7 was aborted"));
+}
+
+TEST(Calibrating, EndsARunWhoseCommandWasKilled) {
+  const FakeBox box;
+  const auto done = at(box, {"calibrate", "--abort"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("no calibration is going on"));
 }
 
 TEST(Calibrating, PassesOnWhatTheBoxRefuses) {

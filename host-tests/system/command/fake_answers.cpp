@@ -105,7 +105,7 @@ Reply FakeAnswers::procedure() {
   p.steps = kSteps;
   p.step = std::min(asked_ / 2, kSteps);
   p.state = asked_ % 2 == 0 ? messages::ProcedureState::waiting : messages::ProcedureState::running;
-  p.prompt = "Touch +X at 5 mm/s";
+  p.prompt = "touch " + std::to_string(p.step + 1) + " of 3: +X side of the sphere";
   if (p.step == kSteps) {
     p.state = messages::ProcedureState::solving;
     p.prompt = "";

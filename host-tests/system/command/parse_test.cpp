@@ -63,6 +63,8 @@ TEST(CommandLine, NamesWhatIsMissing) {
   EXPECT_THAT(complaint("accept 3"), HasSubstr("--by"));
   EXPECT_THAT(complaint("solve"), HasSubstr("case"));
   EXPECT_THAT(complaint("calibrate delay-multi-speed --accept"), HasSubstr("--by NAME"));
+  EXPECT_THAT(complaint("calibrate"), HasSubstr("name a method"));
+  EXPECT_THAT(complaint("calibrate delay-multi-speed --abort"), HasSubstr("--abort"));
   EXPECT_THAT(complaint("status --uri"), HasSubstr("--uri"));
 }
 

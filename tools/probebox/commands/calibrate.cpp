@@ -100,7 +100,7 @@ class Run {
     if (console_.json()) return console_.object(describe(progress));
     switch (progress.state) {
       case ProcedureState::waiting:
-        return console_.line(printed("step %u of %u: ", progress.step + 1, progress.steps) + progress.prompt);
+        return console_.line(progress.prompt);
       case ProcedureState::running:
         return console_.progress(printed("step %u of %u: measuring", progress.step + 1, progress.steps));
       case ProcedureState::solving:
@@ -195,6 +195,20 @@ class Run {
   std::uint32_t run_{};
 };
 
+// For a run whose command was killed.
+ExitStatus abortRun(const link::Uri& uri, Console& console) {
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  const auto aborted = ask<messages::AbortProcedure>(**box, console);
+  if (!aborted) return console.fail(aborted.error());
+  if (console.json()) {
+    console.object({{"aborted", true}});
+  } else {
+    console.line("no calibration is going on any more");
+  }
+  return ExitStatus::ok;
+}
+
 std::optional<Trouble> objectionTo(const Calibrate& options, const link::Uri& uri) {
   if (uri.isFile()) return usage("a recording cannot be calibrated; name a box");
   if (!options.save.empty() && std::filesystem::exists(std::filesystem::path{options.save} / "config.json")) {
@@ -209,6 +223,7 @@ ExitStatus run(const Calibrate& options, const std::string& given, Console& cons
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (const auto objection = objectionTo(options, *uri)) return console.fail(*objection);
+  if (options.abort) return abortRun(*uri, console);
   return Run{options, *uri, console}.go();
 }
 

@@ -1,0 +1,119 @@
+// The program itself, with real signals: what no call inside a process can show.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fcntl.h>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Program {
+ public:
+  Program(std::vector<std::string> arguments, const std::string& log) {
+    arguments.insert(arguments.begin(), PROBEBOX_PROGRAM);
+    std::vector<char*> words;
+    for (auto& argument : arguments) words.push_back(argument.data());
+    words.push_back(nullptr);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+      ::dup2(out, STDOUT_FILENO);
+      ::dup2(out, STDERR_FILENO);
+      ::execv(words.front(), words.data());
+      ::_exit(127);
+    }
+  }
+  void signal(int number) const { ::kill(pid_, number); }
+  int wait() const {
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+ private:
+  pid_t pid_{};
+};
+
+class RunningProgram : public testing::Test {
+ protected:
+  // Waits until the recording has content: then the program is in the middle of its work.
+  void waitForContent() const {
+    std::error_code absent;
+    for (int i = 0; i < 3000; ++i) {
+      if (const auto size = std::filesystem::file_size(file_, absent); !absent && size > 20'000) return;
+      std::this_thread::sleep_for(10ms);
+    }
+    FAIL() << "nothing was recorded";
+  }
+  Program record() const { return {{"-u", box_.uri(), "record", "-o", file_}, directory_.file("log")}; }
+
+  RuntimeDirectory directory_;
+  FakeBox box_;
+  std::string file_ = directory_.file("scan.pbx");
+};
+
+TEST_F(RunningProgram, EndsWith130AtCtrlCAndLeavesAWholeRecording) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    const auto program = record();
+    waitForContent();
+    program.signal(number);
+    EXPECT_EQ(program.wait(), 130);
+    const auto exported = probebox({"export", file_, "-o", "-", "--json"});
+    EXPECT_EQ(exported.status, 0) << exported.err;
+    EXPECT_THAT(exported.err, testing::HasSubstr("\"end_known\":true"));
+    std::filesystem::remove(file_);
+  }
+}
+
+TEST_F(RunningProgram, LeavesAReadableRecordingWhenKilled) {
+  const auto program = record();
+  waitForContent();
+  program.signal(SIGKILL);
+  EXPECT_EQ(program.wait(), -SIGKILL);
+  const auto exported = probebox({"export", file_, "-o", "-"});
+  EXPECT_EQ(exported.status, 0) << exported.err;
+  EXPECT_GT(std::count(exported.out.begin(), exported.out.end(), '\n'), 100);
+  EXPECT_EQ(probebox({"-u", box_.uri(), "status"}).status, 0) << "the box goes on";
+}
+
+TEST_F(RunningProgram, EndsWhenTheReaderOfItsOutputGoesAway) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const auto child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[1], STDOUT_FILENO);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    const auto uri = box_.uri();
+    ::execl(PROBEBOX_PROGRAM, PROBEBOX_PROGRAM, "-u", uri.c_str(), "record", "-o", "-", nullptr);
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  char some[1000];
+  EXPECT_GT(::read(ends[0], some, sizeof some), 0);
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+}
+
+TEST_F(RunningProgram, SaysItsVersion) {
+  const Program program{{"--version"}, directory_.file("log")};
+  EXPECT_EQ(program.wait(), 0);
+}
+
+}  // namespace
+}  // namespace probebox::command
