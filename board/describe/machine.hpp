@@ -21,7 +21,7 @@ enum class Programming { radius, diameter };
 
 struct Machine {
   std::string name;
-  std::string mounting;  // where the probe sits: a result holds for one mounting
+  std::string mounting;                 // where the probe sits: a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
   Programming x_programming{Programming::radius};
   double hold_s{};  // how long the correction of a doubtful source is held before it stops being valid

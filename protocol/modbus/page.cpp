@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, 6> kKindNames{"u16", "i16", "i16 + 32768"
 
 constexpr std::string_view kIntroduction =
     R"(# Modbus registers of the box
-This page is made from the table in protocol/modbus/map.cpp; `PROBEBOX_WRITE_PAGES=1 ctest -R unit.modbus` writes it anew.
+This page is made from the table in protocol/modbus/map.cpp; `cmake --build build --target modbus-page` writes it anew.
 
 Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
 registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below

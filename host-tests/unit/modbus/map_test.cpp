@@ -118,7 +118,7 @@ TEST(ModbusPage, IsWhatTheMapSays) {
   std::ifstream file{path};
   std::ostringstream page;
   page << file.rdbuf();
-  EXPECT_EQ(page.str(), referencePage()) << "stale: run PROBEBOX_WRITE_PAGES=1 ctest -R ModbusPage";
+  EXPECT_EQ(page.str(), referencePage()) << "stale: run cmake --build build --target modbus-page";
 }
 
 }  // namespace
