@@ -1,0 +1,139 @@
+#include "tools/case/case_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include "scratch_folder.hpp"
+#include "tools/case/csv.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+using metrology::Dataset;
+using metrology::Table;
+using testing::HasSubstr;
+
+class CaseFolder : public ScratchFolder {};
+
+double anyDouble(std::mt19937_64& random) {
+  while (true) {
+    const auto value = std::bit_cast<double>(random());
+    if (std::isfinite(value)) return value;
+  }
+}
+
+TEST_F(CaseFolder, KeepsEveryDigitOfEveryNumber) {
+  std::mt19937_64 random{1};
+  Dataset dataset = metrology::touchDataset("delay-multi-speed");
+  for (auto& table : dataset.tables) {
+    for (auto& column : table.columns) {
+      for (int row = 0; row < 500; ++row) column.values.push_back(anyDouble(random));
+    }
+  }
+  dataset.config = {{"effective_diameter_mm", 31.1 / 3.0},
+                    {"feature", std::string{"external"}},
+                    {"robust", true},
+                    {"swivel_axis", std::vector<double>{0.1, 0.2, 0.3}},
+                    {"gain_matrix", metrology::Matrix{{1.0, 1e-17}, {0.0, -1.0}}}};
+  ASSERT_TRUE(writeCase(dataset, folder_ / "case").ok());
+  auto read = readCase(folder_ / "case");
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(read->config, dataset.config);
+  EXPECT_EQ(read->method, dataset.method);
+  for (const auto& table : dataset.tables) EXPECT_EQ(*read->table(table.name), table);
+}
+
+TEST_F(CaseFolder, IsNotWrittenOver) {
+  const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {}};
+  ASSERT_TRUE(writeCase(dataset, folder_ / "case").ok());
+  EXPECT_THAT(writeCase(dataset, folder_ / "case").error().what, HasSubstr("holds a case already"));
+}
+
+TEST_F(CaseFolder, RefusesTableNamesThatAreNoFileNames) {
+  const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {{.name = "../points", .columns = {}}}};
+  EXPECT_FALSE(writeCase(dataset, folder_ / "case").ok());
+}
+
+TEST_F(CaseFolder, OpensOnlyItsConfigurationAndItsTables) {
+  const auto folder = goodCase("case");
+  write("case/truth.json", "this is not JSON");
+  write("case/notes.txt", "x,y\n1\n");
+  EXPECT_TRUE(readCase(folder).ok());
+}
+
+struct Named {
+  std::string name;
+  std::string text;
+};
+
+class UnreadableConfig : public ScratchFolder, public testing::WithParamInterface<Named> {};
+
+TEST_P(UnreadableConfig, IsNoCase) {
+  write("config.json", GetParam().text);
+  const auto read = readCase(folder_);
+  ASSERT_FALSE(read.ok());
+  ASSERT_TRUE(std::holds_alternative<Unreadable>(read.error()));
+  EXPECT_THAT(std::get<Unreadable>(read.error()).reason, HasSubstr("config.json"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Texts, UnreadableConfig,
+                         testing::Values(Named{"Empty", ""}, Named{"Cut", R"({"method": "sphere)"},
+                                         Named{"NotANumber", R"({"method": "sphere-fit", "sigma_mm": NaN})"},
+                                         Named{"List", "[]"}, Named{"NoMethod", "{}"},
+                                         Named{"MethodIsANumber", R"({"method": 3})"},
+                                         Named{"TwiceTheSameKey", R"({"method": "a", "sigma_mm": 1, "sigma_mm": 2})"}),
+                         [](const auto& text) { return text.param.name; });
+
+TEST_F(CaseFolder, MissingIsUnreadable) {
+  const auto read = readCase(folder_ / "nowhere");
+  ASSERT_FALSE(read.ok());
+  EXPECT_TRUE(std::holds_alternative<Unreadable>(read.error()));
+  EXPECT_TRUE(std::holds_alternative<Unreadable>(readCase(folder_).error()));
+}
+
+TEST_F(CaseFolder, RefusesAConfigurationOfUnknownShape) {
+  write("config.json", R"({"method": "sphere-fit", "sigma_mm": {"x": 1}})");
+  const auto read = readCase(folder_);
+  ASSERT_TRUE(std::holds_alternative<Unsupported>(read.error()));
+  EXPECT_EQ(std::get<Unsupported>(read.error()).refusal.name, "bad-config");
+}
+
+struct BadText {
+  std::string refusal;
+  std::string text;
+  std::string place;
+};
+
+class BadTable : public testing::TestWithParam<BadText> {};
+
+TEST_P(BadTable, IsRefusedWithItsPlace) {
+  const auto table = parseCsv(GetParam().text, "machine");
+  ASSERT_FALSE(table.ok());
+  EXPECT_EQ(table.error().name, GetParam().refusal);
+  EXPECT_THAT(table.error().reason, HasSubstr("machine.csv" + GetParam().place));
+}
+
+INSTANTIATE_TEST_SUITE_P(Texts, BadTable,
+                         testing::Values(BadText{"empty-file", "", ""}, BadText{"empty-file", "\n\n", ""},
+                                         BadText{"truncated-file", "t_s,x_mm\n1,2\n3,4", ""},
+                                         BadText{"bad-header", "1,2\n3,4\n", ", line 1, column 1"},
+                                         BadText{"bad-header", "t_s,,x\n3,4,5\n", ", line 1, column 2"},
+                                         BadText{"truncated-row", "t_s,x_mm\n1,2\n3\n5,6\n", ", line 3"},
+                                         BadText{"truncated-row", "t_s,x_mm\n1,2\n\n5,6\n", ", line 3"},
+                                         BadText{"extra-cells", "t_s,x_mm\n1,2\n3,4,5\n", ", line 3"},
+                                         BadText{"not-a-number", "t_s,x_mm\n1,2\n3,4mm\n", ", line 3, column x_mm"},
+                                         BadText{"not-a-number", "t_s,x_mm\n1,\n", ", line 2, column x_mm"},
+                                         BadText{"not-finite", "t_s,x_mm\nnan,2\n", ", line 2, column t_s"},
+                                         BadText{"not-finite", "t_s,x_mm\n1,inf\n", ", line 2, column x_mm"}));
+
+TEST(GoodTable, MayHaveBlanksCarriageReturnsAndEmptyLinesAtTheEnd) {
+  const auto table = parseCsv("t_s, x_mm\r\n1,\t2\r\n-3e-3 , 4\r\n\r\n", "machine");
+  ASSERT_TRUE(table.ok()) << table.error().reason;
+  EXPECT_THAT(*table->column("t_s"), testing::ElementsAre(1.0, -0.003));
+  EXPECT_THAT(*table->column("x_mm"), testing::ElementsAre(2.0, 4.0));
+}
+
+}  // namespace
+}  // namespace probebox::casefolder

@@ -1,0 +1,167 @@
+#include "tools/case/solve_cases.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "firmware/metrology/solve.hpp"
+#include "scratch_folder.hpp"
+#include "tools/case/case_folder.hpp"
+#include "tools/case/solve_json.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using testing::HasSubstr;
+
+struct Answer {
+  int status{};
+  std::vector<Json> lines;
+  std::string out;
+  std::string err;
+};
+
+Answer answer(const std::vector<fs::path>& folders, bool json = true) {
+  std::ostringstream out;
+  std::ostringstream err;
+  Answer answer;
+  answer.status = solveCases(folders, json, out, err);
+  answer.out = out.str();
+  answer.err = err.str();
+  std::istringstream lines{answer.out};
+  for (std::string line; json && std::getline(lines, line);) answer.lines.push_back(Json::parse(line));
+  return answer;
+}
+
+class SolveCases : public ScratchFolder {};
+
+TEST_F(SolveCases, AnswersInOrderAndWithTheWorstStatus) {
+  const auto good = goodCase("good");
+  const auto bad = goodCase("bad");
+  write("bad/points.csv", "x_mm,y_mm,z_mm\n10,0,0\n");
+  const auto nowhere = folder_ / "nowhere";
+
+  EXPECT_EQ(answer({good, good}).status, 0);
+  EXPECT_EQ(answer({good, bad}).status, 1);
+  const auto all = answer({bad, nowhere, good});
+  EXPECT_EQ(all.status, 2);
+  EXPECT_THAT(all.err, HasSubstr(nowhere.string()));
+  ASSERT_EQ(all.lines.size(), 2U);
+  EXPECT_EQ(all.lines[0]["case"], bad.string());
+  EXPECT_EQ(all.lines[0]["status"], "refused");
+  EXPECT_EQ(all.lines[0]["refusal"], "too-few-readings");
+  EXPECT_THAT(all.lines[0]["reason"].get<std::string>(), testing::StartsWith("too-few-readings: "));
+  EXPECT_EQ(all.lines[1]["status"], "ok");
+  EXPECT_EQ(answer({}).status, 2);
+}
+
+TEST_F(SolveCases, RefusesContentThatCannotSupportAnAnswer) {
+  const auto refusal = [&](const std::string& text) {
+    const auto folder = goodCase("case");
+    write("case/points.csv", text);
+    const auto given = answer({folder});
+    EXPECT_EQ(given.status, 1);
+    return given.lines.at(0)["refusal"].get<std::string>();
+  };
+  EXPECT_EQ(refusal(""), "empty-file");
+  EXPECT_EQ(refusal("x_mm,y_mm,z_mm\n"), "empty-table");
+  EXPECT_EQ(refusal("x_mm,y_mm,z_mm\n1,2,nan\n"), "not-finite");
+  EXPECT_EQ(refusal("x_mm,y_mm,z_mm\n1,2,3\n4,5"), "truncated-file");
+  fs::remove(folder_ / "case" / "points.csv");
+  EXPECT_EQ(answer({folder_ / "case"}).lines.at(0)["refusal"], "missing-table");
+  write("case/config.json", R"({"method": "no-such-method"})");
+  EXPECT_EQ(answer({folder_ / "case"}).lines.at(0)["refusal"], "unknown-method");
+  EXPECT_THAT(answer({folder_ / "case"}).lines.at(0)["reason"].get<std::string>(), HasSubstr("sphere-fit"));
+}
+
+TEST_F(SolveCases, PrintsATableForAPerson) {
+  const auto text = answer({goodCase("case")}, false).out;
+  EXPECT_THAT(text, HasSubstr("radius"));
+  EXPECT_THAT(text, HasSubstr("+-"));
+  EXPECT_THAT(text, HasSubstr("mm"));
+}
+
+TEST(SolveJson, NeverHoldsWhatIsNotANumber) {
+  metrology::Result result;
+  result.method = "x";
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  result.estimates = {metrology::Estimate::scalar("tau_s", nan, nan),
+                      metrology::Estimate::matrix("six_errors", 2, {1.0, nan, 3.0, 4.0}, {})};
+  result.rms = 1.0 / 0.0;
+  const Json line = Json::parse(toJson(result, "case").dump());
+  EXPECT_TRUE(line["result"]["tau_s"].is_null());
+  EXPECT_EQ(line["result"]["six_errors"].dump(), "[[1.0,null],[3.0,4.0]]");
+  EXPECT_TRUE(line["sd"]["six_errors"].is_null());
+  EXPECT_TRUE(line["rms"].is_null());
+}
+
+TEST(SolveJson, SaysNoSdAtAllAsNull) {
+  metrology::Result result;
+  result.estimates = {metrology::Estimate::scalar("tau_s", 1.0, std::nullopt)};
+  EXPECT_TRUE(toJson(result, "case")["sd"].is_null());
+}
+
+// The bundled measurements, whose truth only this test reads.
+std::vector<double> flat(const Json& value) {
+  if (value.is_number()) return {value.get<double>()};
+  return value.get<std::vector<double>>();
+}
+
+std::vector<fs::path> bundledCases() {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::recursive_directory_iterator{PROBEBOX_CASES}) {
+    if (entry.path().filename() == "config.json") folders.push_back(entry.path().parent_path());
+  }
+  return folders;
+}
+
+TEST(BundledCases, AreSolvedWithinFourStandardDeviations) {
+  ASSERT_EQ(bundledCases().size(), 4U);
+  for (const auto& folder : bundledCases()) {
+    std::ifstream file{folder / "truth.json"};
+    const Json truth = Json::parse(file);
+    const auto given = answer({folder});
+    ASSERT_EQ(given.status, 0) << given.out;
+    for (const auto& [key, value] : truth["truth"].items()) {
+      const auto expected = flat(value);
+      const auto bound = flat(truth["crb_sd"][key]);
+      const auto solved = flat(given.lines[0]["result"][key]);
+      const auto sd = flat(given.lines[0]["sd"][key]);
+      ASSERT_EQ(solved.size(), expected.size());
+      for (std::size_t k = 0; k < expected.size(); ++k) {
+        EXPECT_NEAR(solved[k], expected[k], 4.0 * std::min(bound[k], sd[k])) << folder << " " << key;
+        EXPECT_LT(sd[k], 1.05 * bound[k]) << folder << " " << key;
+        EXPECT_GT(sd[k], 0.3 * bound[k]) << folder << " " << key;
+      }
+    }
+  }
+}
+
+// What is saved solves to the same digits.
+TEST_F(SolveCases, GivesTheSameDigitsForASavedDataset) {
+  for (const auto& folder : bundledCases()) {
+    auto dataset = readCase(folder);
+    ASSERT_TRUE(dataset.ok());
+    // Digits that no rounded file would hold.
+    for (auto& table : dataset.value().tables) {
+      if (table.name != "machine" && table.name != "points") continue;
+      for (auto& column : table.columns) {
+        if (column.name == "touch") continue;
+        for (double& value : column.values) value += 1e-9 / 3.0;
+      }
+    }
+    const auto saved = folder_ / folder.parent_path().filename() / folder.filename();
+    ASSERT_TRUE(writeCase(dataset.value(), saved).ok());
+    const auto here = metrology::solve(dataset.value());
+    ASSERT_TRUE(here.ok());
+    EXPECT_EQ(toJson(here.value(), saved.string()).dump(),
+              toJson(metrology::solve(readCase(saved).value()).value(), saved.string()).dump());
+  }
+}
+
+}  // namespace
+}  // namespace probebox::casefolder
