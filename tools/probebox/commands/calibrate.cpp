@@ -37,8 +37,9 @@ class Run {
     run_ = started->run;
     const auto last = follow();
     if (!last) return console_.interrupted() ? abort() : console_.fail(last.error());
-    const ExitStatus saved = save();
+    // Saving comes last: while a large case is written, the box hears nothing and may hang up.
     const ExitStatus concluded = conclude(*last);
+    const ExitStatus saved = save();
     return concluded == ExitStatus::ok ? saved : concluded;
   }
 
