@@ -31,7 +31,11 @@ ControllerLink::ControllerLink(tcp::Address box) : box_{std::move(box)} {}
 ControllerLink::~ControllerLink() = default;
 
 void ControllerLink::postMarker(const Marker& marker) {
+  // The same marker again, because no answer came: the same request, which the box does once.
+  if (marker.at == marker_at_ && !marker_answer_)
+    return sendRequest(marker_id_, messages::Operation::post_marker, marker_body_);
   marker_answer_.reset();
+  marker_at_ = marker.at;
   const messages::PostMarker::Request request{.procedure = marker.procedure,
                                               .step = marker.step,
                                               .phase = static_cast<messages::StepPhase>(marker.phase),
@@ -39,7 +43,8 @@ void ControllerLink::postMarker(const Marker& marker) {
                                               .tool = marker.tool,
                                               .nominal_speed_mm_s = marker.nominal_speed_mm_s,
                                               .at_rest = marker.at_rest};
-  marker_id_ = ask(messages::Operation::post_marker, messages::encoded(request));
+  marker_body_ = messages::encoded(request);
+  marker_id_ = ask(messages::Operation::post_marker, marker_body_);
 }
 
 std::optional<bool> ControllerLink::markerAnswer() {
@@ -65,17 +70,21 @@ bool ControllerLink::connected() {
   reader_.restart();
   outgoing_.clear();
   sequence_ = 0;
-  send(messages::MessageType::hello, messages::encoded(messages::Hello{}));
+  send(messages::MessageType::hello, messages::encoded(messages::Hello::current({})));
   return true;
 }
 
 std::uint32_t ControllerLink::ask(messages::Operation operation, std::vector<std::byte> body) {
   const std::uint32_t id = ++last_id_;
-  if (!connected()) return id;
+  sendRequest(id, operation, std::move(body));
+  return id;
+}
+
+void ControllerLink::sendRequest(std::uint32_t id, messages::Operation operation, std::vector<std::byte> body) {
+  if (!connected()) return;
   send(messages::MessageType::request,
        messages::encoded(messages::Request{.id = id, .operation = operation, .body = std::move(body)}));
   transmit();
-  return id;
 }
 
 void ControllerLink::send(messages::MessageType type, const std::vector<std::byte>& payload) {

@@ -28,6 +28,7 @@ class ControllerLink : public world::BoxLink {
  private:
   bool connected();
   std::uint32_t ask(messages::Operation operation, std::vector<std::byte> body);
+  void sendRequest(std::uint32_t id, messages::Operation operation, std::vector<std::byte> body);
   void send(messages::MessageType type, const std::vector<std::byte>& payload);
   void transmit();
   void receive();
@@ -40,6 +41,8 @@ class ControllerLink : public world::BoxLink {
   std::uint32_t sequence_{};
   std::uint32_t last_id_{};
   std::uint32_t marker_id_{};
+  std::vector<std::byte> marker_body_;
+  MonoTime marker_at_{};
   std::uint32_t status_id_{};
   std::optional<bool> marker_answer_;
   std::optional<world::Prompt> status_;

@@ -139,6 +139,7 @@ void Box::publish(MonoTime now) {
   state_.at = now;
   state_.snapshot = corrections_.snapshot();
   state_.snapshot.calibration = calibrationState(progress.state);
+  state_.snapshot.calibration_method = static_cast<std::uint16_t>(progress.method);
   state_.snapshot.calibration_run = progress.run;
   state_.snapshot.calibration_step = progress.step;
   state_.snapshot.calibration_steps = progress.steps;

@@ -88,7 +88,7 @@ Stopped guide(Stage& stage, const fs::path& programs, const fs::path& folder, st
   stage.box = *port;
 
   const std::string link = "tcp:" + tcp::describe(stage.box);
-  const std::string cnc = "modbus:" + box_port.string();
+  const std::string cnc = "modbus:" + box_port.string() + ",parity=none";
   const fs::path log = folder / "probeboxd.log";
   std::printf("$ probeboxd --board sim --link %s --cnc %s\n", link.c_str(), cnc.c_str());
   auto box = Process::start({(programs / "probeboxd").string(), "--board", "sim", "--config", folder.string(),

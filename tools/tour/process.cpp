@@ -49,9 +49,14 @@ Outcome<Process> Process::start(const std::vector<std::string>& command, const s
 Process::Process(Process&& other) noexcept : pid_{std::exchange(other.pid_, 0)} {}
 
 Process::~Process() {
+  kill(SIGTERM);
+}
+
+void Process::kill(int signal) {
   if (pid_ <= 0) return;
-  kill(pid_, SIGTERM);
+  ::kill(pid_, signal);
   waitpid(pid_, nullptr, 0);
+  pid_ = 0;
 }
 
 bool Process::running() {

@@ -17,6 +17,8 @@ class Process {
   ~Process();
 
   bool running();
+  // Sends the signal and waits for the end.
+  void kill(int signal);
 
  private:
   explicit Process(pid_t pid) : pid_{pid} {}

@@ -33,7 +33,7 @@ class Mbpoll {
   // Prints the command and what it says, and returns the values.
   Outcome<std::vector<double>> read(const std::string& format, unsigned first, unsigned count,
                                     const std::string& about) {
-    std::vector<std::string> command{"mbpoll", "-m", "rtu", "-a", "1", "-b", "19200", "-P", "even", "-0", "-1", "-q"};
+    std::vector<std::string> command{"mbpoll", "-m", "rtu", "-a", "1", "-b", "19200", "-P", "none", "-0", "-1", "-q"};
     command.insert(command.end(), {"-t", format, "-r", std::to_string(first), "-c", std::to_string(count)});
     if (format != "4") command.emplace_back("-B");
     command.push_back(port_.string());
@@ -56,7 +56,7 @@ class Mbpoll {
 Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   namespace address = modbus::address;
   std::puts(
-      "\n4. What a CNC reads: the registers over a serial line at 19200 8E1, by mbpoll, a Modbus master of somebody "
+      "\n4. What a CNC reads: the registers over a serial line at 19200 8N1, by mbpoll, a Modbus master of somebody "
       "else.");
   auto client = meet(stage.box, nullptr);
   if (!client) return client.error();

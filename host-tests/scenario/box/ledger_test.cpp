@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include "host-tests/scenario/box/scenario.hpp"
+
+// Whatever goes wrong on the emulated machine: every sample index comes out once, as a sample or as a declared loss.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using world::FaultKind;
+
+void expectExactLedger(const Scenario& scenario) {
+  const auto& recorded = scenario.recorded();
+  const auto& snapshot = scenario.state().snapshot;
+  EXPECT_TRUE(recorded.contiguous);
+  EXPECT_GT(recorded.received, 0U);
+  // What waits in the block that is being filled is produced and not yet delivered.
+  EXPECT_GE(snapshot.produced_samples, recorded.received + recorded.lost_samples);
+  EXPECT_LE(snapshot.produced_samples, recorded.received + recorded.lost_samples + 256);
+  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+}
+
+TEST(Ledger, LosesNothingOnAGoodMachine) {
+  Scenario scenario;
+  scenario.run(10s);
+  expectExactLedger(scenario);
+  EXPECT_EQ(scenario.recorded().lost_samples, 0U);
+  EXPECT_NEAR(static_cast<double>(scenario.recorded().received), 2 * 9.8e3, 400);
+  EXPECT_EQ(scenario.state().map.state, ClockState::locked);
+}
+
+TEST(Ledger, DeclaresTheSamplesOfASilentProbe) {
+  Scenario scenario;
+  scenario.inject(FaultKind::drop_probe, 3s, 500ms);
+  scenario.run(6s);
+  expectExactLedger(scenario);
+  EXPECT_NEAR(static_cast<double>(scenario.recorded().lost_samples), 1000, 10);
+  EXPECT_EQ(scenario.state().lost.deflections, scenario.truth().ledger.dropped_probe);
+  EXPECT_TRUE(scenario.state().snapshot.loss_seen);
+}
+
+TEST(Ledger, DeclaresTheSamplesOfSilentEncoders) {
+  Scenario scenario;
+  scenario.inject(FaultKind::drop_encoders, 3s, 250ms);
+  scenario.run(6s);
+  expectExactLedger(scenario);
+  EXPECT_NEAR(static_cast<double>(scenario.recorded().lost_samples), 500, 10);
+  EXPECT_EQ(scenario.state().lost.counts, scenario.truth().ledger.dropped_encoders);
+}
+
+TEST(Ledger, HoldsOverASilentSyncLineWithoutLoss) {
+  Scenario scenario;
+  scenario.run(5s);
+  scenario.inject(FaultKind::stop_sync, 0s, 2s);
+  scenario.run(1s);
+  EXPECT_EQ(scenario.state().map.state, ClockState::holdover);
+  scenario.run(5s);
+  EXPECT_EQ(scenario.state().map.state, ClockState::locked);
+  expectExactLedger(scenario);
+  EXPECT_EQ(scenario.recorded().lost_samples, 0U);
+}
+
+TEST(Ledger, TellsEdgesThatTheKernelLostFromEdgesThatNeverCame) {
+  Scenario scenario;
+  scenario.run(3s);
+  const auto before = scenario.state().clock;
+  scenario.inject(FaultKind::lose_edges, 100ms, 20ms);
+  scenario.run(3s);
+  expectExactLedger(scenario);
+  EXPECT_EQ(scenario.state().lost.sync_edges, scenario.truth().ledger.lost_edges);
+  EXPECT_GT(scenario.state().clock.lost_by_kernel, before.lost_by_kernel + 10);
+}
+
+TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
+  Scenario scenario;
+  scenario.run(3s);
+  scenario.inject(FaultKind::double_edges, 0s, 1s);
+  scenario.run(3s);
+  expectExactLedger(scenario);
+  EXPECT_EQ(scenario.recorded().lost_samples, 0U);
+  EXPECT_NEAR(static_cast<double>(scenario.state().map.tick.index), 6000, 120);
+}
+
+TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {
+  Scenario scenario;
+  scenario.run(3s);
+  scenario.inject(FaultKind::drop_probe, 0s, 2s);
+  scenario.run(500ms);
+  const auto silent = scenario.state().snapshot.heartbeat;
+  scenario.run(1s);
+  EXPECT_EQ(scenario.state().snapshot.heartbeat, silent);
+  scenario.run(2s);
+  EXPECT_GT(scenario.state().snapshot.heartbeat, silent);
+}
+
+}  // namespace
+}  // namespace probebox::scenario

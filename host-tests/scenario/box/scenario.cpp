@@ -1,0 +1,159 @@
+#include "host-tests/scenario/box/scenario.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "board/describe/parse.hpp"
+#include "drivers/world/from_description.hpp"
+
+namespace probebox::scenario {
+namespace {
+
+constexpr Nanoseconds kStep = std::chrono::milliseconds{1};
+constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
+
+const board::Descriptions& sim() {
+  static const auto descriptions = board::simDescriptions();
+  return *descriptions;
+}
+
+Nanoseconds interval(double rate_hz) {
+  return Nanoseconds{std::llround(1e9 / rate_hz)};
+}
+
+}  // namespace
+
+world::Config usualWorld() {
+  return world::fromDescription(*sim().world, sim().machine);
+}
+
+box::BoxConfig usualBox(const world::Config& config) {
+  box::BoxConfig box;
+  box.clock.nominal_period = config.sync.nominal_period;
+  box.latch.samples_per_tick = 2;
+  box.latch.probe.interval = interval(config.probe.rate_hz);
+  for (auto& axis : box.latch.axes)
+    axis = {.interval = interval(config.encoders.rate_hz), .interpolation = latch::Interpolation::cubic};
+  for (std::size_t i = 0; i < kLinearAxes; ++i)
+    box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
+  return box;
+}
+
+void Recorder::account(SampleIndex first, std::uint64_t count) {
+  contiguous = contiguous && (!next || *next == first) && count > 0;
+  next = first + static_cast<std::int64_t>(count);
+}
+
+bool Recorder::block(SampleIndex first, std::uint32_t count, std::span<const std::byte> block_bytes) {
+  account(first, count);
+  received += count;
+  if (keeps_bytes) bytes.insert(bytes.end(), block_bytes.begin(), block_bytes.end());
+  return true;
+}
+
+bool Recorder::lost(const latch::Lost& lost) {
+  account(lost.first, static_cast<std::uint64_t>(lost.count));
+  lost_samples += static_cast<std::uint64_t>(lost.count);
+  if (keeps_bytes) bytes.push_back(static_cast<std::byte>(lost.reason));
+  return true;
+}
+
+// The controller's link without a wire: answers are there at once, state as of the last time that the box published it.
+class Scenario::DirectLink : public world::BoxLink {
+ public:
+  explicit DirectLink(Scenario& scenario) : scenario_{scenario} {}
+
+  void postMarker(const Marker& marker) override {
+    Marker stamped = marker;
+    stamped.at = scenario_.now_;
+    const auto& progress = scenario_.state().procedure;
+    taken_ = marker.procedure == progress.run && marker.step == progress.step;
+    if (*taken_) scenario_.push(stamped);
+  }
+  std::optional<bool> markerAnswer() override { return taken_; }
+  void askProcedureStatus() override {}
+  std::optional<world::Prompt> procedureStatus() override {
+    const auto& progress = scenario_.state().procedure;
+    world::Prompt prompt{
+        .run = progress.run, .state = static_cast<world::RunState>(progress.state), .step = progress.step};
+    if (progress.step < progress.steps) {
+      const auto& step = scenario_.box_->plan().steps[progress.step];
+      prompt.outward_normal = step.touch.outward_normal;
+      prompt.retract_direction = step.touch.retract_direction;
+      prompt.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+      prompt.overtravel_mm = step.overtravel_mm;
+      prompt.clearance_mm = step.clearance_mm;
+    }
+    return prompt;
+  }
+
+ private:
+  Scenario& scenario_;
+  std::optional<bool> taken_;
+};
+
+Scenario::Scenario(const world::Config& config, std::uint64_t seed)
+    : config_{config},
+      box_{std::make_unique<box::Box>(usualBox(config), recorder_)},
+      world_{config, seed},
+      link_{std::make_unique<DirectLink>(*this)},
+      controller_{world::controllerFromDescription(*sim().world), world_.machine(), *link_},
+      now_{config.start},
+      said_{config.start} {}
+
+Scenario::~Scenario() = default;
+
+void Scenario::push(const Event& event) {
+  if (keeps_events_) events_.push_back(event);
+  if (around) around(event);
+  box_->push(event);
+}
+
+void Scenario::step() {
+  now_ += kStep;
+  controller_.advance(now_);
+  world_.advanceTo(now_);
+  std::array<Event, 64> batch;
+  while (const std::size_t count = world_.poll(batch))
+    std::for_each_n(batch.begin(), count, [this](auto& e) { push(e); });
+  if (now_ - said_ >= kTimeAdvances) {
+    push(TimeAdvanced{now_});
+    said_ = now_;
+  }
+}
+
+void Scenario::run(Nanoseconds duration) {
+  for (const MonoTime end = now_ + duration; now_ < end;) step();
+}
+
+bool Scenario::runUntil(const std::function<bool()>& done, Nanoseconds at_most) {
+  for (const MonoTime end = now_ + at_most; now_ < end && !done();) step();
+  return done();
+}
+
+void Scenario::inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump) {
+  world_.inject({.kind = kind, .at = now_ + from_now, .duration = duration, .jump = jump});
+}
+
+std::optional<metrology::Solved> Scenario::calibrate() {
+  const std::uint32_t run = state().procedure.run + 1;
+  push(ProcedureStarted{
+      .run = run, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = now_});
+  recorder_.run_to_solve.reset();
+  runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{180});
+  if (recorder_.run_to_solve != run) return std::nullopt;
+  auto solved = metrology::solve(capture::touchDataset(box_->recording(), box_->scales(), "delay-multi-speed"));
+  push(Solved{.run = run, .refused = !solved, .result_id = 1, .at = now_});
+  run(kTimeAdvances);
+  return solved;
+}
+
+Recorder replay(const std::vector<Event>& events, const world::Config& config) {
+  Recorder recorder;
+  box::Box box{usualBox(config), recorder};
+  for (const auto& event : events) box.push(event);
+  return recorder;
+}
+
+}  // namespace probebox::scenario

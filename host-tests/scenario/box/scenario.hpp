@@ -1,0 +1,81 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/world/controller.hpp"
+#include "drivers/world/world.hpp"
+#include "firmware/box/box.hpp"
+#include "firmware/metrology/solve.hpp"
+
+namespace probebox::scenario {
+
+// What a box gave, byte for byte, and an account of its samples.
+class Recorder : public box::Outputs {
+ public:
+  bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
+  bool lost(const latch::Lost& lost) override;
+  void state(const box::State&) override {}
+  void solve(std::uint32_t run) override { run_to_solve = run; }
+
+  std::vector<std::byte> bytes;
+  std::uint64_t received{};
+  std::uint64_t lost_samples{};
+  bool contiguous{true};  // every index exactly once, in order
+  std::optional<SampleIndex> next;
+  std::optional<std::uint32_t> run_to_solve;
+  bool keeps_bytes{true};
+
+ private:
+  void account(SampleIndex first, std::uint64_t count);
+};
+
+world::Config usualWorld();
+box::BoxConfig usualBox(const world::Config& config);
+
+// A world, a controller and a box on virtual time: run(5s) takes milliseconds.
+class Scenario {
+ public:
+  explicit Scenario(const world::Config& config = usualWorld(), std::uint64_t seed = 1);
+  ~Scenario();
+
+  void run(Nanoseconds duration);
+  // True when it came to be within that time.
+  bool runUntil(const std::function<bool()>& done, Nanoseconds at_most);
+  void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
+  // Starts a run, lets the controller do it, and solves it as the worker would.
+  std::optional<metrology::Solved> calibrate();
+
+  const box::State& state() const { return box_->state(); }
+  const Recorder& recorded() const { return recorder_; }
+  world::Truth truth() const { return world_.truth(); }
+  const std::vector<Event>& events() const { return events_; }
+  void keepEvents(bool keep) { keeps_events_ = keep; }
+  Recorder& recorder() { return recorder_; }
+
+  // Called before every event, for tests that watch what handling it costs.
+  std::function<void(const Event&)> around;
+
+ private:
+  class DirectLink;
+  void step();
+  void push(const Event& event);
+
+  world::Config config_;
+  Recorder recorder_;
+  std::unique_ptr<box::Box> box_;
+  world::World world_;
+  std::unique_ptr<DirectLink> link_;
+  world::Controller controller_;
+  MonoTime now_;
+  MonoTime said_;
+  std::vector<Event> events_;
+  bool keeps_events_{false};
+};
+
+// The same events into another box.
+Recorder replay(const std::vector<Event>& events, const world::Config& config = usualWorld());
+
+}  // namespace probebox::scenario
