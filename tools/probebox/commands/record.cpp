@@ -204,12 +204,14 @@ class Session {
     std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
                        " + declared lost " + std::to_string(sums.declaredLost());
     if (sums.lost_on_link > 0) text += " + lost on the link " + std::to_string(sums.lost_on_link);
-    text += tally.exact() ? "   (exact, in samples)" : "   DOES NOT BALANCE (in samples)";
+    const bool only_restarted = tally.restarts() > 0 && sums.unexplained == 0;
+    text += tally.exact() ? "   (exact, in samples)" : only_restarted ? "" : "   DOES NOT BALANCE (in samples)";
     if (sums.declaredLost() > 0) {
       text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
               std::to_string(sums.lost_in_queue) + " in the box's queue";
     }
-    if (tally.restarts() > 0) text += "\n  the box was restarted: what it produced just before is unknown";
+    if (tally.restarts() > 0)
+      text += "\n  the box was restarted: what it produced just before is unknown, and no equation holds";
     if (!closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
     return text;
   }
