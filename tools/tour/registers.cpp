@@ -42,7 +42,7 @@ class Mbpoll {
     const auto values = valuesOf(*output);
     if (values.size() != count) return Error{"mbpoll did not read " + about + ":\n" + *output};
     std::printf("   mbpoll -t %-8s -r %-3u %-34s", format.c_str(), first, about.c_str());
-    for (const double value : values) std::printf(" %g", value);
+    for (const double value : values) std::printf(" %.8g", value);
     std::puts("");
     return values;
   }
@@ -63,6 +63,7 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   Mbpoll mbpoll{port};
   const auto first = mbpoll.read("4", address::magic, 13, "first block, 16 bit");
   if (!first) return first.error();
+  std::puts("   (valid is 0: no source of corrections is summed yet, and then nothing may be used)");
   const auto i16 = mbpoll.read("4", address::correction_i16, 3, "corrections X Y Z, 0.1 um");
   if (!i16) return i16.error();
   const auto f32 = mbpoll.read("4:float", address::correction_f32, 3, "corrections X Y Z, mm");

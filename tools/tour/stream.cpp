@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A bad wire on a thread of its own, which also holds all bytes up for a second now and then.
+// A bad wire on a thread of its own.
 class BadWire {
  public:
   BadWire(tcp::EmulatedWire wire, std::uint64_t seed) : wire_{std::move(wire)} {
@@ -22,7 +22,6 @@ class BadWire {
   BadWire(const BadWire&) = delete;
   BadWire& operator=(const BadWire&) = delete;
 
-  void stall(bool stalled) { stalled_ = stalled; }
   void stop() {
     stopping_ = true;
     if (thread_.joinable()) thread_.join();
@@ -32,14 +31,10 @@ class BadWire {
 
  private:
   void run() {
-    while (!stopping_) {
-      wire_.stall(stalled_);
-      wire_.pump(10ms);
-    }
+    while (!stopping_) wire_.pump(10ms);
   }
 
   tcp::EmulatedWire wire_;
-  std::atomic<bool> stalled_{false};
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };
@@ -52,7 +47,7 @@ struct Heartbeats : link::StreamListener {
     last = beat;
     if (!balance) return;
     ++seen;
-    exact += balance->exact ? 1 : 0;
+    if (balance->exact) ++exact;
   }
 };
 
