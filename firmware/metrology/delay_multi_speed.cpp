@@ -65,16 +65,6 @@ std::optional<Refusal> refuseSpeedsOf(const std::vector<Retract>& retracts) {
   return refuseSpeeds(least.machine.slope.norm(), greatest.machine.slope.norm());
 }
 
-// Touches that stand out of the fit, unless so many do that the model is at fault.
-std::vector<std::size_t> outliers(const TouchFit& fit) {
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < fit.worst.size(); ++i) {
-    if (fit.worst[i] > kOutlier) found.push_back(i);
-  }
-  if (5 * found.size() > fit.worst.size()) found.clear();
-  return found;
-}
-
 // A deflection that stays behind the machine's overtravel was limited by the sensor or its converter.
 std::vector<std::size_t> clipped(const std::vector<Retract>& retracts, const TouchFit& fit) {
   std::vector<std::size_t> found;
@@ -115,28 +105,43 @@ Outcome<Agreed, Refusal> fitOnce(const std::vector<Retract>& retracts) {
   return agreed;
 }
 
+// Leaves out the touch that disagrees most, as long as one does: it pulls others along, so one at a time. When a fifth
+// is gone and there is no agreement yet the model is at fault, not the touches: then all stay, and the sd tells.
+Agreed withoutOutliers(Selection& selection, Agreed all) {
+  Selection kept = selection;
+  Agreed agreed = all;
+  while (true) {
+    const auto worst = std::ranges::max_element(agreed.fit.worst);
+    if (*worst <= kOutlier) break;
+    const std::string name = kept.retracts[static_cast<std::size_t>(worst - agreed.fit.worst.begin())].plan.name;
+    kept.drop(name, {"residual-too-large", name + ": does not agree with the other touches (slip, dirt); touch again"});
+    if (5 * (kept.dropped.size() - selection.dropped.size()) > selection.offered) return all;
+    if (kept.tooManyDropped() || refuseSpeedsOf(kept.retracts)) return all;
+    auto next = fitOnce(kept.retracts);
+    if (!next) return all;
+    agreed = std::move(next).value();
+  }
+  selection = std::move(kept);
+  return agreed;
+}
+
 Outcome<Agreed, Refusal> agree(Selection& selection) {
   auto first = fitOnce(selection.retracts);
   if (!first) return first;
-  std::vector<std::pair<std::string, Refusal>> bad;
-  const auto& retracts = selection.retracts;
-  for (const auto i : clipped(retracts, first->fit)) {
-    const auto& name = retracts[i].plan.name;
-    bad.push_back({name,
-                   {"clipped", name + ": the deflection stays behind the overtravel by more than 10 %; reduce the "
-                                      "overtravel or the gain"}});
+  std::vector<std::string> clipped_names;
+  for (const auto i : clipped(selection.retracts, first->fit)) clipped_names.push_back(selection.retracts[i].plan.name);
+  if (!clipped_names.empty()) {
+    for (const auto& name : clipped_names) {
+      selection.drop(name,
+                     {"clipped", name + ": the deflection stays behind the overtravel by more than 10 %; reduce the "
+                                        "overtravel or the gain"});
+    }
+    if (auto refusal = selection.tooManyDropped()) return *refusal;
+    if (auto refusal = refuseSpeedsOf(selection.retracts)) return *refusal;
+    first = fitOnce(selection.retracts);
+    if (!first) return first;
   }
-  for (const auto i : outliers(first->fit)) {
-    const auto& name = retracts[i].plan.name;
-    if (std::ranges::any_of(bad, [&](const auto& entry) { return entry.first == name; })) continue;
-    bad.push_back(
-        {name, {"residual-too-large", name + ": does not agree with the other touches (slip, dirt); touch again"}});
-  }
-  if (bad.empty()) return first;
-  for (const auto& [name, why] : bad) selection.drop(name, why);
-  if (auto refusal = selection.tooManyDropped()) return *refusal;
-  if (auto refusal = refuseSpeedsOf(selection.retracts)) return *refusal;
-  return fitOnce(selection.retracts);
+  return withoutOutliers(selection, std::move(first).value());
 }
 
 // Sizes at the nominal speeds, for a picture of the line of (A10).

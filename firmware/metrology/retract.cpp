@@ -229,6 +229,28 @@ Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
   return machine.at(separationTime(probe));
 }
 
+// How far the machine travels from its apex until its speed is constant. The line of the free flight reaches the apex
+// in the middle of the ramp, where a constant acceleration has covered a quarter of it. Between samples that is read
+// too large, so it may not push the window below the one of the source (60 %); only a ramp seen in the machine's own
+// window may.
+double rampOf(const Touch& touch, const Steady& machine, const std::vector<double>& travel, double overtravel_mm) {
+  const Eigen::Vector3d& u = touch.plan.retract;
+  const auto& times = touch.machine.times;
+  const auto apex = static_cast<std::size_t>(std::ranges::min_element(travel) - travel.begin());
+  const double rest = touch.machine.values.row(static_cast<Eigen::Index>(apex)).dot(u);
+  const double reached = machine.line.t_mean + (rest - machine.line.mean.dot(u)) / machine.line.slope.dot(u);
+  const auto next = std::ranges::upper_bound(times, reached);
+  double ramp_mm = 0.0;
+  if (next != times.begin() && next != times.end()) {
+    const auto k = static_cast<std::size_t>(next - times.begin());
+    const double share = (reached - times[k - 1]) / (times[k] - times[k - 1]);
+    ramp_mm = std::min(4.0 * (travel[k - 1] + share * (travel[k] - travel[k - 1])), 0.4 * overtravel_mm);
+  }
+  const double begin_mm = travel[machine.used.begin];
+  const bool seen = begin_mm - kFrom * overtravel_mm > machine.line.slope.norm() * 1.5 * touch.machine.period();
+  return seen ? std::max(ramp_mm, begin_mm) : ramp_mm;
+}
+
 Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
   const auto contact = findContact(touch);
   if (!contact) return contact.error();
@@ -242,10 +264,8 @@ Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
   const auto machine = fitMachine(touch, apex, travel, overtravel_mm);
   if (!machine) return machine.error();
   if (auto bad = wrongMotion(touch, machine->line)) return *bad;
-  // Where the machine still gathers speed the probe's line is bent too, by less than its own few samples may show.
-  const double ramp_mm = travel[machine->used.begin];
-  const bool long_ramp = ramp_mm - kFrom * overtravel_mm > machine->line.slope.norm() * 1.5 * touch.machine.period();
-  const double highest = long_ramp ? 1.0 - ramp_mm / overtravel_mm : kHighest;
+  const double ramp_mm = rampOf(touch, machine.value(), travel, overtravel_mm);
+  const double highest = std::min(kHighest, 1.0 - ramp_mm / overtravel_mm);
   const auto probe = fitProbe(touch, contact.value(), rough.value(), highest);
   if (!probe) return probe.error();
   return Retract{.plan = touch.plan,

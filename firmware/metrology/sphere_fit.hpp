@@ -25,9 +25,9 @@ std::optional<Ball> algebraicBall(const Eigen::MatrixXd& points);
 // of one plane will do when the approximate centre tells on which side of it the sphere lies), and what leastSquares
 // refuses.
 struct SphereQuestion {
-  double sigma{1.0};                                  // mm, of one coordinate (k = 1); 1 gives the cofactor
-  std::optional<double> radius;                       // mm, effective, when it is known
-  std::optional<Eigen::Vector3d> approximate_centre;  // mm
+  double sigma{1.0};                                    // mm, of one coordinate (k = 1); 1 gives the cofactor
+  std::optional<double> radius{};                       // mm, effective, when it is known
+  std::optional<Eigen::Vector3d> approximate_centre{};  // mm
   Outliers outliers{Outliers::keep};
 };
 Outcome<Fit, Refusal> fitSphere(const Eigen::Ref<const Rows3>& points, const SphereQuestion& question);

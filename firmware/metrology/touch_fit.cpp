@@ -139,9 +139,23 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   return all;
 }
 
+// Centre and radius can be told apart only when the normals do not all point to one side.
+bool oneSided(const MatrixXd& span, std::span<const Retract> retracts) {
+  MatrixXd rows{static_cast<Index>(retracts.size()), span.cols() + 1};
+  for (Index i = 0; i < rows.rows(); ++i) {
+    rows.row(i) << (span.transpose() * retracts[static_cast<std::size_t>(i)].plan.normal).transpose(), 1.0;
+  }
+  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>{rows}.singularValues();
+  return rows.rows() < rows.cols() || singular[singular.size() - 1] < kSpanLimit * singular[0];
+}
+
 // Points by each touch's own slope give the centre without the delay, the sizes at their speeds give delay and size
 // (A10).
 Outcome<VectorXd, Refusal> TouchModel::start() const {
+  if (oneSided(span_, retracts_)) {
+    return Refusal{"one-sided",
+                   "the touched normals do not determine a size: touch opposite sides, or five sides of a sphere"};
+  }
   MatrixXd points{size(), dimensions()};
   MatrixXd slopes{size(), channels_.cols()};
   MatrixXd velocities{size(), 3};
