@@ -38,7 +38,7 @@ class SampleTally {
   const Sums& atHeartbeat() const { return at_heartbeat_; }
   // produced = received + declared lost + lost on the link, at every heartbeat so far, by the box's count and by ours.
   bool exact() const { return exact_ && restarts_ == 0; }
-  bool begun() const { return begun_ || now_.accounted() > 0; }
+  bool begun() const { return begun_; }
   SampleIndex next() const { return next_; }
   std::uint64_t restarts() const { return restarts_; }
 
