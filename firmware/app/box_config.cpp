@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 namespace probebox::app {
 namespace {
 
-Nanoseconds interval(double rate_hz) {
-  return Nanoseconds{std::llround(1e9 / rate_hz)};
+// Zero for a device that is not fitted: its channels are 0 and nobody waits for it.
+Nanoseconds interval(const std::string& device, double rate_hz) {
+  return device == "none" ? Nanoseconds{} : Nanoseconds{std::llround(1e9 / rate_hz)};
 }
 
 struct ChannelText {
@@ -31,13 +33,14 @@ constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
+  const auto& devices = descriptions.box.devices;
   box::BoxConfig config;
   config.clock.nominal_period = descriptions.box.sync_period;
   config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
-  config.latch.probe = {.interval = interval(descriptions.probe.rate_hz),
+  config.latch.probe = {.interval = interval(devices.probe, descriptions.probe.rate_hz),
                         .interpolation = latch::Interpolation::linear};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    config.latch.axes[axis] = {.interval = interval(descriptions.box.devices.encoder_rate_hz),
+    config.latch.axes[axis] = {.interval = interval(devices.encoders, devices.encoder_rate_hz),
                                .interpolation = latch::Interpolation::cubic};
     const auto& described = descriptions.machine.axes[axis];
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
