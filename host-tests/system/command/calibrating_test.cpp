@@ -83,7 +83,8 @@ TEST(Calibrating, TellsARefusalWithItsRemedyAndStillSaves) {
 TEST(Calibrating, GoesOnAfterALostLink) {
   FakeBox box;
   std::jthread cutter{[&box] {
-    std::this_thread::sleep_for(500ms);
+    while (!box.calibrating()) std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(300ms);
     box.cut();
   }};
   const auto done = at(box, kCalibrate);
@@ -94,12 +95,12 @@ TEST(Calibrating, StopsTheMachineAtCtrlC) {
   const FakeBox box;
   std::atomic<bool> interrupted{false};
   std::jthread person{[&] {
-    std::this_thread::sleep_for(400ms);
+    while (!box.calibrating()) std::this_thread::sleep_for(5ms);
     interrupted = true;
   }};
   const auto done = at(box, kCalibrate, &interrupted);
   EXPECT_EQ(done.status, 130);
-  EXPECT_THAT(done.err, HasSubstr("run 7 was aborted"));
+  EXPECT_THAT(done.err, HasSubstr("the calibration was aborted"));
 }
 
 TEST(Calibrating, EndsARunWhoseCommandWasKilled) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -28,6 +29,8 @@ class FakeAnswers {
   explicit FakeAnswers(const FakeBoxOptions& options) : options_{options} {}
 
   Reply answer(messages::Operation operation, std::span<const std::byte> body);
+  // Any thread.
+  bool calibrating() const { return running_; }
 
  private:
   Reply status() const;
@@ -40,7 +43,7 @@ class FakeAnswers {
   static constexpr unsigned kSteps = 3;
 
   FakeBoxOptions options_;
-  bool running_{};
+  std::atomic<bool> running_{};
   unsigned asked_{};
   bool proposed_{true};
   std::string accepted_by_;

@@ -34,6 +34,7 @@ class FakeBox::Loop {
         descriptor_{messages::encoded(fakeDescriptor())} {}
 
   unsigned port() const { return listener_.address().port; }
+  bool calibrating() const { return answers_.calibrating(); }
 
   void run(const std::stop_token& stop, std::atomic<bool>& cut) {
     while (!stop.stop_requested()) {
@@ -138,6 +139,9 @@ FakeBox::~FakeBox() {
 
 unsigned FakeBox::port() const {
   return loop_->port();
+}
+bool FakeBox::calibrating() const {
+  return loop_->calibrating();
 }
 std::string FakeBox::uri() const {
   return "tcp:127.0.0.1:" + std::to_string(port());

@@ -25,6 +25,7 @@ class FakeBox {
 
   std::string uri() const;
   unsigned port() const;
+  bool calibrating() const;  // a run was started
 
   // Cuts every connection, as an unplugged cable would; the box goes on and can be reached again.
   void cut() { cut_ = true; }

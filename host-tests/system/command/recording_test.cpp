@@ -1,4 +1,5 @@
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,6 +39,15 @@ class Recording : public testing::Test {
  protected:
   Finished record(const std::string& seconds = "0.5") {
     return probebox({"-u", box_.uri(), "record", "-o", file_, "--for", seconds, "--json"});
+  }
+
+  // Until the recording has begun.
+  void waitForContent() const {
+    std::error_code absent;
+    for (std::uintmax_t size = 0; size < 20'000; std::this_thread::sleep_for(5ms)) {
+      size = std::filesystem::file_size(file_, absent);
+      if (absent) size = 0;
+    }
   }
 
   RuntimeDirectory directory_;
@@ -103,9 +113,10 @@ TEST_F(Recording, GoesThroughPipesAsWell) {
 
 TEST_F(Recording, ResumesAfterALostLinkWithoutLosingASample) {
   std::jthread cutter{[this] {
+    waitForContent();
     for (int i = 0; i < 2; ++i) {
-      std::this_thread::sleep_for(400ms);
       box_.cut();
+      std::this_thread::sleep_for(400ms);
     }
   }};
   const auto recorded = record("2");
@@ -121,7 +132,7 @@ TEST_F(Recording, ResumesAfterALostLinkWithoutLosingASample) {
 TEST_F(Recording, EndsInOrderAtCtrlC) {
   std::atomic<bool> interrupted{false};
   std::jthread person{[&] {
-    std::this_thread::sleep_for(300ms);
+    waitForContent();
     interrupted = true;
   }};
   const auto recorded = probebox({"-u", box_.uri(), "record", "-o", file_, "--json"}, {}, &interrupted);

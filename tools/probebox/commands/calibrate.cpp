@@ -33,7 +33,7 @@ class Run {
     if (!opened) return console_.fail(opened.error());
     box_ = std::move(opened).value();
     const auto started = ask<messages::StartProcedure>(*box_, console_, {options_.method});
-    if (!started) return console_.fail(started.error());
+    if (!started) return console_.interrupted() ? abort() : console_.fail(started.error());
     run_ = started->run;
     const auto last = follow();
     if (!last) return console_.interrupted() ? abort() : console_.fail(last.error());
@@ -184,8 +184,8 @@ class Run {
   // Ctrl-C: the machine must not be asked for further steps.
   ExitStatus abort() {
     const auto aborted = box_->request<messages::AbortProcedure>({}, link::patience(milliseconds{2000}));
-    console_.note(aborted ? "probebox: run " + std::to_string(run_) + " was aborted"
-                          : "probebox: the box could not be told to abort run " + std::to_string(run_));
+    console_.note(aborted ? "probebox: the calibration was aborted"
+                          : "probebox: the box could not be told to stop; see probebox calibrate --abort");
     return ExitStatus::interrupted;
   }
 
