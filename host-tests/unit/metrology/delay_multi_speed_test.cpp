@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,10 +36,18 @@ struct Setting {
   double greatest_efficiency{6.0};
 };
 
+// Sanitizers run ten times slower; there the memory is looked at, not the statistics.
+#ifdef __SANITIZE_ADDRESS__
+constexpr int kTrials = 20;
+#else
+constexpr int kTrials = 100;
+#endif
+
 class DelayOverRandomTouches : public testing::TestWithParam<Setting> {};
 
 TEST_P(DelayOverRandomTouches, IsUnbiasedEfficientAndAsUncertainAsItSays) {
-  constexpr int kTrials = 120;
+  // A mean of squares over so many trials is itself uncertain by this.
+  const double uncertainty = std::sqrt(2.0 / kTrials);
   std::mt19937_64 random{20260101};
   Moments tau;
   Moments diameter;
@@ -55,14 +64,15 @@ TEST_P(DelayOverRandomTouches, IsUnbiasedEfficientAndAsUncertainAsItSays) {
                  sdOf(solved.value(), "effective_diameter_mm"));
   }
   const double efficiency = reference.tau_sd_s * reference.tau_sd_s / tau.variance();
-  EXPECT_THAT(efficiency, AllOf(Gt(GetParam().least_efficiency), Lt(GetParam().greatest_efficiency)));
-  // 120 trials: the mean of their squares is itself uncertain by 13 %.
-  EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.5)));
-  EXPECT_THAT(diameter.pull(), AllOf(Gt(0.6), Lt(1.5)));
+  EXPECT_THAT(efficiency, AllOf(Gt(GetParam().least_efficiency * (1.0 - uncertainty)),
+                                Lt(GetParam().greatest_efficiency * (1.0 + 2.0 * uncertainty))));
+  const auto honest = AllOf(Gt(0.9 - 3.5 * uncertainty), Lt(1.1 + 3.5 * uncertainty));
+  EXPECT_THAT(tau.pull(), honest);
+  EXPECT_THAT(diameter.pull(), honest);
   EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
   EXPECT_THAT(diameter.bias(), AllOf(Gt(-4.0), Lt(4.0)));
   EXPECT_GT(reference.diameter_sd_mm * reference.diameter_sd_mm / diameter.variance(),
-            0.6 * GetParam().least_efficiency);
+            0.5 * GetParam().least_efficiency);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(SetUps, BadSetUps,
                                                   [](Scene& s) {
                                                     s.speeds_mm_s = {25.0, 29.0};
                                                   }},
-                                         BadSetUp{"too-few-readings",
+                                         BadSetUp{"one-sided",
                                                   [](Scene& s) {
                                                     s.normals = {{0, 0, 1}};
                                                   }},
