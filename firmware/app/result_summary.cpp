@@ -73,8 +73,9 @@ messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters) {
   return {.accepted = counters.accepted + counters.clipped,
           .missing = counters.missing,
           .doubled = counters.doubled,
-          .spurious = counters.spurious + counters.unfitting + counters.unlocked,
-          .lost = counters.lost_by_kernel};
+          .spurious = counters.spurious + counters.unfitting,
+          .lost = counters.lost_by_kernel,
+          .unlocked = counters.unlocked};
 }
 
 messages::ClockStatus clockStatus(const box::State& state) {

@@ -49,12 +49,14 @@ struct EdgeCounters {
   std::uint64_t doubled{};
   std::uint64_t spurious{};
   std::uint64_t lost{};
+  std::uint64_t unlocked{};
   static constexpr void fields(auto& self, auto&& field) {
     field("accepted", self.accepted, "edges that became a tick");
     field("missing", self.missing, "ticks without an edge");
     field("doubled", self.doubled, "second edges of one tick");
     field("spurious", self.spurious, "edges that fit no tick");
     field("lost", self.lost, "edges that the kernel dropped, by its line sequence number");
+    field("unlocked", self.unlocked, "edges that came while no clock could give them a tick");
   }
 };
 

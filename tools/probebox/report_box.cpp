@@ -43,7 +43,7 @@ std::string delayOf(const messages::DelayInForce& delay) {
 std::string edgesOf(const messages::EdgeCounters& edges) {
   return to_string(edges.accepted) + " accepted, " + to_string(edges.missing) + " missing, " +
          to_string(edges.doubled) + " doubled, " + to_string(edges.spurious) + " spurious, " + to_string(edges.lost) +
-         " lost by the kernel";
+         " lost by the kernel, " + to_string(edges.unlocked) + " before the lock";
 }
 
 std::string duration(std::uint64_t ms) {
@@ -69,11 +69,8 @@ std::string readableNs(double ns) {
 }
 
 Json describe(const messages::EdgeCounters& edges) {
-  return {{"accepted_edges", edges.accepted},
-          {"missing_edges", edges.missing},
-          {"doubled_edges", edges.doubled},
-          {"spurious_edges", edges.spurious},
-          {"lost_edges", edges.lost}};
+  return {{"accepted_edges", edges.accepted}, {"missing_edges", edges.missing}, {"doubled_edges", edges.doubled},
+          {"spurious_edges", edges.spurious}, {"lost_edges", edges.lost},       {"unlocked_edges", edges.unlocked}};
 }
 
 Json describe(const messages::Descriptor& d) {
