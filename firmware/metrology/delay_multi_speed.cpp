@@ -235,11 +235,14 @@ Result report(const Dataset& dataset, const Selection& selection, const Agreed& 
 Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   const auto known_size = configPositive(dataset, "effective_diameter_mm");
   if (!known_size) return known_size.error();
+  const auto listed = checkedTable(dataset, "touches", kTouchesColumns);
+  if (!listed) return listed.error();
+  const auto [slowest, fastest] = std::ranges::minmax(*listed.value()->column("speed_mm_s"));
+  if (slowest > 0.0) {
+    if (auto refusal = refuseSpeeds(slowest, fastest)) return *refusal;
+  }
   const auto touches = readTouches(dataset);
   if (!touches) return touches.error();
-  const auto [least, greatest] =
-      std::ranges::minmax(touches.value(), {}, [](const Touch& touch) { return touch.plan.speed_mm_s; });
-  if (auto refusal = refuseSpeeds(least.plan.speed_mm_s, greatest.plan.speed_mm_s)) return *refusal;
   auto selection = select(touches.value());
   if (!selection) return selection.error();
   if (auto refusal = refuseSpeedsOf(selection->retracts)) return *refusal;

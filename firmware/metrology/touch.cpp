@@ -51,7 +51,8 @@ std::optional<Refusal> wrongStamps(const Stream& stream, const std::string& tabl
   for (std::size_t k = 1; k < stream.times.size(); ++k) {
     if (stream.times[k] > stream.times[k - 1]) continue;
     const std::string at = touch + " in table '" + table + "': ";
-    if (stream.times[k] == stream.times[k - 1]) {
+    if (std::find(stream.times.begin(), stream.times.begin() + static_cast<std::ptrdiff_t>(k), stream.times[k]) !=
+        stream.times.begin() + static_cast<std::ptrdiff_t>(k)) {
       return Refusal{"duplicated-sample", at + "two samples at " + text(stream.times[k]) +
                                               " s; every sample may occur once: remove the copy"};
     }

@@ -80,7 +80,7 @@ Outcome<Json, Unreadable> readConfig(const fs::path& folder) {
   try {
     config = Json::parse(*text, watch);
   } catch (const Json::exception& error) {
-    return Unreadable{(folder / kConfig).string() + ": " + error.what()};
+    return Unreadable{(folder / kConfig).string() + ": is not JSON (" + error.what() + ")"};
   }
   if (!config.is_object()) return Unreadable{(folder / kConfig).string() + ": must be one JSON object"};
   if (!twice.empty()) return Unreadable{(folder / kConfig).string() + ": key '" + twice + "' stands there twice"};

@@ -83,8 +83,21 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"not-finite", [](Dataset& d) { column(d, "probe", "b")[100] = kNan; }},
         Damage{"not-finite", [](Dataset& d) { column(d, "machine", "t_s")[5] = 1.0 / 0.0; }},
         Damage{"duplicated-sample", [](Dataset& d) { copyRow(tableOf(d, "machine"), 40); }},
+        Damage{"duplicated-sample",
+               [](Dataset& d) {
+                 // The whole table once more, below itself.
+                 for (auto& entry : tableOf(d, "probe").columns) {
+                   const std::vector<double> once = entry.values;
+                   entry.values.insert(entry.values.end(), once.begin(), once.end());
+                 }
+               }},
         Damage{"time-not-rising",
-               [](Dataset& d) { std::swap(column(d, "probe", "t_s")[10], column(d, "probe", "t_s")[12]); }},
+               [](Dataset& d) { column(d, "probe", "t_s")[12] = 0.5 * column(d, "probe", "t_s")[11]; }},
+        Damage{"single-speed",
+               [](Dataset& d) {
+                 const std::vector<double> speeds = column(d, "touches", "speed_mm_s");
+                 eraseRows(tableOf(d, "touches"), [&](std::size_t row) { return speeds[row] != 20.0; });
+               }},
         Damage{"duplicated-touch", [](Dataset& d) { copyRow(tableOf(d, "touches"), 3); }},
         Damage{"unknown-touch", [](Dataset& d) { column(d, "machine", "touch")[0] = 99.0; }},
         Damage{"missing-touch",
