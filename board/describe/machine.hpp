@@ -11,12 +11,13 @@ struct AxisDescription {
   double travel_min_mm{};
   double travel_max_mm{};
 
-  // Corrections are limited in size and in rate of change; a correction beyond these saturates.
+  // Limits of a correction in size and in rate of change; they take effect with the first source of corrections.
   double correction_limit_mm{};
   double correction_rate_mm_s{};
 };
 
-// How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
+// How the control programs the X axis of a lathe; takes effect with the first source of corrections, which are in
+// radius whatever stands here.
 enum class Programming { radius, diameter };
 
 struct Machine {
@@ -24,7 +25,7 @@ struct Machine {
   std::string mounting;                 // where the probe sits: a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
   Programming x_programming{Programming::radius};
-  double hold_s{};  // how long the correction of a doubtful source is held before it stops being valid
+  double hold_s{};  // how long a doubtful source is to be held; takes effect with the first source of corrections
 };
 
 }  // namespace probebox::board

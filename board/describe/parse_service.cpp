@@ -36,8 +36,8 @@ Service readService(Section& root) {
   auto stream = root.section("stream", false);
   const StreamSettings usual;
   service.stream.block_samples =
-      static_cast<std::uint32_t>(stream.integer("block_samples", {1, 4096}, usual.block_samples));
-  service.stream.ring_blocks = static_cast<std::uint32_t>(stream.integer("ring_blocks", {2, 65536}, usual.ring_blocks));
+      static_cast<std::uint32_t>(stream.integer("block_samples", {1, 256}, usual.block_samples));
+  service.stream.ring_blocks = static_cast<std::uint32_t>(stream.integer("ring_blocks", {2, 4096}, usual.ring_blocks));
   stream.finish();
   return service;
 }

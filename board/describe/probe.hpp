@@ -14,7 +14,7 @@ struct Certificate {
 
 struct Probe {
   std::string serial_number;
-  Matrix3 gain{};     // mm of deflection in machine axes per mm of channels a, b, c: metrology (A3)
+  Matrix3 gain{};     // mm of deflection in machine axes per mm of channels a, b, c: (A3)
   double rate_hz{};   // nominal sample rate
   double noise_um{};  // standard deviation (k = 1) of one sample of one channel
   double deflection_limit_mm{};

@@ -10,7 +10,7 @@ namespace probebox::board {
 
 using Vector3 = std::array<double, 3>;
 
-// Metrology (A1): the machine's stream shows x(t - tau_machine), the probe's d(t - tau_probe).
+// docs/metrology.md (A1): the machine's stream shows x(t - tau_machine), the probe's d(t - tau_probe).
 struct WorldDelays {
   Vector3 tau_machine_s{};  // X, Y, Z
   double tau_probe_s{};
@@ -49,7 +49,7 @@ struct WorldAxes {
 struct WorldProbe {
   double rate_hz{};
   double noise_um{};   // k = 1, one channel
-  Matrix3 gain{};      // the truth behind probe.toml: metrology (A3)
+  Matrix3 gain{};      // the truth behind probe.toml: (A3)
   double range_mm{};   // channels clip here
   double bounce_mm{};  // first amplitude of the stylus' bounce at contact and at release
   double bounce_decay_s{};

@@ -16,6 +16,9 @@ struct Settings {
   unsigned stop_bits{1};  // 1 or 2
 };
 
+// What both ends of a link to a host take when nobody names a speed.
+inline constexpr Settings kHostLink{.baud = 921600};
+
 struct Address {
   std::string path;
   Settings settings;

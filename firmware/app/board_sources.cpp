@@ -13,12 +13,7 @@ namespace {
 
 using Sources = std::vector<std::unique_ptr<io::EventSource>>;
 
-Outcome<Sources> openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
-  if (!descriptions.world) {
-    return Error{
-        "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
-        "board/sim."};
-  }
+Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
   Sources sources;
   sources.push_back(std::make_unique<SimSource>(*descriptions.world, descriptions.machine,
                                                 std::make_unique<ControllerLink>(box), now));
@@ -37,12 +32,26 @@ Outcome<Sources> openLines(const board::Box& box) {
 
 }  // namespace
 
-Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+bool isEmulated(const board::Descriptions& descriptions) {
+  return descriptions.box.devices.encoders == "sim" && descriptions.box.devices.probe == "sim";
+}
+
+std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
   const auto& devices = descriptions.box.devices;
-  if (devices.encoders == "sim" && devices.probe == "sim") return openSim(descriptions, box, now);
-  if (devices.encoders == "none" && devices.probe == "none") return openLines(descriptions.box);
+  if (isEmulated(descriptions)) {
+    if (descriptions.world) return std::nullopt;
+    return Error{
+        "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
+        "board/sim."};
+  }
+  if (devices.encoders == "none" && devices.probe == "none") return std::nullopt;
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
                "\" is not in this build. It has: both \"sim\" (the emulated machine), or both \"none\" (lines only)."};
+}
+
+Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+  if (auto refused = whyUnsupported(descriptions)) return *refused;
+  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openLines(descriptions.box);
 }
 
 }  // namespace probebox::app

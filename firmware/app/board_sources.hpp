@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "board/describe/parse.hpp"
@@ -9,6 +10,12 @@
 #include "protocol/units/time.hpp"
 
 namespace probebox::app {
+
+// The emulated machine takes the place of all devices.
+bool isEmulated(const board::Descriptions& descriptions);
+
+// Says what of [devices] this build has no driver for; nothing when all is good.
+std::optional<Error> whyUnsupported(const board::Descriptions& descriptions);
 
 // The drivers that a board's description asks for. Here, and nowhere else, concrete drivers are named. `box` is where
 // the emulated machine's controller finds its box.

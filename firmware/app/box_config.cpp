@@ -45,8 +45,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
     const auto& described = descriptions.machine.axes[axis];
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
   }
-  config.block_samples =
-      std::min<std::uint32_t>(descriptions.service.stream.block_samples, box::BlockBuilder::kMostSamples);
+  config.block_samples = descriptions.service.stream.block_samples;
   return config;
 }
 

@@ -89,6 +89,16 @@ std::optional<store::Id> Calibrations::keep(const store::Binding& binding, const
 }
 
 Outcome<store::Record, store::Failure> Calibrations::accept(std::uint64_t id, const std::string& by) {
+  const auto found = store_.find(id);
+  if (!found) return found.error();
+  const auto& binding = found->binding;
+  if (binding != bindingFor(binding.method)) {
+    return store::Failure{
+        store::Reason::not_possible_now,
+        "Result " + std::to_string(id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting +
+            " of " + binding.machine +
+            ", which is not what this box describes now: " + "change the descriptions, or calibrate again."};
+  }
   auto accepted = store_.accept(id, by, utcNow());
   if (!accepted) return accepted;
   if (const auto delay = delayOf(*accepted, now_())) {

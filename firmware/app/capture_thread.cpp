@@ -13,6 +13,7 @@ namespace probebox::app {
 namespace {
 
 constexpr std::size_t kBatch = 256;
+constexpr int kBatchesInTurn = 64;
 constexpr std::size_t kMostSources = 16;
 constexpr int kPollMs = 1;
 // Later than this is late enough for a kernel buffer to fill up.
@@ -69,7 +70,10 @@ void CaptureThread::waitForSources() {
 
 void CaptureThread::drain(io::EventSource& source, MonoTime now) {
   std::array<Event, kBatch> batch;
-  while (const std::size_t count = source.read(batch, now)) {
+  // Bounded: a line that chatters for ever must not starve the other sources, or time.
+  for (int turn = 0; turn < kBatchesInTurn; ++turn) {
+    const std::size_t count = source.read(batch, now);
+    if (count == 0) return;
     for (std::size_t i = 0; i < count; ++i) push(batch[i], now);
   }
 }

@@ -14,13 +14,12 @@ Outcome<ModbusOptions> CncLine::parse(const std::string& text) {
   return parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
 }
 
-CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, Counters& counters)
+CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk)
     : states_{states},
       desk_{desk},
-      counters_{counters},
       device_{options.line.path},
       server_{options,
-              {.snapshot = [this] { return snapshot(); },
+              {.snapshot = [this] { return states_.newest().snapshot; },
                .take_marker = [this](const Marker& marker) { return takeMarker(marker); },
                .report = [](const std::string& text) { logWarning(text); }}} {}
 
@@ -32,15 +31,6 @@ CncLine::~CncLine() {
 void CncLine::start() {
   thread_ = std::thread{[this] { server_.run(); }};
   pthread_setname_np(thread_.native_handle(), "cnc");
-}
-
-// Asked for before every answer, on the line's own thread: the time to tell all lines' counters as one.
-corrections::Snapshot CncLine::snapshot() {
-  const ModbusCounters now = server_.counters();
-  counters_.modbus_requests += now.answered + now.refused - counted_.answered - counted_.refused;
-  counters_.modbus_bad_frames += now.bad_frames - counted_.bad_frames;
-  counted_ = now;
-  return states_.newest().snapshot;
 }
 
 bool CncLine::takeMarker(const Marker& marker) {

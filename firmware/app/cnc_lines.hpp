@@ -14,22 +14,19 @@ class CncLine {
   // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".
   static Outcome<ModbusOptions> parse(const std::string& text);
 
-  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, Counters& counters);
+  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk);
   ~CncLine();
   CncLine(const CncLine&) = delete;
   CncLine& operator=(const CncLine&) = delete;
 
-  Outcome<bool> open() { return server_.open(); }
   void start();
+  ModbusCounters counters() const { return server_.counters(); }  // any thread
 
  private:
-  corrections::Snapshot snapshot();
   bool takeMarker(const Marker& marker);
 
   StateBuffer& states_;
   ControlDesk& desk_;
-  Counters& counters_;
-  ModbusCounters counted_;
   std::string device_;
   ModbusServer server_;
   std::thread thread_;

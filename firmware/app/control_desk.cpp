@@ -43,7 +43,7 @@ ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagu
     : identity_{std::move(identity)}, access_{access}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
 
 std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
-                                         const box::State& state, std::uint64_t uptime_ms) {
+                                         const box::State& state, const LinkVitals& vitals) {
   switch (request.operation) {
     case Operation::list_results:
     case Operation::accept_result:
@@ -52,16 +52,16 @@ std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::Pendi
     default:
       break;
   }
-  Reply reply = answer(request, state, uptime_ms);
+  Reply reply = answer(request, state, vitals);
   reply.link = link;
   reply.ticket = request.ticket;
   return reply;
 }
 
-Reply ControlDesk::answer(const stream::PendingRequest& request, const box::State& state, std::uint64_t uptime_ms) {
+Reply ControlDesk::answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals) {
   switch (request.operation) {
     case Operation::status:
-      return describeStatus(state, uptime_ms);
+      return describeStatus(state, vitals);
     case Operation::procedure_status:
       return describeProcedure(state);
     case Operation::post_marker:
@@ -77,22 +77,23 @@ Reply ControlDesk::answer(const stream::PendingRequest& request, const box::Stat
   }
 }
 
-Reply ControlDesk::describeStatus(const box::State& state, std::uint64_t uptime_ms) const {
+Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
   messages::Status::Answer answer;
   answer.board = identity_.board;
   answer.firmware_version = identity_.firmware_version;
-  answer.uptime_ms = uptime_ms;
+  answer.uptime_ms = vitals.uptime_ms;
+  answer.from_hosts = vitals.from_hosts;
   answer.clock = clockStatus(state);
   answer.ledger = {.produced = state.snapshot.produced_samples,
                    .lost_at_source = state.snapshot.lost_at_source_samples,
                    .lost_in_queue = state.snapshot.lost_in_queue_samples};
   answer.queue_high_water = with_.counters.queue_high_water;
   answer.deadline_misses = with_.counters.deadline_misses;
-  answer.events = {.received = state.events, .lost = lostEvents(state.lost)};
+  answer.events = eventCounts(state);
   answer.procedure = procedureInWords(state);
   answer.active_results = with_.calibrations.activeResults();
   answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
-  answer.modbus = {.requests = with_.counters.modbus_requests, .bad_frames = with_.counters.modbus_bad_frames};
+  answer.modbus = with_.modbus();
   return ok(answer);
 }
 
@@ -112,7 +113,8 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
     case procedure::State::solving:
       return "solving";
     case procedure::State::proposed:
-      return "result " + std::to_string(progress.result_id) + " waits to be accepted";
+      return "result " + std::to_string(progress.result_id) +
+             (state.snapshot.delay.result_id == progress.result_id ? " is in force" : " waits to be accepted");
     case procedure::State::refused:
       return "refused";
     case procedure::State::aborted:
@@ -124,6 +126,13 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
 Reply ControlDesk::describeProcedure(const box::State& state) const {
   const auto& progress = state.procedure;
   messages::ProcedureStatus::Answer answer;
+  if (last_run_ > progress.run) {
+    // Started, and the core has not published it yet: nobody may take the run before for this one.
+    answer.run = last_run_;
+    answer.state = messages::ProcedureState::waiting;
+    answer.prompt = "starting";
+    return ok(answer);
+  }
   answer.run = progress.run;
   answer.method = procedure::nameOf(progress.method);
   answer.state = static_cast<messages::ProcedureState>(progress.state);
@@ -189,8 +198,9 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
   }
-  if (inProgress(state.procedure.state)) {
-    return refused(ErrorCode::busy, "Run " + std::to_string(state.procedure.run) +
+  const bool starting = last_run_ > state.procedure.run;
+  if (starting || inProgress(state.procedure.state)) {
+    return refused(ErrorCode::busy, "Run " + std::to_string(std::max(last_run_, state.procedure.run)) +
                                         " is still in progress: wait for its end or abort it.");
   }
   if (state.map.state != ClockState::locked)
@@ -205,6 +215,9 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
 Reply ControlDesk::abortProcedure(const box::State& state) {
   if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
   if (!inProgress(state.procedure.state)) return refused(ErrorCode::wrong_state, "No procedure is running.");
+  if (state.procedure.state == procedure::State::solving)
+    return refused(ErrorCode::wrong_state,
+                   "All touches are done and being solved: wait for the result, and do not accept it.");
   const ProcedureAborted aborted{.run = state.procedure.run, .at = with_.time.now()};
   if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
   return ok(messages::Nothing{});

@@ -14,6 +14,7 @@
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan.hpp"
 #include "firmware/stream/control_channel.hpp"
+#include "protocol/messages/control.hpp"
 #include "protocol/messages/types.hpp"
 
 namespace probebox::app {
@@ -33,6 +34,12 @@ struct Identity {
   std::string firmware_version;
 };
 
+// What the thread of the links knows beyond the box's state.
+struct LinkVitals {
+  std::uint64_t uptime_ms{};
+  messages::LinkCounters from_hosts;  // all links since the start
+};
+
 // Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store
 // goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by the thread of the
 // links, except for postMarker().
@@ -45,20 +52,21 @@ class ControlDesk {
     Worker& worker;
     Calibrations& calibrations;
     Counters& counters;
+    std::function<messages::ModbusCounters()> modbus;
   };
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
               std::function<void(Reply)> reply_later);
 
   // Nothing now means: later.
   std::optional<Reply> handle(std::uint64_t link, const stream::PendingRequest& request, const box::State& state,
-                              std::uint64_t uptime_ms);
+                              const LinkVitals& vitals);
 
   // Any thread, for markers that come over other faces. nullopt when it was taken, or why not.
   std::optional<Error> postMarker(Marker marker, const box::State& state);
 
  private:
-  Reply answer(const stream::PendingRequest& request, const box::State& state, std::uint64_t uptime_ms);
-  Reply describeStatus(const box::State& state, std::uint64_t uptime_ms) const;
+  Reply answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals);
+  Reply describeStatus(const box::State& state, const LinkVitals& vitals) const;
   Reply describeProcedure(const box::State& state) const;
   Reply takeMarker(std::span<const std::byte> body, const box::State& state);
   Reply startProcedure(std::span<const std::byte> body, const box::State& state);

@@ -48,8 +48,9 @@ void CoreThread::run() {
   Event event;
   while (!stopping_) {
     wake_up_.wait(kAtMost);
-    while (commands_.pop(event)) take(event);
+    // Events first: a command never overtakes what was stamped before it.
     while (events_.pop(event)) take(event);
+    while (commands_.pop(event)) take(event);
   }
 }
 

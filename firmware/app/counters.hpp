@@ -10,9 +10,7 @@ struct Counters {
   std::atomic<std::uint32_t> queue_high_water{0};     // events, the fullest that the capture queue has been
   std::atomic<std::uint64_t> queue_lost_events{0};    // the capture queue was full
   std::atomic<std::uint64_t> journal_lost_events{0};  // the journal could not keep up
-  std::atomic<std::uint64_t> modbus_requests{0};
-  std::atomic<std::uint64_t> modbus_bad_frames{0};
-  std::atomic<std::uint32_t> links{0};  // connected hosts
+  std::atomic<std::uint32_t> links{0};                // connected hosts
 };
 
 }  // namespace probebox::app

@@ -48,8 +48,8 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   options.session.boot_id = bootId();
   options.session.firmware_version = firmwareVersion();
   options.session.queue_pieces = descriptions.service.stream.ring_blocks;
-  options.session.queue_bytes =
-      descriptions.service.stream.ring_blocks * std::size_t{box::BlockBuilder::kMostBytes} / 4;
+  options.session.queue_bytes = descriptions.service.stream.ring_blocks *
+                                codec::rawBlockSize(box::channelFormats(), descriptions.service.stream.block_samples);
   options.descriptor = wireDescriptor(descriptions, firmwareVersion());
   return options;
 }
@@ -75,21 +75,22 @@ struct Daemon::Parts {
                      [this](const Event& command) { return tellCore(command); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal(counters) : nullptr},
-        worker{std::make_unique<Worker>([this] { workerRound(); })},
+        worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion()},
              descriptions.service.access,
-             {core.plan(), time, commands, *worker, calibrations, counters},
+             {core.plan(), time, commands, worker, calibrations, counters, [this] { return modbusCounters(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
   ~Parts() {
     io::rendezvous::withdraw(getpid());
     capture.reset();
-    cnc_lines.clear();
     links.stop();
-    worker.reset();  // while the core still takes what it has to say
+    cnc_lines.clear();
+    worker.stop();  // while the core still takes what it has to say
     core.stop();
     writeJournal();
+    writeLogHere();
   }
 
   bool tellCore(const Event& command) {
@@ -100,6 +101,7 @@ struct Daemon::Parts {
 
   void workerRound() {
     writeJournal();
+    drainLog();
     if (const auto run = core.takeRunToSolve())
       calibrations.solve(*run, core.recording(), core.scales(), std::string{procedure::nameOf(core.plan().method)});
   }
@@ -119,12 +121,24 @@ struct Daemon::Parts {
     journal->flush();
   }
 
+  // Of all lines; asked by the links' thread, which runs only while the lines are there.
+  messages::ModbusCounters modbusCounters() const {
+    messages::ModbusCounters sum;
+    for (const auto& line : cnc_lines) {
+      const auto counters_of_line = line->counters();
+      sum.requests += counters_of_line.answered + counters_of_line.refused;
+      sum.bad_frames += counters_of_line.bad_frames;
+    }
+    return sum;
+  }
+
   Outcome<bool> openLinks(const std::vector<std::string>& texts);
   Outcome<bool> openCncLines(const std::vector<std::string>& texts);
   Outcome<bool> openMachine(const board::Descriptions& descriptions);
   void announce();
   void run();
 
+  io::Descriptor state_lock;
   TimeSource time;
   Counters counters;
   EventQueue events{kQueueEvents};
@@ -136,7 +150,7 @@ struct Daemon::Parts {
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
-  std::unique_ptr<Worker> worker;
+  Worker worker;
   ControlDesk desk;
   LinkService links;
   std::vector<std::unique_ptr<CncLine>> cnc_lines;
@@ -152,7 +166,7 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
     if (!address) return address.error();
     if (const auto* line = std::get_if<serial::Address>(&*address)) {
       links.serve(*line);
-      uris.push_back("serial:" + line->path);
+      uris.push_back("serial:" + line->path + ",baud=" + std::to_string(line->settings.baud));
       continue;
     }
     auto listener = tcp::Listener::open(std::get<tcp::Address>(*address));
@@ -168,46 +182,59 @@ Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts)
   for (const auto& text : texts) {
     const auto options = CncLine::parse(text);
     if (!options) return options.error();
-    auto line = std::make_unique<CncLine>(*options, core.addStateReader(), desk, counters);
-    if (auto opened = line->open(); !opened) return opened.error();
-    cnc_lines.push_back(std::move(line));
+    // A line that is not there yet is opened when it comes.
+    cnc_lines.push_back(std::make_unique<CncLine>(*options, core.addStateReader(), desk));
   }
   return true;
 }
 
 Outcome<bool> Daemon::Parts::openMachine(const board::Descriptions& descriptions) {
-  if (!reachable_at) {
+  if (!reachable_at && isEmulated(descriptions)) {
     // The emulated controller is a host like any other and needs a door.
     auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
     if (!listener) return listener.error();
     reachable_at = listener->address();
     links.listen(std::move(*listener));
   }
-  auto opened = openSources(descriptions, *reachable_at, time.now());
+  auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now());
   if (!opened) return opened.error();
   sources = std::move(*opened);
   return true;
 }
 
 void Daemon::Parts::announce() {
-  for (const auto& uri : uris) logInfo("reachable at " + uri);
+  for (const auto& uri : uris) logInfo("serving " + uri);
   if (const auto announced = io::rendezvous::announce(getpid(), uris); !announced)
     logWarning(announced.error().what + " probebox list will not find this box by itself.");
 }
 
 void Daemon::Parts::run() {
+  leaveLogToWorker();
   if (const auto delay = calibrations.restore()) tellCore(*delay);
-  core.start(*worker, links_wake_up);
+  core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();
   capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters);
 }
 
+std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
+  if (auto refused = box::whyRefused(boxConfig(descriptions))) return refused;
+  for (const auto& text : options.links.empty() ? descriptions.service.links : options.links) {
+    if (const auto address = parseLink(text); !address) return address.error();
+  }
+  for (const auto& text : options.cnc.empty() ? descriptions.service.cnc : options.cnc) {
+    if (const auto line = CncLine::parse(text); !line) return line.error();
+  }
+  if (options.time_scale != 1.0 && !isEmulated(descriptions))
+    return Error{"--time-scale is for the emulated machine: real edges come at the kernel's time."};
+  return whyUnsupported(descriptions);
+}
+
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions) {
-  if (const auto refused = box::whyRefused(boxConfig(descriptions))) return *refused;
-  const auto state = stateDirectory(options.state);
+  if (const auto refused = whyRefused(options, descriptions)) return *refused;
+  auto state = takeStateDirectory(options.state);
   if (!state) return state.error();
-  auto store = store::Store::open((*state / "results.db").string());
+  auto store = store::Store::open((state->path / "results.db").string());
   if (!store) return Error{store.error().what};
   if (!store->notice().empty()) logWarning(store->notice());
   std::optional<JournalWriter> journal;
@@ -218,14 +245,15 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   }
 
   auto parts = std::make_unique<Parts>(options, descriptions, std::move(*store), std::move(journal));
+  parts->state_lock = std::move(state->lock);
   const auto& service = descriptions.service;
   if (auto opened = parts->openLinks(options.links.empty() ? service.links : options.links); !opened)
     return opened.error();
   if (auto opened = parts->openCncLines(options.cnc.empty() ? service.cnc : options.cnc); !opened)
     return opened.error();
   if (auto opened = parts->openMachine(descriptions); !opened) return opened.error();
-  parts->run();
   parts->announce();
+  parts->run();
   return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};
 }
 

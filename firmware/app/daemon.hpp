@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "board/describe/parse.hpp"
@@ -13,6 +14,9 @@ std::string firmwareVersion();
 
 // Reads the descriptions that the options name, strictly.
 Outcome<board::Descriptions> loadDescriptions(const Options& options);
+
+// Says what of the options or descriptions this build cannot run, and what to write instead; nothing when all is good.
+std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions);
 
 // The running box: all threads, from construction to destruction.
 class Daemon {

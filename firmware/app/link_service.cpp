@@ -30,6 +30,16 @@ messages::GapReason wireReason(const FeedItem& item) {
   return messages::GapReason::source_clock;
 }
 
+void addTo(messages::LinkCounters& sum, const messages::LinkCounters& counters) {
+  sum.frames += counters.frames;
+  sum.bad_crc += counters.bad_crc;
+  sum.bad_cobs += counters.bad_cobs;
+  sum.bad_length += counters.bad_length;
+  sum.oversize += counters.oversize;
+  sum.discarded_bytes += counters.discarded_bytes;
+  sum.unexpected += counters.unexpected;
+}
+
 }  // namespace
 
 LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters,
@@ -92,10 +102,21 @@ void LinkService::reply(Reply reply) {
   wake_up_.notify();
 }
 
-void LinkService::adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line) {
-  if (links_.size() >= options_.most_links) {
-    logWarning("A host was turned away: " + std::to_string(options_.most_links) + " links are open already.");
-    return;
+// Once a second at most: whoever knocks in a loop shall not fill the log.
+void LinkService::turnAway() {
+  ++turned_away_;
+  const MonoTime now = time_.now();
+  if (now - turned_away_said_ < kRetry) return;
+  turned_away_said_ = now;
+  logWarning(std::to_string(turned_away_) + " hosts were turned away so far: " + std::to_string(options_.most_links) +
+             " links are open already.");
+}
+
+bool LinkService::adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line) {
+  const auto from_network = std::ranges::count(links_, kNoLine, [](const auto& link) { return link->serial_line; });
+  if (serial_line == kNoLine && static_cast<std::size_t>(from_network) >= options_.most_links) {
+    turnAway();
+    return false;
   }
   stream::SessionOptions session = options_.session;
   session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
@@ -109,8 +130,10 @@ void LinkService::adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_l
     receive(*raw);
     flush(*raw);
   });
+  link->since = time_.now();
   links_.push_back(std::move(link));
   counters_.links = static_cast<std::uint32_t>(links_.size());
+  return true;
 }
 
 void LinkService::openSerialLines(MonoTime now) {
@@ -125,8 +148,7 @@ void LinkService::openSerialLines(MonoTime now) {
       continue;
     }
     line.complained = false;
-    line.open = true;
-    adopt(std::move(*pipe), i);
+    line.open = adopt(std::move(*pipe), i);
   }
 }
 
@@ -143,7 +165,7 @@ void LinkService::receive(Link& link) {
 
 void LinkService::answerRequests(Link& link) {
   while (const auto request = link.session.nextRequest()) {
-    const auto reply = desk_.handle(link.id, *request, states_.newest(), uptimeMs());
+    const auto reply = desk_.handle(link.id, *request, states_.newest(), vitals());
     if (reply) link.session.answer(reply->ticket, reply->code, reply->text, reply->body);
   }
 }
@@ -198,19 +220,27 @@ void LinkService::advance() {
   const MonoTime now = time_.now();
   refreshDescriptor();
   const box::State& state = states_.newest();
-  const stream::Vitals vitals{.uptime_ms = uptimeMs(),
+  const stream::Vitals of_box{.uptime_ms = uptimeMs(),
                               .clock_state = state.map.state,
                               .clock_sigma_ns = state.map.sigma_ns,
                               .deadline_misses = counters_.deadline_misses,
                               .edges = edgeCounters(state.clock)};
   for (const auto& link : links_) {
-    link->session.advance(now, vitals);
+    link->session.advance(now, of_box);
     flush(*link);
-    // A silent TCP host has gone without a word. A serial line stays: the next host says HELLO on it.
-    if (link->session.state() == stream::SessionState::down && link->serial_line == kNoLine) close(*link);
+    // A serial line stays: the next host says HELLO on it.
+    if (link->serial_line == kNoLine && hasNothingToSay(*link, now)) close(*link);
   }
   dropClosed();
   openSerialLines(now);
+}
+
+// It has gone without a word, or never said HELLO: its place is for others.
+bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
+  constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
+  const auto state = link.session.state();
+  return state == stream::SessionState::down ||
+         (state == stream::SessionState::waiting && now - link.since > kHelloUntil);
 }
 
 void LinkService::refreshDescriptor() {
@@ -226,6 +256,8 @@ void LinkService::refreshDescriptor() {
 
 // Only marks the link: its own callback may be running.
 void LinkService::close(Link& link) {
+  if (!link.pipe) return;
+  addTo(from_gone_hosts_, link.session.linkCounters());
   link.watch.pause();
   link.pipe.reset();
   if (link.serial_line != kNoLine) serial_lines_[link.serial_line].open = false;
@@ -234,6 +266,14 @@ void LinkService::close(Link& link) {
 void LinkService::dropClosed() {
   std::erase_if(links_, [](const auto& link) { return link->pipe == nullptr; });
   counters_.links = static_cast<std::uint32_t>(links_.size());
+}
+
+LinkVitals LinkService::vitals() const {
+  LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_};
+  for (const auto& link : links_) {
+    if (link->pipe) addTo(all.from_hosts, link->session.linkCounters());
+  }
+  return all;
 }
 
 std::uint64_t LinkService::uptimeMs() const {

@@ -57,6 +57,7 @@ class LinkService {
     stream::Session session;
     EventLoop::Watch watch;
     std::size_t serial_line = kNoLine;
+    MonoTime since{};
   };
   struct SerialLine {
     serial::Address address;
@@ -66,7 +67,8 @@ class LinkService {
   };
   static constexpr std::size_t kNoLine = ~std::size_t{0};
 
-  void adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line);
+  bool adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line);
+  void turnAway();
   void openSerialLines(MonoTime now);
   void receive(Link& link);
   void answerRequests(Link& link);
@@ -77,6 +79,8 @@ class LinkService {
   void refreshDescriptor();
   void dropClosed();
   void close(Link& link);
+  static bool hasNothingToSay(const Link& link, MonoTime now);
+  LinkVitals vitals() const;
   std::uint64_t uptimeMs() const;
 
   Options options_;
@@ -94,6 +98,9 @@ class LinkService {
   std::vector<SerialLine> serial_lines_;
   std::vector<std::unique_ptr<Link>> links_;
   std::uint64_t last_link_{};
+  std::uint64_t turned_away_{};
+  MonoTime turned_away_said_{};
+  messages::LinkCounters from_gone_hosts_;
   std::vector<std::byte> descriptor_;
   std::uint64_t described_result_{~std::uint64_t{0}};
   std::mutex replies_mutex_;

@@ -126,7 +126,6 @@ bool ModbusServer::opened() {
     faces_.report(options_.line.path + ": the line is back");
   }
   was_lost_ = false;
-  back_off_ = kFirstBackOff;
   return true;
 }
 
@@ -142,6 +141,8 @@ void ModbusServer::lost() {
 void ModbusServer::receive() {
   std::array<std::byte, modbus::kMaxFrameBytes> buffer{};
   const auto got = pipe_->read(buffer);
+  // Only a line that says something has really come back.
+  if (got.bytes > 0) back_off_ = kFirstBackOff;
   auto rest = std::span<const std::byte>{buffer}.first(got.bytes);
   while (!rest.empty()) {
     rest = rest.subspan(requests_.push(rest));

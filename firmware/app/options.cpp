@@ -1,8 +1,13 @@
 #include "firmware/app/options.hpp"
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
 #include <string_view>
+#include <sys/file.h>
 #include <system_error>
+#include <utility>
 
 namespace probebox::app {
 namespace {
@@ -29,14 +34,14 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
     return LinkAddress{*address};
   }
   if (view.starts_with("serial:")) {
-    auto address = serial::parseAddress(view.substr(7));
+    auto address = serial::parseAddress(view.substr(7), serial::kHostLink);
     if (!address) return address.error();
     return LinkAddress{*address};
   }
-  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=115200]."};
+  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600]."};
 }
 
-Outcome<std::filesystem::path> stateDirectory(const std::filesystem::path& chosen) {
+Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) {
   const auto path = chosen.empty() ? usualStateDirectory() : chosen;
   std::error_code error;
   std::filesystem::create_directories(path, error);
@@ -44,7 +49,16 @@ Outcome<std::filesystem::path> stateDirectory(const std::filesystem::path& chose
     return Error{"The folder " + path.string() + " for results cannot be made (" + error.message() +
                  "): name another with --state."};
   }
-  return path;
+  io::Descriptor lock{open((path / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+  if (!lock) {
+    return Error{"The folder " + path.string() + " for results cannot be written (" + std::strerror(errno) +
+                 "): name another with --state."};
+  }
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    return Error{"Another probeboxd works with the folder " + path.string() +
+                 ": stop that one, or name another folder with --state."};
+  }
+  return StateDirectory{path, std::move(lock)};
 }
 
 }  // namespace probebox::app

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/io/descriptor.hpp"
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/address.hpp"
 #include "protocol/units/outcome.hpp"
@@ -28,7 +29,13 @@ using LinkAddress = std::variant<tcp::Address, serial::Address>;
 // "tcp:HOST:PORT" or "serial:DEVICE[,baud=..]".
 Outcome<LinkAddress> parseLink(const std::string& text);
 
-// --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Made when missing.
-Outcome<std::filesystem::path> stateDirectory(const std::filesystem::path& chosen);
+// The folder of what must survive a restart, held by one daemon at a time.
+struct StateDirectory {
+  std::filesystem::path path;
+  io::Descriptor lock;
+};
+// --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Made when missing; an error when another daemon
+// has it.
+Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen);
 
 }  // namespace probebox::app

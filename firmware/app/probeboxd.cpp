@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <signal.h>
+#include <string>
 #include <systemd/sd-daemon.h>
 
 #include "firmware/app/daemon.hpp"
@@ -20,7 +22,7 @@ void describe(CLI::App& command, probebox::app::Options& options) {
   command.add_option("--config", options.config, "folder of descriptions that stand in for the board's own");
   command
       .add_option("--link", options.links,
-                  "where hosts come in: tcp:HOST:PORT or serial:DEVICE[,baud=115200]; again for more")
+                  "where hosts come in: tcp:HOST:PORT or serial:DEVICE[,baud=921600]; again for more")
       ->allow_extra_args(false);
   command
       .add_option("--cnc", options.cnc,
@@ -32,6 +34,12 @@ void describe(CLI::App& command, probebox::app::Options& options) {
                   "with the emulated machine: how many times faster than real time it runs")
       ->check(CLI::Range(0.01, 100.0));
   command.add_flag("--check", options.check, "read all descriptions, say what is wrong with them, and stop");
+}
+
+std::string scaleText(double scale) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", scale);
+  return text.data();
 }
 
 void waitForTheEnd() {
@@ -59,6 +67,10 @@ int run(const probebox::app::Options& options) {
     probebox::app::logError(descriptions.error().what);
     return kUsage;
   }
+  if (const auto refused = probebox::app::whyRefused(options, *descriptions)) {
+    probebox::app::logError(refused->what);
+    return kUsage;
+  }
   if (options.check) {
     std::puts("The descriptions are good.");
     return 0;
@@ -69,7 +81,9 @@ int run(const probebox::app::Options& options) {
     probebox::app::logError(daemon.error().what);
     return kUsage;
   }
-  if (options.time_scale != 1.0) probebox::app::logInfo("the emulated machine's time is scaled");
+  if (options.time_scale != 1.0)
+    probebox::app::logInfo("the emulated machine runs " + scaleText(options.time_scale) +
+                           " times as fast as real time");
   sd_notify(0, "READY=1");
   waitForTheEnd();
   sd_notify(0, "STOPPING=1");
@@ -84,14 +98,17 @@ int main(int argc, char** argv) {
       "It taps signals and advises: no motion stop may depend on it."};
   command.footer(
       "Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627 --cnc modbus:/dev/ttyS2");
-  command.set_version_flag("--version", probebox::app::firmwareVersion());
+  command.name("probeboxd");
+  command.set_version_flag("--version", "probeboxd " + probebox::app::firmwareVersion());
   probebox::app::Options options;
   describe(command, options);
   try {
     command.parse(argc, argv);
     return run(options);
   } catch (const CLI::ParseError& error) {
-    return command.exit(error) == 0 ? 0 : kUsage;
+    if (error.get_exit_code() == 0) return command.exit(error);
+    probebox::app::logError(std::string{error.what()} + ": see probeboxd --help.");
+    return kUsage;
   } catch (const std::exception& error) {
     probebox::app::logError(error.what());
     return 1;

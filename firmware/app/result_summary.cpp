@@ -1,5 +1,6 @@
 #include "firmware/app/result_summary.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace probebox::app {
@@ -62,7 +63,7 @@ messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& sna
   answer.mask = snapshot.mask;
   answer.sequence = snapshot.sequence;
   answer.heartbeat = snapshot.heartbeat;
-  answer.age_ms = static_cast<std::uint32_t>(snapshot.age_ms);
+  answer.age_ms = static_cast<std::uint32_t>(std::min<std::uint64_t>(snapshot.age_ms, 0xFFFFFFFF));
   answer.delay_calibrated = snapshot.delay.calibrated;
   answer.tau_s = snapshot.delay.tau_s;
   answer.tau_sd_s = snapshot.delay.sd_s;
@@ -87,8 +88,12 @@ messages::ClockStatus clockStatus(const box::State& state) {
           .edges = edgeCounters(state.clock)};
 }
 
-std::uint64_t lostEvents(const box::SourceLosses& losses) {
-  return losses.sync_edges + losses.counts + losses.deflections + losses.queue_events;
+messages::EventCounts eventCounts(const box::State& state) {
+  const auto& lost = state.lost;
+  return {.received = state.events,
+          .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,
+          .lost_in_queue = lost.queue_events,
+          .sources_gone = lost.sources_gone};
 }
 
 }  // namespace probebox::app

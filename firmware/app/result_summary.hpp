@@ -12,6 +12,6 @@ messages::ResultSummary summaryOf(const store::Record& record);
 messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters);
-std::uint64_t lostEvents(const box::SourceLosses& losses);
+messages::EventCounts eventCounts(const box::State& state);
 
 }  // namespace probebox::app

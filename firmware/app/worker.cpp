@@ -16,7 +16,8 @@ Worker::Worker(std::function<void()> on_wake) : on_wake_{std::move(on_wake)}, th
   pthread_setname_np(thread_.native_handle(), "worker");
 }
 
-Worker::~Worker() {
+void Worker::stop() {
+  if (!thread_.joinable()) return;
   stopping_ = true;
   wake_up_.notify();
   thread_.join();

@@ -14,12 +14,14 @@ class Worker {
  public:
   // `on_wake` runs in the worker's thread after every notify(), after every job, and now and then.
   explicit Worker(std::function<void()> on_wake);
-  ~Worker();  // runs what was posted before, then stops
+  ~Worker() { stop(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
   // False when too much is waiting: the caller tells its client that the box is busy.
   bool post(std::function<void()> job);
+  // Runs what was posted before, then ends the thread; notify() stays allowed.
+  void stop();
   // Neither blocks nor allocates: for the tick path.
   void notify() { wake_up_.notify(); }
 

@@ -66,11 +66,14 @@ void Box::on(const TimeAdvanced& time) {
 }
 
 void Box::on(const Edge& edge) {
+  auto& watch = line_sequence_[static_cast<std::size_t>(edge.role)][edge.line % kLinesOfRole];
+  const std::uint32_t missing = watch.missingBefore(edge.line_sequence);
   if (edge.role != LineRole::sync) {
+    state_.lost.line_edges += missing;
     latch_.push(edge);
     return;
   }
-  state_.lost.sync_edges += sync_sequence_.missingBefore(edge.line_sequence);
+  state_.lost.sync_edges += missing;
   clock_.push(edge);
   latch_.setClock(clock_.map());
 }
@@ -95,6 +98,7 @@ void Box::on(const Marker& marker) {
 
 void Box::on(const SourceLost& lost) {
   if (lost.source == Source::queue) state_.lost.queue_events += lost.lost;
+  if (lost.reason == LossReason::disconnected || lost.reason == LossReason::taken) ++state_.lost.sources_gone;
   procedure_.push(lost);
 }
 
@@ -113,7 +117,10 @@ void Box::drainLatch() {
 }
 
 void Box::lose(const latch::Lost& lost) {
-  if (!outputs_.lost(lost)) lost_in_queue_samples_ += static_cast<std::uint64_t>(lost.count);
+  if (outputs_.lost(lost)) return;
+  // The links tell these as lost in the queue: one reason each.
+  lost_in_queue_samples_ += static_cast<std::uint64_t>(lost.count);
+  source_losses_untold_ += static_cast<std::uint64_t>(lost.count);
 }
 
 void Box::closeBlock() {
@@ -122,8 +129,8 @@ void Box::closeBlock() {
   const auto count = block_.count();
   const auto bytes = block_.close();
   if (bytes.empty()) {
-    lose({.first = first, .count = count, .reason = latch::LostReason::encoders});
     unencodable_samples_ += count;
+    lose({.first = first, .count = count, .reason = latch::LostReason::encoders});
   } else if (!outputs_.block(first, count, bytes)) {
     lost_in_queue_samples_ += count;
   }
@@ -131,14 +138,17 @@ void Box::closeBlock() {
 
 void Box::publish(MonoTime now) {
   const auto& latch = latch_.counters();
-  corrections_.advance(now, clock_.map(),
-                       {.produced = static_cast<std::uint64_t>(latch.produced),
-                        .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_,
-                        .lost_in_queue = lost_in_queue_samples_});
+  corrections_.advance(
+      now, clock_.map(),
+      {.produced = static_cast<std::uint64_t>(latch.produced),
+       .lost_at_source = static_cast<std::uint64_t>(latch.lost) + unencodable_samples_ - source_losses_untold_,
+       .lost_in_queue = lost_in_queue_samples_});
   const auto& progress = procedure_.progress();
   state_.at = now;
   state_.snapshot = corrections_.snapshot();
   state_.snapshot.calibration = calibrationState(progress.state);
+  const bool in_force = progress.result_id != 0 && state_.snapshot.delay.result_id == progress.result_id;
+  if (in_force) state_.snapshot.calibration = corrections::CalibrationState::accepted;
   state_.snapshot.calibration_method = static_cast<std::uint16_t>(progress.method);
   state_.snapshot.calibration_run = progress.run;
   state_.snapshot.calibration_step = progress.step;

@@ -70,10 +70,13 @@ class Box {
   procedure::Procedure procedure_;
   corrections::Corrections corrections_;
   BlockBuilder block_;
-  SequenceWatch sync_sequence_;
+  static constexpr std::size_t kRoles = 4;
+  static constexpr std::size_t kLinesOfRole = 32;
+  std::array<std::array<SequenceWatch, kLinesOfRole>, kRoles> line_sequence_;
   std::array<SequenceWatch, kLinearAxes> count_sequence_;
   SequenceWatch probe_sequence_;
   std::uint64_t lost_in_queue_samples_{};
+  std::uint64_t source_losses_untold_{};  // of them: they were lost at their source before
   std::uint64_t unencodable_samples_{};
   State state_;
 };

@@ -12,9 +12,11 @@ namespace probebox::box {
 // What the sources themselves lost, by the gaps in their own counters. Events, not samples.
 struct SourceLosses {
   std::uint64_t sync_edges{};
+  std::uint64_t line_edges{};  // of trigger, index and skip lines
   std::uint64_t counts{};
   std::uint64_t deflections{};
   std::uint64_t queue_events{};
+  std::uint64_t sources_gone{};  // times, not events
 };
 
 // Where the box stands: plain, published whole after every event batch, read by links and registers.

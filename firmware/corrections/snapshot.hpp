@@ -10,7 +10,7 @@ namespace probebox::corrections {
 // The sources that a correction can be summed from, as bits of Snapshot::mask (registers of the CNC: fixed for ever).
 enum SourceBit : std::uint16_t { kScrew = 1, kSwivel = 2, kRotary = 4, kCentreline = 8 };
 
-// The system delay in force, per axis (A.1: tau = t_machine - t_probe), with its standard deviation (k = 1).
+// The system delay in force, per axis ((A1): tau = t_machine - t_probe), with its standard deviation (k = 1).
 struct DelayInForce {
   bool calibrated{};
   std::uint64_t result_id{};

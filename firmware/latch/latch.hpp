@@ -15,7 +15,7 @@ struct LatchConfig {
   std::int32_t samples_per_tick{1};  // 1 to 100
   SourceConfig probe{};
   std::array<SourceConfig, kLinearAxes> axes{};
-  // A20: an axis that lags the probe by tau (machine data are stale, tau > 0) is moved back by it, so that equal
+  // (A20): an axis that lags the probe by tau (machine data are stale, tau > 0) is moved back by it, so that equal
   // indices belong together; the probe is buffered meanwhile.
   std::array<Nanoseconds, kLinearAxes> tau{};
   // A sample is given up this long after its time (and the largest tau), when a source has not come by then.

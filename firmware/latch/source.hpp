@@ -9,9 +9,9 @@
 
 namespace probebox::latch {
 
-// Between stamps Ts apart (metrology A.9): linear errs by at most Ts^2/8 |x''|, cubic (4 points, Lagrange) by (3/128)
-// Ts^4 |x''''|. Cubic waits for one more stamp and rings at a kink, so it suits encoders better than a probe that
-// touches.
+// Between stamps Ts apart (docs/metrology.md A.9): linear errs by at most Ts^2/8 |x''|, cubic (4 points, Lagrange) by
+// (3/128) Ts^4 |x''''|. Cubic waits for one more stamp and rings at a kink, so it suits encoders better than a probe
+// that touches.
 enum class Interpolation : std::uint8_t { linear, cubic };
 
 struct SourceConfig {

@@ -9,7 +9,7 @@
 namespace probebox::metrology {
 
 // A touch reduced to the two lines of its retract, each over its own stream's window of constant speed: the machine
-// stream lags by speed times delay, so one common window would take in a ramp (CN101622513, metrology A.3).
+// stream lags by speed times delay, so one common window would take in a ramp (CN101622513, docs/metrology.md A.3).
 struct Retract {
   TouchPlan plan;
   Line machine;  // mm
@@ -19,7 +19,7 @@ struct Retract {
   Eigen::Vector3d probe_apex;
 };
 
-// Parameter of the probe's line where the deflection is zero, s (A5, A6): principal direction of the retract's own
+// Parameter of the probe's line where the deflection is zero, s (A5), (A6): principal direction of the retract's own
 // slope.
 double separationTime(const Line& probe);
 

@@ -29,7 +29,7 @@ struct SizeLine {
 // size.
 std::optional<Refusal> refuseSpeeds(double least, double greatest);
 
-// D = D0 - tau * normal_speeds by weighted least squares (CN101622513, metrology A10).
+// D = D0 - tau * normal_speeds by weighted least squares (CN101622513, docs/metrology.md (A10)).
 // Refuses what refuseSpeeds does.
 Outcome<SizeLine, Refusal> fitSizeLine(std::span<const SizeAtSpeed> sizes);
 

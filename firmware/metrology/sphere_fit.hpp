@@ -20,7 +20,7 @@ struct Ball {
 };
 std::optional<Ball> algebraicBall(const Eigen::MatrixXd& points);
 
-// Geometric fit (B2, B3) to stylus-ball centres; fit.parameters: centre, then the radius unless it is known. mm.
+// Geometric fit (B2), (B3) to stylus-ball centres; fit.parameters: centre, then the radius unless it is known. mm.
 // Refuses: too-few-readings (4 points, 3 with a known radius), duplicated-reading, coplanar (with a known radius points
 // of one plane will do when the approximate centre tells on which side of it the sphere lies), and what leastSquares
 // refuses.
@@ -32,7 +32,7 @@ struct SphereQuestion {
 };
 Outcome<Fit, Refusal> fitSphere(const Eigen::Ref<const Rows3>& points, const SphereQuestion& question);
 
-// Method "sphere-fit": datum sphere centre and effective radius from touches (metrology B.0; CN101976057).
+// Method "sphere-fit": datum sphere centre and effective radius from touches (CN101976057, docs/metrology.md B.0).
 // Table points{x_mm,y_mm,z_mm}. Config: sigma_mm; radius_mm when it is known; radius_min_mm, radius_max_mm;
 // approximate_centre_mm; robust.
 // Gives centre_mm, and radius_mm unless it is known. Refuses also: residual-too-large (4 sigma), radius-out-of-limits.

@@ -38,8 +38,8 @@ enum class Gain {
   by_touch,  // each touch by its own slope (A6): where the gain depends on speed or direction
 };
 
-// The general touch model (CN101622513, metrology A12): |M_i + tau v_i - c| = R over c, R and tau, with R free. The
-// normals may span a space (sphere), a plane (circle) or a line (opposed touches); c lives in that span.
+// The general touch model (CN101622513, docs/metrology.md (A12)): |M_i + tau v_i - c| = R over c, R and tau, with R
+// free. The normals may span a space (sphere), a plane (circle) or a line (opposed touches); c lives in that span.
 struct TouchFit {
   double tau_s{};
   double size_mm{};            // 2 R

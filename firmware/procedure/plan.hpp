@@ -44,7 +44,7 @@ struct MultiSpeedOptions {
   double clearance_mm = 0.6;
 };
 
-// Five touches of a datum sphere (+x -x +y -y +z) at each speed. CN101622513 (system delay), metrology A.5.
+// Five touches of a datum sphere (+x -x +y -y +z) at each speed. CN101622513 (system delay), docs/metrology.md A.5.
 Plan planMultiSpeed(const MultiSpeedOptions& options);
 
 // What a person or a controller is to do, in one sentence.

@@ -6,8 +6,10 @@ Procedure::Procedure(const MultiSpeedOptions& options, capture::Capacity capacit
     : plan_{planMultiSpeed(options)}, capture_{capacity} {}
 
 void Procedure::start(const ProcedureStarted& started) {
-  // The worker may still be reading the recording.
-  if (progress_.state == State::solving || started.method != static_cast<std::uint16_t>(plan_.method)) return;
+  // A run is given up by abort only, and the worker may still be reading the recording.
+  const bool in_progress =
+      progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
+  if (in_progress || started.method != static_cast<std::uint16_t>(plan_.method)) return;
   capture_.clear();
   progress_ = Progress{};
   progress_.run = started.run;

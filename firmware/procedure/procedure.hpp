@@ -40,7 +40,7 @@ class Procedure {
 
   Procedure(const MultiSpeedOptions& options, capture::Capacity capacity);
 
-  // Ignored while the worker has the recording.
+  // Ignored while a run is in progress.
   void start(const ProcedureStarted& started);
   void abort(const ProcedureAborted& aborted);
   // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.

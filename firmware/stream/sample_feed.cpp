@@ -21,7 +21,7 @@ bool SampleFeed::resume(messages::Policy policy, SampleIndex from) {
     begin(policy, std::nullopt);
     return true;
   }
-  if (from > history_.next()) return false;
+  if (from > history_.next() || from < SampleIndex{}) return false;
   const auto piece = history_.find(from);
   begin(policy, piece && piece->isBlock() ? piece->first : from);
   catching_up_ = true;

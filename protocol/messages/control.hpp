@@ -39,16 +39,23 @@ struct Ledger {
   static constexpr void fields(auto& self, auto&& field) {
     field("produced", self.produced, "samples since the box started, lost ones included");
     field("lost_at_source", self.lost_at_source, "samples that no source delivered");
-    field("lost_in_queue", self.lost_in_queue, "samples dropped on the way out, summed over all links");
+    field("lost_in_queue", self.lost_in_queue,
+          "samples dropped between core and links; each link tells its own drops in its heartbeats");
   }
 };
 
 struct EventCounts {
   std::uint64_t received{};
   std::uint64_t lost{};
+  std::uint64_t lost_in_queue{};
+  std::uint64_t sources_gone{};
   static constexpr void fields(auto& self, auto&& field) {
     field("received", self.received, "events that reached the core");
-    field("lost", self.lost, "events that a source or the capture queue lost");
+    field("lost", self.lost,
+          "edges, counts and deflections that never reached the core, by the gaps in their sequences");
+    field("lost_in_queue", self.lost_in_queue,
+          "events for which the capture queue had no room; most are in `lost` too");
+    field("sources_gone", self.sources_gone, "times that a source was unplugged or taken away");
   }
 };
 
@@ -77,6 +84,7 @@ struct Status {
     std::vector<std::uint64_t> active_results{};
     std::uint16_t links{};
     ModbusCounters modbus{};
+    LinkCounters from_hosts{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -90,6 +98,7 @@ struct Status {
       field("active_results", self.active_results, "ids of the results in force");
       field("links", self.links, "connected hosts");
       field("modbus", self.modbus, "the lines to the controller");
+      field("from_hosts", self.from_hosts, "what came over all links to hosts since the box started, garbage included");
     }
   };
 };

@@ -49,7 +49,8 @@ Outcome<Balance, Failure> Client::finish(const Wait& wait) {
     if (!round(wait)) return Failure{Failure::Kind::timed_out, {}, "the box did not close the stream in time"};
   }
   if (state_ == LinkState::lost) return *failure_;
-  return reader_.ledger().balance().value_or(Balance{.exact = true});
+  if (const auto& balance = reader_.ledger().balance()) return *balance;
+  return Failure{Failure::Kind::box_refused, {}, "the stream never began; was START refused?"};
 }
 
 void Client::start(messages::Start start) {
@@ -105,7 +106,8 @@ void Client::duties() {
     return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the box has gone silent"});
   }
   for (auto& [id, asked] : requests_) {
-    if (asked.answer || now_ - asked.last_sent < options_.retry_period) continue;
+    // On a slow line the answer may be on its way: asking again while bytes come would only make it longer.
+    if (asked.answer || now_ - std::max(asked.last_sent, last_heard_) < options_.retry_period) continue;
     asked.last_sent = now_;
     frameUp(MessageType::request, asked.payload);
   }

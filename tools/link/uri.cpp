@@ -6,8 +6,6 @@
 namespace probebox::link {
 namespace {
 
-constexpr unsigned kUsualBaud = 921600;
-
 template <class Address>
 Outcome<Uri> named(Outcome<Address> address, std::string_view text) {
   if (!address) return Error{std::string{text} + ": " + address.error().what};
@@ -22,9 +20,7 @@ Outcome<Uri> parseUri(std::string_view text) {
   const auto rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
   if (scheme == "tcp") return named(tcp::parseAddress(rest), text);
   if (scheme == "serial") {
-    serial::Settings usual;
-    usual.baud = kUsualBaud;
-    return named(serial::parseAddress(rest, usual), text);
+    return named(serial::parseAddress(rest, serial::kHostLink), text);
   }
   if (scheme == "file") {
     if (rest.empty()) return Error{"file: names no recording; write file:REC.pbx"};

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "host-tests/scenario/box/scenario.hpp"
+#include "scenario.hpp"
 
 // Whatever goes wrong on the emulated machine: every sample index comes out once, as a sample or as a declared loss.
 namespace probebox::scenario {
@@ -79,6 +79,22 @@ TEST(Ledger, KeepsTheIndexThroughDoubledEdges) {
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.recorded().lost_samples, 0U);
   EXPECT_NEAR(static_cast<double>(scenario.state().map.tick.index), 6000, 120);
+}
+
+TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
+  Scenario scenario;
+  scenario.recorder().refuses_every = 3;
+  scenario.inject(FaultKind::drop_probe, 2s, 50ms);
+  scenario.inject(FaultKind::drop_encoders, 3s, 50ms);
+  scenario.inject(FaultKind::drop_probe, 4s, 50ms);
+  scenario.run(6s);
+  const auto& recorded = scenario.recorded();
+  const auto& snapshot = scenario.state().snapshot;
+  EXPECT_TRUE(recorded.contiguous);
+  EXPECT_GT(recorded.refused_samples, 1000U);
+  EXPECT_GT(recorded.lost_samples, 0U);
+  EXPECT_EQ(snapshot.lost_in_queue_samples, recorded.refused_samples);
+  EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
 }
 
 TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {

@@ -1,4 +1,4 @@
-#include "host-tests/scenario/box/scenario.hpp"
+#include "scenario.hpp"
 
 #include <algorithm>
 #include <array>
@@ -45,8 +45,15 @@ void Recorder::account(SampleIndex first, std::uint64_t count) {
   next = first + static_cast<std::int64_t>(count);
 }
 
+bool Recorder::refuses(std::uint64_t count) {
+  if (refuses_every == 0 || ++calls_ % refuses_every != 0) return false;
+  refused_samples += count;
+  return true;
+}
+
 bool Recorder::block(SampleIndex first, std::uint32_t count, std::span<const std::byte> block_bytes) {
   account(first, count);
+  if (refuses(count)) return false;
   received += count;
   if (keeps_bytes) bytes.insert(bytes.end(), block_bytes.begin(), block_bytes.end());
   return true;
@@ -54,6 +61,7 @@ bool Recorder::block(SampleIndex first, std::uint32_t count, std::span<const std
 
 bool Recorder::lost(const latch::Lost& lost) {
   account(lost.first, static_cast<std::uint64_t>(lost.count));
+  if (refuses(static_cast<std::uint64_t>(lost.count))) return false;
   lost_samples += static_cast<std::uint64_t>(lost.count);
   if (keeps_bytes) bytes.push_back(static_cast<std::byte>(lost.reason));
   return true;

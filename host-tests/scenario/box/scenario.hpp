@@ -27,9 +27,13 @@ class Recorder : public box::Outputs {
   std::optional<SampleIndex> next;
   std::optional<std::uint32_t> run_to_solve;
   bool keeps_bytes{true};
+  std::uint64_t refuses_every{};  // so many calls of block() and lost(): there is no room then
+  std::uint64_t refused_samples{};
 
  private:
   void account(SampleIndex first, std::uint64_t count);
+  bool refuses(std::uint64_t count);
+  std::uint64_t calls_{};
 };
 
 world::Config usualWorld();

@@ -146,6 +146,8 @@ TEST_F(Survival, KilledCommandsDoNotDisturbTheOthers) {
   const auto closing = client->finish(link::patience(20s));
   ASSERT_TRUE(closing);
   EXPECT_TRUE(closing->exact);
+  EXPECT_GT(closing->account.received, 0U);
+  EXPECT_GT(exactness.heartbeats, 0);
   EXPECT_EQ(exactness.exact, exactness.heartbeats);
   EXPECT_TRUE(daemon->running());
 }
@@ -182,8 +184,34 @@ TEST_F(Survival, GarbageOnAllPortsIsCountedAndDisturbsNobody) {
   EXPECT_GT(exactness.heartbeats, 10);
   EXPECT_EQ(exactness.exact, exactness.heartbeats);
   EXPECT_TRUE(daemon->running());
+  EXPECT_GT(closing->account.received, 0U);
+  const auto counted = ask<messages::Status>(*client).from_hosts;
+  EXPECT_GT(counted.bad_cobs + counted.bad_crc + counted.bad_length + counted.oversize, 100U);
+  EXPECT_GT(counted.discarded_bytes, 100'000U);
   EXPECT_EQ(ask<messages::ListResults>(*client).results.size(), 0U);
   EXPECT_EQ(ask<messages::ProcedureStatus>(*client).state, ProcedureState::idle);
+}
+
+TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {
+  start();
+  ASSERT_TRUE(connect());
+  std::vector<std::unique_ptr<io::BytePipe>> mute;
+  for (int i = 0; i < 12; ++i) {
+    if (auto pipe = tcp::connectTcp(box, 5s)) mute.push_back(std::move(*pipe));
+  }
+  ASSERT_GE(mute.size(), 8U);
+  const auto client = connect();  // tries until the mute ones have lost their places
+  ASSERT_TRUE(client);
+  EXPECT_TRUE(waitForLock(*client));
+}
+
+TEST_F(Survival, OneDaemonAtATimeHasAFolderOfResults) {
+  start();
+  ASSERT_TRUE(connect());
+  const auto second = tour::outputOf(
+      {PROBEBOXD, "--board", "sim", "--state", (folder / "state").string(), "--link", "tcp:127.0.0.1:0"});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().what, testing::HasSubstr("--state"));
 }
 
 }  // namespace

@@ -1,0 +1,46 @@
+#include "firmware/app/box_config.hpp"
+
+#include <gtest/gtest.h>
+
+#include "firmware/app/daemon.hpp"
+
+namespace probebox::app {
+namespace {
+
+TEST(BoxConfig, OfTheEmulatedBoardIsOneThatTheCoreTakes) {
+  const auto sim = board::simDescriptions();
+  ASSERT_TRUE(sim);
+  EXPECT_FALSE(whyRefused(Options{}, *sim));
+  const auto config = boxConfig(*sim);
+  EXPECT_EQ(config.clock.nominal_period, sim->box.sync_period);
+  EXPECT_EQ(config.mm_per_count[1], sim->machine.axes[1].sense / sim->machine.axes[1].counts_per_mm);
+}
+
+TEST(BoxConfig, CarriesTheSenseOfAnAxisInItsSign) {
+  auto sim = *board::simDescriptions();
+  sim.machine.axes[2].sense = -1;
+  EXPECT_LT(boxConfig(sim).mm_per_count[2], 0);
+  EXPECT_LT(wireDescriptor(sim, "0").channels[5].scale, 0);
+}
+
+TEST(BoxConfig, IsRefusedBeforeTheStartWithARemedy) {
+  const auto sim = *board::simDescriptions();
+  Options options;
+  options.links = {"usb"};
+  EXPECT_NE(whyRefused(options, sim)->what.find("tcp:HOST:PORT"), std::string::npos);
+  options.links = {};
+  options.cnc = {"records:/dev/ttyS0"};
+  EXPECT_NE(whyRefused(options, sim)->what.find("modbus:DEVICE"), std::string::npos);
+  auto lines_only = sim;
+  lines_only.box.devices.encoders = lines_only.box.devices.probe = "none";
+  options = {};
+  EXPECT_FALSE(whyRefused(options, lines_only));
+  options.time_scale = 2;
+  EXPECT_NE(whyRefused(options, lines_only)->what.find("--time-scale"), std::string::npos);
+  auto unknown = sim;
+  unknown.box.devices.probe = "psychic";
+  EXPECT_NE(whyRefused(Options{}, unknown)->what.find("psychic"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace probebox::app
