@@ -8,7 +8,7 @@
 // What the emulated machine is like. To the box all of it is the unknown truth.
 namespace probebox::world {
 
-// CN101622513 (system delay), metrology (A1): the machine's stream shows x(t - tau_machine), the probe's D(t -
+// CN101622513 (system delay), docs/metrology.md (A1): the machine's stream shows x(t - tau_machine), the probe's D(t -
 // tau_probe).
 struct DelayConfig {
   Vector3 tau_machine_s{0.0042, 0.0042, 0.0042};  // X, Y, Z
@@ -51,7 +51,8 @@ struct AxesConfig {
 struct ProbeConfig {
   double rate_hz{1000};
   double noise_um{0.4};  // k = 1, one channel
-  // Metrology (A3): mm in machine axes per mm of the channels a, b, c. Its inverse makes channels of a displacement.
+  // docs/metrology.md (A3): mm in machine axes per mm of the channels a, b, c. Its inverse makes channels of a
+  // displacement.
   Matrix3 gain{{{0.98, 0.01, -0.005}, {-0.012, 1.03, 0.004}, {0.006, -0.008, 1.01}}};
   double range_mm{1.2};             // channels clip here
   double bounce_mm{0.02};           // first amplitude of the stylus' bounce at contact and at release, at most

@@ -30,7 +30,7 @@ struct Ledger {
 struct Truth {
   Vector3 tau_machine_s{};
   double tau_probe_s{};
-  Vector3 tau_s{};  // tau_machine - tau_probe, what the box can find: metrology A.1
+  Vector3 tau_s{};  // tau_machine - tau_probe, what the box can find: (A1)
   Vector3 sphere_centre_mm{};
   double effective_radius_mm{};  // datum sphere and stylus ball
   Matrix3 gain{};

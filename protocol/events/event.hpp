@@ -159,7 +159,7 @@ struct Solved {
   }
 };
 
-// A result about the system delay came into force (A.1: tau = t_machine - t_probe).
+// A result about the system delay came into force ((A1): tau = t_machine - t_probe).
 struct DelayActivated {
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
