@@ -1,6 +1,13 @@
 #include "drivers/gpio/decode.hpp"
 
 namespace probebox::gpio {
+namespace {
+
+Level levelOf(const WatchedLine& line, bool high) {
+  return high == (line.active == board::ActiveLevel::high) ? Level::active : Level::inactive;
+}
+
+}  // namespace
 
 EdgeDecoder::EdgeDecoder(std::vector<WatchedLine> lines) {
   lines_.reserve(lines.size());
@@ -10,12 +17,17 @@ EdgeDecoder::EdgeDecoder(std::vector<WatchedLine> lines) {
 std::optional<Edge> EdgeDecoder::decode(const RawEdge& raw) {
   for (auto& [line, sequence_base, last_sequence] : lines_) {
     if (line.offset != raw.offset) continue;
-    const bool active = raw.rising == (line.active == board::ActiveLevel::high);
     last_sequence = sequence_base + raw.line_sequence;
-    return Edge{line.role, line.line, active ? Level::active : Level::inactive, last_sequence,
-                monoTime(raw.timestamp_ns)};
+    return Edge{line.role, line.line, levelOf(line, raw.rising), last_sequence, monoTime(raw.timestamp_ns)};
   }
   ++unknown_edges_;
+  return std::nullopt;
+}
+
+std::optional<Edge> EdgeDecoder::found(unsigned offset, bool high) const {
+  for (const auto& [line, sequence_base, last_sequence] : lines_) {
+    if (line.offset == offset) return Edge{line.role, line.line, levelOf(line, high), last_sequence, MonoTime{}};
+  }
   return std::nullopt;
 }
 

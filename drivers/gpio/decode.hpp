@@ -41,6 +41,10 @@ class EdgeDecoder {
   // Nothing for an edge of a line that is not watched; such edges are counted.
   std::optional<Edge> decode(const RawEdge& raw);
 
+  // A line's level as it was found, with the last known sequence, so that no loss is claimed. Nothing for a line
+  // that is not watched. Its stamp is for the caller to set.
+  std::optional<Edge> found(unsigned offset, bool high) const;
+
   // The lines were requested anew, so the kernel counts from 1 again: sequences go on where they were, because what was
   // lost meanwhile is unknown and told by SourceLost.
   // `lines` are the same in the same order; their offsets may have changed.

@@ -136,6 +136,8 @@ Outcome<std::unique_ptr<LinuxGpio>> LinuxGpio::open(ChipLines chip) {
 
 Outcome<bool> LinuxGpio::reopen() {
   request_.reset();
+  found_.clear();
+  found_told_ = 0;
   lost_ = true;
   auto request = std::make_unique<Request>();
   request->chip.reset(gpiod_chip_open(pathOf(chip_.chip).c_str()));
@@ -165,8 +167,25 @@ Outcome<bool> LinuxGpio::reopen() {
   } else {
     decoder_ = std::make_unique<EdgeDecoder>(std::move(watched));
   }
+  if (!findLevels(*request)) return chipFailure(chip_.chip, errno);
   request_ = std::move(request);
   lost_ = false;
+  return true;
+}
+
+bool LinuxGpio::findLevels(Request& request) {
+  std::vector<unsigned> offsets;
+  for (const auto& line : chip_.lines) {
+    if (line.watched.edges == Edges::both) offsets.push_back(line.watched.offset);
+  }
+  std::vector<gpiod_line_value> values(offsets.size());
+  if (!offsets.empty() &&
+      gpiod_line_request_get_values_subset(request.lines.get(), offsets.size(), offsets.data(), values.data()) != 0) {
+    return false;
+  }
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    if (const auto edge = decoder_->found(offsets[i], values[i] == GPIOD_LINE_VALUE_ACTIVE)) found_.push_back(*edge);
+  }
   return true;
 }
 
@@ -175,6 +194,29 @@ int LinuxGpio::descriptor() const {
 }
 
 std::size_t LinuxGpio::read(std::span<Event> into, MonoTime now) {
+  std::size_t count = loss_.read(into, now);  // what an earlier call had no room for
+  const auto levels = into.subspan(count, readLevels(into.subspan(count), now));
+  count += levels.size();
+  const auto edges = into.subspan(count, readEdges(into.subspan(count)));
+  count += edges.size();
+  // Edges that came since the lines were requested are older than `now`, the levels found at the request older still.
+  if (!edges.empty()) {
+    for (auto& level : levels) std::get<Edge>(level).at = std::min(now, stampOf(edges.front()));
+  }
+  return count + loss_.read(into.subspan(count), now);
+}
+
+std::size_t LinuxGpio::readLevels(std::span<Event> into, MonoTime now) {
+  std::size_t count = 0;
+  while (count < into.size() && found_told_ < found_.size()) {
+    auto level = found_[found_told_++];
+    level.at = now;
+    into[count++] = level;
+  }
+  return count;
+}
+
+std::size_t LinuxGpio::readEdges(std::span<Event> into) {
   std::size_t count = 0;
   while (!lost_ && count < into.size()) {
     const int got = gpiod_line_request_read_edge_events(request_->lines.get(), request_->buffer.get(),
@@ -190,7 +232,7 @@ std::size_t LinuxGpio::read(std::span<Event> into, MonoTime now) {
       if (edge) into[count++] = *edge;
     }
   }
-  return count + loss_.read(into.subspan(count), now);
+  return count;
 }
 
 }  // namespace probebox::gpio

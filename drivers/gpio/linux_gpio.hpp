@@ -18,7 +18,9 @@ class LinuxGpio final : public io::EventSource {
   static Outcome<std::unique_ptr<LinuxGpio>> open(ChipLines chip);
   ~LinuxGpio() override;
 
-  // When the chip goes away, SourceLost comes once for every source that it carried; then nothing until reopen().
+  // After open() and reopen(), first the present level of every line that is watched on both edges (a probe in
+  // contact), stamped `now`, or as the first edge that came since, with the sequence number last known. When the chip
+  // goes away, SourceLost comes once for every source that it carried; then nothing until reopen().
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
@@ -35,11 +37,17 @@ class LinuxGpio final : public io::EventSource {
 
   explicit LinuxGpio(ChipLines chip);
 
+  bool findLevels(Request& request);
+  std::size_t readLevels(std::span<Event> into, MonoTime now);
+  std::size_t readEdges(std::span<Event> into);
+
   ChipLines chip_;
   std::string name_;
   std::unique_ptr<Request> request_;
   std::unique_ptr<EdgeDecoder> decoder_;
   LossNotice loss_;
+  std::vector<Edge> found_;  // levels at the last (re)open
+  std::size_t found_told_{};
   bool lost_{};
 };
 
