@@ -63,6 +63,22 @@ std::optional<Value> flattened(const Json& json) {
   return Value{std::move(rows)};
 }
 
+// "line 2: `"sigma_mm": NaN}`; ..." for the byte that could not be read, counted from 1.
+std::string placeOf(const std::string& text, std::size_t byte) {
+  constexpr std::size_t kMostShown = 60;
+  const auto at = std::min(byte > 0 ? byte - 1 : 0, text.size());
+  const auto before = std::string_view{text}.substr(0, at);
+  const std::string line = "line " + std::to_string(1 + std::ranges::count(before, '\n'));
+  if (text.find_first_not_of(" \t\r\n", at) == std::string::npos) {
+    return line + ": the text ends too early; close what was opened, or copy the file again";
+  }
+  const auto begin = before.rfind('\n') + 1;  // npos + 1 is 0
+  std::string shown = text.substr(begin, std::min(text.find('\n', at) - begin, kMostShown));
+  std::ranges::replace_if(
+      shown, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
+  return line + ": `" + shown + "`; names and text stand in double quotes, a comma between entries, numbers as 1.25";
+}
+
 Outcome<Json, Unreadable> readConfig(const fs::path& folder) {
   std::error_code none;
   if (!fs::is_directory(folder, none)) return Unreadable{folder.string() + ": there is no such folder"};
@@ -79,8 +95,10 @@ Outcome<Json, Unreadable> readConfig(const fs::path& folder) {
   Json config;
   try {
     config = Json::parse(*text, watch);
-  } catch (const Json::exception& error) {
-    return Unreadable{(folder / kConfig).string() + ": is not JSON (" + error.what() + ")"};
+  } catch (const Json::parse_error& error) {
+    return Unreadable{(folder / kConfig).string() + ": not JSON at " + placeOf(*text, error.byte)};
+  } catch (const Json::exception&) {
+    return Unreadable{(folder / kConfig).string() + ": a number in it is too large; numbers go up to 1.7e308"};
   }
   if (!config.is_object()) return Unreadable{(folder / kConfig).string() + ": must be one JSON object"};
   if (!twice.empty()) return Unreadable{(folder / kConfig).string() + ": key '" + twice + "' stands there twice"};

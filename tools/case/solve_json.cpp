@@ -72,6 +72,7 @@ void addKnown(Json& line, const metrology::Result& result) {
 
 Json toJson(const metrology::Result& result, std::string_view case_name) {
   Json line;
+  line["schema_version"] = kSchemaVersion;
   line["method"] = result.method;
   line["case"] = case_name;
   line["status"] = "ok";
@@ -90,11 +91,17 @@ Json toJson(const metrology::Result& result, std::string_view case_name) {
 }
 
 Json toJson(const metrology::Refusal& refusal, std::string_view method, std::string_view case_name) {
-  return {{"method", method},
+  return {{"schema_version", kSchemaVersion},
+          {"method", method},
           {"case", case_name},
           {"status", "refused"},
           {"refusal", refusal.name},
           {"reason", refusal.name + ": " + refusal.reason}};
+}
+
+Json toJson(const Unreadable& unreadable, std::string_view case_name) {
+  return {
+      {"schema_version", kSchemaVersion}, {"case", case_name}, {"status", "unreadable"}, {"reason", unreadable.reason}};
 }
 
 }  // namespace probebox::casefolder

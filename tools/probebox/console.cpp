@@ -24,6 +24,11 @@ std::string harmless(std::string_view text) {
 
 }  // namespace
 
+Trouble outputGone() {
+  return {ExitStatus::usage, "not-written",
+          "the standard output cannot be written any further; is the disk full, or has its reader gone?"};
+}
+
 void Console::object(const Json& json) {
   Json versioned{{"schema_version", kSchemaVersion}};
   versioned.update(json);

@@ -33,6 +33,9 @@ struct Trouble {
   std::string what;
 };
 
+// What is wrong when the standard output is not writable().
+Trouble outputGone();
+
 // Answers go to the standard output, everything else to the standard error. Progress is drawn on a terminal only.
 class Console {
  public:
@@ -42,6 +45,8 @@ class Console {
   Console& operator=(const Console&) = delete;
 
   bool json() const { return json_; }
+  // False once an answer could not be written: the reader has gone, or the disk is full. Nothing said later arrives.
+  bool writable() const { return streams_.out.good(); }
   bool interrupted() const { return streams_.interrupted.load(std::memory_order_relaxed); }
   const std::atomic<bool>& interruption() const { return streams_.interrupted; }
   std::istream& in() { return streams_.in; }

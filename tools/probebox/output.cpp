@@ -8,12 +8,15 @@
 
 namespace probebox::command {
 
+std::optional<std::string> Output::objectionTo(const std::string& path, bool force) {
+  std::error_code absent;
+  if (force || path == "-" || !std::filesystem::is_regular_file(path, absent)) return std::nullopt;
+  return path + " is already there; name another file, or overwrite it with --force";
+}
+
 Outcome<Output> Output::open(const std::string& path, bool force, std::ostream& standard) {
   if (path == "-") return Output{"the standard output", nullptr, &standard};
-  std::error_code absent;
-  if (!force && std::filesystem::is_regular_file(path, absent)) {
-    return Error{path + " is already there; name another file, or overwrite it with --force"};
-  }
+  if (const auto objection = objectionTo(path, force)) return Error{*objection};
   auto file = std::make_unique<std::ofstream>(path, std::ios::binary | std::ios::trunc);
   if (!*file) return Error{path + " cannot be written: " + std::strerror(errno)};
   auto* stream = file.get();

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,8 @@ namespace probebox::command {
 // The file, or the standard output, that a command writes to. What was written before a kill is in the file.
 class Output {
  public:
+  // Why open() would not touch the file: it is there already. Nothing when it would.
+  static std::optional<std::string> objectionTo(const std::string& path, bool force);
   // "-" is `standard`. An existing file is an error unless `force`; a device or a pipe is not.
   static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard);
 

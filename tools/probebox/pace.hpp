@@ -33,9 +33,9 @@ class Pace {
   std::optional<MonoTime> end_;
 };
 
-// Lets the link do its work for a short while; false when it is lost or the user has interrupted.
+// Lets the link do its work for a short while; false when it is lost, or nobody looks any more.
 inline bool goRound(link::Client& box, const Console& console) {
-  if (console.interrupted()) return false;
+  if (console.interrupted() || !console.writable()) return false;
   box.round(link::patience(std::chrono::milliseconds{1000}, &console.interruption()));
   return box.state() != link::LinkState::lost;
 }

@@ -14,6 +14,7 @@ namespace {
 constexpr const char* kUriHelp =
     "the box: tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, or the only box "
     "there is";
+constexpr const char* kUsualMethod = "delay-multi-speed";
 constexpr const char* kAbout =
     "Looks at a probebox, records and calibrates with it, and solves measured cases without one.\n"
     "Exit status: 0 ok, 1 refused or measured fail, 2 usage or unreadable input, 3 no box or link lost, 4 the box "
@@ -83,7 +84,7 @@ class CommandLine {
         ->type_name("SECONDS")
         ->capture_default_str();
     add("info", "what the box is: board, serial number, machine, channels", "probebox info --json", info_);
-    add("status", "how the box is now: clock, losses, delay in force, calibration", "probebox status", status_);
+    add("status", "how the box is now: clock, losses, calibration, newest results", "probebox status", status_);
     auto* watch = add("watch", "follow clock, losses, positions and deflections as they change",
                       "probebox watch --for 10", watch_);
     addUntil(watch, watch_.until);
@@ -123,17 +124,18 @@ class CommandLine {
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method, "the method: delay-multi-speed");
+    calibrate->add_option("method", calibrate_.method, "the method; without it delay-multi-speed");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");
     calibrate->add_flag("--abort", calibrate_.abort, "end the run that is going on, and begin none");
     calibrate->callback([this] {
       checkCalibrate(calibrate_);
+      if (!calibrate_.abort && calibrate_.method.empty()) calibrate_.method = kUsualMethod;
       request_.job = calibrate_;
     });
     auto* accept = add("accept", "put a proposed result into force", "probebox accept 17 --by Ada", accept_);
-    accept->add_option("id", accept_.id, "the number of the result, as calibrate printed it")
+    accept->add_option("id", accept_.id, "the number of the result, as calibrate printed it and status lists it")
         ->check(wholeNumber())
         ->type_name("NUMBER")
         ->required();
@@ -141,8 +143,8 @@ class CommandLine {
   }
 
   static void checkCalibrate(const Calibrate& options) {
-    if (options.abort != options.method.empty()) {
-      throw CLI::ValidationError{"calibrate", "name a method, such as delay-multi-speed, or else --abort"};
+    if (options.abort && !options.method.empty()) {
+      throw CLI::ValidationError{"calibrate", "--abort ends the run that is going on; name no method with it"};
     }
     if (options.accept && options.by.empty()) {
       throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};

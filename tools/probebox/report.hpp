@@ -20,6 +20,8 @@ Json describe(const messages::EdgeCounters& edges);
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
 std::string page(const messages::ResultSummary& result);
+// "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
+std::string line(const messages::ResultSummary& result);
 std::string line(const messages::Corrections::Answer& corrections);
 
 // "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.

@@ -1,3 +1,4 @@
+#include "tools/case/readable.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -32,10 +33,11 @@ std::string channelRow(const messages::ChannelDescription& channel) {
 }
 
 std::string delayOf(const messages::DelayInForce& delay) {
-  if (!delay.calibrated) return "not calibrated (probebox calibrate delay-multi-speed)";
+  if (!delay.calibrated) return "not calibrated (probebox calibrate)";
+  const auto tau = casefolder::labelOf("tau_s");
   std::string all;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    all += printed("%c %.1f +/- %.1f us  ", "XYZ"[axis], delay.tau_s[axis] * 1e6, delay.sd_s[axis] * 1e6);
+    all += "XYZ"[axis] + (" " + casefolder::withSd(tau, delay.tau_s[axis], delay.sd_s[axis]) + "  ");
   }
   return all + "(result " + to_string(delay.result_id) + ")";
 }

@@ -1,7 +1,6 @@
-#include <algorithm>
 #include <array>
-#include <cmath>
 
+#include "tools/case/readable.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -9,28 +8,6 @@ namespace {
 
 std::string text(std::string_view view) {
   return std::string{view};
-}
-
-// Units that a person reads more easily than the one in the key.
-struct Shown {
-  std::string name;
-  std::string unit;
-  double factor;
-};
-
-Shown shown(const std::string& key) {
-  constexpr std::array<std::string_view, 4> kUnits{"_mm_s", "_mm", "_um", "_rad"};
-  constexpr std::array<std::string_view, 4> kReadable{"mm/s", "mm", "um", "rad"};
-  for (std::size_t i = 0; i < kUnits.size(); ++i) {
-    if (key.ends_with(kUnits[i])) return {key.substr(0, key.size() - kUnits[i].size()), text(kReadable[i]), 1.0};
-  }
-  if (key.ends_with("_s")) return {key.substr(0, key.size() - 2), "us", 1e6};
-  return {key, "", 1.0};
-}
-
-// Two digits of the standard deviation.
-int decimals(double sd) {
-  return sd > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sd))), 0, 12) : 6;
 }
 
 std::string maskOf(std::uint16_t mask) {
@@ -45,11 +22,9 @@ std::string maskOf(std::uint16_t mask) {
 }  // namespace
 
 std::string readable(const messages::NamedValue& value) {
-  const auto [name, unit, factor] = shown(value.key);
-  const std::string tail = unit.empty() ? "" : " " + unit;
-  if (!value.has_sd) return name + " " + printed("%.9g", value.value * factor) + tail;
-  const int digits = decimals(value.sd * factor);
-  return name + " " + printed("%.*f +/- %.*f", digits, value.value * factor, digits, value.sd * factor) + tail;
+  const auto label = casefolder::labelOf(value.key);
+  const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
+  return label.name + " " + casefolder::withSd(label, value.value, sd);
 }
 
 Json describe(const messages::ResultSummary& result) {
@@ -83,6 +58,13 @@ std::string page(const messages::ResultSummary& result) {
                  static_cast<unsigned>(result.dof), result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;
+}
+
+std::string line(const messages::ResultSummary& result) {
+  std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
+                    printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
+  if (!result.values.empty()) all += "  " + readable(result.values.front());
+  return result.accepted_by.empty() ? all : all + ", accepted by " + result.accepted_by;
 }
 
 Json describe(const messages::Corrections::Answer& c) {

@@ -9,11 +9,17 @@
 namespace probebox::command {
 namespace {
 
+// A command has done its work only when its answer has arrived.
+ExitStatus unlessUnheard(ExitStatus status, Console& console) {
+  console.out().flush();
+  return status == ExitStatus::ok && !console.writable() ? console.fail(outputGone()) : status;
+}
+
 ExitStatus answer(const Answer& answer, bool json, const Streams& streams) {
   Console console{streams, json};
   if (answer.status == ExitStatus::ok) {
     console.out() << answer.text << std::flush;
-    return answer.status;
+    return unlessUnheard(answer.status, console);
   }
   return console.fail({answer.status, "usage", answer.text});
 }
@@ -28,7 +34,8 @@ ExitStatus run(std::span<const std::string> arguments, const Streams& streams) {
   }
   const auto& request = std::get<Request>(parsed);
   Console console{streams, request.json};
-  return std::visit([&](const auto& options) { return run(options, request.uri, console); }, request.job);
+  const auto status = std::visit([&](const auto& options) { return run(options, request.uri, console); }, request.job);
+  return unlessUnheard(status, console);
 }
 
 }  // namespace probebox::command

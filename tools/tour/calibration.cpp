@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "tools/case/readable.hpp"
 #include "tools/tour/tour.hpp"
 
 namespace probebox::tour {
@@ -14,8 +15,7 @@ Outcome<messages::ProcedureStatus::Answer> follow(link::Client& client, std::uin
   while (true) {
     auto status = client.request<messages::ProcedureStatus>({}, link::patience(5s));
     if (!status) return Error{status.error().what};
-    if (status->run == run && status->state >= ProcedureState::solving && status->state != ProcedureState::solving)
-      return std::move(*status);
+    if (status->run == run && status->state > ProcedureState::solving) return std::move(*status);
     if (status->run == run && status->step != shown && status->step < status->steps) {
       shown = status->step;
       std::printf("   %s\n", status->prompt.c_str());
@@ -59,11 +59,10 @@ Stopped showCalibration(Stage& stage) {
   const auto* tau = valueOf(*result, "tau_s");
   const auto* diameter = valueOf(*result, "effective_diameter_mm");
   if (tau == nullptr || diameter == nullptr) return Error{"The result names neither tau_s nor effective_diameter_mm."};
-  std::printf("   tau = %.4f +- %.4f ms (truth %.4f ms); accepted, hence in force.\n", tau->value * 1e3, tau->sd * 1e3,
-              stage.truth.tau_s * 1e3);
-  stage.table.estimate("system delay", "ms", 1e3, tau->value, tau->has_sd ? tau->sd : 0, stage.truth.tau_s);
-  stage.table.estimate("sphere with stylus ball", "mm", 1, diameter->value, diameter->has_sd ? diameter->sd : 0,
-                       stage.truth.effective_diameter_mm);
+  const auto found = casefolder::withSd(casefolder::labelOf(tau->key), tau->value, tau->sd);
+  std::printf("   tau = %s (truth %.1f us); accepted, hence in force.\n", found.c_str(), stage.truth.tau_s * 1e6);
+  stage.table.estimate("system delay", *tau, stage.truth.tau_s);
+  stage.table.estimate("sphere with stylus ball", *diameter, stage.truth.effective_diameter_mm);
   const auto accepted =
       (*client)->request<messages::AcceptResult>({.id = end->result_id, .by = "tools/demo"}, link::patience(5s));
   if (!accepted) return Error{accepted.error().what};

@@ -20,11 +20,11 @@ Stopped showClock(Stage& stage) {
     const auto& edges = clock.edges;
     std::printf(
         "   %4.1f s  %-9s sigma %7u ns   frequency %+8.3f ppm   edges %llu, missing %llu, doubled %llu, spurious "
-        "%llu\n",
+        "%llu, before the lock %llu\n",
         0.5 * look, std::string{messages::nameOf(clock.state)}.c_str(), clock.sigma_ns,
         clock.frequency_ppb / kPpbPerPpm, static_cast<unsigned long long>(edges.accepted),
         static_cast<unsigned long long>(edges.missing), static_cast<unsigned long long>(edges.doubled),
-        static_cast<unsigned long long>(edges.spurious));
+        static_cast<unsigned long long>(edges.spurious), static_cast<unsigned long long>(edges.unlocked));
     std::fflush(stdout);
     linger(**client, 500ms);
   }

@@ -4,18 +4,21 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+
+#include "tools/case/readable.hpp"
 
 namespace probebox::tour {
 
-void ClosingTable::estimate(const std::string& what, const std::string& unit, double scale, double value, double sd,
-                            double truth) {
+void ClosingTable::estimate(const std::string& what, const messages::NamedValue& found, double truth) {
   constexpr double kMostSd = 4;
-  const double distance = sd > 0 ? std::abs(value - truth) / sd : HUGE_VAL;
-  std::array<char, 128> found{};
-  std::array<char, 128> expected{};
-  std::snprintf(found.data(), found.size(), "%.4f +- %.4f %s", value * scale, sd * scale, unit.c_str());
-  std::snprintf(expected.data(), expected.size(), "%.4f %s, off by %.1f sd", truth * scale, unit.c_str(), distance);
-  rows_.push_back({what, found.data(), expected.data(), distance <= kMostSd});
+  const bool judged = found.has_sd && found.sd > 0;
+  const double distance = judged ? std::abs(found.value - truth) / found.sd : HUGE_VAL;
+  const auto label = casefolder::labelOf(found.key);
+  std::array<char, 64> off{};
+  std::snprintf(off.data(), off.size(), "; off by %.1f sd", distance);
+  rows_.push_back({what, casefolder::withSd(label, found.value, judged ? std::optional{found.sd} : std::nullopt),
+                   "truth " + casefolder::withSd(label, truth, std::nullopt) + off.data(), distance <= kMostSd});
 }
 
 void ClosingTable::exact(const std::string& what, const std::string& found, bool right) {
@@ -27,9 +30,15 @@ bool ClosingTable::allRight() const {
 }
 
 void ClosingTable::print() const {
+  int what_width = 0;
+  int found_width = 0;
   for (const Row& row : rows_) {
-    std::printf("  %-5s %-26s %-32s %s\n", row.right ? "ok" : "WRONG", row.what.c_str(), row.found.c_str(),
-                row.expected.c_str());
+    what_width = std::max(what_width, static_cast<int>(row.what.size()));
+    found_width = std::max(found_width, static_cast<int>(row.found.size()));
+  }
+  for (const Row& row : rows_) {
+    std::printf("  %-5s  %-*s  %-*s  %s\n", row.right ? "ok" : "WRONG", what_width, row.what.c_str(), found_width,
+                row.found.c_str(), row.expected.c_str());
   }
 }
 

@@ -2,13 +2,15 @@
 #include <string>
 #include <vector>
 
+#include "protocol/messages/control.hpp"
+
 namespace probebox::tour {
 
 // What was shown and whether it is right: the tour's last word, and its exit status.
 class ClosingTable {
  public:
   // An estimate beside the truth: right within 4 standard deviations.
-  void estimate(const std::string& what, const std::string& unit, double scale, double value, double sd, double truth);
+  void estimate(const std::string& what, const messages::NamedValue& found, double truth);
   // Something that is right or not.
   void exact(const std::string& what, const std::string& found, bool right);
 

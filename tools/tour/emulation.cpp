@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <regex>
 
@@ -12,29 +13,39 @@
 namespace probebox::tour {
 namespace {
 
-std::string withValue(const std::string& toml, const std::string& key, const std::string& value) {
-  return std::regex_replace(toml, std::regex{"(^|\n)" + key + " *=[^#\n]*"}, "$1" + key + " = " + value + " ",
-                            std::regex_constants::format_first_only);
-}
+// A description in which values are replaced, key after key, until one is not there.
+class Description {
+ public:
+  explicit Description(std::string_view toml) : toml_{toml} {}
+
+  // nth: 0 for the first line that begins with the key.
+  void set(const std::string& key, const std::string& value, std::size_t nth = 0) {
+    const std::regex line{"(^|\n)" + key + " *=[^#\n]*"};
+    std::sregex_iterator found{toml_.begin(), toml_.end(), line};
+    for (std::size_t k = 0; k < nth && found != std::sregex_iterator{}; ++k) ++found;
+    if (found == std::sregex_iterator{}) {
+      if (!missing_)
+        missing_ = Error{"The emulated board's world.toml has no " + key + " number " + std::to_string(nth + 1) +
+                         ": this tour and probeboxd are of different versions."};
+      return;
+    }
+    const auto begin = static_cast<std::size_t>(found->position() + found->length(1));
+    const auto size = static_cast<std::size_t>(found->length() - found->length(1));
+    toml_.replace(begin, size, key + " = " + value + " ");
+  }
+
+  const std::string& toml() const { return toml_; }
+  const std::optional<Error>& missing() const { return missing_; }
+
+ private:
+  std::string toml_;
+  std::optional<Error> missing_;
+};
 
 std::string number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.7f", value);
   return text.data();
-}
-
-// The first such key stands in [encoders], the second in [probe].
-std::string withDropouts(std::string toml, const std::string& encoders, const std::string& probe) {
-  const std::string key = "dropout_probability";
-  const auto first = toml.find(key);
-  const auto second = toml.find(key, first + key.size());
-  const auto put = [&](std::size_t at, const std::string& value) {
-    const auto end = toml.find_first_of("#\n", at);
-    toml.replace(at, end - at, key + " = " + value + " ");
-  };
-  put(second, probe);
-  put(first, encoders);
-  return toml;
 }
 
 }  // namespace
@@ -45,14 +56,16 @@ Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t see
   const double tau_probe_s = std::uniform_real_distribution{0.0001, 0.0006}(random);
   const std::string machine = number(tau_machine_s);
 
-  std::string toml{board::simFile("world.toml")};
-  toml = withValue(toml, "seed", std::to_string(seed % 1'000'000'000));
-  toml = withValue(toml, "tau_machine_s", "[" + machine + ", " + machine + ", " + machine + "]");
-  toml = withValue(toml, "tau_probe_s", number(tau_probe_s));
-  toml = withDropouts(std::move(toml), "0.002", "0.02");
-  std::ofstream{folder / "world.toml"} << toml;
+  Description description{board::simFile("world.toml")};
+  description.set("seed", std::to_string(seed % 1'000'000'000));
+  description.set("tau_machine_s", "[" + machine + ", " + machine + ", " + machine + "]");
+  description.set("tau_probe_s", number(tau_probe_s));
+  description.set("dropout_probability", "0.002");    // of the encoders
+  description.set("dropout_probability", "0.02", 1);  // of the probe
+  if (description.missing()) return *description.missing();
+  std::ofstream{folder / "world.toml"} << description.toml();
 
-  const auto world = board::parseWorld(toml, (folder / "world.toml").string());
+  const auto world = board::parseWorld(description.toml(), (folder / "world.toml").string());
   if (!world) return world.error();
   return Truth{
       .tau_s = world->delays.tau_machine_s[0] - world->delays.tau_probe_s,

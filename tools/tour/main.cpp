@@ -1,9 +1,12 @@
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <unistd.h>
 
@@ -102,8 +105,29 @@ Stopped guide(Stage& stage, const fs::path& programs, const fs::path& folder, st
   return showRegisters(stage, cnc_port);
 }
 
+constexpr const char* kUsage =
+    "usage: probebox-tour [SEED]\n"
+    "Shows probebox at work without any hardware. SEED is a whole number; the same one draws the same hidden delays.\n";
+
+// Nothing when the word is no whole number.
+std::optional<std::uint64_t> seedOf(std::string_view word) {
+  std::uint64_t seed{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seed);
+  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return seed;
+}
+
 int run(int argc, char** argv) {
-  const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : std::random_device{}();
+  if (argc == 2 && (argv[1] == std::string_view{"--help"} || argv[1] == std::string_view{"-h"})) {
+    std::fputs(kUsage, stdout);
+    return 0;
+  }
+  const auto given = argc > 1 ? seedOf(argv[1]) : std::optional<std::uint64_t>{std::random_device{}()};
+  if (!given || argc > 2) {
+    std::fputs(kUsage, stderr);
+    return 2;
+  }
+  const std::uint64_t seed = *given;
   std::printf(
       "probebox without hardware: an emulated machine, in real time, with delays that nobody told the box (seed "
       "%llu).\n",

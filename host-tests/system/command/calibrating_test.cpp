@@ -103,6 +103,14 @@ TEST(Calibrating, StopsTheMachineAtCtrlC) {
   EXPECT_THAT(done.err, HasSubstr("the calibration was aborted"));
 }
 
+TEST(Calibrating, StopsTheMachineWhenNobodyReadsTheStepsAnyMore) {
+  const FakeBox box;
+  const auto ended = probeboxInto(20, {"-u", box.uri(), "calibrate"});
+  EXPECT_EQ(ended.status, 2);
+  EXPECT_THAT(ended.err, HasSubstr("the calibration was aborted"));
+  EXPECT_FALSE(box.calibrating());
+}
+
 TEST(Calibrating, EndsARunWhoseCommandWasKilled) {
   const FakeBox box;
   const auto done = at(box, {"calibrate", "--abort"});
@@ -162,7 +170,9 @@ TEST_F(Solving, PrintsOneObjectALineAndTheWorstStatus) {
 
   const auto unreadable = probebox({"solve", "--json", bad, directory_.file("absent"), good});
   EXPECT_EQ(unreadable.status, 2);
-  EXPECT_EQ(unreadable.objects().size(), 2U);
+  ASSERT_EQ(unreadable.objects().size(), 3U) << "one object for each case, in the order given";
+  EXPECT_EQ(unreadable.objects()[1]["status"], "unreadable");
+  for (const auto& object : unreadable.objects()) EXPECT_EQ(object.begin().key(), "schema_version");
   EXPECT_THAT(unreadable.err, HasSubstr("absent"));
 }
 

@@ -88,7 +88,14 @@ TEST_F(RunningProgram, LeavesAReadableRecordingWhenKilled) {
   EXPECT_EQ(probebox({"-u", box_.uri(), "status"}).status, 0) << "the box goes on";
 }
 
-TEST_F(RunningProgram, EndsWhenTheReaderOfItsOutputGoesAway) {
+class Unread : public RunningProgram, public testing::WithParamInterface<std::vector<std::string>> {};
+
+TEST_P(Unread, EndsWhenTheReaderOfItsOutputGoesAway) {
+  std::vector<std::string> arguments{PROBEBOX_PROGRAM, "-u", box_.uri()};
+  arguments.insert(arguments.end(), GetParam().begin(), GetParam().end());
+  std::vector<char*> words;
+  for (auto& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
   const auto child = ::fork();
@@ -96,8 +103,7 @@ TEST_F(RunningProgram, EndsWhenTheReaderOfItsOutputGoesAway) {
     ::dup2(ends[1], STDOUT_FILENO);
     ::close(ends[0]);
     ::close(ends[1]);
-    const auto uri = box_.uri();
-    ::execl(PROBEBOX_PROGRAM, PROBEBOX_PROGRAM, "-u", uri.c_str(), "record", "-o", "-", nullptr);
+    ::execv(words.front(), words.data());
     ::_exit(127);
   }
   ::close(ends[1]);
@@ -108,6 +114,16 @@ TEST_F(RunningProgram, EndsWhenTheReaderOfItsOutputGoesAway) {
   ::waitpid(child, &status, 0);
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Endless, Unread,
+                         testing::Values(std::vector<std::string>{"record", "-o", "-"},
+                                         std::vector<std::string>{"watch"},
+                                         std::vector<std::string>{"corrections", "--follow"}));
+
+TEST_F(RunningProgram, FailsOnAFullDisk) {
+  const Program program{{"-u", box_.uri(), "status"}, "/dev/full"};
+  EXPECT_EQ(program.wait(), 2);
 }
 
 TEST_F(RunningProgram, SaysItsVersion) {

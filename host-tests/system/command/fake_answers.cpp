@@ -121,8 +121,14 @@ Reply FakeAnswers::procedure() {
 }
 
 Reply FakeAnswers::results(std::span<const std::byte> body) const {
+  constexpr std::size_t kMostInOne = 4;
   messages::ListResults::Answer list;
-  if (proposed_ && read<messages::ListResults::Request>(body).after_id < FakeBox::kResultId) {
+  const auto after = read<messages::ListResults::Request>(body).after_id;
+  for (auto id = after + 1; id <= options_.older_results; ++id) {
+    if (list.results.size() == kMostInOne) return list.more = true, ok(list);
+    list.results.push_back({.id = id, .state = messages::ResultState::retired, .method = "delay-multi-speed"});
+  }
+  if (proposed_ && after < FakeBox::kResultId) {
     messages::ResultSummary r;
     r.id = FakeBox::kResultId;
     r.method = "delay-multi-speed";

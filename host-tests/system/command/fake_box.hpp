@@ -12,6 +12,7 @@ struct FakeBoxOptions {
   bool busy{};               // no calibration can be started
   bool forbids_accepting{};  // accepting over a link is off
   bool loses_at_source{true};
+  unsigned older_results{};  // stored ones with the ids 1, 2, ...
 };
 
 // A box in this process: the firmware's own session over real TCP, with made-up samples and scripted answers. It has no

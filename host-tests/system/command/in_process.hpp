@@ -35,4 +35,31 @@ inline Finished probebox(const std::vector<std::string>& arguments, const std::s
   return {static_cast<int>(status), out.str(), err.str()};
 }
 
+// An output that takes some bytes and then nothing more: a full disk, or a reader that has gone.
+class SpentOutput : public std::streambuf {
+ public:
+  explicit SpentOutput(std::size_t bytes) : left_{bytes} {}
+
+ protected:
+  int_type overflow(int_type c) override {
+    if (left_ == 0) return traits_type::eof();
+    --left_;
+    return c;
+  }
+
+ private:
+  std::size_t left_;
+};
+
+// The same with a standard output that takes only so many bytes; `out` stays empty.
+inline Finished probeboxInto(std::size_t bytes, const std::vector<std::string>& arguments) {
+  static const std::atomic<bool> never{false};
+  SpentOutput spent{bytes};
+  std::istringstream in;
+  std::ostream out{&spent};
+  std::ostringstream err;
+  const auto status = run(arguments, {in, out, err, false, false, 0, never});
+  return {static_cast<int>(status), {}, err.str()};
+}
+
 }  // namespace probebox::command

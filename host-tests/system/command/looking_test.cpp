@@ -62,7 +62,10 @@ TEST_F(Looking, WatchShowsLinesWithoutATerminal) {
   const auto watched = probebox({"-u", uri_, "watch", "--for", "0.5"});
   EXPECT_EQ(watched.status, 0) << watched.err;
   EXPECT_THAT(watched.out,
-              AllOf(HasSubstr("clock locked 850 ns"), testing::ContainsRegex("a -[0-9]+ nm  x [0-9]+.[0-9]+ um")));
+              AllOf(HasSubstr("clock locked 850 ns"), testing::ContainsRegex("a -[0-9]+ nm  x [0-9]+.[0-9]+ um"),
+                    testing::ContainsRegex("samples [0-9]+ = [0-9]+ received \\+ [0-9]+ lost")));
+  std::istringstream lines{watched.out};
+  for (std::string line; std::getline(lines, line);) EXPECT_THAT(line, HasSubstr(" um")) << "values from the first on";
   EXPECT_THAT(watched.out, testing::Not(HasSubstr("\x1b"))) << "nothing is drawn where there is no terminal";
 }
 
@@ -73,6 +76,45 @@ TEST_F(Looking, CorrectionsOnceOrAsTheyCome) {
   const auto followed = probebox({"-u", uri_, "corrections", "--follow", "--count", "2", "--json"}).objects();
   ASSERT_EQ(followed.size(), 2U);
   EXPECT_EQ(followed[0]["correction_mm"][1], -0.0034);
+}
+
+TEST_F(Looking, EndsWhenNobodyReadsItsAnswersAnyMore) {
+  for (const std::vector<std::string>& endless :
+       {std::vector<std::string>{"watch"}, {"watch", "--json"}, {"corrections", "--follow"}}) {
+    std::vector<std::string> arguments{"-u", uri_};
+    arguments.insert(arguments.end(), endless.begin(), endless.end());
+    const auto ended = probeboxInto(300, arguments);
+    EXPECT_EQ(ended.status, 2) << endless.front();
+    EXPECT_THAT(ended.err, HasSubstr("standard output cannot be written"));
+  }
+}
+
+TEST_F(Looking, FailsWhenItsAnswerCannotBeWritten) {
+  for (const auto* command : {"status", "info", "list", "corrections"}) {
+    const auto failed = probeboxInto(10, {"-u", uri_, command});
+    EXPECT_EQ(failed.status, 2) << command;
+    EXPECT_THAT(failed.err, HasSubstr("standard output cannot be written")) << command;
+    EXPECT_EQ(probeboxInto(100'000, {"-u", uri_, command}).status, 0) << command;
+  }
+  EXPECT_EQ(probeboxInto(10, {"--help"}).status, 2);
+}
+
+TEST_F(Looking, StatusListsTheStoredResults) {
+  const auto page = probebox({"-u", uri_, "status"});
+  EXPECT_THAT(page.out, testing::ContainsRegex("4711 +proposed +delay-multi-speed +tau 5447.1 \\+/- 5.0 us"));
+  const auto results = probebox({"-u", uri_, "status", "--json"}).object()["newest_results"];
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0]["id"], FakeBox::kResultId);
+  EXPECT_EQ(results[0]["state"], "proposed");
+}
+
+TEST_F(Looking, StatusListsTheNewestOfManyResults) {
+  const FakeBox box{{.older_results = 23}};
+  const auto results = probebox({"-u", box.uri(), "status", "--json"}).object()["newest_results"];
+  ASSERT_EQ(results.size(), 5U);
+  EXPECT_EQ(results[4]["id"], FakeBox::kResultId);
+  EXPECT_EQ(results[3]["id"], 23);
+  EXPECT_EQ(results[0]["id"], 20);
 }
 
 TEST_F(Looking, ListFindsAnnouncedBoxesAndPassesOverDeadOnes) {

@@ -49,6 +49,16 @@ TEST(CommandLine, KeepsTheNewestSamplesOnlyWhenAskedTo) {
   EXPECT_FALSE(std::get<Record>(std::get<Request>(parsed("record -o a")).job).live);
 }
 
+TEST(CommandLine, CalibratesTheDelayUnlessAnotherMethodIsNamed) {
+  const auto calibrate = [](const std::string& line) {
+    return std::get<Calibrate>(std::get<Request>(parsed(line)).job);
+  };
+  EXPECT_EQ(calibrate("calibrate").method, "delay-multi-speed");
+  EXPECT_EQ(calibrate("calibrate sphere-fit").method, "sphere-fit");
+  EXPECT_TRUE(calibrate("calibrate --abort").abort);
+  EXPECT_EQ(calibrate("calibrate --abort").method, "") << "nothing is begun";
+}
+
 TEST(CommandLine, SuggestsWhatWasMeant) {
   EXPECT_THAT(complaint("stauts"), AllOf(HasSubstr("stauts"), HasSubstr("did you mean status?")));
   EXPECT_THAT(complaint("rec -o a"), HasSubstr("did you mean record?"));
@@ -63,7 +73,6 @@ TEST(CommandLine, NamesWhatIsMissing) {
   EXPECT_THAT(complaint("accept 3"), HasSubstr("--by"));
   EXPECT_THAT(complaint("solve"), HasSubstr("case"));
   EXPECT_THAT(complaint("calibrate delay-multi-speed --accept"), HasSubstr("--by NAME"));
-  EXPECT_THAT(complaint("calibrate"), HasSubstr("name a method"));
   EXPECT_THAT(complaint("calibrate delay-multi-speed --abort"), HasSubstr("--abort"));
   EXPECT_THAT(complaint("status --uri"), HasSubstr("--uri"));
 }

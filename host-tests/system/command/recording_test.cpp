@@ -90,6 +90,7 @@ TEST_F(Recording, ExportsOneRowForEachReceivedSample) {
   EXPECT_THAT(csv, testing::StartsWith("sample,time_ns,deflection_a_nm,x_um,flags\n"));
   const auto rows = rowsOf(csv);
   ASSERT_EQ(rows.size(), summary["rows"]);
+  EXPECT_THAT(csv, testing::ContainsRegex("\n[0-9]+,[0-9]+,-[0-9]+,[0-9]+\\.[0-9][0-9][0-9],[01]\n"));
   for (const auto& row : rows) {
     EXPECT_EQ(row[1], 5e9 + row[0] * 1e6);
     EXPECT_EQ(row[2], -row[0]);
@@ -193,6 +194,20 @@ TEST(Exporting, RefusesWhatIsNoRecording) {
   EXPECT_EQ(garbage.status, 2);
   EXPECT_THAT(garbage.err, HasSubstr("no frame"));
   EXPECT_EQ(probebox({"export", "-", "-o", "-"}, "").status, 2);
+}
+
+TEST(Exporting, LeavesAnOlderTableAloneWhenTheRecordingCannotBeRead) {
+  const RuntimeDirectory directory;
+  const auto bad = directory.file("bad.pbx"), table = directory.file("scan.csv");
+  for (const std::string& content : {std::string{}, std::string(10'000, 'x')}) {
+    std::ofstream{bad} << content;
+    EXPECT_EQ(probebox({"export", bad, "-o", table}).status, 2);
+    EXPECT_FALSE(std::filesystem::exists(table));
+    std::ofstream{table} << "precious";
+    EXPECT_EQ(probebox({"export", bad, "-o", table, "--force"}).status, 2);
+    EXPECT_EQ(contentOf(table), "precious");
+    std::filesystem::remove(table);
+  }
 }
 
 TEST(Exporting, NeverWritesOverItsOwnInput) {

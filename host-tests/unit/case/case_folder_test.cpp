@@ -1,8 +1,8 @@
 #include "tools/case/case_folder.hpp"
 
-#include <gmock/gmock.h>
 #include <bit>
 #include <cmath>
+#include <gmock/gmock.h>
 #include <random>
 
 #include "scratch_folder.hpp"
@@ -91,6 +91,27 @@ TEST_F(CaseFolder, MissingIsUnreadable) {
   ASSERT_FALSE(read.ok());
   EXPECT_TRUE(std::holds_alternative<Unreadable>(read.error()));
   EXPECT_TRUE(std::holds_alternative<Unreadable>(readCase(folder_).error()));
+}
+
+TEST_F(CaseFolder, NamesTheLineThatIsNoJson) {
+  const auto reason = [&](const std::string& text) {
+    write("config.json", text);
+    const auto read = readCase(folder_);
+    return read.ok() ? "read" : std::get<Unreadable>(read.error()).reason;
+  };
+  const auto line = [](int number) {
+    return HasSubstr("config.json: not JSON at line " + std::to_string(number) + ": ");
+  };
+  EXPECT_THAT(reason("{\n \"method\": \"sphere-fit\",\n \"sigma_mm\": NaN\n}\n"), line(3));
+  EXPECT_THAT(reason("{\n \"method\": \"sphere-fit\",\n \"sigma_mm\": NaN\n}\n"), HasSubstr("\"sigma_mm\": NaN"));
+  EXPECT_THAT(reason("{\n \"method\": \"sphere\n}\n"), line(2)) << "the quote is missing at the end of the line";
+  EXPECT_THAT(reason("{\n \"method\": \"sphere-fit\"\n"), HasSubstr("ends too early"));
+  EXPECT_THAT(reason(""), line(1));
+  EXPECT_THAT(reason("{\"a\": \x01\x1b}"), testing::Not(HasSubstr("\x1b"))) << "a terminal would obey it";
+  for (const auto* text : {"", "{", "]", "{\"a\": 1e999}", "{\"a\": 1} x", "\xff\xfe", "{\"a\": \"\xff\"}"}) {
+    EXPECT_THAT(reason(text), testing::Not(HasSubstr("json.exception"))) << text;
+    EXPECT_NE(reason(text), "read") << text;
+  }
 }
 
 TEST_F(CaseFolder, RefusesAConfigurationOfUnknownShape) {

@@ -9,6 +9,7 @@
 #include "firmware/metrology/solve.hpp"
 #include "scratch_folder.hpp"
 #include "tools/case/case_folder.hpp"
+#include "tools/case/readable.hpp"
 #include "tools/case/solve_json.hpp"
 
 namespace probebox::casefolder {
@@ -50,12 +51,19 @@ TEST_F(SolveCases, AnswersInOrderAndWithTheWorstStatus) {
   const auto all = answer({bad, nowhere, good});
   EXPECT_EQ(all.status, 2);
   EXPECT_THAT(all.err, HasSubstr(nowhere.string()));
-  ASSERT_EQ(all.lines.size(), 2U);
+  ASSERT_EQ(all.lines.size(), 3U) << "one for each case";
   EXPECT_EQ(all.lines[0]["case"], bad.string());
   EXPECT_EQ(all.lines[0]["status"], "refused");
   EXPECT_EQ(all.lines[0]["refusal"], "too-few-readings");
   EXPECT_THAT(all.lines[0]["reason"].get<std::string>(), testing::StartsWith("too-few-readings: "));
-  EXPECT_EQ(all.lines[1]["status"], "ok");
+  EXPECT_EQ(all.lines[1]["case"], nowhere.string());
+  EXPECT_EQ(all.lines[1]["status"], "unreadable");
+  EXPECT_THAT(all.lines[1]["reason"].get<std::string>(), HasSubstr("there is no such folder"));
+  EXPECT_EQ(all.lines[2]["status"], "ok");
+  for (const auto& line : all.lines) {
+    EXPECT_EQ(line.begin().key(), "schema_version");
+    EXPECT_EQ(line["schema_version"], 1);
+  }
   EXPECT_EQ(answer({}).status, 2);
 }
 
@@ -81,8 +89,19 @@ TEST_F(SolveCases, RefusesContentThatCannotSupportAnAnswer) {
 TEST_F(SolveCases, PrintsATableForAPerson) {
   const auto text = answer({goodCase("case")}, false).out;
   EXPECT_THAT(text, HasSubstr("radius"));
-  EXPECT_THAT(text, HasSubstr("+-"));
+  EXPECT_THAT(text, HasSubstr("+/-"));
   EXPECT_THAT(text, HasSubstr("mm"));
+}
+
+TEST(Readable, HasOneUnitForAKindOfValueAndTwoDigitsOfItsSd) {
+  const auto read = [](const std::string& key, double value, std::optional<double> sd) {
+    const auto label = labelOf(key);
+    return label.name + " " + withSd(label, value, sd);
+  };
+  EXPECT_EQ(read("tau_s", 5.4471e-3, 5.0e-6), "tau 5447.1 +/- 5.0 us");
+  EXPECT_EQ(read("effective_diameter_mm", 30.99991, 0.000123), "effective_diameter 30.99991 +/- 0.00012 mm");
+  EXPECT_EQ(read("speed_mm_s", 12.5, std::nullopt), "speed 12.5 mm/s");
+  EXPECT_EQ(read("ratio", 0.25, std::nullopt), "ratio 0.25");
 }
 
 TEST(SolveJson, NeverHoldsWhatIsNotANumber) {

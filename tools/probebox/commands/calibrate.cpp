@@ -33,10 +33,10 @@ class Run {
     if (!opened) return console_.fail(opened.error());
     box_ = std::move(opened).value();
     const auto started = ask<messages::StartProcedure>(*box_, console_, {options_.method});
-    if (!started) return console_.interrupted() ? abort() : console_.fail(started.error());
+    if (!started) return unattended() ? abort() : console_.fail(started.error());
     run_ = started->run;
     const auto last = follow();
-    if (!last) return console_.interrupted() ? abort() : console_.fail(last.error());
+    if (!last) return unattended() ? abort() : console_.fail(last.error());
     // Saving comes last: while a large case is written, the box hears nothing and may hang up.
     const ExitStatus concluded = conclude(*last);
     const ExitStatus saved = save();
@@ -63,9 +63,12 @@ class Run {
       }
       if (isOver(progress->state)) return *progress;
       rest();
-      if (console_.interrupted()) return interruption();
+      if (unattended()) return interruption();
     }
   }
+
+  // Nobody is there to be told the next step.
+  bool unattended() const { return console_.interrupted() || !console_.writable(); }
 
   // The link is kept alive while nothing is to be asked.
   void rest() {
@@ -181,12 +184,12 @@ class Run {
     }
   }
 
-  // Ctrl-C: the machine must not be asked for further steps.
+  // The machine must not be asked for further steps.
   ExitStatus abort() {
     const auto aborted = box_->request<messages::AbortProcedure>({}, link::patience(milliseconds{2000}));
     console_.note(aborted ? "probebox: the calibration was aborted"
                           : "probebox: the box could not be told to stop; see probebox calibrate --abort");
-    return ExitStatus::interrupted;
+    return console_.interrupted() ? ExitStatus::interrupted : console_.fail(outputGone());
   }
 
   const Calibrate& options_;

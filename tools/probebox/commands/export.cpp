@@ -11,6 +11,7 @@
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/output.hpp"
+#include "tools/probebox/scale.hpp"
 
 namespace probebox::command {
 namespace {
@@ -38,10 +39,11 @@ void append(std::string& text, auto number) {
   text.append(digits.data(), end);
 }
 
-// Blocks into rows. Samples that are missing have no row; where they are missing is remembered.
+// Blocks into rows. Samples that are missing have no row; where they are missing is remembered. The file is opened by
+// the first descriptor: what is no recording overwrites no table.
 class Table : public link::StreamListener {
  public:
-  Table(Output& output, const Console& console) : output_{output}, console_{console} {}
+  Table(const Export& options, Console& console) : options_{options}, console_{console} {}
 
   void onWelcome(const messages::Welcome& welcome) override {
     if (boot_id_ && *boot_id_ != welcome.boot_id) {
@@ -52,14 +54,17 @@ class Table : public link::StreamListener {
   }
   void onDescriptor(const messages::Descriptor& descriptor) override {
     const auto names = columnNames(descriptor);
-    if (names_.empty()) {
+    if (!output_ && !failure_) {
+      open();
       writeHeader(names);
     } else if (names != names_) {
       channels_changed_ = true;
     }
   }
   void onBlock(const link::DecodedBlock& block) override {
-    if (channels_changed_ || failed_ || console_.interrupted()) return;
+    if (channels_changed_ || failure_ || console_.interrupted()) return;
+    scales_.clear();
+    for (const auto& channel : block.descriptor.channels) scales_.emplace_back(channel.scale);
     for (std::size_t k = 0; k < block.header.count; ++k) {
       const SampleIndex sample = block.header.first + static_cast<std::int64_t>(k);
       if (next_ && sample > *next_) remember({*next_, static_cast<std::uint64_t>(sample - *next_), {}}, "not_recorded");
@@ -85,15 +90,32 @@ class Table : public link::StreamListener {
   std::uint64_t rows() const { return rows_; }
   std::uint64_t restarts() const { return restarts_; }
   bool channelsChanged() const { return channels_changed_; }
-  bool hasHeader() const { return !names_.empty(); }
-  bool failed() const { return failed_; }
+  bool hasHeader() const { return output_.has_value(); }
+  void flush() {
+    if (output_ && !failure_ && !output_->flush()) failure_ = output_->failure();
+  }
+  const std::optional<std::string>& failure() const { return failure_; }
+  const std::string& name() const { return output_->name(); }
 
  private:
+  void open() {
+    auto output = Output::open(options_.output, options_.force, console_.out());
+    if (output) {
+      output_.emplace(std::move(output).value());
+    } else {
+      failure_ = output.error().what;
+    }
+  }
+
+  void write(const std::string& text) {
+    if (!failure_ && !output_->write(text)) failure_ = output_->failure();
+  }
+
   void writeHeader(const std::vector<std::string>& names) {
     names_ = names;
     std::string header = "sample,time_ns";
     for (const auto& name : names) header += "," + name;
-    failed_ = !output_.write(header + "\n");
+    write(header + "\n");
   }
 
   void writeRow(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {
@@ -103,16 +125,10 @@ class Table : public link::StreamListener {
     append(row_, toNs(codec::timeOf(block.header, sample)));
     for (std::size_t channel = 0; channel < block.descriptor.channels.size(); ++channel) {
       row_ += ',';
-      const auto value = block.column(channel)[k];
-      const double scale = block.descriptor.channels[channel].scale;
-      if (scale == 1.0) {
-        append(row_, value);
-      } else {
-        append(row_, static_cast<double>(value) * scale);
-      }
+      row_ += scales_[channel].text(block.column(channel)[k]);
     }
     row_ += '\n';
-    failed_ = !output_.write(row_);
+    write(row_);
     ++rows_;
   }
 
@@ -121,17 +137,19 @@ class Table : public link::StreamListener {
     next_ = gap.first + static_cast<std::int64_t>(gap.count);
   }
 
-  Output& output_;
-  const Console& console_;
+  const Export& options_;
+  Console& console_;
+  std::optional<Output> output_;
+  std::optional<std::string> failure_;
   std::optional<messages::BootId> boot_id_;
   std::vector<std::string> names_;
   std::vector<Missing> missing_;
+  std::vector<Scale> scales_;
   std::string row_;
   std::optional<SampleIndex> next_;
   std::uint64_t rows_{};
   std::uint64_t restarts_{};
   bool channels_changed_{};
-  bool failed_{};
 };
 
 std::string sentence(const Table::Missing& gap) {
@@ -171,9 +189,9 @@ Json summary(const Export& options, const Table& table, const link::RecordingEnd
           {"box_restarts", table.restarts()}};
 }
 
-ExitStatus finish(const Export& options, Output& output, const Table& table, const link::RecordingEnd& end,
-                  Console& console) {
-  if (!output.flush() || table.failed()) return console.fail({ExitStatus::usage, "not-written", output.failure()});
+ExitStatus finish(const Export& options, Table& table, const link::RecordingEnd& end, Console& console) {
+  table.flush();
+  if (table.failure()) return console.fail({ExitStatus::usage, "not-written", *table.failure()});
   if (!table.hasHeader()) {
     return console.fail({ExitStatus::usage, "no-descriptor",
                          options.input + " does not say what its channels are: its beginning is cut off"});
@@ -183,7 +201,7 @@ ExitStatus finish(const Export& options, Output& output, const Table& table, con
   if (console.json()) {
     console.object(summary(options, table, end));
   } else {
-    console.note(std::to_string(table.rows()) + " rows in " + output.name());
+    console.note(std::to_string(table.rows()) + " rows in " + table.name());
   }
   if (table.channelsChanged()) {
     return console.fail(
@@ -211,13 +229,14 @@ ExitStatus run(const Export& options, const std::string&, Console& console) {
   if (const auto objection = objectionTo(options)) {
     return console.fail({ExitStatus::usage, "unreadable-recording", *objection});
   }
-  auto output = Output::open(options.output, options.force, console.out());
-  if (!output) return console.fail(usage(output.error().what));
-  Table table{*output, console};
+  if (const auto objection = Output::objectionTo(options.output, options.force)) {
+    return console.fail(usage(*objection));
+  }
+  Table table{options, console};
   const auto end =
       options.input == "-" ? link::readRecording(console.in(), table) : link::readRecording(options.input, table);
   if (!end) return console.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
-  return finish(options, *output, table, *end, console);
+  return finish(options, table, *end, console);
 }
 
 }  // namespace probebox::command

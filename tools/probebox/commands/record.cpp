@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <optional>
 #include <thread>
 
@@ -246,10 +245,7 @@ std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, 
   if (options.output == "-" && console.outIsTerminal()) {
     return usage("a recording is not for a terminal; name a file, or send the standard output into a pipe");
   }
-  std::error_code absent;
-  if (!options.force && std::filesystem::is_regular_file(options.output, absent)) {
-    return usage(options.output + " is already there; name another file, or overwrite it with --force");
-  }
+  if (const auto objection = Output::objectionTo(options.output, options.force)) return usage(*objection);
   return std::nullopt;
 }
 

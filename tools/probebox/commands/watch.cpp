@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -7,11 +6,14 @@
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/pace.hpp"
 #include "tools/probebox/report.hpp"
+#include "tools/probebox/scale.hpp"
 
 namespace probebox::command {
 namespace {
 
 constexpr milliseconds kPeriod{200};
+constexpr milliseconds kFirstValues{1000};  // a box without a clock has none, and is shown as it is
+constexpr int kMostDecimals = 4;            // a line has to hold all channels
 
 // The newest of everything that the box sends.
 struct Latest : link::StreamListener {
@@ -19,7 +21,7 @@ struct Latest : link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override {
     values.clear();
     for (std::size_t channel = 0; channel < block.descriptor.channels.size(); ++channel) {
-      values.push_back(static_cast<double>(block.column(channel).back()) * block.descriptor.channels[channel].scale);
+      values.push_back(Scale{block.descriptor.channels[channel].scale}.value(block.column(channel).back()));
     }
     sample = block.header.first + (block.header.count - 1);
   }
@@ -67,7 +69,7 @@ std::string valuesOf(const Latest& latest) {
     if (unit.empty()) continue;
     const bool first_of_unit = i == 0 || channels[i - 1].unit != unit;
     const bool last_of_unit = i + 1 == latest.values.size() || channels[i + 1].unit != unit;
-    const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(std::abs(scale)))), 0, 4);
+    const int decimals = std::min(Scale{scale}.decimals().value_or(kMostDecimals), kMostDecimals);
     all +=
         (first_of_unit ? "  " : " ") + name.substr(name.rfind('_') + 1) + printed(" %.*f", decimals, latest.values[i]);
     if (last_of_unit) all += " " + unit;
@@ -79,7 +81,7 @@ std::string line(const Latest& latest) {
   const auto& beat = *latest.beat;
   const auto account = latest.balance.value_or(link::Balance{.exact = true});
   std::string all = "clock " + std::string{messages::nameOf(beat.clock_state)} + " " + readableNs(beat.clock_sigma_ns);
-  all += printed("  %llu = %llu + %llu lost%s", static_cast<unsigned long long>(account.produced),
+  all += printed("  samples %llu = %llu received + %llu lost%s", static_cast<unsigned long long>(account.produced),
                  static_cast<unsigned long long>(account.account.received),
                  static_cast<unsigned long long>(account.account.declared_lost + account.account.inferred_lost),
                  account.exact ? "" : " (DOES NOT BALANCE)");
@@ -125,8 +127,10 @@ ExitStatus run(const Watch& options, const std::string& given, Console& console)
   box.start({.policy = messages::Policy::live});
   ProcedureWatch procedure{box};
   Pace pace{options.until, kPeriod};
+  const auto without_values_from = link::now() + kFirstValues;
   while (!pace.over() && goRound(box, console)) {
-    if (!latest.beat || !pace.due()) continue;
+    if (!latest.beat || (latest.values.empty() && link::now() < without_values_from)) continue;
+    if (!pace.due()) continue;
     procedure.look(latest.procedure);
     if (console.json()) {
       console.object(describe(latest));
