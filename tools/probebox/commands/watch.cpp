@@ -129,7 +129,7 @@ ExitStatus run(const Watch& options, const std::string& given, Console& console)
   Pace pace{options.until, kPeriod};
   const auto without_values_from = link::now() + kFirstValues;
   while (!pace.over() && goRound(box, console)) {
-    if (!latest.beat || (latest.values.empty() && link::now() < without_values_from)) continue;
+    if (!latest.beat || ((latest.values.empty() || !latest.balance) && link::now() < without_values_from)) continue;
     if (!pace.due()) continue;
     procedure.look(latest.procedure);
     if (console.json()) {
