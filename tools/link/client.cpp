@@ -106,8 +106,7 @@ void Client::duties() {
     return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the box has gone silent"});
   }
   for (auto& [id, asked] : requests_) {
-    // On a slow line the answer may be on its way: asking again while bytes come would only make it longer.
-    if (asked.answer || now_ - std::max(asked.last_sent, last_heard_) < options_.retry_period) continue;
+    if (asked.answer || now_ - asked.last_sent < options_.retry_period) continue;
     asked.last_sent = now_;
     frameUp(MessageType::request, asked.payload);
   }

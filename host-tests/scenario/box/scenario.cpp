@@ -145,14 +145,14 @@ void Scenario::inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds d
 }
 
 std::optional<metrology::Solved> Scenario::calibrate() {
-  const std::uint32_t run = state().procedure.run + 1;
+  const std::uint32_t number = state().procedure.run + 1;
   push(ProcedureStarted{
-      .run = run, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = now_});
+      .run = number, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = now_});
   recorder_.run_to_solve.reset();
   runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{180});
-  if (recorder_.run_to_solve != run) return std::nullopt;
+  if (recorder_.run_to_solve != number) return std::nullopt;
   auto solved = metrology::solve(capture::touchDataset(box_->recording(), box_->scales(), "delay-multi-speed"));
-  push(Solved{.run = run, .refused = !solved, .result_id = 1, .at = now_});
+  push(Solved{.run = number, .refused = !solved, .result_id = 1, .at = now_});
   run(kTimeAdvances);
   return solved;
 }

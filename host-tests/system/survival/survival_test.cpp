@@ -140,7 +140,7 @@ TEST_F(Survival, KilledCommandsDoNotDisturbTheOthers) {
         *client, [&] { return std::filesystem::exists(recording) && std::filesystem::file_size(recording) > 20'000; }));
     command->kill(SIGKILL);
     // What was written until then can be read.
-    const auto exported = tour::outputOf({PROBEBOX, "export", recording, "-o", (folder / "cut.csv").string()});
+    const auto exported = tour::outputOf({PROBEBOX, "export", recording, "-o", recording + ".csv"});
     EXPECT_TRUE(exported) << exported.error().what;
   }
   const auto closing = client->finish(link::patience(20s));
