@@ -8,7 +8,7 @@ namespace probebox::io {
 enum class PipeState { open, closed };
 
 struct Transfer {
-  std::size_t bytes{};           // moved by this call; 0 with `open` means: nothing now, wait for the descriptor
+  std::size_t bytes{};  // moved by this call; 0 with `open` means: nothing now, wait for the descriptor
   PipeState state{PipeState::open};
 };
 

@@ -12,8 +12,8 @@ class EventSource {
  public:
   virtual ~EventSource() = default;
 
-  // Moves what has arrived by `now` into `into`, in the order of the source, and says how many. Never blocks, never allocates.
-  // What the source itself lost shows as sequence gaps or as SourceLost, never as silence.
+  // Moves what has arrived by `now` into `into`, in the order of the source, and says how many. Never blocks, never
+  // allocates. What the source itself lost shows as sequence gaps or as SourceLost, never as silence.
   virtual std::size_t read(std::span<Event> into, MonoTime now) = 0;
 
   // A file descriptor that is readable when read() has something, or -1 for a source that must be asked.

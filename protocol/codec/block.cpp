@@ -143,7 +143,8 @@ Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::
 
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample) {
   const Wide per_tick = header.samples_per_tick == 0 ? 1 : header.samples_per_tick;
-  constexpr Wide kFar = Wide{1} << 62;  // beyond any index that means something; keeps the product below within 126 bits
+  constexpr Wide kFar =
+      Wide{1} << 62;  // beyond any index that means something; keeps the product below within 126 bits
   const Wide sub_samples = std::clamp(Wide{sample.index} - Wide{header.map.tick.index} * per_tick, -kFar, kFar);
   const Wide offset_q32 = sub_samples * header.map.period_q32_ns;
   // Floor and not truncation, so that time rises evenly through the anchor.

@@ -7,9 +7,9 @@
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
-// Everything that reaches the core. An event is a plain, trivially copyable value with its own stamp: the core is a function
-// of the sequence of these, and a journal of them replays to the same bytes. Every event lists its fields once, for the
-// journal's encoder, its decoder and the reference page.
+// Everything that reaches the core. An event is a plain, trivially copyable value with its own stamp: the core is a
+// function of the sequence of these, and a journal of them replays to the same bytes. Every event lists its fields
+// once, for the journal's encoder, its decoder and the reference page.
 namespace probebox {
 
 // What a wire of the box is for; which line of which chip it is stands in box.toml.
@@ -174,8 +174,8 @@ struct DelayActivated {
 };
 
 // The order is the journal's type number: add at the end, never change.
-using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted, ProcedureAborted,
-                           Solved, DelayActivated>;
+using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
+                           ProcedureAborted, Solved, DelayActivated>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -37,7 +37,11 @@ using Radians = Quantity<struct RadiansTag>;
 using Kelvin = Quantity<struct KelvinTag>;
 using Seconds = Quantity<struct SecondsTag>;
 
-constexpr Micrometres toMicrometres(Millimetres length) { return Micrometres{length.value() * 1e3}; }
-constexpr Millimetres toMillimetres(Micrometres length) { return Millimetres{length.value() * 1e-3}; }
+constexpr Micrometres toMicrometres(Millimetres length) {
+  return Micrometres{length.value() * 1e3};
+}
+constexpr Millimetres toMillimetres(Micrometres length) {
+  return Millimetres{length.value() * 1e-3};
+}
 
 }  // namespace probebox

@@ -29,11 +29,21 @@ using MasterTime = MasterClock::time_point;
 
 using Nanoseconds = std::chrono::nanoseconds;
 
-constexpr MonoTime monoTime(std::int64_t ns) { return MonoTime{Nanoseconds{ns}}; }
-constexpr std::int64_t toNs(MonoTime time) { return time.time_since_epoch().count(); }
-constexpr MasterTime masterTime(std::int64_t ns) { return MasterTime{Nanoseconds{ns}}; }
-constexpr std::int64_t toNs(MasterTime time) { return time.time_since_epoch().count(); }
-constexpr double toSeconds(Nanoseconds duration) { return static_cast<double>(duration.count()) * 1e-9; }
+constexpr MonoTime monoTime(std::int64_t ns) {
+  return MonoTime{Nanoseconds{ns}};
+}
+constexpr std::int64_t toNs(MonoTime time) {
+  return time.time_since_epoch().count();
+}
+constexpr MasterTime masterTime(std::int64_t ns) {
+  return MasterTime{Nanoseconds{ns}};
+}
+constexpr std::int64_t toNs(MasterTime time) {
+  return time.time_since_epoch().count();
+}
+constexpr double toSeconds(Nanoseconds duration) {
+  return static_cast<double>(duration.count()) * 1e-9;
+}
 
 // Index of an edge of the master clock. Exact.
 struct Tick {
@@ -44,7 +54,9 @@ struct Tick {
   friend constexpr std::int64_t operator-(Tick a, Tick b) { return a.index - b.index; }
 };
 
-constexpr MasterTime masterTime(Tick tick, Nanoseconds nominal_period) { return MasterTime{tick.index * nominal_period}; }
+constexpr MasterTime masterTime(Tick tick, Nanoseconds nominal_period) {
+  return MasterTime{tick.index * nominal_period};
+}
 
 // Index of a sample: tick times samples per tick, plus the sub-sample.
 struct SampleIndex {

@@ -48,6 +48,10 @@ std::string edgesOf(const messages::EdgeCounters& edges) {
          " lost by the kernel, " + to_string(edges.unlocked) + " before the lock";
 }
 
+std::uint64_t badFrames(const messages::LinkCounters& link) {
+  return link.bad_crc + link.bad_cobs + link.bad_length + link.oversize;
+}
+
 std::string duration(std::uint64_t ms) {
   const auto s = ms / 1000;
   if (s < 60) return to_string(s) + " s";
@@ -125,6 +129,11 @@ Json describe(const messages::Status::Answer& s) {
           {"procedure", s.procedure},
           {"active_result_ids", s.active_results},
           {"links", s.links},
+          {"from_hosts",
+           {{"frames", s.from_hosts.frames},
+            {"bad_frames", badFrames(s.from_hosts)},
+            {"unexpected_frames", s.from_hosts.unexpected},
+            {"discarded_bytes", s.from_hosts.discarded_bytes}}},
           {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}}};
 }
 
@@ -144,6 +153,8 @@ std::string page(const messages::Status::Answer& s) {
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));
   all += row("links", to_string(s.links) + " connected");
+  all += row("from hosts", to_string(s.from_hosts.frames) + " good frames, " + to_string(badFrames(s.from_hosts)) +
+                               " bad ones, " + to_string(s.from_hosts.discarded_bytes) + " bytes of garbage");
   all += row("modbus",
              to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
   all.pop_back();
