@@ -14,7 +14,7 @@ std::string maskOf(std::uint16_t mask) {
   constexpr std::array<const char*, 4> kSources{"screw", "swivel", "rotary", "centreline"};
   std::string all;
   for (std::size_t bit = 0; bit < kSources.size(); ++bit) {
-    if ((mask >> bit & 1U) != 0) all += (all.empty() ? "" : "+") + text(kSources[bit]);
+    if ((unsigned{mask} >> bit & 1U) != 0) all += (all.empty() ? "" : "+") + text(kSources[bit]);
   }
   return all.empty() ? "no source" : all;
 }
