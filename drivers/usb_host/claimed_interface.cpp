@@ -1,0 +1,69 @@
+#include "drivers/usb_host/claimed_interface.hpp"
+
+#include <libusb.h>
+#include <utility>
+
+#include "drivers/usb_host/linux_sysfs.hpp"
+
+namespace probebox::usb_host {
+namespace {
+
+using Kind = OpenError::Kind;
+
+OpenError failure(const Device& device, int code, const char* doing) {
+  const std::string name = "usb:" + device.name();
+  switch (code) {
+    case LIBUSB_ERROR_ACCESS:
+      return {Kind::no_permission,
+              name + ": no permission to open " + device.node + "; " + remedyFor(Access::no_permission)};
+    case LIBUSB_ERROR_BUSY: {
+      const auto holder = holderOf(device);
+      return {Kind::busy,
+              name + ": in use by " + (holder.empty() ? "another program" : holder) + "; " + remedyFor(Access::busy)};
+    }
+    case LIBUSB_ERROR_NO_DEVICE:
+    case LIBUSB_ERROR_NOT_FOUND:
+      return {Kind::gone, name + ": unplugged while it was being opened; plug it in and try again"};
+    default:
+      return {Kind::failed, name + ": " + doing + " failed: " + libusb_strerror(code) + "; plug it in again"};
+  }
+}
+
+}  // namespace
+
+Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(const std::shared_ptr<Context>& context,
+                                                                             const Device& device) {
+  libusb_device_handle* handle = nullptr;
+  if (const int code = libusb_open(device.handle.get(), &handle); code != LIBUSB_SUCCESS) {
+    return failure(device, code, "opening it");
+  }
+  std::unique_ptr<ClaimedInterface> opened{new ClaimedInterface{context, device, handle}};
+  if (const int code = libusb_claim_interface(handle, device.interface_number); code != LIBUSB_SUCCESS) {
+    return failure(device, code, "claiming its interface");
+  }
+  opened->claimed_ = true;
+  if (const int code = libusb_set_interface_alt_setting(handle, device.interface_number, 0); code != LIBUSB_SUCCESS) {
+    return failure(device, code, "resetting its interface");
+  }
+  return opened;
+}
+
+Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(const usb::InterfaceClass& wanted,
+                                                                             std::string_view name) {
+  const auto context = Context::open();
+  if (!context) return context.error();
+  const auto device = choose(devices(*context, wanted), name, wanted);
+  if (!device) return device.error();
+  return open(*context, *device);
+}
+
+void ClaimedInterface::reset() {
+  libusb_set_interface_alt_setting(handle_, device_.interface_number, 0);
+}
+
+ClaimedInterface::~ClaimedInterface() {
+  if (claimed_) libusb_release_interface(handle_, device_.interface_number);
+  libusb_close(handle_);
+}
+
+}  // namespace probebox::usb_host
