@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 
 namespace probebox::io {
 
@@ -29,9 +30,14 @@ class BytePipe {
   virtual std::string_view name() const = 0;
 };
 
-// What one host and one box have between them. A carrier with frames of its own (USB) has a second lane for requests
-// and answers, and its frames go bare; elsewhere `control` is null, and frames are delimited.
+// What one host and one box have between them. A carrier that neither loses nor damages bytes and has several ways
+// through (USB) has a second lane for requests and answers, and frames go bare; elsewhere `control` is null, and frames
+// are delimited. The descriptor of the data lane speaks for both.
 struct Connection {
+  Connection() = default;
+  Connection(std::unique_ptr<BytePipe> data_lane, std::unique_ptr<BytePipe> control_lane = nullptr)
+      : data{std::move(data_lane)}, control{std::move(control_lane)} {}
+
   std::unique_ptr<BytePipe> data;
   std::unique_ptr<BytePipe> control;
 };

@@ -26,14 +26,17 @@ static_assert(messages::kProtocolMajor == 1, "the text of the version refusal na
 
 Session::Session(SessionOptions options, const History& history)
     : options_{std::move(options)},
-      reader_{options_.max_request},
+      reader_{options_.max_request, framing()},
+      control_reader_{options_.two_lanes ? options_.max_request : 0, framing()},
       control_{{options_.max_request, options_.max_payload}},
       feed_{{options_.queue_bytes, options_.live_bytes, options_.queue_pieces, options_.max_payload}, history},
       outbox_{4 * options_.max_payload, kOutboxMessages},
+      answers_{4 * options_.max_payload, kOutboxMessages},
       scratch_(frame::bareSize(options_.max_payload)),
-      frame_(1 + frame::delimitedMaxSize(options_.max_payload)),
       session_id_{options_.first_session_id - 1} {
   descriptor_.reserve(options_.max_payload);
+  data_out_.frame.resize(1 + frame::delimitedMaxSize(options_.max_payload));
+  if (options_.two_lanes) control_out_.frame.resize(frame::bareSize(options_.max_payload));
 }
 
 bool Session::setDescriptor(std::span<const std::byte> encoded) {
@@ -44,9 +47,10 @@ bool Session::setDescriptor(std::span<const std::byte> encoded) {
   return true;
 }
 
-void Session::receive(std::span<const std::byte> bytes, MonoTime now) {
+void Session::receive(std::span<const std::byte> bytes, MonoTime now, Lane lane) {
   now_ = std::max(now_, now);
-  while (const auto received = reader_.next(bytes)) handle(*received);
+  auto& reader = lane == Lane::control ? control_reader_ : reader_;
+  while (const auto received = reader.next(bytes)) handle(*received);
 }
 
 void Session::advance(MonoTime now, const Vitals& vitals) {
@@ -109,11 +113,12 @@ void Session::greet(const frame::Frame& received) {
   control_.restart();
   feed_.stop();
   outbox_.clear();
+  answers_.clear();
   start_ = {};
   stream_number_ = 0;
   descriptor_hash_ = 0;
   state_ = SessionState::greeted;
-  lead_with_delimiter_ = frame_sent_ == frame_size_;
+  lead_with_delimiter_ = framing() == frame::Framing::delimited && !data_out_.busy();
   last_heard_ = now_;
   next_heartbeat_ = now_ + options_.heartbeat_period;
   heartbeat_due_ = false;
@@ -166,6 +171,7 @@ void Session::hangUp() {
   feed_.stop();
   control_.restart();
   outbox_.clear();
+  answers_.clear();
   heartbeat_due_ = false;
   state_ = SessionState::down;
 }
@@ -191,57 +197,72 @@ bool Session::answer(std::uint64_t ticket, ErrorCode code, std::string_view text
 }
 
 messages::LinkCounters Session::linkCounters() const {
-  const auto& c = reader_.counters();
-  return {c.frames, c.bad_crc, c.bad_cobs, c.bad_length, c.oversize, c.discarded_bytes, unexpected_};
+  messages::LinkCounters sum{.unexpected = unexpected_};
+  for (const auto* reader : {&reader_, &control_reader_}) {
+    const auto& c = reader->counters();
+    sum.frames += c.frames;
+    sum.bad_crc += c.bad_crc;
+    sum.bad_cobs += c.bad_cobs;
+    sum.bad_length += c.bad_length;
+    sum.oversize += c.oversize;
+    sum.discarded_bytes += c.discarded_bytes;
+  }
+  return sum;
 }
 
+// What finds no room is dropped: the host asks again for what it misses.
 template <class Message>
 void Session::send(const Message& message) {
   const auto size = messages::encodedSize(message);
   const auto room = outbox_.room(1 + size);
-  if (room.empty() || !messages::encode(message, room.subspan(1))) {
-    ++dropped_messages_;
-    return;
-  }
+  if (room.empty() || !messages::encode(message, room.subspan(1))) return;
   room[0] = static_cast<std::byte>(Message::kType);
   outbox_.commit(1 + size);
 }
 
 void Session::sendPayload(MessageType type, std::span<const std::byte> payload) {
-  const auto room = outbox_.room(1 + payload.size());
-  if (room.empty()) {
-    ++dropped_messages_;
-    return;
-  }
+  auto& box = type == MessageType::answer && options_.two_lanes ? answers_ : outbox_;
+  const auto room = box.room(1 + payload.size());
+  if (room.empty()) return;
   room[0] = static_cast<std::byte>(type);
   std::ranges::copy(payload, room.begin() + 1);
-  outbox_.commit(1 + payload.size());
+  box.commit(1 + payload.size());
 }
 
-std::span<const std::byte> Session::pending() {
-  if (frame_sent_ == frame_size_) load();
-  return std::span{frame_}.subspan(frame_sent_, frame_size_ - frame_sent_);
+std::span<const std::byte> Session::pending(Lane lane) {
+  Outgoing& out = outgoing(lane);
+  if (!out.busy()) load(lane);
+  return std::span{out.frame}.subspan(out.sent, out.size - out.sent);
 }
 
-void Session::sent(std::size_t bytes) {
-  frame_sent_ = std::min(frame_sent_ + bytes, frame_size_);
+void Session::sent(std::size_t bytes, Lane lane) {
+  Outgoing& out = outgoing(lane);
+  out.sent = std::min(out.sent + bytes, out.size);
 }
 
-// Control first, then the heartbeat, then samples: nothing waits behind more than the one frame that is on its way.
-void Session::load() {
-  frame_sent_ = frame_size_ = 0;
-  if (!outbox_.empty()) {
-    const auto message = outbox_.front();
-    const auto type = static_cast<MessageType>(message[0]);
-    if (type == MessageType::descriptor) descriptor_hash_ = frame::crc32c(message.subspan(1));
-    frameUp(type, kControlStream, message.subspan(1));
-    outbox_.pop();
+// Messages first, then the heartbeat, then samples: nothing waits behind more than the one frame that is on its way.
+void Session::load(Lane lane) {
+  outgoing(lane).sent = outgoing(lane).size = 0;
+  if (lane == Lane::control) {
+    loadMessage(control_out_, answers_);
+  } else if (loadMessage(data_out_, outbox_)) {
+    return;
   } else if (heartbeat_due_) {
     heartbeat_due_ = false;
     loadHeartbeat();
   } else if (const auto piece = feed_.next()) {
     loadPiece(*piece);
   }
+}
+
+bool Session::loadMessage(Outgoing& out, ByteFifo& from) {
+  if (from.empty()) return false;
+  const auto message = from.front();
+  const auto type = static_cast<MessageType>(message[0]);
+  if (type == MessageType::descriptor) descriptor_hash_ = frame::crc32c(message.subspan(1));
+  frameUp(out, type, kControlStream, message.subspan(1));
+  from.pop();
+  return true;
 }
 
 void Session::loadPiece(const Piece& piece) {
@@ -253,8 +274,8 @@ void Session::loadPiece(const Piece& piece) {
   }
   const auto left = start_.credit_bytes - std::min(sent_bytes_, start_.credit_bytes);
   if (left < frame::delimitedMaxSize(payload.size())) return;
-  frameUp(piece.isBlock() ? MessageType::samples : MessageType::gap, start_.stream, payload);
-  sent_bytes_ += frame_size_;
+  frameUp(data_out_, piece.isBlock() ? MessageType::samples : MessageType::gap, start_.stream, payload);
+  sent_bytes_ += data_out_.size;
   feed_.take(piece);
 }
 
@@ -280,20 +301,20 @@ void Session::loadHeartbeat() {
   beat.edges = vitals_.edges;
   std::array<std::byte, 512> bytes{};
   if (const auto size = messages::encode(beat, bytes)) {
-    frameUp(MessageType::heartbeat, kControlStream, std::span{bytes}.first(*size));
+    frameUp(data_out_, MessageType::heartbeat, kControlStream, std::span{bytes}.first(*size));
   }
 }
 
-void Session::frameUp(MessageType type, std::uint8_t stream, std::span<const std::byte> payload) {
+void Session::frameUp(Outgoing& out, MessageType type, std::uint8_t stream, std::span<const std::byte> payload) {
   frame::Header header;
   header.major = messages::kProtocolMajor;
   header.type = static_cast<std::uint8_t>(type);
   header.stream = stream;
-  header.sequence = sequence_++;
+  header.sequence = out.sequence++;
   header.descriptor_hash = descriptor_hash_;
   std::size_t lead = 0;
-  if (std::exchange(lead_with_delimiter_, false)) frame_[lead++] = frame::kDelimiter;
-  frame_size_ = lead + frame::encodeDelimited(header, payload, scratch_, std::span{frame_}.subspan(lead));
+  if (std::exchange(lead_with_delimiter_, false)) out.frame[lead++] = frame::kDelimiter;
+  out.size = lead + frame::encode(framing(), header, payload, scratch_, std::span{out.frame}.subspan(lead));
 }
 
 }  // namespace probebox::stream

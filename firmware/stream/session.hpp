@@ -19,6 +19,9 @@
 
 namespace probebox::stream {
 
+// The two ways of a link with lanes of its own for requests and answers; a link without has `data` only.
+enum class Lane : std::uint8_t { data, control };
+
 struct SessionOptions {
   std::size_t max_payload{frame::kMaxPayload};
   std::size_t max_request{4096};        // bytes of a frame's payload from the host
@@ -28,6 +31,7 @@ struct SessionOptions {
   Nanoseconds heartbeat_period{100'000'000};
   Nanoseconds sign_of_life_period{
       500'000'000};  // the host sends something at least this often; three missed: link down
+  bool two_lanes{};  // REQUEST and ANSWER on a lane of their own, and frames bare (USB)
   std::uint32_t first_session_id{1};
   messages::BootId boot_id{};
   std::string firmware_version{};
@@ -54,7 +58,7 @@ class Session {
   // The payload of DESCRIPTOR. Sent to a greeted host at once when it differs. False when it is larger than a frame.
   bool setDescriptor(std::span<const std::byte> encoded);
 
-  void receive(std::span<const std::byte> bytes, MonoTime now);
+  void receive(std::span<const std::byte> bytes, MonoTime now, Lane lane = Lane::data);
   // Drives heartbeats and the watch over the host. Call it at least every heartbeat period.
   void advance(MonoTime now, const Vitals& vitals);
 
@@ -62,9 +66,9 @@ class Session {
   void offer(const EncodedBlock& block) { feed_.offer(block); }
   void offer(const GapNotice& gap) { feed_.offer(gap); }
 
-  // The rest of the frame that is being sent, or the beginning of the next; empty when there is nothing to send now.
-  std::span<const std::byte> pending();
-  void sent(std::size_t bytes);
+  // The rest of the frame that is being sent, or the next one; empty when there is nothing to send now.
+  std::span<const std::byte> pending(Lane lane = Lane::data);
+  void sent(std::size_t bytes, Lane lane = Lane::data);
 
   std::optional<PendingRequest> nextRequest() { return control_.next(); }
   // False when the ticket is no longer open: the host said HELLO again.
@@ -74,8 +78,6 @@ class Session {
   SessionState state() const { return state_; }
   messages::LinkCounters linkCounters() const;
   const SampleFeed& feed() const { return feed_; }
-  // Messages that found no room on the way out; the host asks again for what it misses.
-  std::uint64_t droppedMessages() const { return dropped_messages_; }
 
  private:
   void handle(const frame::Frame& frame);
@@ -87,25 +89,38 @@ class Session {
   void unexpected(messages::MessageType about);
   bool isGreeted() const { return state_ == SessionState::greeted || state_ == SessionState::streaming; }
 
+  // The frame on its way out of one lane.
+  struct Outgoing {
+    std::vector<std::byte> frame;
+    std::size_t size{};
+    std::size_t sent{};
+    std::uint32_t sequence{};
+    bool busy() const { return sent < size; }
+  };
+
+  frame::Framing framing() const { return options_.two_lanes ? frame::Framing::bare : frame::Framing::delimited; }
+  Outgoing& outgoing(Lane lane) { return lane == Lane::control ? control_out_ : data_out_; }
+
   template <class Message>
   void send(const Message& message);
   void sendPayload(messages::MessageType type, std::span<const std::byte> payload);
-  void load();
+  void load(Lane lane);
+  bool loadMessage(Outgoing& out, ByteFifo& from);
   void loadPiece(const Piece& piece);
   void loadHeartbeat();
-  void frameUp(messages::MessageType type, std::uint8_t stream, std::span<const std::byte> payload);
+  void frameUp(Outgoing& out, messages::MessageType type, std::uint8_t stream, std::span<const std::byte> payload);
 
   SessionOptions options_;
   frame::Reader reader_;
+  frame::Reader control_reader_;
   ControlChannel control_;
   SampleFeed feed_;
-  ByteFifo outbox_;  // u8 type, then payload: framed when their turn comes
+  ByteFifo outbox_;   // u8 type, then payload: framed when their turn comes
+  ByteFifo answers_;  // the same, for the control lane
   std::vector<std::byte> descriptor_;
   std::vector<std::byte> scratch_;
-  std::vector<std::byte> frame_;
-  std::size_t frame_size_{};
-  std::size_t frame_sent_{};
-  std::uint32_t sequence_{};
+  Outgoing data_out_;
+  Outgoing control_out_;
   std::uint32_t descriptor_hash_{};
   std::uint32_t session_id_{};
   messages::Start start_{};
@@ -120,7 +135,6 @@ class Session {
   MonoTime next_heartbeat_{};
   Vitals vitals_{};
   std::uint64_t unexpected_{};
-  std::uint64_t dropped_messages_{};
 };
 
 }  // namespace probebox::stream

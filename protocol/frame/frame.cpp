@@ -25,15 +25,20 @@ std::size_t encodeDelimited(Header header, std::span<const std::byte> payload, s
   return coded + 1;
 }
 
+Header headerOf(std::span<const std::byte> bytes) {
+  Header header;
+  ByteReader reader{bytes};
+  Header::fields(header, [&](auto, auto& value, auto) { value = reader.get<std::decay_t<decltype(value)>>(); });
+  return header;
+}
+
 Outcome<Frame, FrameFault> decodeBare(std::span<const std::byte> bytes) {
   if (bytes.size() < kOverhead) return FrameFault::bad_length;
-  Frame frame;
-  ByteReader reader{bytes};
-  Header::fields(frame.header, [&](auto, auto& value, auto) { value = reader.get<std::decay_t<decltype(value)>>(); });
-  if (bytes.size() != bareSize(frame.header.payload_length)) return FrameFault::bad_length;
-  frame.payload = reader.take(frame.header.payload_length);
-  if (reader.get<std::uint32_t>() != crc32c(bytes.first(bytes.size() - kCrcSize))) return FrameFault::bad_crc;
-  return frame;
+  const Header header = headerOf(bytes);
+  if (bytes.size() != bareSize(header.payload_length)) return FrameFault::bad_length;
+  ByteReader crc{bytes.last(kCrcSize)};
+  if (crc.get<std::uint32_t>() != crc32c(bytes.first(bytes.size() - kCrcSize))) return FrameFault::bad_crc;
+  return Frame{header, bytes.subspan(kHeaderSize, header.payload_length)};
 }
 
 }  // namespace probebox::frame

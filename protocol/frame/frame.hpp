@@ -23,7 +23,7 @@ struct Header {
     field("flags", self.flags, "0, reserved");
     field("stream", self.stream, "stream id; a changed sample format is a new stream, 0 for control");
     field("payload_length", self.payload_length, "bytes of payload");
-    field("sequence", self.sequence, "+1 every frame of this direction of this link; a gap means frames were lost");
+    field("sequence", self.sequence, "+1 every frame of this direction of this lane; a gap means frames were lost");
     field("descriptor_hash", self.descriptor_hash, "CRC-32C of the DESCRIPTOR's payload; 0 before there was one");
   }
   friend constexpr bool operator==(const Header&, const Header&) = default;
@@ -49,16 +49,28 @@ struct Frame {
   std::span<const std::byte> payload{};
 };
 
+// How frames follow each other: with a delimiter after each, or one right after the other.
+enum class Framing : std::uint8_t { delimited, bare };
+
 enum class FrameFault : std::uint8_t { bad_cobs, bad_length, bad_crc, oversize };
 
 // Both return the size of the frame, or 0 when `into` is too small or the payload too long for a frame.
 // The payload may not overlap `into`. header.payload_length is set here, whatever it was.
-// Bare: for carriers with frames of their own (USB bulk transfers).
+// Bare: for carriers that neither lose nor damage bytes (USB bulk transfers).
 std::size_t encodeBare(Header header, std::span<const std::byte> payload, std::span<std::byte> into);
 // Delimited: COBS and a zero, for serial lines, TCP, pseudo terminals and files. `scratch` holds bareSize(payload)
 // bytes.
 std::size_t encodeDelimited(Header header, std::span<const std::byte> payload, std::span<std::byte> scratch,
                             std::span<std::byte> into);
+
+// Either of them.
+inline std::size_t encode(Framing framing, Header header, std::span<const std::byte> payload,
+                          std::span<std::byte> scratch, std::span<std::byte> into) {
+  return framing == Framing::bare ? encodeBare(header, payload, into) : encodeDelimited(header, payload, scratch, into);
+}
+
+// Reads the header only; nothing of it has been checked. `bytes` holds kHeaderSize bytes at least.
+Header headerOf(std::span<const std::byte> bytes);
 
 // Checks length and CRC. The payload of the answer lies in `bytes`.
 Outcome<Frame, FrameFault> decodeBare(std::span<const std::byte> bytes);

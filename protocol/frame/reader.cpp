@@ -4,9 +4,14 @@
 
 namespace probebox::frame {
 
-Reader::Reader(std::size_t max_payload) : buffer_(delimitedMaxSize(max_payload) - 1) {}
+Reader::Reader(std::size_t max_payload, Framing framing)
+    : framing_{framing}, max_payload_{max_payload}, buffer_(delimitedMaxSize(max_payload) - 1) {}
 
 std::optional<Frame> Reader::next(std::span<const std::byte>& bytes) {
+  return framing_ == Framing::bare ? nextBare(bytes) : nextDelimited(bytes);
+}
+
+std::optional<Frame> Reader::nextDelimited(std::span<const std::byte>& bytes) {
   while (!bytes.empty()) {
     const auto end = std::ranges::find(bytes, kDelimiter);
     const auto length = static_cast<std::size_t>(end - bytes.begin());
@@ -23,7 +28,8 @@ std::optional<Frame> Reader::next(std::span<const std::byte>& bytes) {
 
 void Reader::restart() {
   counters_.discarded_bytes += unfinished();
-  filled_ = overflow_ = 0;
+  filled_ = taken_ = overflow_ = 0;
+  searching_ = false;
 }
 
 void Reader::collect(std::span<const std::byte> bytes) {
@@ -58,6 +64,57 @@ void Reader::discard(std::uint64_t& counter) {
   ++counter;
   counters_.discarded_bytes += unfinished();
   filled_ = overflow_ = 0;
+}
+
+std::optional<Frame> Reader::nextBare(std::span<const std::byte>& bytes) {
+  while (gather(kHeaderSize, bytes)) {
+    const std::size_t payload = headerOf(std::span{buffer_}.subspan(taken_)).payload_length;
+    if (payload > max_payload_) {
+      passByte(counters_.oversize);
+      continue;
+    }
+    if (!gather(bareSize(payload), bytes)) break;
+    if (auto frame = checkBare(bareSize(payload))) return frame;
+  }
+  return std::nullopt;
+}
+
+// Whether the buffer holds `size` bytes that are not done with; takes what is missing from the front of `bytes`.
+bool Reader::gather(std::size_t size, std::span<const std::byte>& bytes) {
+  const std::size_t held = filled_ - taken_;
+  if (held >= size) return true;
+  if (taken_ + size > buffer_.size()) {
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(taken_),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(filled_), buffer_.begin());
+    filled_ = held;
+    taken_ = 0;
+  }
+  const auto more = bytes.first(std::min(size - held, bytes.size()));
+  std::ranges::copy(more, buffer_.begin() + static_cast<std::ptrdiff_t>(filled_));
+  filled_ += more.size();
+  bytes = bytes.subspan(more.size());
+  return filled_ - taken_ >= size;
+}
+
+std::optional<Frame> Reader::checkBare(std::size_t size) {
+  const auto frame = decodeBare(std::span{buffer_}.subspan(taken_, size));
+  if (!frame) {
+    passByte(counters_.bad_crc);
+    return std::nullopt;
+  }
+  taken_ += size;
+  if (taken_ == filled_) taken_ = filled_ = 0;
+  searching_ = false;
+  ++counters_.frames;
+  return *frame;
+}
+
+// One fault is counted for all the bytes that are passed over until the next good frame.
+void Reader::passByte(std::uint64_t& fault) {
+  if (!searching_) ++fault;
+  searching_ = true;
+  ++taken_;
+  ++counters_.discarded_bytes;
 }
 
 }  // namespace probebox::frame

@@ -20,30 +20,42 @@ struct ReaderCounters {
   std::uint64_t bad() const { return bad_crc + bad_cobs + bad_length + oversize; }
 };
 
-// Finds delimited frames in a stream of bytes, of a wire or of a file. Whatever came before a delimiter, the frame
-// after it is found: garbage costs at most the frame that it touches. Allocates in the constructor only.
+// Finds frames in a stream of bytes, of a wire or of a file. Allocates in the constructor only.
+// Delimited: whatever came before a delimiter, the frame after it is found: garbage costs at most the frame that it
+// touches. Bare: after a fault every byte is tried as the beginning of a frame until one has a good checksum; frames
+// that follow are found, though they may wait for as many bytes as a frame can have.
 class Reader {
  public:
-  explicit Reader(std::size_t max_payload = kMaxPayload);
+  explicit Reader(std::size_t max_payload = kMaxPayload, Framing framing = Framing::delimited);
 
   // Takes bytes from the front of `bytes` up to the end of the next good frame and returns that frame, or takes all of
   // them. The frame's payload is valid until the next call.
   std::optional<Frame> next(std::span<const std::byte>& bytes);
 
-  // Bytes of a frame whose delimiter has not come yet; at the end of a file: what was cut off.
-  std::size_t unfinished() const { return filled_ + overflow_; }
+  // Bytes of a frame whose end has not come yet; at the end of a file: what was cut off.
+  std::size_t unfinished() const { return filled_ - taken_ + overflow_; }
   const ReaderCounters& counters() const { return counters_; }
 
   // Forgets an unfinished frame (counted as discarded bytes), for a link that was opened anew.
   void restart();
 
  private:
+  std::optional<Frame> nextDelimited(std::span<const std::byte>& bytes);
   void collect(std::span<const std::byte> bytes);
   std::optional<Frame> finish();
+
+  std::optional<Frame> nextBare(std::span<const std::byte>& bytes);
+  bool gather(std::size_t size, std::span<const std::byte>& bytes);
+  std::optional<Frame> checkBare(std::size_t size);
+  void passByte(std::uint64_t& fault);
   void discard(std::uint64_t& counter);
 
+  Framing framing_;
+  std::size_t max_payload_;
   std::vector<std::byte> buffer_;
   std::size_t filled_{};
+  std::size_t taken_{};     // bare: bytes at the front of the buffer that are done with
+  bool searching_{};        // bare: the last frame was bad, its fault is counted
   std::size_t overflow_{};  // bytes of an oversize frame beyond the buffer
   ReaderCounters counters_{};
 };

@@ -8,8 +8,8 @@ namespace probebox::link {
 using messages::ErrorCode;
 using messages::MessageType;
 
-Client::Client(std::unique_ptr<io::BytePipe> pipe, ClientOptions options, StreamListener* listener)
-    : pipe_{std::move(pipe)}, options_{options}, listener_{listener}, reader_{*this} {}
+Client::Client(io::Connection connection, ClientOptions options, StreamListener* listener)
+    : connection_{std::move(connection)}, options_{options}, listener_{listener}, reader_{*this, framing()} {}
 
 LinkState Client::poll(MonoTime now) {
   now_ = now;
@@ -17,14 +17,15 @@ LinkState Client::poll(MonoTime now) {
     began_ = last_heard_ = now;
     sendHello();
   }
-  if (state_ != LinkState::lost) receive();
+  if (state_ != LinkState::lost) receiveAll();
   if (state_ != LinkState::lost) duties();
-  if (state_ != LinkState::lost) transmit();
+  if (state_ != LinkState::lost) transmit(*connection_.data, data_out_);
+  if (state_ != LinkState::lost && connection_.control) transmit(*connection_.control, control_out_);
   return state_;
 }
 
 bool Client::round(const Wait& wait) {
-  const auto now = wait(pipe_->descriptor(), wantsToWrite());
+  const auto now = wait(descriptor(), wantsToWrite());
   if (now) poll(*now);
   return now.has_value();
 }
@@ -67,34 +68,46 @@ void Client::stop() {
   sendStop();
 }
 
-void Client::receive() {
-  std::array<std::byte, 65536> buffer{};
-  // Bounded, so that a fast box cannot keep poll() from its duties.
-  for (int round = 0; round < 16; ++round) {
-    const auto got = pipe_->read(buffer);
-    received_bytes_ += got.bytes;
-    if (got.bytes > 0) {
-      last_heard_ = now_;
-      reader_.read(std::span{buffer}.first(got.bytes));
-    }
-    if (got.state == io::PipeState::closed) {
-      return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the connection was closed"});
-    }
-    if (got.bytes == 0) return;
-  }
+void Client::receiveAll() {
+  const bool open = receive(*connection_.data, [this](std::span<const std::byte> bytes) {
+    received_bytes_ += bytes.size();
+    reader_.read(bytes);
+  });
+  if (!open || !connection_.control) return;
+  receive(*connection_.control, [this](std::span<const std::byte> bytes) { reader_.readAnswers(bytes); });
 }
 
-void Client::transmit() {
-  while (wantsToWrite()) {
-    const auto put = pipe_->write(std::span{outgoing_}.subspan(written_));
-    written_ += put.bytes;
+// False when the link is lost.
+template <class Take>
+bool Client::receive(io::BytePipe& pipe, Take take) {
+  std::array<std::byte, 65536> buffer;
+  // Bounded, so that a fast box cannot keep poll() from its duties.
+  for (int round = 0; round < 16; ++round) {
+    const auto got = pipe.read(buffer);
+    if (got.bytes > 0) {
+      last_heard_ = now_;
+      take(std::span{buffer}.first(got.bytes));
+    }
+    if (got.state == io::PipeState::closed) {
+      lose({Failure::Kind::link_lost, {}, std::string{pipe.name()} + ": the connection was closed"});
+      return false;
+    }
+    if (got.bytes == 0) return true;
+  }
+  return true;
+}
+
+void Client::transmit(io::BytePipe& pipe, Outgoing& out) {
+  while (!out.done()) {
+    const auto put = pipe.write(std::span{out.bytes}.subspan(out.written));
+    out.written += put.bytes;
     if (put.state == io::PipeState::closed) {
-      return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the connection was closed"});
+      return lose({Failure::Kind::link_lost, {}, std::string{pipe.name()} + ": the connection was closed"});
     }
     if (put.bytes == 0) return;
   }
-  outgoing_.clear();
-  written_ = 0;
+  out.bytes.clear();
+  out.written = 0;
 }
 
 void Client::duties() {
@@ -103,7 +116,7 @@ void Client::duties() {
     return;
   }
   if (now_ - last_heard_ > options_.silence) {
-    return lose({Failure::Kind::link_lost, {}, std::string{pipe_->name()} + ": the box has gone silent"});
+    return lose({Failure::Kind::link_lost, {}, std::string{connection_.data->name()} + ": the box has gone silent"});
   }
   for (auto& [id, asked] : requests_) {
     if (asked.answer || now_ - asked.last_sent < options_.retry_period) continue;
@@ -122,7 +135,7 @@ void Client::lose(Failure failure) {
 void Client::sendHello() {
   last_hello_ = now_;
   // Ends whatever garbage is on the line.
-  outgoing_.push_back(frame::kDelimiter);
+  if (framing() == frame::Framing::delimited) data_out_.bytes.push_back(frame::kDelimiter);
   sendMessage(messages::Hello::current(options_.last_boot_id));
 }
 
@@ -159,14 +172,15 @@ std::optional<messages::Answer> Client::takeAnswer(std::uint32_t id) {
 }
 
 void Client::frameUp(MessageType type, std::span<const std::byte> payload) {
+  Outgoing& out = connection_.control && type == MessageType::request ? control_out_ : data_out_;
   std::vector<std::byte> scratch(frame::bareSize(payload.size()));
-  const auto at = outgoing_.size();
-  outgoing_.resize(at + frame::delimitedMaxSize(payload.size()));
+  const auto at = out.bytes.size();
+  out.bytes.resize(at + frame::delimitedMaxSize(payload.size()));
   frame::Header header;
   header.major = messages::kProtocolMajor;
   header.type = static_cast<std::uint8_t>(type);
-  header.sequence = sequence_++;
-  outgoing_.resize(at + frame::encodeDelimited(header, payload, scratch, std::span{outgoing_}.subspan(at)));
+  header.sequence = out.sequence++;
+  out.bytes.resize(at + frame::encode(framing(), header, payload, scratch, std::span{out.bytes}.subspan(at)));
   last_sent_ = now_;
 }
 

@@ -46,15 +46,16 @@ struct ClientOptions {
 class Client : private StreamListener {
  public:
   // `listener` hears everything that comes (may be null) and outlives the client.
-  Client(std::unique_ptr<io::BytePipe> pipe, ClientOptions options, StreamListener* listener = nullptr);
+  Client(io::Connection connection, ClientOptions options, StreamListener* listener = nullptr);
 
   Client(const Client&) = delete;  // the reader refers back to it
   Client& operator=(const Client&) = delete;
 
   LinkState poll(MonoTime now);
   LinkState state() const { return state_; }
-  int descriptor() const { return pipe_->descriptor(); }
-  bool wantsToWrite() const { return written_ < outgoing_.size(); }
+  int descriptor() const { return connection_.data->descriptor(); }
+  // Whether the descriptor is to be watched for writing as well.
+  bool wantsToWrite() const { return connection_.data->watchedForWriting() && !data_out_.done(); }
   const StreamReader& reader() const { return reader_; }
   const std::optional<Failure>& failure() const { return failure_; }
 
@@ -110,6 +111,13 @@ class Client : private StreamListener {
   bool round(const Wait& wait);
 
  private:
+  // What waits to go out on one lane.
+  struct Outgoing {
+    std::vector<std::byte> bytes;
+    std::size_t written{};
+    std::uint32_t sequence{};
+    bool done() const { return written == bytes.size(); }
+  };
   struct Asked {
     std::vector<std::byte> payload;  // of the REQUEST
     MonoTime last_sent{};
@@ -129,8 +137,11 @@ class Client : private StreamListener {
 
   std::uint32_t send(messages::Operation operation, std::vector<std::byte> body);
   std::optional<messages::Answer> takeAnswer(std::uint32_t id);
-  void receive();
-  void transmit();
+  frame::Framing framing() const { return connection_.control ? frame::Framing::bare : frame::Framing::delimited; }
+  template <class Take>
+  bool receive(io::BytePipe& pipe, Take take);
+  void receiveAll();
+  void transmit(io::BytePipe& pipe, Outgoing& out);
   void duties();
   void lose(Failure failure);
   void sendHello();
@@ -141,15 +152,14 @@ class Client : private StreamListener {
   template <class Message>
   void sendMessage(const Message& message);
 
-  std::unique_ptr<io::BytePipe> pipe_;
+  io::Connection connection_;
   ClientOptions options_;
   StreamListener* listener_;
   StreamReader reader_;
   LinkState state_{LinkState::greeting};
   std::optional<Failure> failure_;
-  std::vector<std::byte> outgoing_;
-  std::size_t written_{};
-  std::uint32_t sequence_{};
+  Outgoing data_out_;
+  Outgoing control_out_;
   std::uint32_t last_id_{};
   std::map<std::uint32_t, Asked> requests_;
   std::optional<messages::Start> wanted_;

@@ -16,6 +16,18 @@ void StreamReader::read(std::span<const std::byte> bytes) {
   }
 }
 
+void StreamReader::readAnswers(std::span<const std::byte> bytes) {
+  while (const auto received = answers_.next(bytes)) {
+    if (received->header.major != messages::kProtocolMajor) {
+      ++faults_.other_major;
+    } else if (static_cast<MessageType>(received->header.type) != MessageType::answer) {
+      ++faults_.unknown_type;
+    } else {
+      onAnswer(received->payload);
+    }
+  }
+}
+
 template <class Message>
 std::optional<Message> StreamReader::decoded(std::span<const std::byte> payload) {
   auto message = messages::decode<Message>(payload);
@@ -56,8 +68,7 @@ void StreamReader::understand(const frame::Frame& received) {
       if (const auto refusal = decoded<messages::Refusal>(received.payload)) listener_.onRefusal(*refusal);
       return;
     case MessageType::answer:
-      if (const auto answer = decoded<messages::Answer>(received.payload)) listener_.onAnswer(*answer);
-      return;
+      return onAnswer(received.payload);
     default:
       ++faults_.unknown_type;
   }
@@ -72,6 +83,10 @@ void StreamReader::onWelcome(std::span<const std::byte> payload) {
   test_pattern_seen_ = false;
   ledger_.restart();
   listener_.onWelcome(*welcome_);
+}
+
+void StreamReader::onAnswer(std::span<const std::byte> payload) {
+  if (const auto answer = decoded<messages::Answer>(payload)) listener_.onAnswer(*answer);
 }
 
 void StreamReader::onDescriptor(std::span<const std::byte> payload) {

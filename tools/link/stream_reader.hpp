@@ -57,9 +57,13 @@ struct ReaderFaults {
 // Bytes of a box -> samples, gaps, heartbeats and the host's ledger. One reader for wire and file.
 class StreamReader {
  public:
-  explicit StreamReader(StreamListener& listener) : listener_{listener} {}
+  explicit StreamReader(StreamListener& listener, frame::Framing framing = frame::Framing::delimited)
+      : listener_{listener}, reader_{frame::kMaxPayload, framing}, answers_{frame::kMaxPayload, framing} {}
 
   void read(std::span<const std::byte> bytes);
+  // Bytes of the lane that carries answers only. Its frames have a sequence of their own, which no loss is inferred
+  // from: an answer that is missing is asked for again.
+  void readAnswers(std::span<const std::byte> bytes);
 
   const HostLedger& ledger() const { return ledger_; }
   const frame::ReaderCounters& counters() const { return reader_.counters(); }
@@ -73,6 +77,7 @@ class StreamReader {
  private:
   void understand(const frame::Frame& frame);
   void onWelcome(std::span<const std::byte> payload);
+  void onAnswer(std::span<const std::byte> payload);
   void onDescriptor(std::span<const std::byte> payload);
   void onSamples(const frame::Frame& frame);
   void onGap(std::span<const std::byte> payload);
@@ -83,6 +88,7 @@ class StreamReader {
 
   StreamListener& listener_;
   frame::Reader reader_;
+  frame::Reader answers_;
   HostLedger ledger_;
   ReaderFaults faults_{};
   std::optional<messages::Welcome> welcome_;

@@ -12,6 +12,11 @@ Outcome<Uri> named(Outcome<Address> address, std::string_view text) {
   return Uri{std::move(*address), std::string{text}};
 }
 
+Outcome<io::Connection> oneLane(Outcome<std::unique_ptr<io::BytePipe>> pipe) {
+  if (!pipe) return pipe.error();
+  return io::Connection{std::move(*pipe)};
+}
+
 }  // namespace
 
 Outcome<Uri> parseUri(std::string_view text) {
@@ -33,10 +38,10 @@ Outcome<Uri> parseUri(std::string_view text) {
                "' is no address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N] or file:REC.pbx"};
 }
 
-Outcome<std::unique_ptr<io::BytePipe>> open(const Uri& uri, std::chrono::milliseconds patience) {
-  if (const auto* tcp = std::get_if<tcp::Address>(&uri.address)) return tcp::connectTcp(*tcp, patience);
+Outcome<io::Connection> open(const Uri& uri, std::chrono::milliseconds patience) {
+  if (const auto* tcp = std::get_if<tcp::Address>(&uri.address)) return oneLane(tcp::connectTcp(*tcp, patience));
   if (const auto* serial = std::get_if<serial::Address>(&uri.address)) {
-    return serial::openSerial(serial->path, serial->settings);
+    return oneLane(serial::openSerial(serial->path, serial->settings));
   }
   return Error{uri.text + " is a recording and cannot be connected to; name a box by tcp: or serial:"};
 }

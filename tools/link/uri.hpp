@@ -29,6 +29,6 @@ struct Uri {
 Outcome<Uri> parseUri(std::string_view text);
 
 // Connects to a box. A file is no box: it is read by readRecording().
-Outcome<std::unique_ptr<io::BytePipe>> open(const Uri& uri, std::chrono::milliseconds patience);
+Outcome<io::Connection> open(const Uri& uri, std::chrono::milliseconds patience);
 
 }  // namespace probebox::link

@@ -16,6 +16,12 @@ ByteVector delimited(std::uint32_t sequence, const ByteVector& payload) {
   return coded;
 }
 
+ByteVector bare(std::uint32_t sequence, const ByteVector& payload) {
+  ByteVector frame(bareSize(payload.size()));
+  frame.resize(encodeBare({.type = 8, .sequence = sequence}, payload, frame));
+  return frame;
+}
+
 void append(ByteVector& to, const ByteVector& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
@@ -34,16 +40,26 @@ std::vector<Received> readAll(Reader& reader, std::span<const std::byte> bytes) 
   return all;
 }
 
-TEST(Reader, FindsFramesHoweverTheBytesAreCut) {
+// Each framing, whatever is asked of both.
+class EitherReader : public testing::TestWithParam<Framing> {
+ protected:
+  static ByteVector framed(std::uint32_t sequence, const ByteVector& payload) {
+    return GetParam() == Framing::bare ? bare(sequence, payload) : delimited(sequence, payload);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(, EitherReader, testing::Values(Framing::delimited, Framing::bare),
+                         [](const auto& framing) { return framing.param == Framing::bare ? "bare" : "delimited"; });
+
+TEST_P(EitherReader, FindsFramesHoweverTheBytesAreCut) {
   EXPECT_TRUE(rc::check("any cut gives the same frames", [] {
     const auto payloads = *rc::gen::container<std::vector<ByteVector>>(anyBytes(100));
     ByteVector wire;
     std::vector<Received> sent;
     for (const auto& payload : payloads) {
       sent.push_back({static_cast<std::uint32_t>(sent.size()), payload});
-      append(wire, delimited(sent.back().sequence, payload));
+      append(wire, framed(sent.back().sequence, payload));
     }
-    Reader reader{128};
+    Reader reader{128, GetParam()};
     std::vector<Received> received;
     std::span<const std::byte> rest{wire};
     while (!rest.empty()) {
@@ -123,16 +139,59 @@ TEST(Reader, TellsWhatWasWrong) {
   EXPECT_EQ(counters.bad_crc, 1U);
 }
 
-TEST(Reader, AcceptsTheLargestFrameOfItsSize) {
-  Reader reader{300};
-  const ByteVector payload(300, std::byte{1});
-  EXPECT_EQ(readAll(reader, delimited(0, payload)).size(), 1U);
+// Bytes that can be the beginning of no frame push out whatever still waits for its end.
+ByteVector noFrame(std::size_t size) {
+  return ByteVector(size, std::byte{0xFF});
 }
 
-TEST(Reader, KnowsWhatWasCutOff) {
-  const auto wire = delimited(0, bytes({1, 2, 3}));
+TEST(Reader, FindsBareFramesAfterGarbageWithoutADelimiter) {
+  EXPECT_TRUE(rc::check("garbage, frame, garbage, frame: all frames arrive, all other bytes are counted", [] {
+    const auto payloads = *rc::gen::container<std::vector<ByteVector>>(anyBytes(60));
+    ByteVector wire;
+    std::vector<Received> sent;
+    std::uint64_t garbage_bytes = 0;
+    for (const auto& payload : payloads) {
+      const auto garbage = *anyBytes(100);
+      append(wire, garbage);
+      garbage_bytes += garbage.size();
+      sent.push_back({static_cast<std::uint32_t>(sent.size()), payload});
+      append(wire, bare(sent.back().sequence, payload));
+    }
+    const auto tail = noFrame(bareSize(128) + kHeaderSize);
+    append(wire, tail);
+    Reader reader{128, Framing::bare};
+    RC_ASSERT(readAll(reader, wire) == sent);
+    RC_ASSERT(reader.counters().discarded_bytes + reader.unfinished() == garbage_bytes + tail.size());
+  }));
+}
+
+TEST(Reader, OneDamagedByteCostsOneBareFrame) {
+  ByteVector wire;
+  for (std::uint32_t k = 0; k < 5; ++k) append(wire, bare(k, ByteVector(40, static_cast<std::byte>(k))));
+  for (std::size_t at = 0; at < wire.size(); ++at) {
+    auto damaged = wire;
+    damaged[at] ^= std::byte{0x11};
+    append(damaged, noFrame(bareSize(kMaxPayload)));
+    Reader reader{kMaxPayload, Framing::bare};
+    EXPECT_EQ(readAll(reader, damaged).size(), 4U) << at;
+    // One fault for the frame, one for the tail; both may be found in one search when the last frame is hit.
+    EXPECT_GE(reader.counters().bad(), 1U);
+    EXPECT_LE(reader.counters().bad(), 2U);
+  }
+}
+
+TEST_P(EitherReader, AcceptsTheLargestFrameOfItsSize) {
+  Reader reader{300, GetParam()};
+  const ByteVector payload(300, std::byte{1});
+  EXPECT_EQ(readAll(reader, framed(0, payload)).size(), 1U);
+  EXPECT_TRUE(readAll(reader, framed(0, ByteVector(400))).empty());
+  EXPECT_EQ(reader.counters().oversize, 1U);
+}
+
+TEST_P(EitherReader, KnowsWhatWasCutOff) {
+  const auto wire = framed(0, bytes({1, 2, 3}));
   for (std::size_t size = 0; size < wire.size(); ++size) {
-    Reader reader;
+    Reader reader{kMaxPayload, GetParam()};
     EXPECT_TRUE(readAll(reader, std::span{wire}.first(size)).empty());
     EXPECT_EQ(reader.unfinished(), size);
     reader.restart();

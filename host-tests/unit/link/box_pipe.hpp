@@ -19,17 +19,18 @@ using Damage = std::function<void(std::vector<std::byte>&)>;
 
 class BoxPipe : public io::BytePipe {
  public:
-  explicit BoxPipe(stream::Session& session, const MonoTime& now) : session_{session}, now_{now} {}
+  BoxPipe(stream::Session& session, const MonoTime& now, stream::Lane lane = stream::Lane::data)
+      : session_{session}, now_{now}, lane_{lane} {}
 
   io::Transfer read(std::span<std::byte> into) override {
     if (closed) return {0, io::PipeState::closed};
     std::vector<std::byte> bytes;
     while (!silent && bytes.size() < into.size()) {
-      const auto pending = session_.pending();
+      const auto pending = session_.pending(lane_);
       const auto part = pending.first(std::min(pending.size(), into.size() - bytes.size()));
       if (part.empty()) break;
       bytes.insert(bytes.end(), part.begin(), part.end());
-      session_.sent(part.size());
+      session_.sent(part.size(), lane_);
     }
     if (towards_host && !bytes.empty()) towards_host(bytes);
     std::ranges::copy(bytes, into.begin());
@@ -42,7 +43,7 @@ class BoxPipe : public io::BytePipe {
                                  from.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(from.size(), 37))};
     const auto taken = bytes.size();
     if (towards_box) towards_box(bytes);
-    session_.receive(bytes, now_);
+    session_.receive(bytes, now_, lane_);
     return {taken};
   }
   int descriptor() const override { return -1; }
@@ -56,19 +57,21 @@ class BoxPipe : public io::BytePipe {
  private:
   stream::Session& session_;
   const MonoTime& now_;
+  stream::Lane lane_;
 };
 
 // The box, the pipe's box side and the clock. Each wait is 10 ms of virtual time, in which the box makes 10 samples.
 class World {
  public:
-  World() : history{200'000, 2000}, session{options(), history} {
+  explicit World(bool two_lanes = false) : history{200'000, 2000}, session{options(two_lanes), history} {
     messages::Descriptor d;
     d.board = "sim";
     d.channels = {{"a", "nm", 1.0, 4, true, ""}};
     session.setDescriptor(messages::encoded(d));
     auto made = std::make_unique<BoxPipe>(session, now);
     pipe = made.get();
-    owned = std::move(made);
+    owned.data = std::move(made);
+    if (two_lanes) owned.control = std::make_unique<BoxPipe>(session, now, stream::Lane::control);
   }
 
   Wait wait(int rounds) {
@@ -103,11 +106,12 @@ class World {
   stream::History history;
   stream::Session session;
   BoxPipe* pipe{};
-  std::unique_ptr<io::BytePipe> owned;
+  io::Connection owned;
 
  private:
-  static stream::SessionOptions options() {
+  static stream::SessionOptions options(bool two_lanes) {
     stream::SessionOptions o;
+    o.two_lanes = two_lanes;
     o.boot_id.fill(std::byte{7});
     o.firmware_version = "0.1.0";
     return o;

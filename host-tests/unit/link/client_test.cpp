@@ -23,8 +23,13 @@ void answerStatus(World& world) {
   };
 }
 
-TEST(Client, ConnectsAndKnowsTheBox) {
-  World world;
+// On one lane with delimited frames, and on two with bare ones.
+class AnyClient : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(, AnyClient, testing::Bool(),
+                         [](const auto& two) { return two.param ? "TwoLanes" : "OneLane"; });
+
+TEST_P(AnyClient, ConnectsAndKnowsTheBox) {
+  World world{GetParam()};
   Client client{std::move(world.owned), {}};
   const auto welcome = client.connect(world.wait(20));
   ASSERT_TRUE(welcome.ok());
@@ -32,8 +37,8 @@ TEST(Client, ConnectsAndKnowsTheBox) {
   EXPECT_EQ(client.reader().descriptor()->board, "sim");
 }
 
-TEST(Client, StreamsWithAnExactLedgerAndClosesIt) {
-  World world;
+TEST_P(AnyClient, StreamsWithAnExactLedgerAndClosesIt) {
+  World world{GetParam()};
   Tally tally;
   Client client{std::move(world.owned), {}, &tally};
   ASSERT_TRUE(client.connect(world.wait(20)).ok());
@@ -52,8 +57,8 @@ TEST(Client, StreamsWithAnExactLedgerAndClosesIt) {
   EXPECT_GT(tally.balances, 30U);
 }
 
-TEST(Client, GrantsCreditAsItReadsSoThatNothingIsLost) {
-  World world;
+TEST_P(AnyClient, GrantsCreditAsItReadsSoThatNothingIsLost) {
+  World world{GetParam()};
   Tally tally;
   Client client{std::move(world.owned), {.window_bytes = 2000}, &tally};
   ASSERT_TRUE(client.connect(world.wait(20)).ok());
@@ -67,8 +72,37 @@ TEST(Client, GrantsCreditAsItReadsSoThatNothingIsLost) {
   EXPECT_GT(tally.samples, 4000U);
 }
 
-TEST(Client, AsksAndGetsAnswersAndTheBoxsOwnWords) {
-  World world;
+TEST(Client, AnswersDoNotWaitBehindSamplesOnALaneOfTheirOwn) {
+  World world{true};
+  answerStatus(world);
+  Client client{std::move(world.owned), {}};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  const auto wait = world.wait(100);
+  for (int k = 0; k < 50; ++k) client.round(wait);
+  world.pipe->silent = true;  // the data lane stands still, with samples in it
+  const auto status = client.request<messages::Status>({}, world.wait(20));
+  ASSERT_TRUE(status.ok());
+  EXPECT_EQ(status->board, "sim");
+}
+
+TEST(Client, FramesOfTheTwoLanesAreCountedApart) {
+  World world{true};
+  answerStatus(world);
+  Tally tally;
+  Client client{std::move(world.owned), {}, &tally};
+  ASSERT_TRUE(client.connect(world.wait(20)).ok());
+  client.start({});
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(client.request<messages::Status>({}, world.wait(20)).ok());
+  const auto balance = client.finish(world.wait(50));
+  ASSERT_TRUE(balance.ok());
+  EXPECT_TRUE(balance->exact);
+  EXPECT_EQ(balance->account.inferred_lost, 0U);
+  EXPECT_EQ(client.reader().ledger().framesMissing(), 0U);
+}
+
+TEST_P(AnyClient, AsksAndGetsAnswersAndTheBoxsOwnWords) {
+  World world{GetParam()};
   answerStatus(world);
   Client client{std::move(world.owned), {}};
   ASSERT_TRUE(client.connect(world.wait(20)).ok());
@@ -156,7 +190,7 @@ TEST(Client, ReconnectsAndResumesWithoutLoss) {
   Tally second;
   messages::BootId boot;
   boot.fill(std::byte{7});
-  Client again{std::make_unique<BoxPipe>(world.session, world.now), {.last_boot_id = boot}, &second};
+  Client again{io::Connection{std::make_unique<BoxPipe>(world.session, world.now)}, {.last_boot_id = boot}, &second};
   ASSERT_TRUE(again.connect(world.wait(20)).ok());
   again.start({.has_resume = true, .resume_from = next});
   const auto wait = world.wait(100);
