@@ -29,6 +29,13 @@ OpenError failure(const Device& device, int code, const char* doing) {
   }
 }
 
+// Until 1.0.26, libusb_set_interface_alt_setting() unlocks what it has not locked when it finds the device gone, and
+// libusb_close() then ends the process.
+bool cannotCloseWhatHasGone() {
+  const auto& version = *libusb_get_version();
+  return version.major == 1 && version.minor == 0 && version.micro <= 26;
+}
+
 }  // namespace
 
 Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(const std::shared_ptr<Context>& context,
@@ -42,9 +49,7 @@ Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(con
     return failure(device, code, "claiming its interface");
   }
   opened->claimed_ = true;
-  if (const int code = libusb_set_interface_alt_setting(handle, device.interface_number, 0); code != LIBUSB_SUCCESS) {
-    return failure(device, code, "resetting its interface");
-  }
+  if (const auto reset = opened->reset(); !reset) return reset.error();
   return opened;
 }
 
@@ -57,11 +62,22 @@ Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(con
   return open(*context, *device);
 }
 
-void ClaimedInterface::reset() {
-  libusb_set_interface_alt_setting(handle_, device_.interface_number, 0);
+Outcome<ClaimedInterface::Reset, OpenError> ClaimedInterface::reset() {
+  const int code = libusb_set_interface_alt_setting(handle_, device_.interface_number, 0);
+  if (code == LIBUSB_SUCCESS) return Reset{};
+  if (code == LIBUSB_ERROR_NO_DEVICE && cannotCloseWhatHasGone()) keepForEver(nullptr);
+  return failure(device_, code, "resetting its interface");
+}
+
+void ClaimedInterface::keepForEver(std::shared_ptr<void> memory) {
+  static auto& kept = *new std::vector<std::shared_ptr<void>>;
+  kept.push_back(std::move(memory));
+  kept.push_back(context_);
+  kept_ = true;
 }
 
 ClaimedInterface::~ClaimedInterface() {
+  if (kept_) return;
   if (claimed_) libusb_release_interface(handle_, device_.interface_number);
   libusb_close(handle_);
 }

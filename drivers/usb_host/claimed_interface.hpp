@@ -17,6 +17,8 @@ namespace probebox::usb_host {
 // in the endpoints is gone. Give it back only after all transfers have come back (BulkIn and BulkOut see to that).
 class ClaimedInterface {
  public:
+  struct Reset {};
+
   static Outcome<std::unique_ptr<ClaimedInterface>, OpenError> open(const std::shared_ptr<Context>& context,
                                                                     const Device& device);
   // The device that choose() finds, on a context of its own.
@@ -29,8 +31,11 @@ class ClaimedInterface {
   Context& context() { return *context_; }
   libusb_device_handle* handle() const { return handle_; }
   const Device& device() const { return device_; }
-  // Tells the device that this host is leaving: it empties its endpoints. Nothing happens when it is gone.
-  void reset();
+  // SET_INTERFACE 0: the device empties its endpoints and begins anew. Only while nothing is in flight.
+  Outcome<Reset, OpenError> reset();
+  // A transfer cannot be had back, so the kernel may still write to its memory: this is kept, and what was opened stays
+  // open, until the process ends.
+  void keepForEver(std::shared_ptr<void> memory);
 
  private:
   ClaimedInterface(std::shared_ptr<Context> context, Device device, libusb_device_handle* handle)
@@ -40,6 +45,7 @@ class ClaimedInterface {
   Device device_;
   libusb_device_handle* handle_;
   bool claimed_{};
+  bool kept_{};
 };
 
 }  // namespace probebox::usb_host

@@ -50,18 +50,20 @@ struct HotPlug::Registration {
   bool changed{};
 };
 
-Outcome<std::unique_ptr<HotPlug>, OpenError> HotPlug::watch(const usb::InterfaceClass& wanted) {
-  auto context = Context::open();
-  if (!context) return context.error();
-  return std::unique_ptr<HotPlug>{new HotPlug{wanted, std::move(*context)}};
+// Without udev, libusb finds what is there when a context is opened, and hears nothing afterwards.
+HotPlug::News HotPlug::possibleHere() {
+  return libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 && sysfs::udevRuns() ? News::told : News::looked_for;
 }
 
-// Without udev, libusb finds what is there when a context is opened, and hears nothing afterwards.
-HotPlug::HotPlug(const usb::InterfaceClass& wanted, std::shared_ptr<Context> context)
+Outcome<std::unique_ptr<HotPlug>, OpenError> HotPlug::watch(const usb::InterfaceClass& wanted, News news) {
+  auto context = Context::open();
+  if (!context) return context.error();
+  return std::unique_ptr<HotPlug>{new HotPlug{wanted, std::move(*context), news}};
+}
+
+HotPlug::HotPlug(const usb::InterfaceClass& wanted, std::shared_ptr<Context> context, News news)
     : wanted_{wanted}, context_{std::move(context)}, epoll_{epoll_create1(EPOLL_CLOEXEC)} {
-  if (libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 && sysfs::udevRuns()) {
-    told_ = std::make_unique<Registration>(context_);
-  }
+  if (news == News::told) told_ = std::make_unique<Registration>(context_);
   if (told_ && !told_->works) told_.reset();
   epoll_event readable{};
   readable.events = EPOLLIN;

@@ -19,7 +19,12 @@ struct PlugEvent {
 // Devices of one class coming and going. Where udev runs, the kernel tells; elsewhere it is looked every half second.
 class HotPlug {
  public:
-  static Outcome<std::unique_ptr<HotPlug>, OpenError> watch(const usb::InterfaceClass& wanted);
+  // How it hears of changes.
+  enum class News : std::uint8_t { told, looked_for };
+  static News possibleHere();
+
+  static Outcome<std::unique_ptr<HotPlug>, OpenError> watch(const usb::InterfaceClass& wanted,
+                                                            News news = possibleHere());
   ~HotPlug();
   HotPlug(const HotPlug&) = delete;
   HotPlug& operator=(const HotPlug&) = delete;
@@ -34,7 +39,7 @@ class HotPlug {
  private:
   struct Registration;
 
-  HotPlug(const usb::InterfaceClass& wanted, std::shared_ptr<Context> context);
+  HotPlug(const usb::InterfaceClass& wanted, std::shared_ptr<Context> context, News news);
   bool lookAgain();
 
   usb::InterfaceClass wanted_;

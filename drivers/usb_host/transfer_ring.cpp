@@ -8,8 +8,8 @@ namespace {
 
 // A cancelled transfer comes back within a microframe; a controller that has died must not hold up the program for
 // ever.
-constexpr int kMostRounds = 20;
-constexpr int kRoundMs = 100;
+constexpr int kMostRounds = 50;
+constexpr int kRoundMs = 20;
 
 }  // namespace
 
@@ -17,7 +17,7 @@ constexpr int kRoundMs = 100;
 struct TransferCallback {
   static void LIBUSB_CALL cameBack(libusb_transfer* transfer) {
     auto& slot = *static_cast<TransferSlot*>(transfer->user_data);
-    slot.ring->cameBack(slot);
+    if (slot.ring != nullptr) slot.ring->cameBack(slot);
   }
 };
 
@@ -40,7 +40,7 @@ void TransferSlot::Free::operator()(libusb_transfer* transfer) const {
 
 TransferRing::TransferRing(ClaimedInterface& interface, const Endpoint& endpoint, Size size,
                            std::function<void()> returned)
-    : context_{interface.context()}, in_{endpoint.in}, slots_(size.transfers), returned_{std::move(returned)} {
+    : interface_{interface}, in_{endpoint.in}, slots_(size.transfers), returned_{std::move(returned)} {
   for (auto& slot : slots_) {
     slot.ring = this;
     slot.buffer.resize(size.transfer_bytes);
@@ -63,14 +63,10 @@ void TransferRing::bringBack() {
   for (auto& slot : slots_) {
     if (slot.stage == TransferSlot::Stage::in_flight) libusb_cancel_transfer(slot.transfer.get());
   }
-  for (int round = 0; in_flight_ > 0 && round < kMostRounds; ++round) context_.handleWithin(kRoundMs);
+  for (int round = 0; in_flight_ > 0 && round < kMostRounds; ++round) interface_.context().handleWithin(kRoundMs);
   if (in_flight_ == 0) return;
-  // The kernel may still write into these: better lost than given to somebody else.
-  for (auto& slot : slots_) {
-    if (slot.stage != TransferSlot::Stage::in_flight) continue;
-    slot.transfer.release();
-    new std::vector<std::byte>{std::move(slot.buffer)};
-  }
+  for (auto& slot : slots_) slot.ring = nullptr;
+  interface_.keepForEver(std::make_shared<std::vector<TransferSlot>>(std::move(slots_)));
 }
 
 void TransferRing::submit(TransferSlot& slot, std::size_t bytes) {

@@ -80,7 +80,7 @@ class TransferRing {
   void bringBack();
   void end(EndpointState state);
 
-  Context& context_;
+  ClaimedInterface& interface_;
   bool in_;
   std::vector<TransferSlot> slots_;
   std::function<void()> returned_;

@@ -15,20 +15,29 @@ namespace {
 constexpr TransferRing::Size kControlIn{.transfers = 8, .transfer_bytes = 16 * 1024};
 constexpr TransferRing::Size kControlOut{.transfers = 4, .transfer_bytes = 16 * 1024};
 
-// Lets the box know at once that its host has gone, after the transfers have come back.
+// Lets the box know at once that its host leaves, after the transfers have come back.
 struct Farewell {
   ClaimedInterface& interface;
-  ~Farewell() { interface.reset(); }
+  bool due{};
+
+  ~Farewell() {
+    if (due) (void)interface.reset();
+  }
 };
 
 // What both lanes live on; the last of them to go closes it.
 struct Link {
   explicit Link(std::unique_ptr<ClaimedInterface> claimed) : interface {
     std::move(claimed)
-  }, farewell{*interface}, data_in{*interface, interface->device().endpoints[0]},
+  }, farewell{*interface, false}, data_in{*interface, interface->device().endpoints[0]},
       data_out{*interface, interface->device().endpoints[1]},
       control_in{*interface, interface->device().endpoints[2], kControlIn},
       control_out{*interface, interface->device().endpoints[3], kControlOut} {
+  }
+
+  ~Link() {
+    interface->context().handle();
+    farewell.due = data_in.state() == EndpointState::open && data_out.state() == EndpointState::open;
   }
 
   std::unique_ptr<ClaimedInterface> interface;
