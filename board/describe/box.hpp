@@ -37,6 +37,15 @@ struct Devices {
   std::string probe;
 };
 
+// How the box shows itself on USB; its serial number is that of the box. The numbers belong to who sells the box:
+// 1209:0001 is for tests (pid.codes).
+struct UsbIdentity {
+  std::uint16_t vendor_id{0x1209};
+  std::uint16_t product_id{0x0001};
+  std::string manufacturer{"probebox"};
+  std::string product{"probebox"};
+};
+
 struct Box {
   std::string board_name;
   std::string serial_number;
@@ -47,6 +56,7 @@ struct Box {
   std::vector<IndexLine> indexes;
   std::vector<GpioLine> skips;
   Devices devices;
+  UsbIdentity usb;
 };
 
 }  // namespace probebox::board

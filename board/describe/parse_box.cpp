@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
@@ -54,12 +57,33 @@ std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
   return lines;
 }
 
+// What goes into a USB string, and through the script that sets the gadget up.
+std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual = {}) {
+  auto text = section.text(key, std::move(usual));
+  const bool plain = std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
+  if (section.has(key) && (!plain || text.size() > 126))
+    section.problem(*section.node(key), "'" + std::string{key} +
+                                            "' goes out over USB: write at most 126 plain ASCII "
+                                            "characters");
+  return text;
+}
+
+UsbIdentity usbIdentity(Section section) {
+  UsbIdentity usb;
+  usb.vendor_id = static_cast<std::uint16_t>(section.integer("vendor_id", {1, 0xFFFF}, usb.vendor_id));
+  usb.product_id = static_cast<std::uint16_t>(section.integer("product_id", {0, 0xFFFF}, usb.product_id));
+  usb.manufacturer = usbText(section, "manufacturer", usb.manufacturer);
+  usb.product = usbText(section, "product", usb.product);
+  section.finish();
+  return usb;
+}
+
 Box readBox(Section& root) {
   Box box;
   TakenLines taken;
   auto identity = root.section("box");
   box.board_name = identity.text("board_name");
-  box.serial_number = identity.text("serial_number");
+  box.serial_number = usbText(identity, "serial_number");
   identity.finish();
 
   auto sync = root.section("sync");
@@ -78,6 +102,7 @@ Box readBox(Section& root) {
   box.devices.encoder_rate_hz = devices.number("encoder_rate_hz", {1, 1e6});
   box.devices.probe = devices.text("probe");
   devices.finish();
+  box.usb = usbIdentity(root.section("usb", false));
   return box;
 }
 

@@ -169,6 +169,10 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
       uris.push_back("serial:" + line->path + ",baud=" + std::to_string(line->settings.baud));
       continue;
     }
+    if (const auto* port = std::get_if<usb_gadget::PortAddress>(&*address)) {
+      links.serve(*port);
+      continue;
+    }
     auto listener = tcp::Listener::open(std::get<tcp::Address>(*address));
     if (!listener) return listener.error();
     if (!reachable_at) reachable_at = listener->address();

@@ -12,9 +12,8 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kReadAtOnce = 4096;
-constexpr int kReadsInTurn = 4;
-constexpr std::chrono::milliseconds kAdvance{20};
+constexpr std::chrono::milliseconds kAdvance{10};
+constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
 messages::GapReason wireReason(const FeedItem& item) {
@@ -61,7 +60,12 @@ void LinkService::listen(tcp::Listener listener) {
   listeners_.push_back(std::move(listener));
 }
 void LinkService::serve(const serial::Address& line) {
-  serial_lines_.push_back({.address = line});
+  serial_lines_.push_back(std::make_unique<SerialLine>());
+  serial_lines_.back()->address = line;
+}
+void LinkService::serve(const usb_gadget::PortAddress& port) {
+  usb_ports_.push_back(std::make_unique<UsbPort>());
+  usb_ports_.back()->address = port;
 }
 
 void LinkService::start() {
@@ -69,7 +73,9 @@ void LinkService::start() {
     std::vector<EventLoop::Watch> watches;
     for (auto& listener : listeners_) {
       watches.push_back(loop_.watch(listener.descriptor(), [this, &listener] {
-        while (auto pipe = listener.accept()) adopt(std::move(pipe), kNoLine);
+        while (auto pipe = listener.accept()) {
+          if (Link* link = adopt(std::move(pipe), nullptr)) watch(*link);
+        }
       }));
     }
     watches.push_back(loop_.watch(wake_up_.descriptor(), [this] {
@@ -80,6 +86,7 @@ void LinkService::start() {
     watches.push_back(loop_.every(kAdvance, [this] { advance(); }));
     loop_.run();
     links_.clear();
+    usb_ports_.clear();
   }};
   pthread_setname_np(thread_.native_handle(), "links");
 }
@@ -112,73 +119,93 @@ void LinkService::turnAway() {
              " links are open already.");
 }
 
-bool LinkService::adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line) {
-  const auto from_network = std::ranges::count(links_, kNoLine, [](const auto& link) { return link->serial_line; });
-  if (serial_line == kNoLine && static_cast<std::size_t>(from_network) >= options_.most_links) {
-    turnAway();
-    return false;
-  }
-  stream::SessionOptions session = options_.session;
-  session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
-  auto link = std::make_unique<Link>(Link{.id = ++last_link_,
-                                          .pipe = std::move(pipe),
-                                          .session = {session, history_},
-                                          .watch = {},
-                                          .serial_line = serial_line});
-  link->session.setDescriptor(descriptor_);
-  link->watch = loop_.watch(link->pipe->descriptor(), [this, raw = link.get()] {
-    receive(*raw);
-    flush(*raw);
-  });
-  link->since = time_.now();
-  links_.push_back(std::move(link));
-  counters_.links = static_cast<std::uint32_t>(links_.size());
+bool LinkService::Door::mayTry(MonoTime now) {
+  if (now < next_try) return false;
+  next_try = now + kRetry;
   return true;
 }
 
+void LinkService::Door::complain(const std::string& what) {
+  if (!complained) logWarning(what + " Trying again every second.");
+  complained = true;
+}
+
+LinkService::Link* LinkService::adopt(io::Connection connection, Door* door) {
+  const auto from_network = std::ranges::count_if(links_, [](const auto& link) { return link->door == nullptr; });
+  if (door == nullptr && static_cast<std::size_t>(from_network) >= options_.most_links) {
+    turnAway();
+    return nullptr;
+  }
+  stream::SessionOptions session = options_.session;
+  session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
+  if (connection.control) session.heartbeat_period = kUsbHeartbeat;
+  links_.push_back(std::make_unique<Link>(
+      Link{.host = {++last_link_, std::move(connection), session, history_, time_.now()}, .door = door, .watch = {}}));
+  links_.back()->host.session().setDescriptor(descriptor_);
+  counters_.links = static_cast<std::uint32_t>(links_.size());
+  return links_.back().get();
+}
+
+void LinkService::watch(Link& link) {
+  link.watch = loop_.watch(link.host.descriptor(), [this, &link] { serve(link); });
+}
+
 void LinkService::openSerialLines(MonoTime now) {
-  for (std::size_t i = 0; i < serial_lines_.size(); ++i) {
-    SerialLine& line = serial_lines_[i];
-    if (line.open || now < line.next_try) continue;
-    line.next_try = now + kRetry;
-    auto pipe = serial::openSerial(line.address.path, line.address.settings);
+  for (const auto& line : serial_lines_) {
+    if (line->link != nullptr || !line->mayTry(now)) continue;
+    auto pipe = serial::openSerial(line->address.path, line->address.settings);
     if (!pipe) {
-      if (!line.complained) logWarning(pipe.error().what + " Trying again every second.");
-      line.complained = true;
+      line->complain(pipe.error().what);
       continue;
     }
-    line.complained = false;
-    line.open = adopt(std::move(*pipe), i);
+    line->complained = false;
+    line->link = adopt(std::move(*pipe), line.get());
+    watch(*line->link);
   }
 }
 
-void LinkService::receive(Link& link) {
-  std::array<std::byte, kReadAtOnce> bytes;
-  for (int turn = 0; turn < kReadsInTurn && link.pipe; ++turn) {
-    const io::Transfer got = link.pipe->read(bytes);
-    if (got.bytes > 0) link.session.receive(std::span{bytes}.first(got.bytes), time_.now());
-    if (got.state == io::PipeState::closed) close(link);
-    if (got.bytes < bytes.size()) break;
+void LinkService::openUsbPorts(MonoTime now) {
+  for (const auto& usb : usb_ports_) {
+    if (usb->port || !usb->mayTry(now)) continue;
+    auto port = usb_gadget::GadgetPort::open(usb->address);
+    if (!port) {
+      usb->complain(port.error().what + ".");
+      continue;
+    }
+    usb->complained = false;
+    usb->port = std::move(*port);
+    usb->watch = loop_.watch(usb->port->descriptor(), [this, raw = usb.get()] { turn(*raw); });
+    logInfo("on the USB bus as a device");
   }
+}
+
+// A new connection takes the place of the one before: the host has begun anew.
+void LinkService::turn(UsbPort& usb) {
+  usb.port->turn();
+  if (auto connection = usb.port->accept()) {
+    if (usb.link != nullptr) close(*usb.link);
+    usb.link = adopt(std::move(*connection), &usb);
+  }
+  if (usb.link != nullptr) serve(*usb.link);
+}
+
+void LinkService::serve(Link& link) {
+  link.host.receive(time_.now());
   answerRequests(link);
+  flush(link);
 }
 
 void LinkService::answerRequests(Link& link) {
-  while (const auto request = link.session.nextRequest()) {
-    const auto reply = desk_.handle(link.id, *request, states_.newest(), vitals());
-    if (reply) link.session.answer(reply->ticket, reply->code, reply->text, reply->body);
+  while (const auto request = link.host.session().nextRequest()) {
+    const auto reply = desk_.handle(link.host.id(), *request, states_.newest(), vitals());
+    if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
 }
 
 void LinkService::flush(Link& link) {
-  while (link.pipe) {
-    const auto bytes = link.session.pending();
-    if (bytes.empty()) return link.watch.wantWrite(false);
-    const io::Transfer put = link.pipe->write(bytes);
-    link.session.sent(put.bytes);
-    if (put.state == io::PipeState::closed) return close(link);
-    if (put.bytes < bytes.size()) return link.watch.wantWrite(true);
-  }
+  link.host.flush();
+  if (link.host.closed()) return close(link);
+  link.watch.wantWrite(link.host.waitsForWriting());
 }
 
 void LinkService::passOn() {
@@ -188,11 +215,11 @@ void LinkService::passOn() {
                                        .count = static_cast<std::uint32_t>(item_.count),
                                        .bytes = std::span{item_.bytes}.first(item_.size)};
       history_.push(block);
-      for (const auto& link : links_) link->session.offer(block);
+      for (const auto& link : links_) link->host.session().offer(block);
     } else {
       const stream::GapNotice gap{.first = item_.first, .count = item_.count, .reason = wireReason(item_)};
       history_.push(gap);
-      for (const auto& link : links_) link->session.offer(gap);
+      for (const auto& link : links_) link->host.session().offer(gap);
     }
   }
   for (const auto& link : links_) flush(*link);
@@ -209,8 +236,8 @@ void LinkService::passOnReplies() {
   if (stopping) loop_.quit();
   for (const auto& reply : replies) {
     for (const auto& link : links_) {
-      if (link->id != reply.link) continue;
-      link->session.answer(reply.ticket, reply.code, reply.text, reply.body);
+      if (link->host.id() != reply.link) continue;
+      link->host.session().answer(reply.ticket, reply.code, reply.text, reply.body);
       flush(*link);
     }
   }
@@ -226,21 +253,22 @@ void LinkService::advance() {
                               .deadline_misses = counters_.deadline_misses,
                               .edges = edgeCounters(state.clock)};
   for (const auto& link : links_) {
-    link->session.advance(now, of_box);
+    link->host.session().advance(now, of_box);
     flush(*link);
-    // A serial line stays: the next host says HELLO on it.
-    if (link->serial_line == kNoLine && hasNothingToSay(*link, now)) close(*link);
+    // A serial line stays, and so does USB: the next host says HELLO on it.
+    if (link->door == nullptr && hasNothingToSay(*link, now)) close(*link);
   }
   dropClosed();
   openSerialLines(now);
+  openUsbPorts(now);
 }
 
 // It has gone without a word, or never said HELLO: its place is for others.
 bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
   constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
-  const auto state = link.session.state();
+  const auto state = link.host.session().state();
   return state == stream::SessionState::down ||
-         (state == stream::SessionState::waiting && now - link.since > kHelloUntil);
+         (state == stream::SessionState::waiting && now - link.host.since() > kHelloUntil);
 }
 
 void LinkService::refreshDescriptor() {
@@ -251,27 +279,28 @@ void LinkService::refreshDescriptor() {
   descriptor.delay = {
       .calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
   descriptor_ = messages::encoded(descriptor);
-  for (const auto& link : links_) link->session.setDescriptor(descriptor_);
+  for (const auto& link : links_) link->host.session().setDescriptor(descriptor_);
 }
 
 // Only marks the link: its own callback may be running.
 void LinkService::close(Link& link) {
-  if (!link.pipe) return;
-  addTo(from_gone_hosts_, link.session.linkCounters());
+  if (link.closed) return;
+  link.closed = true;
+  addTo(from_gone_hosts_, link.host.session().linkCounters());
   link.watch.pause();
-  link.pipe.reset();
-  if (link.serial_line != kNoLine) serial_lines_[link.serial_line].open = false;
+  link.host.hangUp();
+  if (link.door != nullptr) link.door->link = nullptr;
 }
 
 void LinkService::dropClosed() {
-  std::erase_if(links_, [](const auto& link) { return link->pipe == nullptr; });
+  std::erase_if(links_, [](const auto& link) { return link->closed; });
   counters_.links = static_cast<std::uint32_t>(links_.size());
 }
 
 LinkVitals LinkService::vitals() const {
   LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_};
   for (const auto& link : links_) {
-    if (link->pipe) addTo(all.from_hosts, link->session.linkCounters());
+    if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
   }
   return all;
 }

@@ -12,10 +12,12 @@
 #include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
+#include "drivers/usb_gadget/gadget_port.hpp"
 #include "firmware/app/control_desk.hpp"
 #include "firmware/app/core_thread.hpp"
 #include "firmware/app/event_loop.hpp"
 #include "firmware/app/feed.hpp"
+#include "firmware/app/host_link.hpp"
 #include "firmware/app/wake_up.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/session.hpp"
@@ -23,8 +25,8 @@
 
 namespace probebox::app {
 
-// All links to hosts, in one thread that waits for all of them at once: TCP listeners, serial lines, and a session for
-// each host. A slow or mad host costs its own session only.
+// All links to hosts, in one thread that waits for all of them at once: TCP listeners, serial lines, USB ports, and a
+// session for each host. A slow or mad host costs its own session only.
 class LinkService {
  public:
   struct Options {
@@ -43,6 +45,7 @@ class LinkService {
   // Before start().
   void listen(tcp::Listener listener);
   void serve(const serial::Address& line);
+  void serve(const usb_gadget::PortAddress& port);
 
   void start();
   void stop();
@@ -51,26 +54,37 @@ class LinkService {
   void reply(Reply reply);
 
  private:
+  struct Door;
   struct Link {
-    std::uint64_t id{};
-    std::unique_ptr<io::BytePipe> pipe;
-    stream::Session session;
-    EventLoop::Watch watch;
-    std::size_t serial_line = kNoLine;
-    MonoTime since{};
+    HostLink host;
+    Door* door{};            // null: from the network
+    EventLoop::Watch watch;  // not for USB, whose port tells
+    bool closed{};
   };
-  struct SerialLine {
-    serial::Address address;
+  // Something that is tried again every second until it is there.
+  struct Door {
     bool complained{};
     MonoTime next_try{};
-    bool open{};
+    Link* link{};  // of the host that came in here
+    bool mayTry(MonoTime now);
+    void complain(const std::string& what);
   };
-  static constexpr std::size_t kNoLine = ~std::size_t{0};
+  struct SerialLine : Door {
+    serial::Address address;
+  };
+  struct UsbPort : Door {
+    usb_gadget::PortAddress address;
+    std::unique_ptr<usb_gadget::GadgetPort> port;
+    EventLoop::Watch watch;  // for the port and for its link
+  };
 
-  bool adopt(std::unique_ptr<io::BytePipe> pipe, std::size_t serial_line);
+  Link* adopt(io::Connection connection, Door* door);
+  void watch(Link& link);
   void turnAway();
   void openSerialLines(MonoTime now);
-  void receive(Link& link);
+  void openUsbPorts(MonoTime now);
+  void turn(UsbPort& port);
+  void serve(Link& link);
   void answerRequests(Link& link);
   void flush(Link& link);
   void passOn();
@@ -95,7 +109,8 @@ class LinkService {
   FeedItem item_;
   EventLoop loop_;
   std::vector<tcp::Listener> listeners_;
-  std::vector<SerialLine> serial_lines_;
+  std::vector<std::unique_ptr<SerialLine>> serial_lines_;
+  std::vector<std::unique_ptr<UsbPort>> usb_ports_;
   std::vector<std::unique_ptr<Link>> links_;
   std::uint64_t last_link_{};
   std::uint64_t turned_away_{};

@@ -38,7 +38,12 @@ Outcome<LinkAddress> parseLink(const std::string& text) {
     if (!address) return address.error();
     return LinkAddress{*address};
   }
-  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600]."};
+  if (view == "usb" || view.starts_with("usb:")) {
+    auto address = usb_gadget::parsePort(view.substr(3));
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
 }
 
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) {

@@ -8,6 +8,7 @@
 #include "drivers/io/descriptor.hpp"
 #include "drivers/serial/settings.hpp"
 #include "drivers/tcp/address.hpp"
+#include "drivers/usb_gadget/gadget_port.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
@@ -22,11 +23,12 @@ struct Options {
   std::filesystem::path journal;  // empty: none
   double time_scale = 1.0;
   bool check = false;
+  bool usb_identity = false;
 };
 
 // A place where hosts come in.
-using LinkAddress = std::variant<tcp::Address, serial::Address>;
-// "tcp:HOST:PORT" or "serial:DEVICE[,baud=..]".
+using LinkAddress = std::variant<tcp::Address, serial::Address, usb_gadget::PortAddress>;
+// "tcp:HOST:PORT", "serial:DEVICE[,baud=..]" or "usb".
 Outcome<LinkAddress> parseLink(const std::string& text);
 
 // The folder of what must survive a restart, held by one daemon at a time.

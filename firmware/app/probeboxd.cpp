@@ -22,7 +22,7 @@ void describe(CLI::App& command, probebox::app::Options& options) {
   command.add_option("--config", options.config, "folder of descriptions that stand in for the board's own");
   command
       .add_option("--link", options.links,
-                  "where hosts come in: tcp:HOST:PORT or serial:DEVICE[,baud=921600]; again for more")
+                  "where hosts come in: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; again for more")
       ->allow_extra_args(false);
   command
       .add_option("--cnc", options.cnc,
@@ -34,6 +34,14 @@ void describe(CLI::App& command, probebox::app::Options& options) {
                   "with the emulated machine: how many times faster than real time it runs")
       ->check(CLI::Range(0.01, 100.0));
   command.add_flag("--check", options.check, "read all descriptions, say what is wrong with them, and stop");
+  command.add_flag("--usb-identity", options.usb_identity, "print what probebox-usb-setup needs to know, and stop");
+}
+
+// One name and one value a line; the descriptions allow plain ASCII only.
+void printUsbIdentity(const probebox::board::Box& box) {
+  std::printf("vendor_id 0x%04x\nproduct_id 0x%04x\nmanufacturer %s\nproduct %s\nserial_number %s\n",
+              unsigned{box.usb.vendor_id}, unsigned{box.usb.product_id}, box.usb.manufacturer.c_str(),
+              box.usb.product.c_str(), box.serial_number.c_str());
 }
 
 std::string scaleText(double scale) {
@@ -66,6 +74,10 @@ int run(const probebox::app::Options& options) {
   if (!descriptions) {
     probebox::app::logError(descriptions.error().what);
     return kUsage;
+  }
+  if (options.usb_identity) {
+    printUsbIdentity(descriptions->box);
+    return 0;
   }
   if (const auto refused = probebox::app::whyRefused(options, *descriptions)) {
     probebox::app::logError(refused->what);

@@ -3,7 +3,7 @@
 
 probebox_packages=(
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libgpiod-dev libusb-1.0-0-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
+  libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libumockdev-dev umockdev
   mbpoll)
 

@@ -47,6 +47,24 @@ std::string problemOf(const std::string& text) {
   return box.ok() ? "" : box.error().what;
 }
 
+TEST(BoxToml, ShowsItselfOnUsbByTheNumbersOfItsVendor) {
+  const auto usual = parseBox(kBox, "box.toml");
+  ASSERT_TRUE(usual.ok());
+  EXPECT_EQ(usual->usb.vendor_id, 0x1209);
+  const auto box =
+      parseBox(std::string{kBox} + "[usb]\nvendor_id = 0x2E8A\nproduct_id = 7\nproduct = \"P1\"\n", "box.toml");
+  ASSERT_TRUE(box.ok()) << box.error().what;
+  EXPECT_EQ(box->usb.vendor_id, 0x2E8A);
+  EXPECT_EQ(box->usb.product_id, 7);
+  EXPECT_EQ(box->usb.product, "P1");
+}
+
+TEST(BoxToml, RefusesWhatCannotGoOutOverUsb) {
+  EXPECT_THAT(problemOf(std::string{kBox} + "[usb]\nvendor_id = 0x12345\n"), HasSubstr("vendor_id"));
+  EXPECT_THAT(problemOf(std::string{kBox} + "[usb]\nproduct = \"two\\nlines\"\n"), HasSubstr("ASCII"));
+  EXPECT_THAT(problemOf(boxWith("serial_number = \"7\"", "serial_number = \"\u00fc7\"")), HasSubstr("ASCII"));
+}
+
 TEST(BoxToml, GivesLinesByRole) {
   const auto box = parseBox(kBox, "box.toml");
   ASSERT_TRUE(box.ok()) << box.error().what;

@@ -1,0 +1,62 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "drivers/usb_gadget/linux_aio.hpp"
+
+namespace probebox::usb_gadget {
+
+// One endpoint with its transfers, used in turn. Lives until all of them are back (AioQueue::drain()).
+class Lane {
+ public:
+  struct Size {
+    std::size_t transfers{};
+    std::size_t transfer_bytes{};  // a multiple of kLargestPacket
+  };
+  Lane(AioQueue& queue, int endpoint, Size size);
+
+  // A transfer came back with an error: it ends the connection, since what was in it cannot be said to have arrived.
+  bool failed() const { return failed_; }
+
+  // Asks for everything back.
+  void cancel();
+
+ protected:
+  // All transfers are back.
+  void forget();
+  Transfer& at(std::uint64_t k) { return ring_[k % ring_.size()]; }
+  bool full() const { return next_ - oldest_ == ring_.size(); }
+
+  AioQueue& queue_;
+  int endpoint_;
+  std::vector<Transfer> ring_;
+  std::uint64_t oldest_{};  // in use
+  std::uint64_t next_{};    // to be used
+  bool failed_{};
+};
+
+class InLane : public Lane {
+ public:
+  using Lane::Lane;
+  // Takes as much as there is room for.
+  std::size_t write(std::span<const std::byte> from);
+  // All transfers are back: forgets them, and returns how many bytes may not have arrived.
+  std::size_t restart();
+
+ private:
+  void settle();
+};
+
+class OutLane : public Lane {
+ public:
+  using Lane::Lane;
+  // Puts all transfers in flight.
+  void listen();
+  std::size_t read(std::span<std::byte> into);
+  // All transfers are back: forgets them, and returns how many bytes nobody has read.
+  std::size_t restart();
+};
+
+}  // namespace probebox::usb_gadget
