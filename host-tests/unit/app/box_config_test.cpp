@@ -26,7 +26,7 @@ TEST(BoxConfig, CarriesTheSenseOfAnAxisInItsSign) {
 TEST(BoxConfig, IsRefusedBeforeTheStartWithARemedy) {
   const auto sim = *board::simDescriptions();
   Options options;
-  options.links = {"usb"};
+  options.links = {"can:0"};
   EXPECT_NE(whyRefused(options, sim)->what.find("tcp:HOST:PORT"), std::string::npos);
   options.links = {};
   options.cnc = {"records:/dev/ttyS0"};
