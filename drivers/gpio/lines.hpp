@@ -19,8 +19,9 @@ struct ChipLines {
   std::vector<RequestedLine> lines;
 };
 
-// All lines of the box, chip by chip in the order of box.toml.
-std::vector<ChipLines> linesByChip(const board::Box& box);
+// Every line of the box for itself: sync, then triggers, index lines and skips, in the order of box.toml. Asked for
+// like that, a line that cannot be had takes no other along, and none fills up another's buffer in the kernel.
+std::vector<ChipLines> linesApart(const board::Box& box);
 
 // "sync", "trigger", ...: the source that falls silent when this line does.
 constexpr Source sourceOf(LineRole role) {

@@ -34,23 +34,6 @@ std::string lineText(const RequestedLine& line) {
   return "line " + address + " (" + line.name + ")";
 }
 
-bool labelled(const std::filesystem::path& path, const std::string& label) {
-  const Chip chip{gpiod_chip_open(path.c_str())};
-  const ChipInfo info{chip ? gpiod_chip_get_info(chip.get()) : nullptr};
-  return info && label == gpiod_chip_info_get_label(info.get());
-}
-
-// A path, a name such as gpiochip0, or a label.
-std::string pathOf(const std::string& chip) {
-  if (chip.starts_with('/')) return chip;
-  std::error_code error;
-  if (const auto named = "/dev/" + chip; std::filesystem::exists(named, error)) return named;
-  for (const auto& entry : std::filesystem::directory_iterator{"/dev", error}) {
-    if (entry.path().filename().string().starts_with("gpiochip") && labelled(entry.path(), chip)) return entry.path();
-  }
-  return "/dev/" + chip;
-}
-
 Error chipFailure(const std::string& chip, int code) {
   if (code == EACCES || code == EPERM) {
     return {chip +
@@ -60,6 +43,32 @@ Error chipFailure(const std::string& chip, int code) {
     return {chip + ": there is no such gpio chip; gpiodetect lists names and labels, box.toml says which is used"};
   }
   return {chip + ": " + std::strerror(code) + "; box.toml must name a gpio chip"};
+}
+
+bool labelled(gpiod_chip& chip, const std::string& label) {
+  const ChipInfo info{gpiod_chip_get_info(&chip)};
+  return info && label == gpiod_chip_info_get_label(info.get());
+}
+
+// By a path, a name such as gpiochip0, or a label.
+Outcome<Chip> openChip(const std::string& wanted) {
+  std::error_code error;
+  const auto path = wanted.starts_with('/') ? wanted : "/dev/" + wanted;
+  if (wanted.starts_with('/') || std::filesystem::exists(path, error)) {
+    Chip chip{gpiod_chip_open(path.c_str())};
+    if (!chip) return chipFailure(wanted, errno);
+    return chip;
+  }
+  std::string closed_to_us;
+  for (const auto& entry : std::filesystem::directory_iterator{"/dev", error}) {
+    if (!entry.path().filename().string().starts_with("gpiochip")) continue;
+    Chip chip{gpiod_chip_open(entry.path().c_str())};
+    if (!chip && errno == EACCES) closed_to_us = entry.path();
+    if (chip && labelled(*chip, wanted)) return chip;
+  }
+  // It may be the one that cannot be asked for its label.
+  if (!closed_to_us.empty()) return chipFailure(wanted + " (or is it " + closed_to_us + "?)", EACCES);
+  return chipFailure(wanted, ENOENT);
 }
 
 Outcome<unsigned> offsetOf(gpiod_chip& chip, const std::string& chip_name, const RequestedLine& line) {
@@ -127,21 +136,15 @@ LinuxGpio::LinuxGpio(ChipLines chip) : chip_{std::move(chip)}, name_{chip_.chip}
 
 LinuxGpio::~LinuxGpio() = default;
 
-Outcome<std::unique_ptr<LinuxGpio>> LinuxGpio::open(ChipLines chip) {
-  std::unique_ptr<LinuxGpio> source{new LinuxGpio{std::move(chip)}};
-  const auto opened = source->reopen();
-  if (!opened) return opened.error();
-  return source;
-}
-
-Outcome<bool> LinuxGpio::reopen() {
+Outcome<bool> LinuxGpio::acquire() {
   request_.reset();
   found_.clear();
   found_told_ = 0;
   lost_ = true;
   auto request = std::make_unique<Request>();
-  request->chip.reset(gpiod_chip_open(pathOf(chip_.chip).c_str()));
-  if (!request->chip) return chipFailure(chip_.chip, errno);
+  auto chip = openChip(chip_.chip);
+  if (!chip) return chip.error();
+  request->chip = std::move(*chip);
 
   const LineConfig lines{gpiod_line_config_new()};
   const RequestConfig config{gpiod_request_config_new()};
@@ -225,6 +228,8 @@ std::size_t LinuxGpio::readEdges(std::span<Event> into) {
     if (got < 0 && errno != EAGAIN) {
       lost_ = true;
       loss_.raise();
+      request_.reset();  // its descriptor would look readable for ever
+      break;
     }
     if (got <= 0) break;
     for (unsigned long i = 0; i < static_cast<unsigned long>(got); ++i) {

@@ -14,28 +14,28 @@ namespace probebox::gpio {
 // Edges of one gpio chip, stamped by the kernel on CLOCK_MONOTONIC, through libgpiod's deep buffer (1024 edges).
 class LinuxGpio final : public io::EventSource {
  public:
-  // Errors, each with its remedy: no such chip, no such line, no rights, a line that another process holds (named).
-  static Outcome<std::unique_ptr<LinuxGpio>> open(ChipLines chip);
+  // Has nothing before acquire().
+  explicit LinuxGpio(ChipLines chip);
   ~LinuxGpio() override;
 
-  // After open() and reopen(), first the present level of every line that is watched on both edges (a probe in
-  // contact), stamped `now`, or as the first edge that came since, with the sequence number last known. When the chip
-  // goes away, SourceLost comes once for every source that it carried; then nothing until reopen().
+  // Asks for the chip and its lines, the first time or again after they were lost. Errors, each with its remedy: no
+  // such chip, no such line, no rights, a line that another process holds (named).
+  Outcome<bool> acquire();
+
+  // After acquire(), first the present level of every line that is watched on both edges (a probe in contact), stamped
+  // `now`, or as the first edge that came since, with the sequence number last known. When the chip goes away,
+  // SourceLost comes once for every source that it carried; then nothing until acquire().
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
 
+  // Not acquired, or no more.
   bool lost() const { return lost_; }
-
-  // Asks for the chip and its lines again, by the same names.
-  Outcome<bool> reopen();
 
   std::uint64_t unknownEdges() const { return decoder_ ? decoder_->unknownEdges() : 0; }
 
  private:
   struct Request;
-
-  explicit LinuxGpio(ChipLines chip);
 
   bool findLevels(Request& request);
   std::size_t readLevels(std::span<Event> into, MonoTime now);
@@ -46,9 +46,9 @@ class LinuxGpio final : public io::EventSource {
   std::unique_ptr<Request> request_;
   std::unique_ptr<EdgeDecoder> decoder_;
   LossNotice loss_;
-  std::vector<Edge> found_;  // levels at the last (re)open
+  std::vector<Edge> found_;  // levels when the lines were acquired
   std::size_t found_told_{};
-  bool lost_{};
+  bool lost_{true};
 };
 
 }  // namespace probebox::gpio

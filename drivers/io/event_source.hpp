@@ -21,6 +21,10 @@ class EventSource {
 
   // For messages to a person: "gpiochip0 line 4 (sync)".
   virtual std::string_view name() const = 0;
+
+  // Why nothing comes from it at present, with the remedy; empty when all is well. Changes in read() alone, and a
+  // source that can come back does so there.
+  virtual std::string_view problem() const { return {}; }
 };
 
 }  // namespace probebox::io

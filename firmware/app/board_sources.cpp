@@ -5,7 +5,7 @@
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/controller_link.hpp"
-#include "firmware/app/gpio_chip.hpp"
+#include "firmware/app/gpio_line.hpp"
 #include "firmware/app/sim_source.hpp"
 
 namespace probebox::app {
@@ -20,13 +20,10 @@ Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box
   return sources;
 }
 
-Outcome<Sources> openLines(const board::Box& box) {
+// Lines that cannot be had yet are asked for while the box runs.
+Sources openLines(const board::Box& box) {
   Sources sources;
-  for (auto& chip : gpio::linesByChip(box)) {
-    auto opened = gpio::LinuxGpio::open(std::move(chip));
-    if (!opened) return opened.error();
-    sources.push_back(std::make_unique<GpioChip>(std::move(*opened)));
-  }
+  for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
   return sources;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "drivers/gpio/lines.hpp"
+
 namespace probebox::app {
 namespace {
 
@@ -73,6 +75,20 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
                                    .doc = kChannelTexts[i].doc});
   }
   return descriptor;
+}
+
+std::vector<messages::LineStatus> wireLines(const board::Box& box) {
+  std::vector<messages::LineStatus> lines;
+  for (const auto& chip : gpio::linesApart(box)) {
+    for (const auto& line : chip.lines) {
+      lines.push_back({.name = line.name,
+                       .role = static_cast<std::uint8_t>(line.watched.role),
+                       .line = line.watched.line,
+                       .edges = 0,
+                       .lost = 0});
+    }
+  }
+  return lines;
 }
 
 }  // namespace probebox::app

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <poll.h>
 #include <pthread.h>
 #include <sched.h>
 #include <utility>
@@ -14,7 +13,6 @@ namespace {
 
 constexpr std::size_t kBatch = 256;
 constexpr int kBatchesInTurn = 64;
-constexpr std::size_t kMostSources = 16;
 constexpr int kPollMs = 1;
 // Later than this is late enough for a kernel buffer to fill up.
 constexpr Nanoseconds kDeadline = std::chrono::milliseconds{50};
@@ -30,10 +28,17 @@ void askForRealTime() {
 }  // namespace
 
 CaptureThread::CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time,
-                             EventQueue& queue, WakeUp& core, Counters& counters)
-    : sources_{std::move(sources)}, time_{time}, queue_{queue}, core_{core}, counters_{counters}, thread_{[this] {
-        run();
-      }} {
+                             EventQueue& queue, WakeUp& core, Counters& counters, SourceTable& table)
+    : sources_{std::move(sources)},
+      time_{time},
+      queue_{queue},
+      core_{core},
+      counters_{counters},
+      table_{table},
+      told_(sources_.size()) {
+  for (const auto& source : sources_) table_.add(source->name());
+  waiting_.reserve(sources_.size());
+  thread_ = std::thread{[this] { run(); }};
   pthread_setname_np(thread_.native_handle(), "capture");
 }
 
@@ -50,6 +55,7 @@ void CaptureThread::run() {
     // Read before the sources are: all they hold is at or before what is said next about time.
     const MonoTime now = time_.now();
     for (const auto& source : sources_) drain(*source, now);
+    tellProblems();
     if (now - last_said >= kTimeAdvances) {
       if (time_.kernelDuration(now - last_said) > kDeadline) ++counters_.deadline_misses;
       push(TimeAdvanced{now}, now);
@@ -60,12 +66,11 @@ void CaptureThread::run() {
 }
 
 void CaptureThread::waitForSources() {
-  std::array<pollfd, kMostSources> waiting{};
-  nfds_t count = 0;
+  waiting_.clear();
   for (const auto& source : sources_) {
-    if (source->descriptor() >= 0 && count < kMostSources) waiting[count++] = {source->descriptor(), POLLIN, 0};
+    if (source->descriptor() >= 0) waiting_.push_back({source->descriptor(), POLLIN, 0});
   }
-  poll(waiting.data(), count, kPollMs);
+  poll(waiting_.data(), waiting_.size(), kPollMs);
 }
 
 void CaptureThread::drain(io::EventSource& source, MonoTime now) {
@@ -88,6 +93,15 @@ void CaptureThread::push(const Event& event, MonoTime now) {
   }
   const auto filled = static_cast<std::uint32_t>(queue_.size());
   if (filled > counters_.queue_high_water) counters_.queue_high_water = filled;
+}
+
+void CaptureThread::tellProblems() {
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const auto problem = sources_[i]->problem();
+    if (problem == told_[i]) continue;
+    told_[i] = problem;
+    table_.tell(i, problem);
+  }
 }
 
 }  // namespace probebox::app

@@ -1,11 +1,14 @@
 #pragma once
 #include <atomic>
 #include <memory>
+#include <poll.h>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "drivers/io/event_source.hpp"
 #include "firmware/app/counters.hpp"
+#include "firmware/app/source_table.hpp"
 #include "firmware/app/spsc_queue.hpp"
 #include "firmware/app/time_source.hpp"
 #include "firmware/app/wake_up.hpp"
@@ -21,8 +24,9 @@ class CaptureThread {
   // Silence is an event too, this often.
   static constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
 
+  // `table` gets a row for every source.
   CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time, EventQueue& queue,
-                WakeUp& core, Counters& counters);
+                WakeUp& core, Counters& counters, SourceTable& table);
   ~CaptureThread();
   CaptureThread(const CaptureThread&) = delete;
   CaptureThread& operator=(const CaptureThread&) = delete;
@@ -32,12 +36,16 @@ class CaptureThread {
   void waitForSources();
   void drain(io::EventSource& source, MonoTime now);
   void push(const Event& event, MonoTime now);
+  void tellProblems();
 
   std::vector<std::unique_ptr<io::EventSource>> sources_;
   const TimeSource& time_;
   EventQueue& queue_;
   WakeUp& core_;
   Counters& counters_;
+  SourceTable& table_;
+  std::vector<std::string> told_;  // the problem of every source
+  std::vector<pollfd> waiting_;
   std::uint32_t lost_unsaid_{};  // lost for want of room, and the core does not know yet
   std::atomic<bool> stopping_{false};
   std::thread thread_;

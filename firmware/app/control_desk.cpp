@@ -94,6 +94,14 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.active_results = with_.calibrations.activeResults();
   answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
   answer.modbus = with_.modbus();
+  for (auto& row : with_.sources.rows())
+    answer.sources.push_back({.name = std::move(row.name), .problem = std::move(row.problem)});
+  answer.lines = identity_.lines;
+  for (auto& line : answer.lines) {
+    const auto& counters = state.lines.at(line.role).at(line.line);
+    line.edges = counters.edges;
+    line.lost = counters.lost;
+  }
   return ok(answer);
 }
 

@@ -9,6 +9,7 @@
 #include "firmware/app/calibrations.hpp"
 #include "firmware/app/command_queue.hpp"
 #include "firmware/app/counters.hpp"
+#include "firmware/app/source_table.hpp"
 #include "firmware/app/time_source.hpp"
 #include "firmware/app/worker.hpp"
 #include "firmware/box/state.hpp"
@@ -32,6 +33,7 @@ struct Reply {
 struct Identity {
   std::string board;
   std::string firmware_version;
+  std::vector<messages::LineStatus> lines;
 };
 
 // What the thread of the links knows beyond the box's state.
@@ -52,6 +54,7 @@ class ControlDesk {
     Worker& worker;
     Calibrations& calibrations;
     Counters& counters;
+    const SourceTable& sources;
     std::function<messages::ModbusCounters()> modbus;
   };
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,

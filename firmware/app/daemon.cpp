@@ -76,9 +76,10 @@ struct Daemon::Parts {
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal(counters) : nullptr},
         worker{[this] { workerRound(); }},
-        desk{{descriptions.box.board_name, firmwareVersion()},
+        desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
-             {core.plan(), time, commands, worker, calibrations, counters, [this] { return modbusCounters(); }},
+             {core.plan(), time, commands, worker, calibrations, counters, source_table,
+              [this] { return modbusCounters(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -141,6 +142,7 @@ struct Daemon::Parts {
   io::Descriptor state_lock;
   TimeSource time;
   Counters counters;
+  SourceTable source_table;
   EventQueue events{kQueueEvents};
   CommandQueue commands;
   WakeUp core_wake_up;
@@ -218,7 +220,7 @@ void Daemon::Parts::run() {
   core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();
-  capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters);
+  capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters, source_table);
 }
 
 std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {

@@ -21,8 +21,8 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
 // The running box: all threads, from construction to destruction.
 class Daemon {
  public:
-  // Opens the store, the links and the sources; any of them that cannot be had at the start is an error with its
-  // remedy.
+  // Opens the store and the links; any of them that cannot be had at the start is an error with its remedy. A source
+  // that cannot be had is said once and asked for while the box runs.
   static Outcome<std::unique_ptr<Daemon>> start(const Options& options, const board::Descriptions& descriptions);
   ~Daemon();
   Daemon(const Daemon&) = delete;

@@ -42,7 +42,10 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       clock_{config.clock},
       latch_{config.latch},
       procedure_{config.multi_speed, config.capture},
-      block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {}
+      block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
+  // Lines count their edges from 1: what is missing before the first one that comes is lost too.
+  for (auto& lines : line_sequence_) lines.fill(SequenceWatch{0});
+}
 
 capture::Scales Box::scales() const {
   return {config_.mm_per_count, config_.clock.nominal_period};
@@ -66,8 +69,14 @@ void Box::on(const TimeAdvanced& time) {
 }
 
 void Box::on(const Edge& edge) {
-  auto& watch = line_sequence_[static_cast<std::size_t>(edge.role)][edge.line % kLinesOfRole];
+  const auto role = static_cast<std::size_t>(edge.role);
+  const auto line = edge.line % kLinesOfRole;
+  auto& watch = line_sequence_[role][line];
+  auto& counters = state_.lines[role][line];
+  const bool is_level_told_again = watch.standsAt(edge.line_sequence);
+  if (!is_level_told_again) ++counters.edges;
   const std::uint32_t missing = watch.missingBefore(edge.line_sequence);
+  counters.lost += missing;
   if (edge.role != LineRole::sync) {
     state_.lost.line_edges += missing;
     latch_.push(edge);

@@ -70,9 +70,7 @@ class Box {
   procedure::Procedure procedure_;
   corrections::Corrections corrections_;
   BlockBuilder block_;
-  static constexpr std::size_t kRoles = 4;
-  static constexpr std::size_t kLinesOfRole = 32;
-  std::array<std::array<SequenceWatch, kLinesOfRole>, kRoles> line_sequence_;
+  PerLine<SequenceWatch> line_sequence_;
   std::array<SequenceWatch, kLinearAxes> count_sequence_;
   SequenceWatch probe_sequence_;
   std::uint64_t lost_in_queue_samples_{};

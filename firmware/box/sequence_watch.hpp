@@ -7,6 +7,14 @@ namespace probebox::box {
 // anew: no loss is claimed.
 class SequenceWatch {
  public:
+  // The first value may be any.
+  SequenceWatch() = default;
+  // The first value is the one after `before`.
+  explicit SequenceWatch(std::uint32_t before) : last_{before}, seen_{true} {}
+
+  // This value is the last one again.
+  bool standsAt(std::uint32_t sequence) const { return seen_ && sequence == last_; }
+
   std::uint32_t missingBefore(std::uint32_t sequence) {
     const std::uint32_t step = sequence - last_;
     const bool forward = seen_ && step != 0 && step < kHalf;

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/clock/estimator.hpp"
@@ -8,6 +10,18 @@
 #include "protocol/units/time.hpp"
 
 namespace probebox::box {
+
+// Lines by role and number.
+inline constexpr std::size_t kLineRoles = 4;
+inline constexpr std::size_t kLinesOfRole = 32;
+template <class T>
+using PerLine = std::array<std::array<T, kLinesOfRole>, kLineRoles>;
+
+// Every edge that the kernel saw on a line is one of these, once a later one has come.
+struct LineCounters {
+  std::uint64_t edges{};  // reached the core
+  std::uint64_t lost{};   // by the gaps in the line's sequence
+};
 
 // What the sources themselves lost, by the gaps in their own counters. Events, not samples.
 struct SourceLosses {
@@ -31,6 +45,7 @@ struct State {
   std::uint64_t stray_markers{};
   std::uint64_t events{};
   SourceLosses lost;
+  PerLine<LineCounters> lines{};
 };
 
 }  // namespace probebox::box

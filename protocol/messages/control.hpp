@@ -68,6 +68,32 @@ struct ModbusCounters {
   }
 };
 
+// A driver's view: one line of a chip, a receiver, the emulated machine. Since protocol 1.1.
+struct SourceStatus {
+  std::string name{};
+  std::string problem{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
+    field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
+  }
+};
+
+// The core's view: a line that box.toml names. Since protocol 1.1.
+struct LineStatus {
+  std::string name{};
+  std::uint8_t role{};
+  std::uint8_t line{};
+  std::uint64_t edges{};
+  std::uint64_t lost{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "as box.toml has it, such as probe trigger");
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip");
+    field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z");
+    field("edges", self.edges, "edges that reached the core, of the kind that is watched for");
+    field("lost", self.lost, "edges that never did, by the gaps in the line's sequence");
+  }
+};
+
 struct Status {
   static constexpr Operation kOperation = Operation::status;
   using Request = Nothing;
@@ -85,6 +111,8 @@ struct Status {
     std::uint16_t links{};
     ModbusCounters modbus{};
     LinkCounters from_hosts{};
+    std::vector<SourceStatus> sources{};
+    std::vector<LineStatus> lines{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -99,6 +127,8 @@ struct Status {
       field("links", self.links, "connected hosts");
       field("modbus", self.modbus, "the lines to the controller");
       field("from_hosts", self.from_hosts, "what came over all links to hosts since the box started, garbage included");
+      field("sources", self.sources, "where events come from, and what is missing; since protocol 1.1");
+      field("lines", self.lines, "the box's digital inputs; since protocol 1.1");
     }
   };
 };

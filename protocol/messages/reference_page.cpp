@@ -27,6 +27,8 @@ std::string structureName() {
   if constexpr (std::same_as<T, Ledger>) return "Ledger";
   if constexpr (std::same_as<T, EventCounts>) return "EventCounts";
   if constexpr (std::same_as<T, ModbusCounters>) return "ModbusCounters";
+  if constexpr (std::same_as<T, SourceStatus>) return "SourceStatus";
+  if constexpr (std::same_as<T, LineStatus>) return "LineStatus";
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
 }
@@ -102,7 +104,8 @@ std::string names(std::string_view title, unsigned first, unsigned count) {
 }
 
 std::string introduction() {
-  return R"(# Messages of the box, protocol 1.0
+  return "# Messages of the box, protocol " + std::to_string(kProtocolMajor) + "." + std::to_string(kProtocolMinor) +
+         R"(
 
 Generated from the field lists in protocol/messages by `cmake --build build --target messages-page`; do not edit.
 
@@ -162,7 +165,8 @@ std::string control() {
 std::string structures() {
   return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<Ledger>() + structure<EventCounts>() +
-         structure<ModbusCounters>() + structure<NamedValue>() + structure<ResultSummary>();
+         structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() + structure<NamedValue>() +
+         structure<ResultSummary>();
 }
 
 std::string numbers() {

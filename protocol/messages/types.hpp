@@ -9,7 +9,7 @@
 namespace probebox::messages {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
-inline constexpr std::uint16_t kProtocolMinor = 0;
+inline constexpr std::uint16_t kProtocolMinor = 1;
 
 // A frame's type. The ids of HELLO and DESCRIPTOR stay the same in every major.
 enum class MessageType : std::uint8_t {

@@ -1,3 +1,5 @@
+#include <array>
+
 #include "tools/case/readable.hpp"
 #include "tools/probebox/report.hpp"
 
@@ -57,6 +59,26 @@ std::string duration(std::uint64_t ms) {
   if (s < 60) return to_string(s) + " s";
   if (s < 3600) return to_string(s / 60) + " min " + to_string(s % 60) + " s";
   return to_string(s / 3600) + " h " + to_string(s / 60 % 60) + " min";
+}
+
+Json sourcesOf(const std::vector<messages::SourceStatus>& sources) {
+  Json all = Json::array();
+  for (const auto& source : sources) all.push_back({{"name", source.name}, {"problem", source.problem}});
+  return all;
+}
+
+Json linesOf(const std::vector<messages::LineStatus>& lines) {
+  constexpr std::array kRoles{"sync", "trigger", "index", "skip"};
+  Json all = Json::array();
+  for (const auto& line : lines) {
+    const char* const role = line.role < kRoles.size() ? kRoles[line.role] : "unknown";
+    all.push_back({{"name", line.name},
+                   {"role", role},
+                   {"line", line.line},
+                   {"received_edges", line.edges},
+                   {"lost_edges", line.lost}});
+  }
+  return all;
 }
 
 std::string resultsOf(const std::vector<std::uint64_t>& ids) {
@@ -126,6 +148,8 @@ Json describe(const messages::Status::Answer& s) {
           {"queue_high_water_events", s.queue_high_water},
           {"deadline_misses", s.deadline_misses},
           {"events", {{"received_events", s.events.received}, {"lost_events", s.events.lost}}},
+          {"sources", sourcesOf(s.sources)},
+          {"lines", linesOf(s.lines)},
           {"procedure", s.procedure},
           {"active_result_ids", s.active_results},
           {"links", s.links},
@@ -149,6 +173,12 @@ std::string page(const messages::Status::Answer& s) {
                             to_string(s.ledger.lost_in_queue) + " on the way out");
   all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) +
                            " lost, queue at most " + to_string(s.queue_high_water) + " deep");
+  for (const auto& source : s.sources) {
+    if (!source.problem.empty()) all += row("nothing from", source.name + ": " + source.problem);
+  }
+  for (const auto& line : s.lines) {
+    all += row("line", line.name + ": " + to_string(line.edges) + " edges, " + to_string(line.lost) + " lost");
+  }
   all += row("late ticks", to_string(s.deadline_misses));
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));

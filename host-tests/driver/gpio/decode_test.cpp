@@ -52,22 +52,23 @@ RC_GTEST_PROP(EdgeDecoder, KeepsTheGapsOfALineAndAddsNoneAtARestart, (std::vecto
   }
 }
 
-TEST(Lines, AreAskedForChipByChipWithTheEdgesThatTheirRoleNeeds) {
+TEST(Lines, AreAskedForOneByOneWithTheEdgesThatTheirRoleNeeds) {
   board::Box box;
   box.sync = {"sync", "gpiochip0", 4U, ActiveLevel::low};
   box.triggers = {{"a", "gpiochip1", 0U, ActiveLevel::high},
                   {"b", "gpiochip0", std::string{"TOUCH"}, ActiveLevel::high}};
   box.indexes = {{{"index Z", "gpiochip0", 8U, ActiveLevel::high}, 2}};
-  const auto chips = linesByChip(box);
-  ASSERT_EQ(chips.size(), 2U);
-  ASSERT_EQ(chips[0].lines.size(), 3U);
-  EXPECT_EQ(chips[0].lines[0].watched.edges, Edges::active);
-  EXPECT_EQ(chips[0].lines[0].watched.active, ActiveLevel::low);
-  EXPECT_EQ(std::get<std::string>(chips[0].lines[1].address), "TOUCH");
-  EXPECT_EQ(chips[0].lines[1].watched.line, 1);
-  EXPECT_EQ(chips[0].lines[1].watched.edges, Edges::both);
-  EXPECT_EQ(chips[0].lines[2].watched.line, 2) << "an index line carries the number of its axis";
-  EXPECT_EQ(chips[1].lines[0].watched.line, 0);
+  const auto lines = linesApart(box);
+  ASSERT_EQ(lines.size(), 4U);
+  for (const auto& line : lines) ASSERT_EQ(line.lines.size(), 1U);
+  EXPECT_EQ(lines[0].lines[0].watched.edges, Edges::active);
+  EXPECT_EQ(lines[0].lines[0].watched.active, ActiveLevel::low);
+  EXPECT_EQ(lines[1].chip, "gpiochip1");
+  EXPECT_EQ(lines[1].lines[0].watched.line, 0);
+  EXPECT_EQ(std::get<std::string>(lines[2].lines[0].address), "TOUCH");
+  EXPECT_EQ(lines[2].lines[0].watched.line, 1);
+  EXPECT_EQ(lines[2].lines[0].watched.edges, Edges::both);
+  EXPECT_EQ(lines[3].lines[0].watched.line, 2) << "an index line carries the number of its axis";
 }
 
 }  // namespace

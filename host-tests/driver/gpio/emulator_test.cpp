@@ -85,18 +85,18 @@ TEST(EmulatedGpio, SaysOnceForEachSourceThatTheChipHasGone) {
 TEST(LinuxGpio, NamesAChipThatIsNotThere) {
   auto lines = syncAndTrigger();
   lines.chip = "no-such-chip";
-  const auto source = LinuxGpio::open(lines);
-  ASSERT_FALSE(source.ok());
-  EXPECT_THAT(source.error().what,
+  const auto acquired = LinuxGpio{lines}.acquire();
+  ASSERT_FALSE(acquired.ok());
+  EXPECT_THAT(acquired.error().what,
               ::testing::AllOf(::testing::HasSubstr("no-such-chip"), ::testing::HasSubstr("gpiodetect")));
 }
 
 TEST(LinuxGpio, RefusesADeviceThatIsNoGpioChip) {
   auto lines = syncAndTrigger();
   lines.chip = "/dev/null";
-  const auto source = LinuxGpio::open(lines);
-  ASSERT_FALSE(source.ok());
-  EXPECT_THAT(source.error().what, ::testing::HasSubstr("no such gpio chip; gpiodetect"));
+  const auto acquired = LinuxGpio{lines}.acquire();
+  ASSERT_FALSE(acquired.ok());
+  EXPECT_THAT(acquired.error().what, ::testing::HasSubstr("no such gpio chip; gpiodetect"));
 }
 
 }  // namespace

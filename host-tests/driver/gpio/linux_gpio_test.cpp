@@ -47,9 +47,9 @@ class LinuxGpioOnAChip : public ::testing::Test {
   }
 
   void open(const ChipLines& lines = boxLines()) {
-    auto source = LinuxGpio::open(lines);
-    ASSERT_TRUE(source.ok()) << source.error().what;
-    source_ = std::move(*source);
+    source_ = std::make_unique<LinuxGpio>(lines);
+    const auto acquired = source_->acquire();
+    ASSERT_TRUE(acquired.ok()) << acquired.error().what;
   }
 
   std::vector<Event> read(MonoTime now = kNow, std::size_t room = 256) {
@@ -149,9 +149,10 @@ TEST_F(LinuxGpioOnAChip, StampsAPresentLevelNoLaterThanTheFirstEdgeThatFollowsIt
 
 TEST_F(LinuxGpioOnAChip, NamesALineThatAnotherProcessHoldsAndTheRemedy) {
   plug({{"SKIP", false, ""}, {"TOUCH", true, "spindle-monitor"}, {"SYNC", false, ""}});
-  const auto source = LinuxGpio::open(boxLines());
-  ASSERT_FALSE(source.ok());
-  EXPECT_THAT(source.error().what,
+  LinuxGpio source{boxLines()};
+  const auto refused = source.acquire();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().what,
               AllOf(HasSubstr("gpiochip7"), HasSubstr("TOUCH"), HasSubstr("probe"),
                     HasSubstr("held by 'spindle-monitor'"), HasSubstr("stop that, or give the box another line")));
 }
@@ -161,10 +162,10 @@ TEST_F(LinuxGpioOnAChip, NamesALineThatTheChipDoesNotHave) {
   by_name.lines[1].address = std::string{"PROBE_9"};
   auto by_offset = boxLines();
   by_offset.lines[0].address = 3U;  // the chip has 0, 1 and 2
-  const auto no_name = LinuxGpio::open(by_name);
+  const auto no_name = LinuxGpio{by_name}.acquire();
   ASSERT_FALSE(no_name.ok());
   EXPECT_THAT(no_name.error().what, AllOf(HasSubstr("\"PROBE_9\" (probe)"), HasSubstr("gpioinfo")));
-  const auto no_offset = LinuxGpio::open(by_offset);
+  const auto no_offset = LinuxGpio{by_offset}.acquire();
   ASSERT_FALSE(no_offset.ok());
   EXPECT_THAT(no_offset.error().what, AllOf(HasSubstr("line 3 (sync)"), HasSubstr("gpioinfo")));
 }
@@ -172,7 +173,7 @@ TEST_F(LinuxGpioOnAChip, NamesALineThatTheChipDoesNotHave) {
 // 0: the descriptor gives the end of the file.
 class LinuxGpioOnAVanishingChip : public LinuxGpioOnAChip, public ::testing::WithParamInterface<int> {};
 
-TEST_P(LinuxGpioOnAVanishingChip, TellsTheLossOnceAndGoesOnAfterReopening) {
+TEST_P(LinuxGpioOnAVanishingChip, TellsTheLossOnceAndGoesOnAfterAcquiringThemAgain) {
   open();
   read();
   chip_->tell(1, false, 1, 1);
@@ -189,7 +190,7 @@ TEST_P(LinuxGpioOnAVanishingChip, TellsTheLossOnceAndGoesOnAfterReopening) {
   EXPECT_TRUE(source_->lost());
   EXPECT_TRUE(read().empty());
 
-  const auto away = source_->reopen();
+  const auto away = source_->acquire();
   ASSERT_FALSE(away.ok());
   EXPECT_THAT(away.error().what, HasSubstr("there is no such gpio chip"));
   EXPECT_EQ(source_->descriptor(), -1);
@@ -197,7 +198,7 @@ TEST_P(LinuxGpioOnAVanishingChip, TellsTheLossOnceAndGoesOnAfterReopening) {
 
   chip_->plugIn();
   chip_->setLevel(1, false);
-  ASSERT_TRUE(source_->reopen().ok());
+  ASSERT_TRUE(source_->acquire().ok());
   EXPECT_FALSE(source_->lost());
   const auto levels = read();
   ASSERT_EQ(levels.size(), 2U);
@@ -215,7 +216,7 @@ TEST_P(LinuxGpioOnAVanishingChip, TellsALossBeforeTheLevelsFoundAfterIt) {
   chip_->unplug(GetParam());
   EXPECT_EQ(read(kNow, 1).size(), 1U);  // room for one of two notices
   chip_->plugIn();
-  ASSERT_TRUE(source_->reopen().ok());
+  ASSERT_TRUE(source_->acquire().ok());
   const auto events = read();
   ASSERT_EQ(events.size(), 3U);
   EXPECT_TRUE(std::holds_alternative<SourceLost>(events[0]));

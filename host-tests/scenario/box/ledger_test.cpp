@@ -68,6 +68,7 @@ TEST(Ledger, TellsEdgesThatTheKernelLostFromEdgesThatNeverCame) {
   scenario.run(3s);
   expectExactLedger(scenario);
   EXPECT_EQ(scenario.state().lost.sync_edges, scenario.truth().ledger.lost_edges);
+  EXPECT_EQ(scenario.state().lines[0][0].lost, scenario.truth().ledger.lost_edges);
   EXPECT_GT(scenario.state().clock.lost_by_kernel, before.lost_by_kernel + 10);
 }
 
@@ -97,6 +98,26 @@ TEST(Ledger, GivesEverySampleOneFateWhenTheLinksHaveNoRoom) {
   EXPECT_GT(recorded.lost_samples, 0U);
   EXPECT_EQ(snapshot.lost_in_queue_samples, recorded.refused_samples);
   EXPECT_EQ(snapshot.lost_at_source_samples, recorded.lost_samples);
+}
+
+TEST(Lines, CountWhatCameAndWhatTheirSequencesLeaveOut) {
+  Recorder recorder;
+  box::Box box{usualBox(usualWorld()), recorder};
+  const auto edge = [&](std::uint8_t line, std::uint32_t sequence) {
+    box.push(Edge{LineRole::trigger, line, Level::active, sequence, monoTime(1'000'000 + sequence)});
+  };
+  edge(0, 3);  // the count begins at 1
+  edge(0, 4);
+  edge(0, 4);  // a level told again after the chip came back
+  edge(0, 9);
+  edge(1, 0);  // the level at the start
+  edge(1, 1);
+  const auto& triggers = box.state().lines[static_cast<std::size_t>(LineRole::trigger)];
+  EXPECT_EQ(triggers[0].edges, 3U);
+  EXPECT_EQ(triggers[0].lost, 6U);
+  EXPECT_EQ(triggers[1].edges, 1U);
+  EXPECT_EQ(triggers[1].lost, 0U);
+  EXPECT_EQ(box.state().lost.line_edges, 6U);
 }
 
 TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {

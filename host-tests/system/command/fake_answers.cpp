@@ -85,6 +85,8 @@ Reply FakeAnswers::status() const {
   s.uptime_ms = 125'000;
   s.clock = {ClockState::locked, 850, -1200.0, Tick{125'000}, {124'990, 8, 1, 1, 0}};
   s.ledger = {125'000, 150, 0};
+  s.sources = {{"gpiochip0 line 4 (sync)", ""}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that"}};
+  s.lines = {{"sync", 0, 0, 125'000, 3}, {"index X", 2, 0, 0, 0}};
   s.procedure = running_ ? "running" : "";
   if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
   return ok(s);

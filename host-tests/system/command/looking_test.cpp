@@ -13,6 +13,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 class Looking : public testing::Test {
  protected:
@@ -24,7 +25,10 @@ class Looking : public testing::Test {
 TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   const auto page = probebox({"-u", uri_, "status"});
   EXPECT_EQ(page.status, 0) << page.err;
-  EXPECT_THAT(page.out, AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost")));
+  EXPECT_THAT(page.out, AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost"),
+                              HasSubstr("sync: 125000 edges, 3 lost"),
+                              HasSubstr("gpiochip0 line 6 (index X): held by 'spindle'; stop that")));
+  EXPECT_THAT(page.out, Not(HasSubstr("gpiochip0 line 4 (sync)"))) << "it has no problem";
   EXPECT_THAT(page.err, IsEmpty());
 
   const auto status = probebox({"-u", uri_, "status", "--json"}).object();
@@ -32,6 +36,10 @@ TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   EXPECT_EQ(status["clock"]["state"], "locked");
   EXPECT_EQ(status["clock"]["sigma_ns"], 850);
   EXPECT_EQ(status["ledger"]["lost_at_source_samples"], 150);
+  EXPECT_EQ(status["lines"][0]["role"], "sync");
+  EXPECT_EQ(status["lines"][0]["lost_edges"], 3);
+  EXPECT_EQ(status["sources"][0]["problem"], "");
+  EXPECT_EQ(status["sources"][1]["problem"], "held by 'spindle'; stop that");
 }
 
 TEST_F(Looking, InfoNamesBoxMachineAndChannels) {

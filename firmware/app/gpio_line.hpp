@@ -1,0 +1,28 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "drivers/gpio/linux_gpio.hpp"
+#include "drivers/io/event_source.hpp"
+
+namespace probebox::app {
+
+// A line of a gpio chip that need not be there yet: asked for every second while it cannot be had.
+class GpioLine final : public io::EventSource {
+ public:
+  static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
+
+  explicit GpioLine(gpio::ChipLines line) : line_{std::move(line)} {}
+
+  std::size_t read(std::span<Event> into, MonoTime now) override;
+  int descriptor() const override { return line_.descriptor(); }
+  std::string_view name() const override { return line_.name(); }
+  std::string_view problem() const override { return problem_; }
+
+ private:
+  gpio::LinuxGpio line_;
+  std::string problem_;
+  MonoTime next_try_{};
+};
+
+}  // namespace probebox::app

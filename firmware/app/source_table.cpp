@@ -1,0 +1,29 @@
+#include "firmware/app/source_table.hpp"
+
+#include "firmware/app/log.hpp"
+
+namespace probebox::app {
+
+void SourceTable::add(std::string_view name) {
+  const std::lock_guard lock{mutex_};
+  rows_.push_back({std::string{name}, {}});
+}
+
+void SourceTable::tell(std::size_t row, std::string_view problem) {
+  const std::lock_guard lock{mutex_};
+  auto& [name, known] = rows_.at(row);
+  if (known == problem) return;
+  known = problem;
+  if (problem.empty()) {
+    logInfo(name + " is there.");
+  } else {
+    logWarning(name + " gives nothing: " + known + ". The box goes on without it, and keeps trying.");
+  }
+}
+
+std::vector<SourceTable::Row> SourceTable::rows() const {
+  const std::lock_guard lock{mutex_};
+  return rows_;
+}
+
+}  // namespace probebox::app
