@@ -13,7 +13,7 @@
 
 #include "drivers/serial/emulator.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
-#include "tools/link/client.hpp"
+#include "host-tests/host/test_host.hpp"
 #include "tools/tour/process.hpp"
 
 // The real programs, killed and fed with garbage: the others go on, and nothing that was accepted is lost.
@@ -22,17 +22,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using messages::ProcedureState;
+using support::Balances;
+using support::TestHost;
 using tour::Process;
-
-struct Exactness : link::StreamListener {
-  int heartbeats{};
-  int exact{};
-  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>& balance) override {
-    if (!balance) return;
-    ++heartbeats;
-    exact += balance->exact ? 1 : 0;
-  }
-};
 
 class Survival : public testing::Test {
  protected:
@@ -57,50 +49,8 @@ class Survival : public testing::Test {
   }
   std::string uri() const { return "tcp:" + tcp::describe(box); }
 
-  std::unique_ptr<link::Client> connect(link::StreamListener* listener = nullptr) {
-    for (int attempt = 0; attempt < 400; ++attempt) {
-      auto pipe = tcp::connectTcp(box, 1s);
-      if (pipe) {
-        auto client = std::make_unique<link::Client>(std::move(*pipe), link::ClientOptions{}, listener);
-        if (client->connect(link::patience(20s))) return client;
-      }
-      std::this_thread::sleep_for(50ms);
-    }
-    ADD_FAILURE() << "no box at " << uri();
-    return nullptr;
-  }
-  template <class Operation>
-  typename Operation::Answer ask(link::Client& client, const typename Operation::Request& request = {}) {
-    auto answer = client.request<Operation>(request, link::patience(20s));
-    EXPECT_TRUE(answer) << answer.error().what;
-    return answer ? std::move(*answer) : typename Operation::Answer{};
-  }
-  bool eventually(link::Client& client, const std::function<bool()>& is_so) {
-    const auto end = std::chrono::steady_clock::now() + 240s;
-    while (!is_so()) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      linger(client, 50ms);
-    }
-    return true;
-  }
-  static void linger(link::Client& client, std::chrono::milliseconds duration) {
-    const auto wait = link::patience(duration);
-    while (client.round(wait)) {
-    }
-  }
-  bool waitForLock(link::Client& client) {
-    return eventually(client, [&] { return ask<messages::Status>(client).clock.state == ClockState::locked; });
-  }
-  std::uint64_t calibrateAndAccept(link::Client& client) {
-    const auto run = ask<messages::StartProcedure>(client, {.method = "delay-multi-speed"}).run;
-    messages::ProcedureStatus::Answer status;
-    EXPECT_TRUE(eventually(client, [&] {
-      status = ask<messages::ProcedureStatus>(client);
-      return status.run == run && status.state >= ProcedureState::proposed;
-    }));
-    EXPECT_EQ(status.state, ProcedureState::proposed) << status.refusal;
-    ask<messages::AcceptResult>(client, {.id = status.result_id, .by = "somebody"});
-    return status.result_id;
+  std::unique_ptr<TestHost> connect(link::StreamListener* listener = nullptr) const {
+    return TestHost::connect(uri(), listener);
   }
 
   const std::filesystem::path folder =
@@ -111,44 +61,43 @@ class Survival : public testing::Test {
 
 TEST_F(Survival, AnAcceptedResultOutlivesAKilledDaemon) {
   start();
-  auto client = connect();
-  ASSERT_TRUE(client && waitForLock(*client));
-  const auto id = calibrateAndAccept(*client);
+  auto host = connect();
+  ASSERT_TRUE(host && host->waitForLock());
+  const auto id = host->calibrateAndAccept();
   daemon->kill(SIGKILL);  // at once after the acknowledgement
   start();
-  client = connect();
-  ASSERT_TRUE(client);
-  EXPECT_TRUE(eventually(*client, [&] {
-    const auto active = ask<messages::Status>(*client).active_results;
+  host = connect();
+  ASSERT_TRUE(host);
+  EXPECT_TRUE(host->eventually([&] {
+    const auto active = host->ask<messages::Status>().active_results;
     return active.size() == 1 && active[0] == id;
   }));
-  EXPECT_TRUE(eventually(*client, [&] { return ask<messages::Corrections>(*client).delay_calibrated; }));
+  EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
 }
 
 TEST_F(Survival, KilledCommandsDoNotDisturbTheOthers) {
   start();
-  Exactness exactness;
-  auto client = connect(&exactness);
-  ASSERT_TRUE(client && waitForLock(*client));
-  client->start({});
+  Balances balances;
+  auto host = connect(&balances);
+  ASSERT_TRUE(host && host->waitForLock());
+  host->client().start({});
   for (int i = 0; i < 5; ++i) {
     const auto recording = (folder / ("cut-" + std::to_string(i) + ".pbx")).string();
     auto command =
         Process::start({PROBEBOX, "-u", uri(), "record", "-o", recording, "--for", "60"}, (folder / "out").string());
     ASSERT_TRUE(command);
-    ASSERT_TRUE(eventually(
-        *client, [&] { return std::filesystem::exists(recording) && std::filesystem::file_size(recording) > 20'000; }));
+    ASSERT_TRUE(host->eventually(
+        [&] { return std::filesystem::exists(recording) && std::filesystem::file_size(recording) > 20'000; }));
     command->kill(SIGKILL);
     // What was written until then can be read.
     const auto exported = tour::outputOf({PROBEBOX, "export", recording, "-o", recording + ".csv"});
     EXPECT_TRUE(exported) << exported.error().what;
   }
-  const auto closing = client->finish(link::patience(20s));
-  ASSERT_TRUE(closing);
-  EXPECT_TRUE(closing->exact);
-  EXPECT_GT(closing->account.received, 0U);
-  EXPECT_GT(exactness.heartbeats, 0);
-  EXPECT_EQ(exactness.exact, exactness.heartbeats);
+  const auto closing = host->finish();
+  EXPECT_TRUE(closing.exact);
+  EXPECT_GT(closing.account.received, 0U);
+  EXPECT_GT(balances.heartbeats, 0);
+  EXPECT_EQ(balances.exact, balances.heartbeats);
   EXPECT_TRUE(daemon->running());
 }
 
@@ -158,10 +107,10 @@ TEST_F(Survival, GarbageOnAllPortsIsCountedAndDisturbsNobody) {
   auto cable = serial::EmulatedCable::open(box_port, host_port);
   ASSERT_TRUE(cable);
   start({"--link", "serial:" + box_port.string()});
-  Exactness exactness;
-  auto client = connect(&exactness);
-  ASSERT_TRUE(client && waitForLock(*client));
-  client->start({});
+  Balances balances;
+  auto host = connect(&balances);
+  ASSERT_TRUE(host && host->waitForLock());
+  host->client().start({});
 
   std::mt19937_64 random{11};
   std::vector<std::byte> noise(2048);
@@ -176,20 +125,19 @@ TEST_F(Survival, GarbageOnAllPortsIsCountedAndDisturbsNobody) {
       vandal = pipe ? std::move(*pipe) : nullptr;
     }
     if (vandal && vandal->write(noise).state == io::PipeState::closed) vandal.reset();
-    linger(*client, 5ms);
+    host->linger(5ms);
   }
-  const auto closing = client->finish(link::patience(20s));
-  ASSERT_TRUE(closing);
-  EXPECT_TRUE(closing->exact);
-  EXPECT_GT(exactness.heartbeats, 10);
-  EXPECT_EQ(exactness.exact, exactness.heartbeats);
+  const auto closing = host->finish();
+  EXPECT_TRUE(closing.exact);
+  EXPECT_GT(balances.heartbeats, 10);
+  EXPECT_EQ(balances.exact, balances.heartbeats);
   EXPECT_TRUE(daemon->running());
-  EXPECT_GT(closing->account.received, 0U);
-  const auto counted = ask<messages::Status>(*client).from_hosts;
+  EXPECT_GT(closing.account.received, 0U);
+  const auto counted = host->ask<messages::Status>().from_hosts;
   EXPECT_GT(counted.bad_cobs + counted.bad_crc + counted.bad_length + counted.oversize, 100U);
   EXPECT_GT(counted.discarded_bytes, 100'000U);
-  EXPECT_EQ(ask<messages::ListResults>(*client).results.size(), 0U);
-  EXPECT_EQ(ask<messages::ProcedureStatus>(*client).state, ProcedureState::idle);
+  EXPECT_EQ(host->ask<messages::ListResults>().results.size(), 0U);
+  EXPECT_EQ(host->ask<messages::ProcedureStatus>().state, ProcedureState::idle);
 }
 
 TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {
@@ -200,9 +148,9 @@ TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {
     if (auto pipe = tcp::connectTcp(box, 5s)) mute.push_back(std::move(*pipe));
   }
   ASSERT_GE(mute.size(), 8U);
-  const auto client = connect();  // tries until the mute ones have lost their places
-  ASSERT_TRUE(client);
-  EXPECT_TRUE(waitForLock(*client));
+  const auto host = connect();  // tries until the mute ones have lost their places
+  ASSERT_TRUE(host);
+  EXPECT_TRUE(host->waitForLock());
 }
 
 TEST_F(Survival, OneDaemonAtATimeHasAFolderOfResults) {
