@@ -26,4 +26,9 @@ std::string describe(const Address& address) {
   return (v6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
 }
 
+bool covers(const Address& listener, const Address& door) {
+  const bool everywhere = listener.host == "0.0.0.0" || listener.host == "::";
+  return listener.port == door.port && (everywhere || listener.host == door.host);
+}
+
 }  // namespace probebox::tcp

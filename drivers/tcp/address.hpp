@@ -15,5 +15,7 @@ struct Address {
 // "HOST:PORT", ":PORT" (this machine) or "[IPv6]:PORT".
 Outcome<Address> parseAddress(std::string_view text);
 std::string describe(const Address& address);
+// Whether who knocks at `door` reaches a listener at `listener`: the same address, or all addresses of the machine.
+bool covers(const Address& listener, const Address& door);
 
 }  // namespace probebox::tcp

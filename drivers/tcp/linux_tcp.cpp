@@ -4,9 +4,11 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <optional>
 #include <poll.h>
 #include <sys/socket.h>
 #include <utility>
@@ -105,6 +107,8 @@ std::string remedy(int code) {
       return "; ports below 1024 need rights, take a higher one";
     case ECONNREFUSED:
       return "; nobody listens there, start probeboxd or check the port";
+    case EAFNOSUPPORT:
+      return "; this process may not open network sockets, let a socket unit of its service listen there";
     case ETIMEDOUT:
       return "; check that the box is on and reachable";
     default:
@@ -114,6 +118,18 @@ std::string remedy(int code) {
 
 Error failure(const Address& address, int code) {
   return {"tcp:" + describe(address) + ": " + std::strerror(code) + remedy(code)};
+}
+
+std::optional<Address> boundTo(const io::Descriptor& socket) {
+  sockaddr_storage bound{};
+  socklen_t size = sizeof bound;
+  if (getsockname(socket.get(), reinterpret_cast<sockaddr*>(&bound), &size) != 0) return std::nullopt;
+  return addressOf(bound);
+}
+
+bool optionOf(const io::Descriptor& socket, int option, int& value) {
+  socklen_t size = sizeof value;
+  return getsockopt(socket.get(), SOL_SOCKET, option, &value, &size) == 0;
 }
 
 }  // namespace
@@ -130,12 +146,27 @@ Outcome<Listener> Listener::open(const Address& address) {
       code = errno;
       continue;
     }
-    sockaddr_storage bound{};
-    socklen_t size = sizeof bound;
-    if (getsockname(socket.get(), reinterpret_cast<sockaddr*>(&bound), &size) != 0) return failure(address, errno);
-    return Listener{std::move(socket), addressOf(bound)};
+    const auto bound = boundTo(socket);
+    if (!bound) return failure(address, errno);
+    return Listener{std::move(socket), *bound};
   }
   return failure(address, code);
+}
+
+Outcome<Listener> Listener::adopt(io::Descriptor socket, std::string_view name) {
+  int family = 0;
+  int type = 0;
+  int listening = 0;
+  const bool is_listener = optionOf(socket, SO_DOMAIN, family) && (family == AF_INET || family == AF_INET6) &&
+                           optionOf(socket, SO_TYPE, type) && type == SOCK_STREAM &&
+                           optionOf(socket, SO_ACCEPTCONN, listening) && listening != 0;
+  const auto bound = boundTo(socket);
+  if (!is_listener || !bound || fcntl(socket.get(), F_SETFL, O_NONBLOCK) != 0) {
+    return Error{"'" + std::string{name} +
+                 "' was passed to this process and is no listening TCP socket: its socket unit needs "
+                 "ListenStream=HOST:PORT and Accept=no"};
+  }
+  return Listener{std::move(socket), *bound};
 }
 
 std::unique_ptr<io::BytePipe> Listener::accept() {

@@ -17,6 +17,9 @@ class Listener {
   // Port 0 lets the kernel choose. A port in use, or an address that is not of this machine, is an error with its
   // remedy.
   static Outcome<Listener> open(const Address& address);
+  // A socket that somebody else bound and listens on, such as the service manager. `name` is for the error about one
+  // that cannot accept hosts.
+  static Outcome<Listener> adopt(io::Descriptor socket, std::string_view name);
 
   // The next host that waits, or null. Never blocks.
   std::unique_ptr<io::BytePipe> accept();

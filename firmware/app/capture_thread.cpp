@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <pthread.h>
-#include <sched.h>
 #include <utility>
 
-#include "firmware/app/log.hpp"
+#include "firmware/app/real_time.hpp"
 
 namespace probebox::app {
 namespace {
@@ -16,14 +15,6 @@ constexpr int kBatchesInTurn = 64;
 constexpr int kPollMs = 1;
 // Later than this is late enough for a kernel buffer to fill up.
 constexpr Nanoseconds kDeadline = std::chrono::milliseconds{50};
-
-void askForRealTime() {
-  const sched_param priority{.sched_priority = 50};
-  if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) != 0)
-    logInfo(
-        "The capture thread runs without real-time priority (allow it with LimitRTPRIO=50); counters tell if that "
-        "matters.");
-}
 
 }  // namespace
 
@@ -62,6 +53,7 @@ void CaptureThread::run() {
       last_said = now;
     }
     core_.notify();
+    ++counters_.progress.capture;
   }
 }
 

@@ -20,7 +20,10 @@ class CncLine {
   CncLine& operator=(const CncLine&) = delete;
 
   void start();
-  ModbusCounters counters() const { return server_.counters(); }  // any thread
+  // Any thread:
+  const std::string& device() const { return device_; }
+  ModbusCounters counters() const { return server_.counters(); }
+  std::uint64_t rounds() const { return server_.rounds(); }
 
  private:
   bool takeMarker(const Marker& marker);

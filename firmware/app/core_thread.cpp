@@ -6,8 +6,9 @@
 
 namespace probebox::app {
 
-CoreThread::CoreThread(const box::BoxConfig& config, EventQueue& events, CommandQueue& commands, WakeUp& wake_up)
-    : box_{config, *this}, events_{events}, commands_{commands}, wake_up_{wake_up} {}
+CoreThread::CoreThread(const box::BoxConfig& config, EventQueue& events, CommandQueue& commands, WakeUp& wake_up,
+                       Counters& counters)
+    : box_{config, *this}, events_{events}, commands_{commands}, wake_up_{wake_up}, counters_{counters} {}
 
 CoreThread::~CoreThread() {
   stop();
@@ -17,9 +18,8 @@ StateBuffer& CoreThread::addStateReader() {
   return *readers_.emplace_back(std::make_unique<StateBuffer>());
 }
 
-EventQueue& CoreThread::openJournal(Counters& counters) {
+EventQueue& CoreThread::openJournal() {
   constexpr std::size_t kJournalEvents = 1U << 16U;
-  counters_ = &counters;
   journal_ = std::make_unique<EventQueue>(kJournalEvents);
   return *journal_;
 }
@@ -49,13 +49,16 @@ void CoreThread::run() {
   while (!stopping_) {
     wake_up_.wait(kAtMost);
     // Events first: a command never overtakes what was stamped before it.
-    while (events_.pop(event)) take(event);
+    while (events_.pop(event)) {
+      take(event);
+      ++counters_.progress.core;
+    }
     while (commands_.pop(event)) take(event);
   }
 }
 
 void CoreThread::take(const Event& event) {
-  if (journal_ && !journal_->push(event)) ++counters_->journal_lost_events;
+  if (journal_ && !journal_->push(event)) ++counters_.journal_lost_events;
   box_.push(event);
 }
 
@@ -97,6 +100,7 @@ bool CoreThread::feedItem() {
 
 void CoreThread::state(const box::State& state) {
   for (const auto& reader : readers_) reader->publish(state);
+  ++counters_.progress.state;
   if (journal_ && worker_ != nullptr) worker_->notify();
 }
 

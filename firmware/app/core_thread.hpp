@@ -22,7 +22,8 @@ using StateBuffer = TripleBuffer<box::State>;
 // locks or waits.
 class CoreThread : private box::Outputs {
  public:
-  CoreThread(const box::BoxConfig& config, EventQueue& events, CommandQueue& commands, WakeUp& wake_up);
+  CoreThread(const box::BoxConfig& config, EventQueue& events, CommandQueue& commands, WakeUp& wake_up,
+             Counters& counters);
   ~CoreThread() override;
   CoreThread(const CoreThread&) = delete;
   CoreThread& operator=(const CoreThread&) = delete;
@@ -31,7 +32,7 @@ class CoreThread : private box::Outputs {
   StateBuffer& addStateReader();
   Feed& feed() { return feed_; }
   // Every event, in the order in which the core took it, for a journal on the worker.
-  EventQueue& openJournal(Counters& counters);
+  EventQueue& openJournal();
 
   // `worker` is woken, without waiting, when a run is ready to be solved or the journal has filled up; `links` when
   // blocks are there.
@@ -59,13 +60,13 @@ class CoreThread : private box::Outputs {
   EventQueue& events_;
   CommandQueue& commands_;
   WakeUp& wake_up_;
+  Counters& counters_;
   Feed feed_{64};
   FeedItem item_;
   SampleIndex unsaid_first_{};
   std::uint64_t unsaid_count_{};  // lost because the feed was full, and the links do not know yet
   std::vector<std::unique_ptr<StateBuffer>> readers_;
   std::unique_ptr<EventQueue> journal_;
-  Counters* counters_{};
   Worker* worker_{};
   WakeUp* links_{};
   SpscQueue<std::uint32_t> runs_to_solve_{4};

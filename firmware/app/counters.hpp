@@ -4,6 +4,15 @@
 
 namespace probebox::app {
 
+// How far each stage of the chain has come: each counts for itself, the watchdog compares.
+struct Progress {
+  std::atomic<std::uint64_t> capture{0};  // rounds over all sources
+  std::atomic<std::uint64_t> core{0};     // events taken from the capture queue
+  std::atomic<std::uint64_t> state{0};    // publications
+  std::atomic<std::uint64_t> links{0};    // newer states that the links have seen
+  std::atomic<std::uint64_t> worker{0};   // rounds
+};
+
 // What the threads count about themselves, for status and heartbeats.
 struct Counters {
   std::atomic<std::uint64_t> deadline_misses{0};      // the capture thread woke up too late
@@ -11,6 +20,7 @@ struct Counters {
   std::atomic<std::uint64_t> queue_lost_events{0};    // the capture queue was full
   std::atomic<std::uint64_t> journal_lost_events{0};  // the journal could not keep up
   std::atomic<std::uint32_t> links{0};                // connected hosts
+  Progress progress;
 };
 
 }  // namespace probebox::app

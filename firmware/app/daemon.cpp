@@ -1,5 +1,6 @@
 #include "firmware/app/daemon.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include "firmware/app/box_config.hpp"
 #include "firmware/app/calibrations.hpp"
 #include "firmware/app/capture_thread.hpp"
+#include "firmware/app/chain_watch.hpp"
 #include "firmware/app/cnc_lines.hpp"
 #include "firmware/app/control_desk.hpp"
 #include "firmware/app/core_thread.hpp"
@@ -54,6 +56,14 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   return options;
 }
 
+std::string inWords(const box::State& state, std::uint32_t hosts) {
+  std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
+                     (hosts == 1 ? " host" : " hosts");
+  if (const auto& delay = state.snapshot.delay; delay.calibrated)
+    text += ", delay of result " + std::to_string(delay.result_id) + " in force";
+  return text;
+}
+
 }  // namespace
 
 std::string firmwareVersion() {
@@ -70,11 +80,11 @@ struct Daemon::Parts {
   Parts(const Options& options, const board::Descriptions& descriptions, store::Store store,
         std::optional<JournalWriter> journal_writer)
       : time{options.time_scale},
-        core{boxConfig(descriptions), events, commands, core_wake_up},
+        core{boxConfig(descriptions), events, commands, core_wake_up, counters},
         calibrations{std::move(store), mountingOf(descriptions), [this] { return time.now(); },
                      [this](const Event& command) { return tellCore(command); }},
         journal{std::move(journal_writer)},
-        journal_queue{journal ? &core.openJournal(counters) : nullptr},
+        journal_queue{journal ? &core.openJournal() : nullptr},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
@@ -101,6 +111,7 @@ struct Daemon::Parts {
   }
 
   void workerRound() {
+    ++counters.progress.worker;
     writeJournal();
     drainLog();
     if (const auto run = core.takeRunToSolve())
@@ -133,11 +144,14 @@ struct Daemon::Parts {
     return sum;
   }
 
+  Outcome<bool> adopt(std::vector<PassedSocket> passed);
   Outcome<bool> openLinks(const std::vector<std::string>& texts);
   Outcome<bool> openCncLines(const std::vector<std::string>& texts);
   Outcome<bool> openMachine(const board::Descriptions& descriptions);
+  void serve(tcp::Listener listener);
   void announce();
   void run();
+  Condition condition(Nanoseconds patience);
 
   io::Descriptor state_lock;
   TimeSource time;
@@ -148,6 +162,7 @@ struct Daemon::Parts {
   WakeUp core_wake_up;
   WakeUp links_wake_up;
   CoreThread core;
+  StateBuffer& state_for_watch{core.addStateReader()};
   Calibrations calibrations;
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
@@ -159,8 +174,27 @@ struct Daemon::Parts {
   std::vector<std::unique_ptr<io::EventSource>> sources;
   std::unique_ptr<CaptureThread> capture;
   std::vector<std::string> uris;
+  std::vector<tcp::Address> passed_addresses;
   std::optional<tcp::Address> reachable_at;  // for the emulated controller
+  TimeSource real_time;                      // a watchdog's, whatever the emulated machine's scale
+  std::optional<ChainWatch> chain;
 };
+
+Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed) {
+  for (auto& socket : passed) {
+    auto listener = tcp::Listener::adopt(std::move(socket.descriptor), socket.name);
+    if (!listener) return listener.error();
+    passed_addresses.push_back(listener->address());
+    serve(std::move(*listener));
+  }
+  return true;
+}
+
+void Daemon::Parts::serve(tcp::Listener listener) {
+  if (!reachable_at) reachable_at = listener.address();
+  uris.push_back("tcp:" + tcp::describe(listener.address()));
+  links.listen(std::move(listener));
+}
 
 Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
   for (const auto& text : texts) {
@@ -175,11 +209,11 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
       links.serve(*port);
       continue;
     }
-    auto listener = tcp::Listener::open(std::get<tcp::Address>(*address));
+    const auto& door = std::get<tcp::Address>(*address);
+    if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
+    auto listener = tcp::Listener::open(door);
     if (!listener) return listener.error();
-    if (!reachable_at) reachable_at = listener->address();
-    uris.push_back("tcp:" + tcp::describe(listener->address()));
-    links.listen(std::move(*listener));
+    serve(std::move(*listener));
   }
   return true;
 }
@@ -221,6 +255,26 @@ void Daemon::Parts::run() {
   links.start();
   for (const auto& line : cnc_lines) line->start();
   capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters, source_table);
+  std::vector<std::string> stages{"capture", "core", "published state", "links", "worker"};
+  for (const auto& line : cnc_lines) stages.push_back("CNC line " + line->device());
+  chain.emplace(std::move(stages), real_time.now());
+}
+
+Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
+  const Progress& progress = counters.progress;
+  std::vector<std::uint64_t> counts{progress.capture, progress.core, progress.state, progress.links, progress.worker};
+  for (const auto& line : cnc_lines) counts.push_back(line->rounds());
+  const auto finding = chain->look(counts, real_time.now(), patience);
+  std::string standing_still;
+  for (const auto stage : finding.standing_still)
+    standing_still.append(standing_still.empty() ? "" : ", ").append(stage);
+  if (standing_still.empty()) {
+    if (finding.changed) logErrorAtOnce("All stages of the chain go on again.");
+    return {.goes_on = finding.all_went_on, .in_words = inWords(state_for_watch.newest(), counters.links)};
+  }
+  const std::string text = "Standing still, the first is the cause: " + standing_still + ".";
+  if (finding.changed) logErrorAtOnce(text + " The watchdog is not fed until all go on.");
+  return {.goes_on = finding.all_went_on, .in_words = text};
 }
 
 std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
@@ -236,7 +290,8 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
   return whyUnsupported(descriptions);
 }
 
-Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions) {
+Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
+                                               std::vector<PassedSocket> passed) {
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
   auto state = takeStateDirectory(options.state);
   if (!state) return state.error();
@@ -253,6 +308,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   auto parts = std::make_unique<Parts>(options, descriptions, std::move(*store), std::move(journal));
   parts->state_lock = std::move(state->lock);
   const auto& service = descriptions.service;
+  if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();
   if (auto opened = parts->openLinks(options.links.empty() ? service.links : options.links); !opened)
     return opened.error();
   if (auto opened = parts->openCncLines(options.cnc.empty() ? service.cnc : options.cnc); !opened)
@@ -265,6 +321,10 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
 
 Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_{std::move(parts)} {}
 Daemon::~Daemon() = default;
+
+Daemon::Condition Daemon::condition(Nanoseconds patience) {
+  return parts_->condition(patience);
+}
 
 const std::vector<std::string>& Daemon::uris() const {
   return parts_->uris;

@@ -247,6 +247,7 @@ void LinkService::advance() {
   const MonoTime now = time_.now();
   refreshDescriptor();
   const box::State& state = states_.newest();
+  if (std::exchange(state_seen_, state.at) != state.at) ++counters_.progress.links;
   const stream::Vitals of_box{.uptime_ms = uptimeMs(),
                               .clock_state = state.map.state,
                               .clock_sigma_ns = state.map.sigma_ns,

@@ -117,6 +117,7 @@ class LinkService {
   MonoTime turned_away_said_{};
   messages::LinkCounters from_gone_hosts_;
   std::vector<std::byte> descriptor_;
+  MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;

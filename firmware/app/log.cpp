@@ -68,6 +68,10 @@ void logError(std::string_view text) {
   log(SD_ERR, text);
 }
 
+void logErrorAtOnce(std::string_view text) {
+  std::fputs(lineOf(SD_ERR, text).c_str(), stderr);
+}
+
 void leaveLogToWorker() {
   leaveTo(true);
 }

@@ -9,6 +9,9 @@ void logInfo(std::string_view text);
 void logWarning(std::string_view text);
 void logError(std::string_view text);
 
+// Written by the caller itself, past what waits for the worker: for the case that the worker stands still.
+void logErrorAtOnce(std::string_view text);
+
 void leaveLogToWorker();
 void drainLog();
 // At the end: what waits is written, and later lines are written where they arise.

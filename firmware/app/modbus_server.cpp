@@ -22,6 +22,7 @@ constexpr milliseconds kFirstBackOff{50};
 constexpr milliseconds kLongestBackOff{2000};
 // Longer than the pauses of a USB adapter (16 ms), shorter than any master's time-out.
 constexpr milliseconds kSilence{50};
+constexpr milliseconds kIdle{1000};
 constexpr int kMostReads = MODBUS_MAX_READ_REGISTERS;
 constexpr int kMostWrites = MODBUS_MAX_WRITE_REGISTERS;
 
@@ -97,14 +98,15 @@ void ModbusServer::stop() {
 
 void ModbusServer::run() {
   while (!stopped_) {
+    ++rounds_;
     if (!opened()) {
       wake_up_.wait(back_off_);
       back_off_ = std::min(2 * back_off_, kLongestBackOff);
       continue;
     }
     std::array<pollfd, 2> waits{pollfd{pipe_->descriptor(), POLLIN, 0}, pollfd{wake_up_.descriptor(), POLLIN, 0}};
-    const int timeout = requests_.pending() ? static_cast<int>(kSilence.count()) : -1;
-    const int ready = poll(waits.data(), waits.size(), timeout);
+    const auto timeout = requests_.pending() ? kSilence : kIdle;
+    const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
     if (ready == 0) requests_.silence();
     if (ready > 0 && waits[0].revents != 0) receive();
     bad_frames_ = requests_.badFrames();

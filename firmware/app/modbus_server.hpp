@@ -55,6 +55,8 @@ class ModbusServer {
   void stop();  // from any thread; run() returns at once
 
   ModbusCounters counters() const;
+  // Goes on for as long as run() does, whether the line says something or not.
+  std::uint64_t rounds() const { return rounds_; }
 
  private:
   struct Library;
@@ -82,6 +84,7 @@ class ModbusServer {
 
   WakeUp wake_up_;
   std::atomic<bool> stopped_{};
+  std::atomic<std::uint64_t> rounds_{};
   std::atomic<std::uint64_t> answered_{};
   std::atomic<std::uint64_t> refused_{};
   std::atomic<std::uint64_t> unsent_{};

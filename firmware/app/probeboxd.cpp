@@ -1,17 +1,26 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <signal.h>
 #include <string>
-#include <systemd/sd-daemon.h>
+#include <time.h>
 
 #include "firmware/app/daemon.hpp"
 #include "firmware/app/log.hpp"
+#include "firmware/app/real_time.hpp"
+#include "firmware/app/service_manager.hpp"
 
 namespace {
 
-constexpr int kUsage = 2;
+using probebox::Nanoseconds;
+
+constexpr int kFailed = 1;  // this machine does not give what is needed now
+constexpr int kUsage = 2;   // and nothing but a person changes that
+constexpr Nanoseconds kLook = std::chrono::seconds{1};
+constexpr Nanoseconds kPatience = std::chrono::seconds{5};  // where nobody watches
 
 void describe(CLI::App& command, probebox::app::Options& options) {
   command
@@ -50,16 +59,29 @@ std::string scaleText(double scale) {
   return text.data();
 }
 
-void waitForTheEnd() {
+bool endComesWithin(Nanoseconds duration) {
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
   sigaddset(&ends, SIGTERM);
-  int which = 0;
-  sigwait(&ends, &which);
+  const timespec wait{.tv_sec = duration / std::chrono::seconds{1},
+                      .tv_nsec = (duration % std::chrono::seconds{1}).count()};
+  return sigtimedwait(&ends, nullptr, &wait) >= 0;
 }
 
-// Before any thread exists: they inherit it, and the signals wait for waitForTheEnd().
+// The watchdog is fed by the whole chain, and a stage that stands still is named before it bites.
+void watch(probebox::app::Daemon& daemon, probebox::app::ServiceManager& manager) {
+  const auto watchdog = manager.watchdog();
+  const Nanoseconds look = watchdog ? std::min(*watchdog / 5, kLook) : kLook;
+  const Nanoseconds patience = watchdog ? *watchdog / 2 : kPatience;
+  do {
+    const auto condition = daemon.condition(patience);
+    manager.status(condition.in_words);
+    if (condition.goes_on) manager.feedWatchdog();
+  } while (!endComesWithin(look));
+}
+
+// Before any thread exists: they inherit it, and the signals wait for endComesWithin().
 void blockSignals() {
   sigset_t blocked;
   sigemptyset(&blocked);
@@ -88,17 +110,20 @@ int run(const probebox::app::Options& options) {
     return 0;
   }
   blockSignals();
-  const auto daemon = probebox::app::Daemon::start(options, *descriptions);
+  probebox::app::keepMemoryResident();
+  probebox::app::ServiceManager manager;
+  const auto daemon = probebox::app::Daemon::start(options, *descriptions, probebox::app::takePassedSockets());
   if (!daemon) {
     probebox::app::logError(daemon.error().what);
-    return kUsage;
+    manager.status(daemon.error().what);
+    return kFailed;
   }
   if (options.time_scale != 1.0)
     probebox::app::logInfo("the emulated machine runs " + scaleText(options.time_scale) +
                            " times as fast as real time");
-  sd_notify(0, "READY=1");
-  waitForTheEnd();
-  sd_notify(0, "STOPPING=1");
+  manager.ready();
+  watch(**daemon, manager);
+  manager.stopping();
   return 0;
 }
 
@@ -123,6 +148,6 @@ int main(int argc, char** argv) {
     return kUsage;
   } catch (const std::exception& error) {
     probebox::app::logError(error.what());
-    return 1;
+    return kFailed;
   }
 }

@@ -16,6 +16,7 @@ class Process {
   Process& operator=(Process&&) = delete;
   ~Process();
 
+  pid_t pid() const { return pid_; }
   bool running();
   // Sends the signal and waits for the end.
   void kill(int signal);

@@ -1,4 +1,5 @@
 #include <array>
+#include <fcntl.h>
 #include <functional>
 #include <gmock/gmock.h>
 #include <optional>
@@ -119,6 +120,47 @@ TEST_F(TcpConnection, GetsItsPortBackAtOnceAfterARestart) {
   host.reset();
   const auto again = Listener::open(address);
   EXPECT_TRUE(again.ok()) << again.error().what;
+}
+
+TEST_F(TcpConnection, ComesThroughAListenerThatAnotherOpened) {
+  auto adopted = Listener::adopt(io::Descriptor{dup(listener_->descriptor())}, "box.socket");
+  ASSERT_TRUE(adopted) << adopted.error().what;
+  EXPECT_EQ(describe(adopted->address()), describe(listener_->address()));
+  // As the service manager passes it on: one that waits for ever.
+  ASSERT_EQ(fcntl(adopted->descriptor(), F_SETFL, 0), 0);
+  adopted = Listener::adopt(io::Descriptor{dup(adopted->descriptor())}, "box.socket");
+  ASSERT_TRUE(adopted);
+  EXPECT_EQ(adopted->accept(), nullptr);
+  const auto host = connectTcp(adopted->address(), kConnectPatience);
+  ASSERT_TRUE(host);
+  EXPECT_TRUE(eventually([&] { return adopted->accept() != nullptr; }));
+}
+
+TEST(TcpListener, IsNotMadeOfWhatIsNone) {
+  std::array<int, 2> pipe_ends{};
+  ASSERT_EQ(pipe(pipe_ends.data()), 0);
+  close(pipe_ends[1]);
+  const io::Descriptor local{socket(AF_UNIX, SOCK_STREAM, 0)};
+  ASSERT_EQ(listen(local.get(), 1), -1);
+  const auto datagrams = socket(AF_INET, SOCK_DGRAM, 0);
+  const auto not_listening = socket(AF_INET, SOCK_STREAM, 0);
+  for (const int other : {pipe_ends[0], dup(local.get()), datagrams, not_listening, -1}) {
+    const auto adopted = Listener::adopt(io::Descriptor{other}, "box.socket");
+    ASSERT_FALSE(adopted);
+    EXPECT_THAT(adopted.error().what, ::testing::AllOf(HasSubstr("'box.socket'"), HasSubstr("ListenStream=")));
+  }
+}
+
+TEST(TcpListener, CoversTheAddressesThatItIsReachedBy) {
+  const auto covered = [](const char* listener, const char* door) {
+    return covers(*parseAddress(listener), *parseAddress(door));
+  };
+  EXPECT_TRUE(covered("127.0.0.1:7627", ":7627"));
+  EXPECT_TRUE(covered("0.0.0.0:7627", "127.0.0.1:7627"));
+  EXPECT_TRUE(covered("[::]:7627", "10.0.0.7:7627"));
+  EXPECT_FALSE(covered("127.0.0.1:7627", "127.0.0.1:7628"));
+  EXPECT_FALSE(covered("127.0.0.1:7627", "10.0.0.7:7627"));
+  EXPECT_FALSE(covered("127.0.0.1:7627", "0.0.0.0:7627"));
 }
 
 class Wire : public TcpConnection {

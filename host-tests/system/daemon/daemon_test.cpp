@@ -8,17 +8,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <memory>
+#include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
 
 #include "drivers/tcp/linux_tcp.hpp"
-#include "tools/link/client.hpp"
+#include "host-tests/host/test_host.hpp"
 
 namespace probebox::app {
 namespace {
 
 using namespace std::chrono_literals;
 using messages::ProcedureState;
+using support::Balances;
+using support::TestHost;
 
 // A daemon with the emulated machine in this process, and a host that speaks to it over TCP.
 class RunningDaemon : public testing::Test {
@@ -35,53 +38,16 @@ class RunningDaemon : public testing::Test {
     std::filesystem::remove_all(folder);
   }
 
-  void start() {
+  void start(std::vector<PassedSocket> passed = {}) {
     auto loaded = loadDescriptions(options);
     ASSERT_TRUE(loaded) << loaded.error().what;
     descriptions = *loaded;
-    auto started = Daemon::start(options, descriptions);
+    auto started = Daemon::start(options, descriptions, std::move(passed));
     ASSERT_TRUE(started) << started.error().what;
     daemon = std::move(*started);
   }
-  std::unique_ptr<link::Client> connect(link::StreamListener* listener = nullptr) {
-    const auto address = tcp::parseAddress(daemon->uris().front().substr(4));
-    auto pipe = tcp::connectTcp(*address, 5s);
-    EXPECT_TRUE(pipe) << pipe.error().what;
-    auto client = std::make_unique<link::Client>(std::move(*pipe), link::ClientOptions{}, listener);
-    const auto welcome = client->connect(link::patience(20s));
-    EXPECT_TRUE(welcome) << welcome.error().what;
-    return client;
-  }
-  template <class Operation>
-  typename Operation::Answer ask(link::Client& client, const typename Operation::Request& request = {}) {
-    auto answer = client.request<Operation>(request, link::patience(20s));
-    EXPECT_TRUE(answer) << answer.error().what;
-    return answer ? std::move(*answer) : typename Operation::Answer{};
-  }
-  // Asks until it is so, or fails after a generous while.
-  bool eventually(link::Client& client, const std::function<bool()>& is_so) {
-    const auto end = std::chrono::steady_clock::now() + 240s;
-    while (!is_so()) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      const auto until = std::chrono::steady_clock::now() + 50ms;
-      while (std::chrono::steady_clock::now() < until && client.round(link::patience(20ms))) {
-      }
-    }
-    return true;
-  }
-  bool waitForLock(link::Client& client) {
-    return eventually(client, [&] { return ask<messages::Status>(client).clock.state == ClockState::locked; });
-  }
-  messages::ProcedureStatus::Answer calibrate(link::Client& client) {
-    const auto run = ask<messages::StartProcedure>(client, {.method = "delay-multi-speed"}).run;
-    messages::ProcedureStatus::Answer status;
-    EXPECT_TRUE(eventually(client,
-                           [&] {
-                             status = ask<messages::ProcedureStatus>(client);
-                             return status.run == run && status.state >= ProcedureState::proposed;
-                           }))
-        << "state " << messages::nameOf(status.state) << ", " << status.prompt;
-    return status;
+  std::unique_ptr<TestHost> connect(link::StreamListener* listener = nullptr) {
+    return TestHost::connect(daemon->uris().front(), listener);
   }
 
   const std::filesystem::path folder =
@@ -93,12 +59,12 @@ class RunningDaemon : public testing::Test {
 
 TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   start();
-  auto client = connect();
-  ASSERT_TRUE(waitForLock(*client));
-  const auto status = calibrate(*client);
+  auto host = connect();
+  ASSERT_TRUE(host->waitForLock());
+  const auto status = host->calibrate();
   ASSERT_EQ(status.state, ProcedureState::proposed) << status.refusal;
 
-  const auto results = ask<messages::ListResults>(*client).results;
+  const auto results = host->ask<messages::ListResults>().results;
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].id, status.result_id);
   EXPECT_EQ(results[0].state, messages::ResultState::proposed);
@@ -110,43 +76,30 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   EXPECT_LT(tau.sd, 5e-5);
   EXPECT_LT(std::abs(tau.value - truth), 5 * tau.sd);
 
-  EXPECT_FALSE(ask<messages::Corrections>(*client).delay_calibrated);  // a result changes nothing by itself
-  ask<messages::AcceptResult>(*client, {.id = status.result_id, .by = "somebody"});
-  ASSERT_TRUE(eventually(*client, [&] { return ask<messages::Corrections>(*client).delay_calibrated; }));
-  EXPECT_EQ(ask<messages::Corrections>(*client).tau_s[2], tau.value);
+  EXPECT_FALSE(host->ask<messages::Corrections>().delay_calibrated);  // a result changes nothing by itself
+  host->ask<messages::AcceptResult>({.id = status.result_id, .by = "somebody"});
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
+  EXPECT_EQ(host->ask<messages::Corrections>().tau_s[2], tau.value);
 
-  client.reset();
+  host.reset();
   daemon.reset();
   start();
-  client = connect();
-  ASSERT_TRUE(eventually(*client, [&] { return ask<messages::Corrections>(*client).delay_calibrated; }));
-  EXPECT_EQ(ask<messages::Corrections>(*client).tau_s[0], tau.value);
-  EXPECT_FALSE(ask<messages::Corrections>(*client).valid);  // nothing is summed, so nothing may be used
+  host = connect();
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
+  EXPECT_EQ(host->ask<messages::Corrections>().tau_s[0], tau.value);
+  EXPECT_FALSE(host->ask<messages::Corrections>().valid);  // nothing is summed, so nothing may be used
 }
-
-struct Balances : link::StreamListener {
-  void onBlock(const link::DecodedBlock& block) override { samples += block.header.count; }
-  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>& balance) override {
-    if (!balance) return;
-    ++heartbeats;
-    exact += balance->exact ? 1 : 0;
-  }
-  std::uint64_t samples{};
-  int heartbeats{};
-  int exact{};
-};
 
 TEST_F(RunningDaemon, StreamsSamplesWithALedgerThatBalancesAtEveryHeartbeat) {
   start();
   Balances balances;
-  auto client = connect(&balances);
-  ASSERT_TRUE(waitForLock(*client));
-  client->start({});
-  ASSERT_TRUE(eventually(*client, [&] { return balances.heartbeats > 20 && balances.samples > 2000; }));
-  const auto closing = client->finish(link::patience(20s));
-  ASSERT_TRUE(closing) << closing.error().what;
-  EXPECT_TRUE(closing->exact);
-  EXPECT_EQ(closing->account.total(), closing->produced);
+  auto host = connect(&balances);
+  ASSERT_TRUE(host->waitForLock());
+  host->client().start({});
+  ASSERT_TRUE(host->eventually([&] { return balances.heartbeats > 20 && balances.samples > 2000; }));
+  const auto closing = host->finish();
+  EXPECT_TRUE(closing.exact);
+  EXPECT_EQ(closing.account.total(), closing.produced);
   EXPECT_EQ(balances.exact, balances.heartbeats);
 }
 
@@ -155,21 +108,41 @@ TEST_F(RunningDaemon, RefusesWithAReasonWhatServiceTomlDoesNotAllow) {
   std::filesystem::create_directories(options.config);
   std::ofstream{options.config / "service.toml"} << "links = []\ncnc = []\n[access]\n[stream]\n";
   start();
-  auto client = connect();
-  ASSERT_TRUE(waitForLock(*client));
-  const auto refused = client->request<messages::StartProcedure>({.method = "delay-multi-speed"}, link::patience(20s));
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, messages::ErrorCode::not_permitted);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("allow_calibrate"));
+  auto host = connect();
+  ASSERT_TRUE(host->waitForLock());
+  const auto refused = host->refusal<messages::StartProcedure>({.method = "delay-multi-speed"});
+  EXPECT_EQ(refused.code, messages::ErrorCode::not_permitted);
+  EXPECT_THAT(refused.what, testing::HasSubstr("allow_calibrate"));
+}
+
+TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
+  const auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
+  ASSERT_TRUE(manager) << manager.error().what;
+  const auto uri = "tcp:" + tcp::describe(manager->address());
+  options.links = {uri};  // the same door, which must not be opened twice
+  std::vector<PassedSocket> passed;
+  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
+  start(std::move(passed));
+  EXPECT_THAT(daemon->uris(), testing::ElementsAre(uri));
+  EXPECT_EQ(connect()->ask<messages::Status>().links, 2U);  // and the emulated controller
+}
+
+TEST_F(RunningDaemon, RefusesToStartWithASocketThatHostsCannotComeThrough) {
+  auto loaded = loadDescriptions(options);
+  ASSERT_TRUE(loaded);
+  std::vector<PassedSocket> passed;
+  passed.push_back({io::Descriptor{socket(AF_INET, SOCK_DGRAM, 0)}, "other.socket"});
+  const auto started = Daemon::start(options, *loaded, std::move(passed));
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().what, testing::HasSubstr("'other.socket'"));
 }
 
 TEST_F(RunningDaemon, RefusesAMethodThatItDoesNotHaveAndNamesThoseItHas) {
   start();
-  auto client = connect();
-  const auto refused = client->request<messages::StartProcedure>({.method = "delay-by-guess"}, link::patience(20s));
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, messages::ErrorCode::not_found);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("delay-multi-speed"));
+  auto host = connect();
+  const auto refused = host->refusal<messages::StartProcedure>({.method = "delay-by-guess"});
+  EXPECT_EQ(refused.code, messages::ErrorCode::not_found);
+  EXPECT_THAT(refused.what, testing::HasSubstr("delay-multi-speed"));
 }
 
 }  // namespace
