@@ -91,7 +91,9 @@ Outcome<fs::path> announce(int pid, const std::vector<std::string>& uris) {
     if (!out) return Error{unfinished.string() + " cannot be written; is the disk full?"};
   }
   std::error_code error;
-  fs::rename(unfinished, file, error);
+  // An invitation is for all, however private the daemon keeps its other files.
+  fs::permissions(unfinished, fs::perms{0644}, error);
+  if (!error) fs::rename(unfinished, file, error);
   if (error) return Error{file.string() + " cannot be written: " + error.message()};
   return file;
 }

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,6 +32,15 @@ TEST(Rendezvous, ListsWhatARunningProcessAnnounced) {
   EXPECT_THAT(found.front().uris, ElementsAre("tcp:127.0.0.1:7627", "serial:/dev/pts/3"));
   withdraw(::getpid());
   EXPECT_THAT(listedHere(directory, ::getpid()), IsEmpty());
+}
+
+TEST(Rendezvous, InvitesAllHoweverPrivateTheDaemonIs) {
+  const command::RuntimeDirectory directory;
+  const auto before = umask(0077);
+  const auto file = announce(::getpid(), {"tcp:127.0.0.1:7627"});
+  umask(before);
+  ASSERT_TRUE(file) << file.error().what;
+  EXPECT_EQ(std::filesystem::status(*file).permissions(), std::filesystem::perms{0644});
 }
 
 TEST(Rendezvous, PassesOverWhatAKilledProcessLeftBehind) {

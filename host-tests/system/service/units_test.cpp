@@ -1,0 +1,78 @@
+#include <cstdlib>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <unistd.h>
+
+#include "tools/tour/process.hpp"
+
+// What `cmake --install` makes of a computer, and what systemd says of it without running it.
+namespace probebox {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Each;
+using testing::HasSubstr;
+using tour::outputOf;
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in{text};
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+class InstalledBox : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root() = fs::path{testing::TempDir()} / ("installed-" + std::to_string(getpid()));
+    setenv("DESTDIR", root().c_str(), 1);
+    const auto installed = outputOf({CMAKE, "--install", BUILD_FOLDER, "--prefix", "/usr"});
+    unsetenv("DESTDIR");
+    ASSERT_TRUE(installed) << installed.error().what;
+  }
+  static void TearDownTestSuite() { fs::remove_all(root()); }
+  void SetUp() override {
+    if (!outputOf({"systemd-analyze", "--version"})) GTEST_SKIP() << "systemd-analyze is not installed";
+  }
+
+  static fs::path& root() {
+    static fs::path path;
+    return path;
+  }
+  static std::string unit(const char* name) { return (root() / "usr/lib/systemd/system" / name).string(); }
+};
+
+TEST_F(InstalledBox, IsWhole) {
+  for (const auto* file :
+       {"bin/probeboxd", "bin/probebox", "bin/probebox-usb-setup", "lib/systemd/system/probeboxd.service",
+        "lib/systemd/system/probeboxd.socket", "lib/systemd/system/probebox-usb.service",
+        "lib/sysusers.d/probebox.conf", "lib/udev/rules.d/60-probeboxd.rules", "lib/udev/rules.d/70-probebox.rules"})
+    EXPECT_TRUE(fs::exists(root() / "usr" / file)) << file;
+  EXPECT_EQ(access((root() / "usr/bin/probebox-usb-setup").c_str(), X_OK), 0);
+}
+
+TEST_F(InstalledBox, HasUnitsThatSystemdUnderstandsWhole) {
+  const auto said = outputOf({"sh", "-c", "systemd-analyze verify --man=no \"$@\" 2>&1 || true", "sh",
+                              unit("probeboxd.service"), unit("probeboxd.socket"), unit("probebox-usb.service")});
+  ASSERT_TRUE(said);
+  // Nothing but that its programs are not installed on the computer that tests.
+  EXPECT_THAT(linesOf(*said), Each(HasSubstr("is not executable: No such file or directory")));
+}
+
+TEST_F(InstalledBox, ExposesNextToNothingOfTheComputerToTheDaemon) {
+  // The threshold is in tenths.
+  const auto report = outputOf(
+      {"systemd-analyze", "security", "--offline=yes", "--threshold=10", "--no-pager", unit("probeboxd.service")});
+  EXPECT_TRUE(report) << report.error().what;
+}
+
+TEST_F(InstalledBox, GivesTheDaemonAUserOfItsOwn) {
+  const auto said = outputOf({"systemd-sysusers", "--root=" + root().string(), "--dry-run"});
+  ASSERT_TRUE(said) << said.error().what;
+  EXPECT_THAT(*said, HasSubstr("Creating user 'probebox'"));
+}
+
+}  // namespace
+}  // namespace probebox
