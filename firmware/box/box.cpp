@@ -28,6 +28,7 @@ corrections::CalibrationState calibrationState(procedure::State state) {
 
 std::optional<Error> whyRefused(const BoxConfig& config) {
   if (auto error = clock::whyRefused(config.clock)) return error;
+  if (auto error = clock::whyRefused(config.probe_clock)) return error;
   if (auto error = latch::whyRefused(config.latch)) return error;
   if (config.block_samples == 0 || config.block_samples > BlockBuilder::kMostSamples) {
     return Error{"A block has 1 to " + std::to_string(BlockBuilder::kMostSamples) + " samples, not " +
@@ -40,6 +41,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
     : config_{config},
       outputs_{outputs},
       clock_{config.clock},
+      probe_clock_{config.probe_clock},
       latch_{config.latch},
       procedure_{config.multi_speed, config.capture},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
@@ -60,6 +62,7 @@ void Box::push(const Event& event) {
 
 void Box::on(const TimeAdvanced& time) {
   clock_.advance(time.at);
+  probe_clock_.advance(time.at);
   latch_.setClock(clock_.map());
   latch_.advance(time.at);
   procedure_.advance(time.at);
@@ -96,6 +99,25 @@ void Box::on(const Count& count) {
 
 void Box::on(const Deflection& deflection) {
   state_.lost.deflections += probe_sequence_.missingBefore(deflection.sequence);
+  take(deflection);
+}
+
+void Box::on(const CountedDeflection& counted) {
+  const std::uint64_t missing = probe_clock_.counters().missing;
+  const auto stamped = probe_clock_.push(counted);
+  state_.lost.deflections += probe_clock_.counters().missing - missing;
+  if (stamped) {
+    take({.sequence = counted.counter,
+          .channels_nm = counted.channels_nm,
+          .clipped = counted.clipped,
+          .at = stamped->at});
+  } else {
+    // A touch with samples of unknown time has a hole.
+    procedure_.push(SourceLost{Source::probe, LossReason::overrun, 1, counted.at});
+  }
+}
+
+void Box::take(const Deflection& deflection) {
   latch_.push(deflection);
   procedure_.push(deflection);
 }
@@ -107,7 +129,9 @@ void Box::on(const Marker& marker) {
 
 void Box::on(const SourceLost& lost) {
   if (lost.source == Source::queue) state_.lost.queue_events += lost.lost;
-  if (lost.reason == LossReason::disconnected || lost.reason == LossReason::taken) ++state_.lost.sources_gone;
+  const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
+  if (is_gone) ++state_.lost.sources_gone;
+  if (is_gone && lost.source == Source::probe) probe_clock_.restart();
   procedure_.push(lost);
 }
 
@@ -166,6 +190,10 @@ void Box::publish(MonoTime now) {
   state_.map = clock_.map();
   state_.clock_offset_ppm = clock_.offsetPpm();
   state_.clock = clock_.counters();
+  state_.probe_clock = {.state = probe_clock_.state(),
+                        .offset_ppm = probe_clock_.offsetPpm(),
+                        .sigma_ns = probe_clock_.sigmaNs(),
+                        .counters = probe_clock_.counters()};
   state_.latch = latch;
   state_.procedure = progress;
   state_.stray_markers = procedure_.strayMarkers();

@@ -8,6 +8,7 @@
 #include "firmware/box/sequence_watch.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/capture/touch_dataset.hpp"
+#include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
 #include "firmware/corrections/corrections.hpp"
 #include "firmware/latch/latch.hpp"
@@ -19,6 +20,7 @@ namespace probebox::box {
 
 struct BoxConfig {
   clock::ClockConfig clock;
+  clock::CounterClockConfig probe_clock;  // of a receiver that counts its samples
   latch::LatchConfig latch;
   std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
   procedure::MultiSpeedOptions multi_speed;
@@ -50,6 +52,7 @@ class Box {
   void on(const Edge& edge);
   void on(const Count& count);
   void on(const Deflection& deflection);
+  void on(const CountedDeflection& counted);
   void on(const Drift&) {}  // for the screws; nothing listens yet
   void on(const Marker& marker);
   void on(const SourceLost& lost);
@@ -58,6 +61,7 @@ class Box {
   void on(const Solved& solved) { procedure_.solved(solved); }
   void on(const DelayActivated& activated) { corrections_.push(activated); }
 
+  void take(const Deflection& deflection);
   void drainLatch();
   void lose(const latch::Lost& lost);
   void closeBlock();
@@ -66,6 +70,7 @@ class Box {
   BoxConfig config_;
   Outputs& outputs_;
   clock::ClockEstimator clock_;
+  clock::CounterClock probe_clock_;
   latch::Latch latch_;
   procedure::Procedure procedure_;
   corrections::Corrections corrections_;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
 #include "firmware/corrections/snapshot.hpp"
 #include "firmware/latch/latch.hpp"
@@ -33,6 +34,14 @@ struct SourceLosses {
   std::uint64_t sources_gone{};  // times, not events
 };
 
+// The sample counter of a probe receiver on the monotonic clock; zeros while none has sent a sample.
+struct ProbeClock {
+  ClockState state{};
+  double offset_ppm{};
+  double sigma_ns{};
+  clock::CounterClockCounters counters;
+};
+
 // Where the box stands: plain, published whole after every event batch, read by links and registers.
 struct State {
   MonoTime at{};
@@ -40,6 +49,7 @@ struct State {
   TickMap map;
   double clock_offset_ppm{};
   clock::ClockCounters clock;
+  ProbeClock probe_clock;
   latch::LatchCounters latch;
   procedure::Progress procedure;
   std::uint64_t stray_markers{};

@@ -25,7 +25,7 @@ ClockEstimator::ClockEstimator(const ClockConfig& config)
     : config_{config},
       nominal_ns_{static_cast<double>(config.nominal_period.count())},
       filter_{config.nominal_period},
-      jitter_{static_cast<double>(config.jitter.count()), toSeconds(config.nominal_period), config.learns},
+      jitter_{static_cast<double>(config.jitter.count()), config.learns},
       wander_{config.nominal_period, config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
       acquisition_{config.nominal_period} {
   filter_.setWalk(wander_.walk());
@@ -138,7 +138,7 @@ void ClockEstimator::decide() {
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
   const bool was_learned = jitter_.learned();
-  jitter_.track(chosen.residual_ns, phase_variance, judged);
+  jitter_.track(chosen.residual_ns, phase_variance, judged, config_.nominal_period);
   if (jitter_.learned() != was_learned) wander_.restart();
   if (phase_ == Phase::running) {
     const bool has_learned =

@@ -18,8 +18,7 @@ constexpr double kMadToSigma = 1.4826;
 
 }  // namespace
 
-Jitter::Jitter(double spread_ns, double period_s, bool learns)
-    : spread_ns_{spread_ns}, period_s_{period_s}, learns_{learns} {
+Jitter::Jitter(double spread_ns, bool learns) : spread_ns_{spread_ns}, learns_{learns} {
   start(spread_ns);
 }
 
@@ -56,9 +55,10 @@ void Jitter::setInformation(const Information& information) {
   variance_ns2_ = information.psi_squared / (information.slope * information.slope);
 }
 
-void Jitter::track(double residual_ns, double phase_variance_ns2, const Judgement& judged) {
+void Jitter::track(double residual_ns, double phase_variance_ns2, const Judgement& judged, Nanoseconds since_last) {
   if (phase_variance_ns2 > kWellKnown * variance_ns2_) return;
   ++tracked_;
+  tracked_for_ += since_last;
   const Score::Value value = judged.score;
   const bool is_young = tracked_ < kYoung;
   const double weight = is_young ? 1 / static_cast<double>(tracked_ + 100) : kSlowest;
@@ -71,7 +71,7 @@ void Jitter::track(double residual_ns, double phase_variance_ns2, const Judgemen
 }
 
 void Jitter::learn(double residual_ns) {
-  const double seconds = static_cast<double>(tracked_) * period_s_;
+  const double seconds = toSeconds(tracked_for_);
   const bool spread_is_settled = tracked_ > 500 && seconds > 0.1 * kLearnForSeconds;
   if (!spread_is_settled) return;
   if (unit_ns_ == 0) unit_ns_ = spread_ns_;

@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "firmware/clock/score.hpp"
+#include "protocol/units/time.hpp"
 
 namespace probebox::clock {
 
@@ -23,7 +24,7 @@ class Jitter {
     Score::Value score{};  // of the residual
   };
 
-  Jitter(double spread_ns, double period_s, bool learns);
+  Jitter(double spread_ns, bool learns);
 
   // A better guess of the spread, before the first residual.
   void start(double spread_ns);
@@ -31,9 +32,9 @@ class Jitter {
   // phase_variance: ns^2, of the prediction that the residual is from.
   Judgement judge(double residual_ns, double phase_variance_ns2) const;
 
-  // Takes the residual in; only residuals from a phase that is well known against the spread say something about
-  // jitter.
-  void track(double residual_ns, double phase_variance_ns2, const Judgement& judged);
+  // Takes the residual in, `since_last` after the one before; only residuals from a phase that is well known against
+  // the spread say something about jitter.
+  void track(double residual_ns, double phase_variance_ns2, const Judgement& judged, Nanoseconds since_last);
 
   double spreadNs() const { return spread_ns_; }
   double varianceNs2() const { return variance_ns2_; }
@@ -51,11 +52,11 @@ class Jitter {
   void learn(double residual_ns);
 
   double spread_ns_;  // 1.4826 x median of the absolute residuals
-  double period_s_;
   bool learns_;
   bool learned_{};
   double unit_ns_{};  // of the learned score
   std::uint64_t tracked_{};
+  Nanoseconds tracked_for_{};
   Information information_;
   double variance_ns2_{};  // 1 / Fisher information
   Score score_;

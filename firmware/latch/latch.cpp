@@ -51,9 +51,11 @@ void Latch::push(const Event& event) {
   std::visit(
       [this](const auto& e) {
         using E = std::decay_t<decltype(e)>;
+        constexpr bool is_known = std::is_same_v<E, Count> || std::is_same_v<E, Deflection> ||
+                                  std::is_same_v<E, Edge> || std::is_same_v<E, Marker>;
         if constexpr (std::is_same_v<E, TimeAdvanced>) {
           advance(e.at);
-        } else if constexpr (!std::is_same_v<E, Drift> && !std::is_same_v<E, SourceLost>) {
+        } else if constexpr (is_known) {
           push(e);
         }
       },

@@ -173,9 +173,28 @@ struct DelayActivated {
   }
 };
 
+// One sample of a probe receiver that counts its samples on an oscillator of its own. Only clock says when it was.
+struct CountedDeflection {
+  std::uint8_t run{};
+  std::uint32_t counter{};
+  std::array<std::int32_t, 3> channels_nm{};
+  bool clipped{};
+  bool newest{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "another value than before: the counter began anew");
+    field("counter", self.counter, "the receiver's own sample counter, wraps; a gap means samples were lost");
+    field("channels_nm", self.channels_nm, "nm at unit gain, channels a, b, c");
+    field("clipped", self.clipped, "1 when a channel is at the end of its range");
+    field("newest", self.newest,
+          "1 when it was the last sample taken before `at`: only then `at` tells about its time");
+    field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
+  }
+};
+
 // The order is the journal's type number: add at the end, never change.
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
-                           ProcedureAborted, Solved, DelayActivated>;
+                           ProcedureAborted, Solved, DelayActivated, CountedDeflection>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -35,6 +35,8 @@ box::BoxConfig usualBox(const world::Config& config) {
   box.latch.probe.interval = interval(config.probe.rate_hz);
   for (auto& axis : box.latch.axes)
     axis = {.interval = interval(config.encoders.rate_hz), .interpolation = latch::Interpolation::cubic};
+  // As described, which is not quite what the probe's oscillator does.
+  box.probe_clock.rate_hz = config.probe.rate_hz * (1 + 60e-6);
   for (std::size_t i = 0; i < kLinearAxes; ++i)
     box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
   return box;
@@ -101,14 +103,16 @@ class Scenario::DirectLink : public world::BoxLink {
   std::optional<bool> taken_;
 };
 
-Scenario::Scenario(const world::Config& config, std::uint64_t seed)
+Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs probe)
     : config_{config},
       box_{std::make_unique<box::Box>(usualBox(config), recorder_)},
       world_{config, seed},
       link_{std::make_unique<DirectLink>(*this)},
       controller_{world::controllerFromDescription(*sim().world), world_.machine(), *link_},
       now_{config.start},
-      said_{config.start} {}
+      said_{config.start} {
+  if (probe == ProbeIs::counted) receiver_.emplace(seed);
+}
 
 Scenario::~Scenario() = default;
 
@@ -118,13 +122,24 @@ void Scenario::push(const Event& event) {
   box_->push(event);
 }
 
+// On from the world, by way of the receiver where there is one.
+void Scenario::pass(const Event& event) {
+  const auto* const deflection = std::get_if<Deflection>(&event);
+  if (receiver_ && deflection != nullptr) {
+    receiver_->take(*deflection);
+  } else {
+    push(event);
+  }
+}
+
 void Scenario::step() {
   now_ += kStep;
   controller_.advance(now_);
   world_.advanceTo(now_);
   std::array<Event, 64> batch;
   while (const std::size_t count = world_.poll(batch))
-    std::for_each_n(batch.begin(), count, [this](auto& e) { push(e); });
+    std::for_each_n(batch.begin(), count, [this](auto& e) { pass(e); });
+  for (Event counted; receiver_ && receiver_->next(now_, counted);) push(counted);
   if (now_ - said_ >= kTimeAdvances) {
     push(TimeAdvanced{now_});
     said_ = now_;

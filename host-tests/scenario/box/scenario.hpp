@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "counted_probe.hpp"
 #include "drivers/world/controller.hpp"
 #include "drivers/world/world.hpp"
 #include "firmware/box/box.hpp"
@@ -39,10 +40,14 @@ class Recorder : public box::Outputs {
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
 
+// How the probe's samples reach the box: stamped by the world, or counted by a receiver.
+enum class ProbeIs { stamped, counted };
+
 // A world, a controller and a box on virtual time: run(5s) takes milliseconds.
 class Scenario {
  public:
-  explicit Scenario(const world::Config& config = usualWorld(), std::uint64_t seed = 1);
+  explicit Scenario(const world::Config& config = usualWorld(), std::uint64_t seed = 1,
+                    ProbeIs probe = ProbeIs::stamped);
   ~Scenario();
 
   void run(Nanoseconds duration);
@@ -58,6 +63,9 @@ class Scenario {
   const std::vector<Event>& events() const { return events_; }
   void keepEvents(bool keep) { keeps_events_ = keep; }
   Recorder& recorder() { return recorder_; }
+  CountedProbe& receiver() { return *receiver_; }
+  MonoTime now() const { return now_; }
+  void push(const Event& event);
 
   // Called before every event, for tests that watch what handling it costs.
   std::function<void(const Event&)> around;
@@ -65,7 +73,7 @@ class Scenario {
  private:
   class DirectLink;
   void step();
-  void push(const Event& event);
+  void pass(const Event& event);
 
   world::Config config_;
   Recorder recorder_;
@@ -73,6 +81,7 @@ class Scenario {
   world::World world_;
   std::unique_ptr<DirectLink> link_;
   world::Controller controller_;
+  std::optional<CountedProbe> receiver_;
   MonoTime now_;
   MonoTime said_;
   std::vector<Event> events_;

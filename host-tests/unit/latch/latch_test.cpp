@@ -195,6 +195,17 @@ TEST(Flags, ClippedProbeAndHoldoverAreSaid) {
   EXPECT_EQ(flags(15) & flag::kHoldover, flag::kHoldover);
 }
 
+TEST(Latch, IgnoresEventsThatAreNotForIt) {
+  Latch latch{rigConfig()};
+  for (const Event& event : {Event{Drift{}}, Event{SourceLost{}}, Event{ProcedureStarted{}}, Event{ProcedureAborted{}},
+                             Event{Solved{}}, Event{DelayActivated{}}, Event{CountedDeflection{}}}) {
+    latch.push(event);
+  }
+  Harvest harvest;
+  feed(latch, harvest, kStartNs, kStartNs + 20 * kPeriodNs);
+  EXPECT_GT(harvest.records.size(), 60U);
+}
+
 TEST(Latch, NeverAllocatesAfterConstruction) {
   Latch latch{rigConfig(10)};
   const support::NoAlloc guard;

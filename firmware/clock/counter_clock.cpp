@@ -1,0 +1,227 @@
+#include "firmware/clock/counter_clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace probebox::clock {
+namespace {
+
+constexpr Nanoseconds kHoldoverAfter{500'000'000};
+// What may lie between the host's and the device's account of the time that has passed: data that had to wait.
+constexpr double kLongestBacklogNs = 1e9;
+constexpr std::int64_t kSettleAtLeast = 32;  // arrivals
+constexpr std::int64_t kMisfits = 32;        // arrivals in a row: the line is another one now
+constexpr double kSettledPpm = 20;           // sigma of the frequency
+constexpr double kJudgedPpm = 1;             // the same where the frequency is close to the limit
+// A sample cannot be taken after it has arrived: a stamp later than that by more than the jitter explains is wrong.
+constexpr double kEarliestSpreads = 10;
+constexpr double kEarliestNs = 1e6;
+
+constexpr double kPpm = 1e-6;
+
+bool isWithin(double value, double low, double high) {
+  return std::isfinite(value) && value >= low && value <= high;
+}
+
+Nanoseconds wholePeriod(double rate_hz) {
+  return Nanoseconds{std::llround(1e9 / rate_hz)};
+}
+
+}  // namespace
+
+std::optional<Error> whyRefused(const CounterClockConfig& config) {
+  if (!isWithin(config.rate_hz, 10, 1e6)) {
+    return Error{"sample rate " + std::to_string(config.rate_hz) +
+                 " Hz of the receiver is outside 10 to 1000000 Hz: change rate_hz in probe.toml"};
+  }
+  if (config.jitter.count() < 1 || config.jitter.count() > 100'000'000) {
+    return Error{"jitter of arrivals must be 1 ns to 100 ms"};
+  }
+  if (config.max_sigma.count() < 1) return Error{"max_sigma must be at least 1 ns"};
+  if (!isWithin(config.phase_wander_ns_per_sqrt_s, 0, 1e6) ||
+      !isWithin(config.frequency_wander_ppb_per_sqrt_s, 0, 1e5)) {
+    return Error{"wander must be 0 to 1e6 ns/sqrt(s) of phase and 0 to 1e5 ppb/sqrt(s) of frequency"};
+  }
+  if (!isWithin(config.max_ppm, 1, 200)) return Error{"max_ppm must be 1 to 200"};
+  if (!isWithin(config.holdover_ppm, 0, 200)) return Error{"holdover_ppm must be 0 to 200"};
+  if (config.delivery_latency.count() < 0 || config.delivery_latency.count() > 1'000'000'000) {
+    return Error{"delivery latency must be 0 to 1 s"};
+  }
+  return std::nullopt;
+}
+
+CounterClock::CounterClock(const CounterClockConfig& config)
+    : config_{config},
+      period_ns_{1e9 / config.rate_hz},
+      rounding_ns_{period_ns_ - static_cast<double>(wholePeriod(config.rate_hz).count())},
+      filter_{wholePeriod(config.rate_hz)},
+      jitter_{static_cast<double>(config.jitter.count()), config.learns},
+      wander_{wholePeriod(config.rate_hz), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
+      line_{wholePeriod(config.rate_hz)} {
+  filter_.setWalk(wander_.walk());
+}
+
+std::optional<CounterStamp> CounterClock::push(const CountedDeflection& sample) {
+  ++counters_.samples;
+  follow(sample);
+  passTo(sample.at);
+  if (sample.newest) observe(sample.at);
+  const auto stamped = stamp(sample.at);
+  ++(stamped ? counters_.stamped : counters_.unstamped);
+  return stamped;
+}
+
+void CounterClock::advance(MonoTime now) {
+  passTo(now - config_.delivery_latency);
+}
+
+void CounterClock::restart() {
+  last_.reset();
+  jitter_ = Jitter{static_cast<double>(config_.jitter.count()), config_.learns};
+  giveUp(ClockState::unlocked);
+}
+
+// Finds the sample's index, or a new beginning.
+void CounterClock::follow(const CountedDeflection& sample) {
+  const std::uint32_t step = last_ ? sample.counter - last_->counter : 1;
+  const bool goes_on = !last_ || (sample.run == last_->run && fitsTime(step, sample.at - last_->arrived));
+  if (!goes_on) {
+    ++counters_.restarts;
+    giveUp(ClockState::unlocked);
+  }
+  counters_.missing += goes_on ? step - 1 : 0;
+  index_ += goes_on ? step : 1;
+  last_ = {sample.run, sample.counter, sample.at};
+}
+
+bool CounterClock::fitsTime(std::uint32_t step, Nanoseconds passed) const {
+  const bool rises = step != 0 && step <= 0x7fff'ffff;
+  return rises &&
+         std::abs(static_cast<double>(passed.count()) - static_cast<double>(step) * period_ns_) < kLongestBacklogNs;
+}
+
+// The last sample followed has just been taken when it arrived.
+void CounterClock::observe(MonoTime arrived) {
+  ++counters_.arrivals;
+  if (phase_ == Phase::searching) {
+    if (const auto line = line_.push(index_, arrived)) startOn(*line);
+    return;
+  }
+  const std::int64_t ahead = index_ - filter_.tick().index;
+  if (phase_ == Phase::running && state_ != ClockState::locked) {
+    filter_.loosen(config_.holdover_ppm * kPpm * period_ns_, ahead);
+    wander_.restart();
+  }
+  const double residual = filter_.residual(arrived, ahead);
+  filter_.predict(ahead);
+  observed_ = arrived;
+
+  const double phase_variance = filter_.phaseVariance();
+  const Jitter::Judgement judged = jitter_.judge(residual, phase_variance);
+  const bool was_learned = jitter_.learned();
+  jitter_.track(residual, phase_variance, judged, wholePeriod(config_.rate_hz) * ahead);
+  if (jitter_.learned() != was_learned) wander_.restart();
+  if (phase_ == Phase::running) {
+    const bool has_learned =
+        wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
+    if (has_learned && config_.learns) filter_.setWalk(wander_.walk());
+  }
+  filter_.update(judged.innovation_ns, judged.variance_ns2);
+
+  if (judged.outlier) ++counters_.clipped;
+  misfits_ = judged.outlier ? misfits_ + 1 : 0;
+  if (misfits_ > kMisfits) return giveUp(phase_ == Phase::running ? ClockState::ambiguous : state_);
+  if (phase_ == Phase::settling) {
+    settle();
+  } else {
+    judge();
+  }
+}
+
+void CounterClock::startOn(const ArrivalLine::Line& line) {
+  const double limit_ns = config_.max_ppm * kPpm * period_ns_;
+  const double drift_ns = line.drift_ns - rounding_ns_;
+  line_.clear();
+  if (std::abs(drift_ns) > limit_ns + 3 * line.drift_sigma_ns) {
+    ++counters_.refused_frequency;
+    return;
+  }
+  // Two accounts of the frequency: the line's, and that it lies within the limit.
+  const double known = 1.5 * limit_ns;
+  const double weight = known * known / (known * known + line.drift_sigma_ns * line.drift_sigma_ns);
+  if (!jitter_.learned()) jitter_.start(line.spread_ns);
+  filter_.start({line.index}, line.at, std::max(line.spread_ns, 1.0), rounding_ns_ + weight * drift_ns,
+                std::sqrt(weight) * line.drift_sigma_ns);
+  phase_ = Phase::settling;
+  settled_ = misfits_ = 0;
+  wander_.restart();
+}
+
+// Locks once the frequency is known well enough to be judged, and the time well enough to be used.
+void CounterClock::settle() {
+  ++settled_;
+  const double sigma_ppm = ppm(std::sqrt(filter_.driftVariance()));
+  if (settled_ < kSettleAtLeast || sigma_ppm > kSettledPpm) return;
+  const double over_ppm = std::abs(offsetPpm()) - config_.max_ppm;
+  const bool is_close = std::abs(over_ppm) < 3 * sigma_ppm && sigma_ppm > kJudgedPpm;
+  if (is_close) return;
+  if (over_ppm > 0) {
+    ++counters_.refused_frequency;
+    return giveUp(state_);
+  }
+  if (sigmaNs(0) > static_cast<double>(config_.max_sigma.count())) return;
+  phase_ = Phase::running;
+  state_ = ClockState::locked;
+  if (epoch_ > 0) ++counters_.relocks;
+  ++epoch_;
+}
+
+void CounterClock::judge() {
+  const double max_sigma = static_cast<double>(config_.max_sigma.count());
+  state_ = std::sqrt(filter_.phaseVariance()) > max_sigma ? ClockState::ambiguous : ClockState::locked;
+  if (std::abs(offsetPpm()) <= config_.max_ppm) return;
+  ++counters_.refused_frequency;
+  giveUp(ClockState::unlocked);
+}
+
+void CounterClock::giveUp(ClockState state) {
+  line_.clear();
+  phase_ = Phase::searching;
+  state_ = state;
+}
+
+void CounterClock::passTo(MonoTime at) {
+  if (phase_ != Phase::running || at - observed_ <= kHoldoverAfter || state_ == ClockState::ambiguous) return;
+  state_ = ClockState::holdover;
+  const bool is_vague = sigmaNs(filter_.nearest(at)) > static_cast<double>(config_.max_sigma.count());
+  if (is_vague) state_ = ClockState::ambiguous;
+}
+
+// When the last sample followed was taken.
+std::optional<CounterStamp> CounterClock::stamp(MonoTime arrived) {
+  if (state_ != ClockState::locked && state_ != ClockState::holdover) return std::nullopt;
+  const std::int64_t ahead = index_ - filter_.tick().index;
+  const Nanoseconds tolerance{std::llround(std::max(kEarliestSpreads * jitter_.spreadNs(), kEarliestNs))};
+  MonoTime at = filter_.timeOf(ahead);
+  if (at > arrived + tolerance || at + tolerance < given_) return std::nullopt;
+  at = std::max(at, given_ + Nanoseconds{1});
+  given_ = at;
+  return CounterStamp{at, sigmaNs(ahead)};
+}
+
+double CounterClock::sigmaNs(std::int64_t ahead) const {
+  const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ahead)));
+  if (state_ != ClockState::holdover) return in_model;
+  return std::hypot(in_model, config_.holdover_ppm * kPpm * period_ns_ * static_cast<double>(ahead));
+}
+
+double CounterClock::offsetPpm() const {
+  return ppm(filter_.drift() - rounding_ns_);
+}
+
+double CounterClock::effectiveJitterNs() const {
+  return std::sqrt(jitter_.varianceNs2());
+}
+
+}  // namespace probebox::clock

@@ -1,0 +1,152 @@
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "host-tests/support/no_alloc.hpp"
+#include "protocol/messages/fields.hpp"
+#include "scenario.hpp"
+
+// The whole box with a probe receiver that counts its samples on an oscillator of its own.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::uint64_t lostToProbe(const Scenario& scenario) {
+  return scenario.state().snapshot.lost_at_source_samples;
+}
+
+TEST(Receiver, LosesOnlyWhatCameBeforeItsClockWasGoodEnough) {
+  Scenario scenario{usualWorld(), 1, ProbeIs::counted};
+  EXPECT_TRUE(scenario.runUntil([&] { return scenario.state().probe_clock.state == ClockState::locked; }, 5s));
+  scenario.run(1s);
+  const auto lost_at_lock = lostToProbe(scenario);
+  const auto unstamped_at_lock = scenario.state().probe_clock.counters.unstamped;
+  EXPECT_GT(unstamped_at_lock, 100U);
+  scenario.run(20s);
+  EXPECT_EQ(lostToProbe(scenario), lost_at_lock);
+  const auto& probe = scenario.state().probe_clock;
+  EXPECT_EQ(probe.counters.unstamped, unstamped_at_lock);
+  EXPECT_EQ(probe.counters.samples, probe.counters.stamped + probe.counters.unstamped);
+  EXPECT_NEAR(probe.offset_ppm, 60, 1);
+  EXPECT_TRUE(scenario.recorded().contiguous);
+  EXPECT_EQ(scenario.recorded().lost_samples, lostToProbe(scenario));
+  EXPECT_EQ(scenario.state().latch.disordered, 0U);
+  EXPECT_EQ(scenario.state().latch.late, 0U);
+  EXPECT_EQ(scenario.state().lost.deflections, 0U);
+}
+
+TEST(Receiver, CountsExactlyWhatTheReceiverLeftOut) {
+  Scenario scenario{usualWorld(), 2, ProbeIs::counted};
+  scenario.run(5s);
+  const auto lost = lostToProbe(scenario);
+  scenario.inject(world::FaultKind::drop_probe, 0s, 200ms);
+  scenario.run(5s);
+  EXPECT_EQ(scenario.state().lost.deflections, scenario.truth().ledger.dropped_probe);
+  EXPECT_GT(scenario.state().lost.deflections, 390U);
+  EXPECT_NEAR(static_cast<double>(lostToProbe(scenario) - lost), 400, 10);
+  EXPECT_TRUE(scenario.recorded().contiguous);
+  EXPECT_EQ(scenario.state().probe_clock.state, ClockState::locked);
+  EXPECT_EQ(scenario.state().probe_clock.counters.relocks, 0U);
+}
+
+TEST(Receiver, ComesBackAsANewEpochAfterItWasUnplugged) {
+  Scenario scenario{usualWorld(), 3, ProbeIs::counted};
+  scenario.run(5s);
+  scenario.receiver().unplug();
+  scenario.push(SourceLost{Source::probe, LossReason::disconnected, 0, scenario.now()});
+  scenario.run(100ms);
+  EXPECT_EQ(scenario.state().probe_clock.state, ClockState::unlocked);
+  EXPECT_EQ(scenario.state().lost.sources_gone, 1U);
+  scenario.run(2s);
+  scenario.receiver().plugIn(7000);  // it counts from elsewhere now
+  scenario.run(5s);
+  const auto& probe = scenario.state().probe_clock;
+  EXPECT_EQ(probe.state, ClockState::locked);
+  EXPECT_EQ(probe.counters.relocks, 1U);
+  EXPECT_EQ(probe.counters.missing, 0U) << "what was sent while nobody listened is unknown";
+  EXPECT_NEAR(static_cast<double>(probe.counters.samples), static_cast<double>(scenario.receiver().sent()), 16);
+  EXPECT_TRUE(scenario.recorded().contiguous);
+  EXPECT_EQ(scenario.recorded().lost_samples, lostToProbe(scenario));
+  const auto received = scenario.recorded().received;
+  scenario.run(1s);
+  EXPECT_NEAR(static_cast<double>(scenario.recorded().received - received), 2000, 150);
+}
+
+TEST(Receiver, AReplayedJournalGivesTheSameBytes) {
+  Scenario scenario{usualWorld(), 4, ProbeIs::counted};
+  scenario.keepEvents(true);
+  scenario.run(5s);
+  std::vector<Event> journal;
+  std::array<std::byte, 256> buffer;
+  std::size_t counted = 0;
+  for (const auto& event : scenario.events()) {
+    const auto size = messages::encode(event, buffer);
+    ASSERT_TRUE(size);
+    const auto decoded = messages::decode<Event>(std::span{buffer}.first(*size));
+    ASSERT_TRUE(decoded);
+    journal.push_back(*decoded);
+    if (std::holds_alternative<CountedDeflection>(*decoded)) ++counted;
+  }
+  EXPECT_GT(counted, 9000U);
+  EXPECT_EQ(replay(journal).bytes, scenario.recorded().bytes);
+  // One arrival less that tells about the time, and every stamp after it is another one.
+  const auto one = std::find_if(journal.begin(), journal.end(), [](const Event& event) {
+    const auto* const sample = std::get_if<CountedDeflection>(&event);
+    return sample != nullptr && sample->newest;
+  });
+  std::get<CountedDeflection>(*one).newest = false;
+  EXPECT_NE(replay(journal).bytes, scenario.recorded().bytes);
+}
+
+// The constant part of the arrivals' delay cannot be told from a delay of the probe: the calibration finds their
+// difference to the machine's, as it should.
+TEST(Receiver, CalibrationAbsorbsTheConstantDelayOfTheWay) {
+  Scenario scenario{usualWorld(), 5, ProbeIs::counted};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(65s);  // until the jitter has been learned
+  const auto solved = scenario.calibrate();
+  ASSERT_TRUE(solved) << "stopped in step " << scenario.state().procedure.step;
+  ASSERT_TRUE(solved->ok()) << solved->error().reason;
+  const auto* tau = solved->value().find("tau_s");
+  const double sd = tau->standardDeviation().value();
+  EXPECT_LT(sd, 2e-5);
+  const double way_s = CountedProbe::kMedianNs * 1e-9;
+  EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0] - way_s, 5 * sd + 2e-5);
+}
+
+TEST(Receiver, ATouchDuringWhichTheReceiverWasGoneIsAskedForAgain) {
+  Scenario scenario{usualWorld(), 6, ProbeIs::counted};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(5s);
+  scenario.push(ProcedureStarted{
+      .run = 1, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = scenario.now()});
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 30s));
+  const auto step = scenario.state().procedure.step;
+  scenario.receiver().unplug();
+  scenario.receiver().plugIn(5000);  // faster than anybody could say so: only the counter tells
+  scenario.run(20ms);
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.repeats == 1; }, 30s));
+  EXPECT_EQ(scenario.state().procedure.step, step);
+  EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::source_lost);
+}
+
+TEST(Receiver, TakesNoMemoryOnTheTickPath) {
+  Scenario scenario{usualWorld(), 7, ProbeIs::counted};
+  scenario.recorder().keeps_bytes = false;
+  std::uint64_t allocations = 0;
+  Recorder outputs;
+  outputs.keeps_bytes = false;
+  box::Box twin{usualBox(usualWorld()), outputs};
+  scenario.around = [&](const Event& event) {
+    const support::NoAlloc guard;
+    twin.push(event);
+    allocations += guard.allocations();
+  };
+  scenario.run(5s);
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_GT(outputs.received, 5000U);
+}
+
+}  // namespace
+}  // namespace probebox::scenario
