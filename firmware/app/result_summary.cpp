@@ -1,6 +1,7 @@
 #include "firmware/app/result_summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace probebox::app {
@@ -86,6 +87,24 @@ messages::ClockStatus clockStatus(const box::State& state) {
           .frequency_ppb = -state.clock_offset_ppm * 1e3,
           .tick = state.map.tick,
           .edges = edgeCounters(state.clock)};
+}
+
+messages::ReceiverStatus receiverStatus(const box::State& state) {
+  const auto& [clock_state, offset_ppm, sigma_ns, counters] = state.probe_clock;
+  messages::ReceiverStatus status{.state = clock_state,
+                                  .sigma_ns = 0,
+                                  .frequency_ppb = 0,
+                                  .samples = counters.samples,
+                                  .missing = counters.missing,
+                                  .unstamped = counters.unstamped,
+                                  .restarts = counters.restarts,
+                                  .relocks = counters.relocks,
+                                  .refused_frequency = counters.refused_frequency};
+  const bool is_good = clock_state == ClockState::locked || clock_state == ClockState::holdover;
+  if (!is_good) return status;
+  status.sigma_ns = static_cast<std::uint32_t>(std::lround(sigma_ns));
+  status.frequency_ppb = -offset_ppm * 1e3;  // a longer period is a slower clock
+  return status;
 }
 
 messages::EventCounts eventCounts(const box::State& state) {

@@ -32,6 +32,32 @@ struct ClockStatus {
   }
 };
 
+// A probe receiver that counts its samples on an oscillator of its own. Since protocol 1.1.
+struct ReceiverStatus {
+  ClockState state{};
+  std::uint32_t sigma_ns{};
+  double frequency_ppb{};
+  std::uint64_t samples{};
+  std::uint64_t missing{};
+  std::uint64_t unstamped{};
+  std::uint64_t restarts{};
+  std::uint64_t relocks{};
+  std::uint64_t refused_frequency{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("state", self.state,
+          "of its counter against the monotonic clock: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a sample's time");
+    field("frequency_ppb", self.frequency_ppb, "1e-9, its oscillator against the monotonic clock, positive when fast");
+    field("samples", self.samples, "samples that arrived");
+    field("missing", self.missing, "samples that its counter left out");
+    field("unstamped", self.unstamped, "samples that arrived while nobody could say when they were taken");
+    field("restarts", self.restarts, "times that its counter began anew while it was plugged in");
+    field("relocks", self.relocks, "times after the first that its clock locked anew");
+    field("refused_frequency", self.refused_frequency,
+          "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml");
+  }
+};
+
 struct Ledger {
   std::uint64_t produced{};
   std::uint64_t lost_at_source{};
@@ -113,6 +139,7 @@ struct Status {
     LinkCounters from_hosts{};
     std::vector<SourceStatus> sources{};
     std::vector<LineStatus> lines{};
+    ReceiverStatus receiver{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -129,6 +156,8 @@ struct Status {
       field("from_hosts", self.from_hosts, "what came over all links to hosts since the box started, garbage included");
       field("sources", self.sources, "where events come from, and what is missing; since protocol 1.1");
       field("lines", self.lines, "the box's digital inputs; since protocol 1.1");
+      field("receiver", self.receiver,
+            "the probe receiver, where one is that counts its samples; zeros elsewhere; since protocol 1.1");
     }
   };
 };

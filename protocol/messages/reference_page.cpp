@@ -24,6 +24,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, LinkCounters>) return "LinkCounters";
   if constexpr (std::same_as<T, EdgeCounters>) return "EdgeCounters";
   if constexpr (std::same_as<T, ClockStatus>) return "ClockStatus";
+  if constexpr (std::same_as<T, ReceiverStatus>) return "ReceiverStatus";
   if constexpr (std::same_as<T, Ledger>) return "Ledger";
   if constexpr (std::same_as<T, EventCounts>) return "EventCounts";
   if constexpr (std::same_as<T, ModbusCounters>) return "ModbusCounters";
@@ -164,9 +165,9 @@ std::string control() {
 
 std::string structures() {
   return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
-         structure<EdgeCounters>() + structure<ClockStatus>() + structure<Ledger>() + structure<EventCounts>() +
-         structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() + structure<NamedValue>() +
-         structure<ResultSummary>();
+         structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
+         structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
+         structure<NamedValue>() + structure<ResultSummary>();
 }
 
 std::string numbers() {

@@ -34,6 +34,31 @@ std::string channelRow(const messages::ChannelDescription& channel) {
   return printed("  %-16s %-10s %s\n", channel.name.c_str(), unit.c_str(), channel.doc.c_str());
 }
 
+// Null where no receiver that counts its samples has sent one.
+Json receiverOf(const messages::ReceiverStatus& r) {
+  if (r.samples == 0) return nullptr;
+  return {{"state", text(messages::nameOf(r.state))},
+          {"sigma_ns", r.sigma_ns},
+          {"frequency_ppb", r.frequency_ppb},
+          {"arrived_samples", r.samples},
+          {"missing_samples", r.missing},
+          {"unstamped_samples", r.unstamped},
+          {"restarts", r.restarts},
+          {"relocks", r.relocks},
+          {"refused_frequency", r.refused_frequency}};
+}
+
+std::string receiverText(const messages::ReceiverStatus& r) {
+  std::string all = text(messages::nameOf(r.state));
+  const bool is_good = r.state == ClockState::locked || r.state == ClockState::holdover;
+  if (is_good) all += ", sigma " + readableNs(r.sigma_ns) + printed(", %+.3f ppm", r.frequency_ppb * 1e-3);
+  all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
+         " before it could say when";
+  const bool never_locked = r.samples == r.unstamped;
+  if (never_locked && r.refused_frequency > 0) all += "; is rate_hz in probe.toml the receiver's?";
+  return all;
+}
+
 std::string delayOf(const messages::DelayInForce& delay) {
   if (!delay.calibrated) return "not calibrated (probebox calibrate)";
   const auto tau = casefolder::labelOf("tau_s");
@@ -141,6 +166,7 @@ Json describe(const messages::Status::Answer& s) {
             {"frequency_ppb", s.clock.frequency_ppb},
             {"tick", s.clock.tick.index},
             {"edges", describe(s.clock.edges)}}},
+          {"receiver", receiverOf(s.receiver)},
           {"ledger",
            {{"produced_samples", s.ledger.produced},
             {"lost_at_source_samples", s.ledger.lost_at_source},
@@ -168,6 +194,7 @@ std::string page(const messages::Status::Answer& s) {
                                  printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
                                  to_string(s.clock.tick.index));
   all += row("sync edges", edgesOf(s.clock.edges));
+  if (s.receiver.samples > 0) all += row("probe receiver", receiverText(s.receiver));
   all += row("samples", to_string(s.ledger.produced) + " produced, " + to_string(lost) +
                             " of them lost: " + to_string(s.ledger.lost_at_source) + " at the source, " +
                             to_string(s.ledger.lost_in_queue) + " on the way out");

@@ -87,7 +87,9 @@ const std::map<std::string_view, std::string> kGolden = {
 const std::map<std::string_view, std::string_view> kSince11 = {
     {"status answer",
      "01000c0004006161616104007878787802001c00080073737373737373732d76a24904f407b3e6f59088195adb236d6e1c000800676767676"
-     "7676767436601f75277c5740e83ba8b11027e7e1ba4"},
+     "7676767436601f75277c5740e83ba8b11027e7e1ba4"
+     "3d009e15a28fdfbe2821faf254ec41ea21a5adc28c39fbcf96065ff1091f82af97b9f20aaaa1723b54ca0a69f066101d42ff822e"
+     "f83b271d8566c150fbb05f"},
 };
 
 TEST(Golden, EveryMessageIsTheseBytes) {
