@@ -1,0 +1,59 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "drivers/usb_probe/packet.hpp"
+#include "protocol/units/quantity.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::usb_probe {
+
+// A probe receiver: physical deflections in, packets out, sampled on an oscillator of its own.
+class EmulatedReceiver {
+ public:
+  struct Config {
+    double rate_hz{2000};   // nominal
+    double offset_ppm{};    // its period is longer than nominal by this
+    double range_um{1000};  // channels end here
+    std::size_t samples_a_packet{16};
+    std::uint32_t first_counter{};
+  };
+  // Deflection of the channels a, b, c, this long after the start.
+  using Waveform = std::function<std::array<Micrometres, 3>(Nanoseconds)>;
+
+  EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start);
+
+  // When the last sample of the next packet will have been taken.
+  MonoTime nextPacketAt() const { return takenAt(samples_ + config_.samples_a_packet - 1); }
+  // The next packet, if that time has come; else empty. Valid until the next call.
+  std::span<const std::byte> packet(MonoTime now);
+
+  // The next packets are taken and never sent.
+  void losePackets(std::size_t packets) { to_lose_ = packets; }
+  // It begins anew, after its power had failed for a moment.
+  void restart(std::uint32_t counter);
+
+  std::uint64_t samples() const { return samples_; }  // taken
+  std::uint64_t sent() const { return sent_; }
+
+ private:
+  MonoTime takenAt(std::uint64_t sample) const;
+  Sample take(std::uint64_t sample) const;
+
+  Config config_;
+  Waveform waveform_;
+  MonoTime start_;
+  double period_ns_;
+  PacketHeader next_;
+  std::uint64_t samples_{};
+  std::uint64_t sent_{};
+  std::size_t to_lose_{};
+  std::vector<Sample> taken_;
+  std::vector<std::byte> bytes_;
+};
+
+}  // namespace probebox::usb_probe

@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "drivers/usb_probe/packet.hpp"
+
+namespace probebox::usb_probe {
+
+struct PacketCounters {
+  std::uint64_t packets{};  // good ones
+  std::uint64_t bad_crc{};
+  std::uint64_t bad_count{};
+  std::uint64_t bad_version{};
+  std::uint64_t truncated{};        // cut off by a transfer that began with another packet
+  std::uint64_t discarded_bytes{};  // of everything that was no good packet
+
+  std::uint64_t bad() const { return bad_crc + bad_count + bad_version + truncated; }
+};
+
+// Finds packets in the bytes of transfers: several in one, or one over several. After damage it finds the next packet
+// by its magic, even inside of what a damaged header had claimed: garbage costs the packets that it touches, no more.
+// Never allocates.
+class PacketReader {
+ public:
+  // `bytes`: of the next transfer. Where it begins like a packet while another one is unfinished, that one has been cut
+  // off; waiting for its end would keep back what is good, for as long as a damaged header claims.
+  void beginTransfer(std::span<const std::byte> bytes);
+
+  // Takes bytes from the front of `bytes` up to the end of the next good packet and returns that packet, or takes all
+  // of them. The packet is valid until the next call.
+  std::optional<Packet> next(std::span<const std::byte>& bytes);
+
+  // Bytes of a packet whose end has not come yet.
+  std::size_t unfinished() const { return end_ - begin_ - returned_; }
+  const PacketCounters& counters() const { return counters_; }
+
+  // Forgets an unfinished packet (counted as discarded bytes), for a device that was opened anew.
+  void restart();
+
+ private:
+  void fill(std::size_t wanted, std::span<const std::byte>& bytes);
+  void skipToMagic();
+  void drop(PacketFault fault);
+  std::span<const std::byte> held() const { return std::span{buffer_}.subspan(begin_, end_ - begin_); }
+
+  // A packet, and what a damaged one may have taken of the next.
+  std::array<std::byte, 2 * kMostPacketBytes> buffer_{};
+  std::size_t begin_{};
+  std::size_t end_{};
+  bool cut_{};              // nothing more comes for what is held
+  std::size_t returned_{};  // bytes of the packet that was returned last, still at the beginning
+  PacketCounters counters_{};
+};
+
+}  // namespace probebox::usb_probe

@@ -1,0 +1,91 @@
+// Writes RECEIVER.md from the field lists. `receiver_page` prints it; `receiver_page --check FILE` fails when the file
+// says something else.
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "drivers/usb_probe/packet.hpp"
+#include "protocol/usb/interface.hpp"
+
+namespace probebox::usb_probe {
+namespace {
+
+template <class T>
+std::string typeName() {
+  if constexpr (std::is_integral_v<T>) {
+    return (std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T));
+  } else {
+    return std::to_string(std::tuple_size_v<T>) + " x " + typeName<typename T::value_type>();
+  }
+}
+
+template <class T>
+std::string table() {
+  std::string rows = "| offset | field | type | meaning |\n|---|---|---|---|\n";
+  std::size_t offset = 0;
+  const T value{};
+  T::fields(value, [&](std::string_view name, const auto& member, std::string_view meaning) {
+    rows += "| " + std::to_string(offset) + " | `" + std::string{name} + "` | " +
+            typeName<std::decay_t<decltype(member)>>() + " | " + std::string{meaning} + " |\n";
+    offset += sizeof(member);
+  });
+  return rows + "\n";
+}
+
+std::string interfaceClass() {
+  std::array<char, 16> text{};
+  const auto& [interface_class, subclass, protocol] = usb::kReceiver;
+  std::snprintf(text.data(), text.size(), "%02x/%02x/%02x", unsigned{interface_class}, unsigned{subclass},
+                unsigned{protocol});
+  return text.data();
+}
+
+std::string page() {
+  return R"(# A probe receiver on USB
+
+For those who build receivers. Generated from the field lists in drivers/usb_probe/packet.hpp by
+`cmake --build build --target receiver-page`; do not edit.
+
+The box finds a receiver by the class of an interface, )" +
+         interfaceClass() +
+         R"( (class/subclass/protocol), never by vendor and product numbers. That
+interface has one bulk IN endpoint. A serial number string tells two receivers apart: `probe = "usb:SERIAL"` in box.toml.
+
+## Packet
+Header, `count` samples, and the CRC-32C (Castagnoli) of all of that as u32. All numbers are little endian, and nothing is padded.
+
+)" + table<PacketHeader>() +
+         "Each of the samples has " + std::to_string(kSampleBytes) + " bytes:\n\n" + table<Sample>() +
+         R"(## Rules
+- The counter counts every sample on the receiver's own oscillator, which must be within 200 ppm of `rate_hz` in probe.toml. A
+  sample that is not sent, whyever, is counted all the same: the gap tells the box how many are missing.
+- Send a packet at once when its last sample has been taken, and end the USB transfer there (with a zero-length packet where its
+  size is a multiple of the endpoint's). When a transfer arrives is all that the box knows about time: a constant delay is found
+  by the system-delay calibration, a varying one is noise. Packets of 1 to 8 ms are a good choice.
+- Several packets may share a transfer, and a packet may run over several; then only the last sample of a transfer tells
+  about time, and only where a packet ends with it.
+- SET_INTERFACE with alternate setting 0 means that a new host listens: drop what is queued. The counter goes on.
+- When nobody reads, drop packets rather than keep them: what is more than 100 ms old is of no use.
+)";
+}
+
+}  // namespace
+}  // namespace probebox::usb_probe
+
+int main(int argc, char** argv) {
+  const auto page = probebox::usb_probe::page();
+  if (argc == 3 && std::string_view{argv[1]} == "--check") {
+    std::ostringstream text;
+    text << std::ifstream{argv[2]}.rdbuf();
+    if (text.str() == page) return 0;
+    std::cerr << argv[2] << " is stale; run: cmake --build build --target receiver-page\n";
+    return 1;
+  }
+  std::cout << page;
+  return std::cout.flush() ? 0 : 1;
+}
