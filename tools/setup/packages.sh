@@ -6,11 +6,13 @@ probebox_packages=(
   libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libumockdev-dev umockdev
   mbpoll)
+# What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
+probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod xz-utils make gcc)
 
-# Prints the names of the packages that are missing or too old.
-missing_packages() {
+# Prints those of PACKAGE... that are missing or too old.
+missing_packages() { # PACKAGE...
   local package
-  for package in "${probebox_packages[@]}"; do
+  for package in "$@"; do
     if [[ $package == libgpiod-dev ]] && command -v pkg-config >/dev/null; then
       pkg-config --atleast-version=2.1 libgpiod || echo "$package"
     elif ! dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed; then
@@ -65,9 +67,11 @@ install_packages() {
   [[ ${#plain[@]} -eq 0 ]] || apt-get install -y --no-install-recommends "${plain[@]}"
 }
 
-ensure_packages() {
+ensure_packages() { # LOG [PACKAGE...]
   local missing log=$1
-  mapfile -t missing < <(missing_packages)
+  shift
+  [[ $# -gt 0 ]] || set -- "${probebox_packages[@]}"
+  mapfile -t missing < <(missing_packages "$@")
   [[ ${#missing[@]} -gt 0 ]] || return 0
   local install=(bash -c 'set -e; . "$0"; install_packages "$@"' "$probebox_setup/packages.sh" "${missing[@]}")
   if [[ $EUID -ne 0 ]]; then

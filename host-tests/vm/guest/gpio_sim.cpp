@@ -1,0 +1,93 @@
+#include "gpio_sim.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include "box_user.hpp"
+
+namespace probebox::vm {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+  throw std::system_error{errno, std::generic_category(), what};
+}
+
+void writeTo(const std::string& path, std::string_view text) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (fd < 0 || write(fd, text.data(), text.size()) != static_cast<ssize_t>(text.size())) fail(path);
+  close(fd);
+}
+
+std::string readFrom(const std::string& path) {
+  std::ifstream file{path};
+  std::string line;
+  if (!std::getline(file, line)) fail(path);
+  return line;
+}
+
+}  // namespace
+
+GpioSim::GpioSim(std::string label, const std::vector<std::string>& line_names)
+    : folder_{"/sys/kernel/config/gpio-sim/" + label}, label_{std::move(label)} {
+  const auto bank = folder_ + "/bank";
+  std::filesystem::create_directories(bank);
+  writeTo(bank + "/label", label_);
+  writeTo(bank + "/num_lines", std::to_string(line_names.size()));
+  for (std::size_t i = 0; i < line_names.size(); ++i) {
+    if (line_names[i].empty()) continue;
+    const auto line = bank + "/line" + std::to_string(i);
+    std::filesystem::create_directory(line);
+    writeTo(line + "/name", line_names[i]);
+  }
+  pulls_.assign(line_names.size(), -1);
+  plugIn();
+}
+
+GpioSim::~GpioSim() {
+  if (pulls_.front() >= 0) unplug();
+  // configfs: folders go one by one, from the inside.
+  const auto bank = folder_ + "/bank";
+  for (std::size_t i = 0; i < pulls_.size(); ++i) rmdir((bank + "/line" + std::to_string(i)).c_str());
+  rmdir(bank.c_str());
+  rmdir(folder_.c_str());
+}
+
+void GpioSim::plugInWithoutRights() {
+  writeTo(folder_ + "/live", "1");
+  chip_ = readFrom(folder_ + "/bank/chip_name");
+  const auto device = "/sys/devices/platform/" + readFrom(folder_ + "/dev_name") + "/" + chip_;
+  for (std::size_t i = 0; i < pulls_.size(); ++i) {
+    const auto path = device + "/sim_gpio" + std::to_string(i) + "/pull";
+    pulls_[i] = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (pulls_[i] < 0) fail(path);
+  }
+}
+
+void GpioSim::plugIn() {
+  plugInWithoutRights();
+  grant();
+}
+
+void GpioSim::grant() const {
+  const auto node = "/dev/" + chip_;
+  if (chown(node.c_str(), 0, kBoxGroup) != 0 || chmod(node.c_str(), 0660) != 0) fail(node);
+}
+
+void GpioSim::unplug() {
+  for (int& pull : pulls_) close(std::exchange(pull, -1));
+  writeTo(folder_ + "/live", "0");
+}
+
+void GpioSim::drive(unsigned line, bool high) {
+  const std::string_view pull = high ? "pull-up" : "pull-down";
+  if (pwrite(pulls_.at(line), pull.data(), pull.size(), 0) < 0) fail(label_ + ", line " + std::to_string(line));
+}
+
+}  // namespace probebox::vm
