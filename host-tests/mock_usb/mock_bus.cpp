@@ -13,6 +13,7 @@
 #include <sys/ioctl.h>
 #include <system_error>
 #include <umockdev.h>
+#include <utility>
 
 #include "host-tests/mock_usb/mock_file.hpp"
 
@@ -65,9 +66,11 @@ class UmockdevBus final : public MockBus {
     MockFile file;
   };
 
-  auto with(const std::string& path, auto action) {
+  auto with(const std::string& path, auto action) -> decltype(action(std::declval<MockFile&>())) {
     const std::lock_guard lock{mutex_};
-    return action(plugged_.at(path)->file);
+    const auto found = plugged_.find(path);
+    if (found == plugged_.end()) return decltype(action(std::declval<MockFile&>()))();
+    return action(found->second->file);
   }
   const Device& deviceAt(const std::string& path) const { return plugged_.at(path)->device; }
 
@@ -119,6 +122,9 @@ class UmockdevBus final : public MockBus {
   void send(const std::string& path, std::uint8_t endpoint, std::span<const std::byte> bytes) override {
     with(path, [&](MockFile& file) { file.send(endpoint, bytes); });
   }
+  std::size_t waiting(const std::string& path, std::uint8_t endpoint) override {
+    return with(path, [&](MockFile& file) { return file.waiting(endpoint); });
+  }
   std::vector<std::byte> received(const std::string& path, std::uint8_t endpoint) override {
     return with(path, [&](MockFile& file) { return file.received(endpoint); });
   }
@@ -142,6 +148,9 @@ class UmockdevBus final : public MockBus {
   }
   std::size_t resets(const std::string& path) override {
     return with(path, [](const MockFile& file) { return file.resets; });
+  }
+  std::size_t session(const std::string& path) override {
+    return with(path, [](const MockFile& file) { return file.session; });
   }
   bool claimed(const std::string& path) override {
     return with(path, [](const MockFile& file) { return file.claimed; });
@@ -191,7 +200,7 @@ class UmockdevBus final : public MockBus {
       case USBDEVFS_RELEASEINTERFACE:
         return file.release();
       case USBDEVFS_SETINTERFACE:
-        return file.selectAlternate();
+        return file.selectAlternate(++sessions_);
       case USBDEVFS_SUBMITURB:
         return file.submit(*static_cast<usbdevfs_urb*>(argument));
       case USBDEVFS_REAPURB:
@@ -235,6 +244,7 @@ class UmockdevBus final : public MockBus {
   UMockdevTestbed* bed_;
   UMockdevIoctlBase* handler_{umockdev_ioctl_base_new()};
   std::string root_;
+  std::size_t sessions_{};
 };
 
 }  // namespace

@@ -34,8 +34,12 @@ class MockBus {
   // In mid-transfer: what is in flight comes back, and the node is dead.
   virtual void unplug(const std::string& path) = 0;
 
+  // The functions below take the path of a device that is plugged in; for another they do nothing and return nothing.
+
   // One write of the firmware, which waits at the device for the host's transfers.
   virtual void send(const std::string& path, std::uint8_t endpoint, std::span<const std::byte> bytes) = 0;
+  // Bytes that wait there for the host.
+  virtual std::size_t waiting(const std::string& path, std::uint8_t endpoint) = 0;
   // What the host has sent to that endpoint since the last call.
   virtual std::vector<std::byte> received(const std::string& path, std::uint8_t endpoint) = 0;
   // The firmware leaves that OUT endpoint full; or reads it again.
@@ -53,6 +57,8 @@ class MockBus {
   virtual std::size_t endless(const std::string& path) = 0;
   // How often alternate setting 0 was selected: each empties the device.
   virtual std::size_t resets(const std::string& path) = 0;
+  // Another number after each of them, whatever device it is; 0 before the first one.
+  virtual std::size_t session(const std::string& path) = 0;
   virtual bool claimed(const std::string& path) = 0;
 
   // Another program, or a driver of the kernel, has the interface ("usbfs" is a program's).

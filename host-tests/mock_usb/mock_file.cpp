@@ -67,11 +67,12 @@ int MockFile::release() {
   return gone_ ? ENODEV : 0;
 }
 
-int MockFile::selectAlternate() {
+int MockFile::selectAlternate(std::size_t new_session) {
   if (gone_) return ENODEV;
   flush(-ESHUTDOWN);
   for (auto& [address, endpoint] : endpoints_) endpoint.to_host.clear();
   ++resets;
+  session = new_session;
   return 0;
 }
 
@@ -108,6 +109,14 @@ int MockFile::discard(const usbdevfs_urb* urb) {
 void MockFile::send(std::uint8_t address, std::span<const std::byte> bytes) {
   endpoints_[address].to_host.emplace_back(bytes.begin(), bytes.end());
   progress(address);
+}
+
+std::size_t MockFile::waiting(std::uint8_t address) const {
+  const auto found = endpoints_.find(address);
+  std::size_t bytes = 0;
+  if (found == endpoints_.end()) return bytes;
+  for (const auto& message : found->second.to_host) bytes += message.size();
+  return bytes;
 }
 
 std::vector<std::byte> MockFile::received(std::uint8_t address) {

@@ -28,12 +28,13 @@ class MockFile {
   // Each answers as the ioctl does: 0, or an errno.
   int claim();
   int release();
-  int selectAlternate();
+  int selectAlternate(std::size_t new_session);
   int submit(usbdevfs_urb& urb);
   int reap(usbdevfs_urb*& urb);
   int discard(const usbdevfs_urb* urb);
 
   void send(std::uint8_t endpoint, std::span<const std::byte> bytes);
+  std::size_t waiting(std::uint8_t endpoint) const;
   std::vector<std::byte> received(std::uint8_t endpoint);
   void setReading(std::uint8_t endpoint, bool reads);
   void spoil(std::uint8_t endpoint, int status);
@@ -43,6 +44,7 @@ class MockFile {
   bool frozen{};
   std::string held_by;  // another driver
   std::size_t resets{};
+  std::size_t session{};
   std::size_t endless{};
 
  private:

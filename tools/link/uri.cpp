@@ -2,6 +2,8 @@
 
 #include "drivers/serial/linux_serial.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
+#include "drivers/usb_host/device.hpp"
+#include "drivers/usb_host/usb_link.hpp"
 
 namespace probebox::link {
 namespace {
@@ -12,9 +14,25 @@ Outcome<Uri> named(Outcome<Address> address, std::string_view text) {
   return Uri{std::move(*address), std::string{text}};
 }
 
-Outcome<io::Connection> oneLane(Outcome<std::unique_ptr<io::BytePipe>> pipe) {
-  if (!pipe) return pipe.error();
+using Opened = Outcome<io::Connection, OpenFailure>;
+using UsbKind = usb_host::OpenError::Kind;
+
+Opened oneLane(Outcome<std::unique_ptr<io::BytePipe>> pipe) {
+  if (!pipe) return OpenFailure{OpenFailure::Kind::no_box, pipe.error().what};
   return io::Connection{std::move(*pipe)};
+}
+
+OpenFailure failureOf(const usb_host::OpenError& error) {
+  switch (error.kind) {
+    case UsbKind::no_permission:
+      return {OpenFailure::Kind::no_permission, error.what};
+    case UsbKind::busy:
+      return {OpenFailure::Kind::busy, error.what};
+    case UsbKind::ambiguous:
+      return {OpenFailure::Kind::ambiguous, error.what};
+    default:
+      return {OpenFailure::Kind::no_box, error.what};
+  }
 }
 
 }  // namespace
@@ -31,19 +49,33 @@ Outcome<Uri> parseUri(std::string_view text) {
     if (rest.empty()) return Error{"file: names no recording; write file:REC.pbx"};
     return Uri{FileAddress{std::string{rest}}, std::string{text}};
   }
-  if (scheme == "usb") {
-    return Error{std::string{text} + ": usb is not in this build yet; connect by tcp:HOST:PORT or serial:DEVICE"};
-  }
+  if (scheme == "usb") return Uri{UsbAddress{std::string{rest}}, std::string{text}};
   return Error{"'" + std::string{text} +
-               "' is no address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N] or file:REC.pbx"};
+               "' is no address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
 }
 
-Outcome<io::Connection> open(const Uri& uri, std::chrono::milliseconds patience) {
+Outcome<Uri, OpenFailure> settled(const Uri& uri) {
+  const auto* usb = std::get_if<UsbAddress>(&uri.address);
+  if (usb == nullptr || !usb->name.empty()) return uri;
+  const auto context = usb_host::Context::open();
+  if (!context) return failureOf(context.error());
+  const auto device = usb_host::choose(usb_host::devices(*context, usb::kLink), {}, usb::kLink);
+  if (!device) return failureOf(device.error());
+  return Uri{UsbAddress{device->name()}, "usb:" + device->name()};
+}
+
+Outcome<io::Connection, OpenFailure> open(const Uri& uri, std::chrono::milliseconds patience) {
   if (const auto* tcp = std::get_if<tcp::Address>(&uri.address)) return oneLane(tcp::connectTcp(*tcp, patience));
   if (const auto* serial = std::get_if<serial::Address>(&uri.address)) {
     return oneLane(serial::openSerial(serial->path, serial->settings));
   }
-  return Error{uri.text + " is a recording and cannot be connected to; name a box by tcp: or serial:"};
+  if (const auto* usb = std::get_if<UsbAddress>(&uri.address)) {
+    auto link = usb_host::openUsbLink(usb->name);
+    if (!link) return failureOf(link.error());
+    return std::move(*link);
+  }
+  return OpenFailure{OpenFailure::Kind::no_box,
+                     uri.text + " is a recording and cannot be connected to; name a box by usb:, tcp: or serial:"};
 }
 
 }  // namespace probebox::link

@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -17,18 +18,37 @@ struct FileAddress {
   std::string path;
 };
 
-// tcp:HOST:PORT | serial:DEVICE[,baud=N] | file:RECORDING.pbx
+// A box on USB by its serial number, or by its place ("1-1.4") where there is none; empty: the only one.
+struct UsbAddress {
+  std::string name;
+};
+
+// tcp:HOST:PORT | serial:DEVICE[,baud=N] | usb[:SERIAL] | file:RECORDING.pbx
 struct Uri {
-  std::variant<tcp::Address, serial::Address, FileAddress> address;
+  std::variant<tcp::Address, serial::Address, UsbAddress, FileAddress> address;
   std::string text;
 
   bool isFile() const { return std::holds_alternative<FileAddress>(address); }
 };
 
-// Fails for what is no URI, and for usb:, which this build does not know yet.
 Outcome<Uri> parseUri(std::string_view text);
 
+// Why there is no connection; `what` has the remedy.
+struct OpenFailure {
+  enum class Kind : std::uint8_t {
+    no_box,         // nothing answers there
+    no_permission,  // something is there, and this user may not
+    busy,           // something is there, and another program has it
+    ambiguous,      // several are there, and none was named
+  };
+  Kind kind{};
+  std::string what{};
+};
+
+// `usb` becomes usb:SERIAL, so that the same box is meant from now on; other URIs stay as they are.
+Outcome<Uri, OpenFailure> settled(const Uri& uri);
+
 // Connects to a box. A file is no box: it is read by readRecording().
-Outcome<io::Connection> open(const Uri& uri, std::chrono::milliseconds patience);
+Outcome<io::Connection, OpenFailure> open(const Uri& uri, std::chrono::milliseconds patience);
 
 }  // namespace probebox::link

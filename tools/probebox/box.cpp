@@ -5,17 +5,14 @@
 #include <vector>
 
 #include "drivers/io/rendezvous.hpp"
+#include "tools/probebox/on_usb.hpp"
 
 namespace probebox::command {
 namespace {
 
 constexpr milliseconds kGlance{500};
 constexpr const char* kHowToGetABox =
-    "`probeboxd --board sim` starts an emulated one, -u URI or PROBEBOX_URI names another";
-
-Trouble noBox(const std::string& why) {
-  return {ExitStatus::no_box, "no-box", why};
-}
+    "plug one in, start an emulated one with `probeboxd --board sim`, or name another with -u URI or PROBEBOX_URI";
 
 // TCP first: a serial line serves one host only.
 std::string preferred(const std::vector<std::string>& uris) {
@@ -29,17 +26,31 @@ bool takesNobody(const std::string& text) {
   return !uri || !link::open(*uri, kGlance);
 }
 
-Outcome<std::string, Trouble> announced() {
+// A box that runs on this very computer may be on its USB as well, and has said so: it counts once.
+std::vector<std::string> urisOnUsb(const std::vector<io::rendezvous::Announcement>& announced) {
+  std::vector<std::string> uris;
+  for (const auto& device : boxesOnUsb()) uris.push_back("usb:" + device.name());
+  for (const auto& announcement : announced) {
+    std::erase_if(
+        uris, [&](const auto& uri) { return std::ranges::find(announcement.uris, uri) != announcement.uris.end(); });
+  }
+  return uris;
+}
+
+Outcome<std::string, Trouble> theOnlyBox() {
+  const auto announced = io::rendezvous::listed();
+  const auto on_usb = urisOnUsb(announced);
   std::vector<std::string> boxes;
-  for (const auto& announcement : io::rendezvous::listed()) {
+  for (const auto& announcement : announced) {
     if (auto uri = preferred(announcement.uris); !uri.empty()) boxes.push_back(std::move(uri));
   }
-  if (boxes.size() > 1) std::erase_if(boxes, takesNobody);
+  if (boxes.size() + on_usb.size() > 1) std::erase_if(boxes, takesNobody);
+  boxes.insert(boxes.end(), on_usb.begin(), on_usb.end());
   if (boxes.empty()) return std::string{kUsualUri};
   if (boxes.size() == 1) return boxes.front();
   std::string all;
   for (const auto& uri : boxes) all += " " + uri;
-  return usage("several boxes run here; name one with -u:" + all);
+  return usage("several boxes are here; name one with -u:" + all);
 }
 
 }  // namespace
@@ -52,13 +63,29 @@ Outcome<link::Uri, Trouble> chooseUri(const std::string& given) {
   std::string text = given;
   if (const char* environment = std::getenv("PROBEBOX_URI"); text.empty() && environment != nullptr) text = environment;
   if (text.empty()) {
-    auto found = announced();
+    auto found = theOnlyBox();
     if (!found) return found.error();
     text = std::move(found).value();
   }
   auto uri = link::parseUri(text);
   if (!uri) return usage(uri.error().what);
-  return std::move(uri).value();
+  auto meant = link::settled(*uri);
+  if (!meant) return troubleOf(meant.error());
+  return std::move(meant).value();
+}
+
+Trouble troubleOf(const link::OpenFailure& failure) {
+  using Kind = link::OpenFailure::Kind;
+  switch (failure.kind) {
+    case Kind::no_permission:
+      return {ExitStatus::no_box, "no-permission", failure.what};
+    case Kind::busy:
+      return {ExitStatus::no_box, "busy", failure.what};
+    case Kind::ambiguous:
+      return usage(failure.what);
+    default:
+      return {ExitStatus::no_box, "no-box", "no box answers: " + failure.what};
+  }
 }
 
 Trouble troubleOf(const link::Failure& failure, const Console& console) {
@@ -75,15 +102,24 @@ Trouble troubleOf(const link::Failure& failure, const Console& console) {
   }
 }
 
+milliseconds inMilliseconds(double seconds) {
+  constexpr double kDay_s = 86'400;
+  return milliseconds{static_cast<std::int64_t>(std::clamp(seconds, 1e-3, kDay_s) * 1e3)};
+}
+
 link::Wait patienceOf(const Console& console, milliseconds limit) {
   return link::patience(limit, &console.interruption());
 }
 
 Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, milliseconds patience,
                               link::StreamListener* listener, const link::ClientOptions& options) {
-  auto pipe = link::open(uri, patience);
-  if (!pipe) return noBox("no box answers: " + pipe.error().what + "; " + kHowToGetABox);
-  auto box = std::make_unique<link::Client>(std::move(pipe).value(), options, listener);
+  auto connection = link::open(uri, patience);
+  if (!connection) {
+    auto trouble = troubleOf(connection.error());
+    if (!std::holds_alternative<link::UsbAddress>(uri.address)) trouble.what += std::string{"; "} + kHowToGetABox;
+    return trouble;
+  }
+  auto box = std::make_unique<link::Client>(std::move(connection).value(), options, listener);
   const auto welcome = box->connect(patienceOf(console, patience));
   if (!welcome) {
     auto trouble = troubleOf(welcome.error(), console);

@@ -19,10 +19,15 @@ inline constexpr milliseconds kAnswerPatience{5000};
 // Where a box listens unless it was told otherwise.
 inline constexpr const char* kUsualUri = "tcp:127.0.0.1:7627";
 
-// given, or PROBEBOX_URI, or the only box that has announced itself, or the usual address.
+// A number of seconds from the command line.
+milliseconds inMilliseconds(double seconds);
+
+// given, or PROBEBOX_URI, or the only box that has announced itself here or is on USB, or the usual address.
 Outcome<link::Uri, Trouble> chooseUri(const std::string& given);
 
-// What a failure of the link means for the command's exit status. After Ctrl-C everything is an interruption.
+// What a failure to open, or of the link, means for the command's exit status. After Ctrl-C everything is an
+// interruption.
+Trouble troubleOf(const link::OpenFailure& failure);
 Trouble troubleOf(const link::Failure& failure, const Console& console);
 Trouble usage(std::string what);
 

@@ -12,8 +12,9 @@ namespace probebox::command {
 namespace {
 
 constexpr const char* kUriHelp =
-    "the box: tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, or the only box "
-    "there is";
+    "the box: usb[:SERIAL], tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, "
+    "or "
+    "the only box there is";
 constexpr const char* kUsualMethod = "delay-multi-speed";
 constexpr const char* kAbout =
     "Looks at a probebox, records and calibrates with it, and solves measured cases without one.\n"
@@ -70,11 +71,24 @@ class CommandLine {
     return command;
   }
 
-  static void addUntil(CLI::App* command, Until& until) {
-    command->add_option("--for", until.seconds, "stop after so many seconds")->check(seconds())->type_name("SECONDS");
-    command->add_option("--count", until.count, "stop after so many updates")
-        ->check(wholeNumber())
-        ->type_name("NUMBER");
+  // `only_with`: the flag that makes the command go on by itself, where it needs one.
+  static void addUntil(CLI::App* command, Until& until, CLI::Option* only_with = nullptr) {
+    auto* time = command->add_option("--for", until.seconds, "stop after so many seconds")
+                     ->check(seconds())
+                     ->type_name("SECONDS");
+    auto* count = command->add_option("--count", until.count, "stop after so many updates")
+                      ->check(wholeNumber())
+                      ->type_name("NUMBER");
+    for (auto* option : {time, count}) {
+      if (only_with != nullptr) option->needs(only_with);
+    }
+  }
+
+  static void addPatience(CLI::App* command, double& patience_s) {
+    command->add_option("--patience", patience_s, "seconds to wait for a box that was unplugged or restarted")
+        ->check(seconds())
+        ->type_name("SECONDS")
+        ->capture_default_str();
   }
 
   void addLooking() {
@@ -83,11 +97,14 @@ class CommandLine {
         ->check(seconds())
         ->type_name("SECONDS")
         ->capture_default_str();
+    auto* list_watch = list->add_flag("--watch", list_.watch, "go on, with one line for each box that comes or goes");
+    addUntil(list, list_.until, list_watch);
     add("info", "what the box is: board, serial number, machine, channels", "probebox info --json", info_);
     add("status", "how the box is now: clock, losses, calibration, newest results", "probebox status", status_);
     auto* watch = add("watch", "follow clock, losses, positions and deflections as they change",
                       "probebox watch --for 10", watch_);
     addUntil(watch, watch_.until);
+    addPatience(watch, watch_.patience_s);
     auto* corrections =
         add("corrections", "the corrections that a CNC reads now", "probebox corrections --follow", corrections_);
     corrections->add_flag("--follow", corrections_.follow, "go on with one line for each update");
@@ -106,6 +123,7 @@ class CommandLine {
                      "what the box drops when the link is too slow: live drops the oldest frames, record the newest")
         ->check(CLI::IsMember({"live", "record"}))
         ->capture_default_str();
+    addPatience(record, record_.patience_s);
     record->add_flag("--force", record_.force, "overwrite an existing file");
     record->callback([this] {
       record_.live = policy_ == "live";

@@ -16,15 +16,22 @@ struct Until {
 
 struct List {
   double timeout_s{1.0};  // for each box
+  bool watch{};           // goes on with what comes and goes
+  Until until;
 };
 struct Info {};
 struct Status {};
+// How long a command waits for a box that has gone, in seconds.
+inline constexpr double kUsualPatience_s = 30;
+
 struct Watch {
   Until until;
+  double patience_s{kUsualPatience_s};
 };
 struct Record {
   std::string output;  // "-" is the standard output
   std::optional<double> seconds;
+  double patience_s{kUsualPatience_s};
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
 };

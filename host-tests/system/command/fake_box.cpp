@@ -27,13 +27,12 @@ MonoTime now() {
 
 class FakeBox::Loop {
  public:
-  Loop(const FakeBoxOptions& options, tcp::Listener listener)
+  Loop(const FakeBoxOptions& options, Accept accept)
       : options_{options},
-        listener_{std::move(listener)},
+        next_host_{std::move(accept)},
         answers_{options},
         descriptor_{messages::encoded(fakeDescriptor())} {}
 
-  unsigned port() const { return listener_.address().port; }
   bool calibrating() const { return answers_.calibrating(); }
 
   void run(const std::stop_token& stop, std::atomic<bool>& cut) {
@@ -49,20 +48,21 @@ class FakeBox::Loop {
 
  private:
   struct Connection {
-    std::unique_ptr<io::BytePipe> pipe;
+    io::Connection lanes;
     std::unique_ptr<stream::Session> session;
     bool closed{};
   };
 
   void accept() {
-    if (auto pipe = listener_.accept()) {
+    if (auto lanes = next_host_(); lanes.data) {
       stream::SessionOptions options;
+      options.two_lanes = lanes.control != nullptr;
       options.heartbeat_period = Nanoseconds{20'000'000};
       options.boot_id.fill(std::byte{7});
       options.firmware_version = "0.1.0-fake";
       auto session = std::make_unique<stream::Session>(options, history_);
       session->setDescriptor(descriptor_);
-      connections_.push_back({std::move(pipe), std::move(session)});
+      connections_.push_back({std::move(lanes), std::move(session)});
     }
   }
 
@@ -97,27 +97,39 @@ class FakeBox::Loop {
   }
 
   void serve(Connection& connection) {
-    std::array<std::byte, 4096> buffer;
-    for (auto got = connection.pipe->read(buffer);; got = connection.pipe->read(buffer)) {
-      connection.closed |= got.state == io::PipeState::closed;
-      if (got.bytes == 0) break;
-      connection.session->receive(std::span{buffer}.first(got.bytes), now());
-    }
+    const auto& [data, control] = connection.lanes;
+    receive(connection, *data, stream::Lane::data);
+    if (control) receive(connection, *control, stream::Lane::control);
     connection.session->advance(now(), {1000, ClockState::locked, 850, 0, {}});
     while (const auto request = connection.session->nextRequest()) {
       const auto [code, text, body] = answers_.answer(request->operation, request->body);
       connection.session->answer(request->ticket, code, text, body);
     }
-    for (auto bytes = connection.session->pending(); !bytes.empty(); bytes = connection.session->pending()) {
-      const auto moved = connection.pipe->write(bytes);
+    transmit(connection, *data, stream::Lane::data);
+    if (control) transmit(connection, *control, stream::Lane::control);
+  }
+
+  static void receive(Connection& connection, io::BytePipe& pipe, stream::Lane lane) {
+    std::array<std::byte, 4096> buffer;
+    for (auto got = pipe.read(buffer);; got = pipe.read(buffer)) {
+      connection.closed |= got.state == io::PipeState::closed;
+      if (got.bytes == 0) break;
+      connection.session->receive(std::span{buffer}.first(got.bytes), now(), lane);
+    }
+  }
+
+  static void transmit(Connection& connection, io::BytePipe& pipe, stream::Lane lane) {
+    auto& session = *connection.session;
+    for (auto bytes = session.pending(lane); !bytes.empty(); bytes = session.pending(lane)) {
+      const auto moved = pipe.write(bytes);
       connection.closed |= moved.state == io::PipeState::closed;
       if (moved.bytes == 0) break;
-      connection.session->sent(moved.bytes);
+      session.sent(moved.bytes, lane);
     }
   }
 
   FakeBoxOptions options_;
-  tcp::Listener listener_;
+  Accept next_host_;
   FakeAnswers answers_;
   std::vector<std::byte> descriptor_;
   stream::History history_{1 << 20, 1024};
@@ -126,9 +138,20 @@ class FakeBox::Loop {
 };
 
 FakeBox::FakeBox(const FakeBoxOptions& options, unsigned port) {
-  auto listener = tcp::Listener::open({"127.0.0.1", static_cast<std::uint16_t>(port)});
-  if (!listener) throw std::runtime_error{listener.error().what};
-  loop_ = std::make_unique<Loop>(options, std::move(listener).value());
+  auto opened = tcp::Listener::open({"127.0.0.1", static_cast<std::uint16_t>(port)});
+  if (!opened) throw std::runtime_error{opened.error().what};
+  auto listener = std::make_shared<tcp::Listener>(std::move(opened).value());
+  port_ = listener->address().port;
+  loop_ = std::make_unique<Loop>(options, [listener] { return io::Connection{listener->accept()}; });
+  run();
+}
+
+FakeBox::FakeBox(const FakeBoxOptions& options, Accept accept)
+    : loop_{std::make_unique<Loop>(options, std::move(accept))} {
+  run();
+}
+
+void FakeBox::run() {
   thread_ = std::jthread{[this](const std::stop_token& stop) { loop_->run(stop, cut_); }};
 }
 
@@ -138,7 +161,7 @@ FakeBox::~FakeBox() {
 }
 
 unsigned FakeBox::port() const {
-  return loop_->port();
+  return port_;
 }
 bool FakeBox::calibrating() const {
   return loop_->calibrating();

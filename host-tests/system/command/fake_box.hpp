@@ -1,8 +1,11 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
+
+#include "drivers/io/byte_pipe.hpp"
 
 namespace probebox::command {
 
@@ -15,16 +18,20 @@ struct FakeBoxOptions {
   unsigned older_results{};  // stored ones with the ids 1, 2, ...
 };
 
-// A box in this process: the firmware's own session over real TCP, with made-up samples and scripted answers. It has no
-// clock worth the name: 50 samples each time its thread comes round.
+// The next host that waits, or an empty connection.
+using Accept = std::function<io::Connection()>;
+
+// A box in this process: the firmware's own session over real TCP or another carrier, with made-up samples and scripted
+// answers. It has no clock worth the name: 50 samples each time its thread comes round.
 class FakeBox {
  public:
   explicit FakeBox(const FakeBoxOptions& options = {}, unsigned port = 0);
+  FakeBox(const FakeBoxOptions& options, Accept accept);
   ~FakeBox();
   FakeBox(const FakeBox&) = delete;
   FakeBox& operator=(const FakeBox&) = delete;
 
-  std::string uri() const;
+  std::string uri() const;  // over TCP
   unsigned port() const;
   bool calibrating() const;  // a run was started
 
@@ -37,6 +44,9 @@ class FakeBox {
 
  private:
   class Loop;
+  void run();
+
+  unsigned port_{};
   std::unique_ptr<Loop> loop_;
   std::atomic<bool> cut_{};
   std::jthread thread_;

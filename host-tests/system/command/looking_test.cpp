@@ -1,5 +1,7 @@
+#include <chrono>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <thread>
 #include <unistd.h>
 
 #include "drivers/io/rendezvous.hpp"
@@ -10,6 +12,7 @@
 namespace probebox::command {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -78,6 +81,27 @@ TEST_F(Looking, WatchShowsLinesWithoutATerminal) {
   std::istringstream lines{watched.out};
   for (std::string line; std::getline(lines, line);) EXPECT_THAT(line, HasSubstr(" um")) << "values from the first on";
   EXPECT_THAT(watched.out, testing::Not(HasSubstr("\x1b"))) << "nothing is drawn where there is no terminal";
+}
+
+TEST_F(Looking, WatchOutlivesALostLinkAndKeepsTheAccount) {
+  FakeBox box{{.loses_at_source = false}};
+  std::jthread cable{[&box] {
+    std::this_thread::sleep_for(500ms);
+    box.cut();
+  }};
+  const auto watched = probebox({"-u", box.uri(), "watch", "--json", "--for", "2"});
+  EXPECT_EQ(watched.status, 0) << watched.err;
+  std::vector<std::string> events;
+  for (const auto& object : watched.objects()) {
+    if (object.contains("event")) {
+      events.push_back(object["event"]);
+      continue;
+    }
+    EXPECT_TRUE(object["ledger"]["balanced"]);
+    EXPECT_EQ(object["ledger"]["produced_samples"], object["ledger"]["received_samples"]);
+  }
+  EXPECT_THAT(events, testing::ElementsAre("link-lost", "link-restored"));
+  EXPECT_EQ(watched.objects().back()["reconnections"], 1);
 }
 
 TEST_F(Looking, CorrectionsOnceOrAsTheyCome) {
@@ -177,7 +201,7 @@ TEST(LookingWithoutABox, SaysHowToStartOne) {
 }
 
 TEST(LookingWithoutABox, NamesAUriThatIsNone) {
-  for (const auto* uri : {"tcp:127.0.0.1", "http://box", "usb:123", "tcp:box:99999", ""}) {
+  for (const auto* uri : {"tcp:127.0.0.1", "http://box", "usbx:123", "tcp:box:99999", ""}) {
     const auto failed = probebox({"-u", uri, "status"});
     if (*uri == '\0') continue;  // an empty URI is as good as none
     EXPECT_EQ(failed.status, 2) << uri;

@@ -49,6 +49,18 @@ TEST(CommandLine, KeepsTheNewestSamplesOnlyWhenAskedTo) {
   EXPECT_FALSE(std::get<Record>(std::get<Request>(parsed("record -o a")).job).live);
 }
 
+TEST(CommandLine, ListsOnceUnlessToldToWatch) {
+  const auto list = [](const std::string& line) { return std::get<List>(std::get<Request>(parsed(line)).job); };
+  EXPECT_FALSE(list("list").watch);
+  EXPECT_EQ(list("list --watch --count 3").until.count, 3U);
+  EXPECT_THAT(complaint("list --for 3"), HasSubstr("--watch"));
+}
+
+TEST(CommandLine, IsPatientWithABoxThatHasGone) {
+  EXPECT_EQ(std::get<Watch>(std::get<Request>(parsed("watch")).job).patience_s, 30);
+  EXPECT_EQ(std::get<Record>(std::get<Request>(parsed("record -o a --patience 600")).job).patience_s, 600);
+}
+
 TEST(CommandLine, CalibratesTheDelayUnlessAnotherMethodIsNamed) {
   const auto calibrate = [](const std::string& line) {
     return std::get<Calibrate>(std::get<Request>(parsed(line)).job);

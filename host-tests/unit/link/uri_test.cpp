@@ -31,10 +31,18 @@ TEST(Uri, ThatIsNoneSaysWhatOneLooksLike) {
   }
 }
 
-TEST(Uri, UsbIsNotInThisBuildAndSaysSo) {
-  const auto usb = parseUri("usb:PB-0001");
-  ASSERT_FALSE(usb.ok());
-  EXPECT_NE(usb.error().what.find("not in this build yet"), std::string::npos);
+TEST(Uri, NamesABoxOnUsbOrTheOnlyOne) {
+  const auto nameIn = [](std::string_view text) { return std::get<UsbAddress>(parseUri(text)->address).name; };
+  EXPECT_EQ(nameIn("usb:PB-0001"), "PB-0001");
+  EXPECT_EQ(nameIn("usb:1-1.4"), "1-1.4");
+  EXPECT_EQ(nameIn("usb:A:B"), "A:B") << "a serial number is whatever the vendor wrote";
+  EXPECT_EQ(nameIn("usb"), "");
+  EXPECT_EQ(nameIn("usb:"), "");
+  EXPECT_FALSE(parseUri("usbPB-0001").ok());
+}
+
+TEST(Uri, ThatNamesItsBoxIsSettled) {
+  for (const auto* text : {"usb:PB-0001", "tcp:localhost:7627"}) EXPECT_EQ(settled(*parseUri(text))->text, text);
 }
 
 TEST(Uri, ARecordingCannotBeConnectedTo) {

@@ -5,15 +5,20 @@
 #include "drivers/io/rendezvous.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
+#include "tools/probebox/on_usb.hpp"
+#include "tools/probebox/plug_watch.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
 namespace {
 
+// One line of the answer. A box on USB is there even when it cannot be asked.
 struct Found {
   std::string uri;
   messages::Descriptor descriptor;
   std::string clock;
+  std::string state;
+  std::string obstacle;  // why it was not asked, and what to do
 };
 
 // What is announced, and the usual address for a box that could not announce itself.
@@ -27,27 +32,51 @@ std::vector<std::string> candidates() {
   return all;
 }
 
+Outcome<Found, Trouble> asked(const link::Uri& uri, milliseconds patience, const Console& console) {
+  const auto box = openBox(uri, console, patience);
+  if (!box) return box.error();
+  const auto status = (*box)->request<messages::Status>({}, patienceOf(console, patience));
+  const std::string clock{status ? messages::nameOf(status->clock.state) : "unknown"};
+  return Found{uri.text, *(*box)->reader().descriptor(), clock, "free", {}};
+}
+
 // Nothing for an address that does not answer: a killed box leaves its announcement behind.
 std::optional<Found> asked(const std::string& text, milliseconds patience, const Console& console) {
   const auto uri = link::parseUri(text);
   if (!uri || uri->isFile()) return std::nullopt;
-  const auto box = openBox(*uri, console, patience);
-  if (!box) return std::nullopt;
-  const auto status = (*box)->request<messages::Status>({}, patienceOf(console, patience));
-  const std::string clock{status ? messages::nameOf(status->clock.state) : "unknown"};
-  return Found{text, *(*box)->reader().descriptor(), clock};
+  auto found = asked(*uri, patience, console);
+  return found ? std::optional{std::move(*found)} : std::nullopt;
+}
+
+// What can be seen of it from outside, unless it answers.
+Found lookedAt(const usb_host::Device& device, milliseconds patience, const Console& console) {
+  const std::string uri = "usb:" + device.name();
+  const auto state = stateOf(device);
+  if (state.access == usb_host::Access::free) {
+    if (auto found = asked(uri, patience, console)) return *found;
+  }
+  messages::Descriptor seen;
+  seen.serial_number = device.serial_number;
+  seen.board = device.product;
+  const std::string name{state.access == usb_host::Access::free ? "silent" : usb_host::nameOf(state.access)};
+  const std::string obstacle =
+      state.why.empty() ? "does not answer; is probeboxd running on it?" : state.why + "; " + state.remedy;
+  return {uri, seen, {}, name, obstacle};
 }
 
 Json describe(const Found& found) {
-  return {{"uri", found.uri},
-          {"board", found.descriptor.board},
-          {"serial_number", found.descriptor.serial_number},
-          {"machine", found.descriptor.machine},
-          {"firmware_version", found.descriptor.firmware_version},
-          {"clock_state", found.clock}};
+  Json json{{"uri", found.uri},
+            {"board", found.descriptor.board},
+            {"serial_number", found.descriptor.serial_number},
+            {"machine", found.descriptor.machine},
+            {"firmware_version", found.descriptor.firmware_version},
+            {"clock_state", found.clock},
+            {"state", found.state}};
+  if (!found.obstacle.empty()) json["what"] = found.obstacle;
+  return json;
 }
 
-using Cells = std::array<std::string, 6>;
+using Cells = std::array<std::string, 7>;
 
 // Columns as wide as their widest cell.
 void showTable(const std::vector<Cells>& rows, Console& console) {
@@ -68,27 +97,57 @@ void show(const std::vector<Found>& boxes, Console& console) {
     for (const auto& found : boxes) list.push_back(describe(found));
     console.object({{"boxes", list}});
   } else if (!boxes.empty()) {
-    std::vector<Cells> rows{{"URI", "BOARD", "SERIAL NUMBER", "MACHINE", "FIRMWARE", "CLOCK"}};
-    for (const auto& [uri, d, clock] : boxes) {
-      rows.push_back({uri, d.board, d.serial_number, d.machine, d.firmware_version, clock});
+    std::vector<Cells> rows{{"URI", "BOARD", "SERIAL NUMBER", "MACHINE", "FIRMWARE", "CLOCK", "STATE"}};
+    for (const auto& [uri, d, clock, state, obstacle] : boxes) {
+      rows.push_back({uri, d.board, d.serial_number, d.machine, d.firmware_version, clock, state});
     }
     showTable(rows, console);
   }
+  for (const auto& found : boxes) {
+    if (!found.obstacle.empty()) console.note("probebox: " + found.uri + ": " + found.obstacle);
+  }
+}
+
+// Everything that can be found without being told where to look.
+std::vector<Found> search(milliseconds patience, Console& console) {
+  std::vector<Found> boxes;
+  for (const auto& uri : candidates()) {
+    if (console.interrupted()) return boxes;
+    console.progress("asking " + uri);
+    if (auto found = asked(uri, patience, console)) boxes.push_back(std::move(*found));
+  }
+  for (const auto& device : boxesOnUsb()) {
+    if (console.interrupted()) return boxes;
+    console.progress("asking usb:" + device.name());
+    if (std::ranges::find(boxes, "usb:" + device.name(), &Found::uri) != boxes.end()) continue;
+    boxes.push_back(lookedAt(device, patience, console));
+  }
+  return boxes;
+}
+
+ExitStatus listOne(const std::string& given, milliseconds patience, Console& console) {
+  const auto uri = chooseUri(given);
+  if (!uri) return console.fail(uri.error());
+  if (uri->isFile()) return console.fail(usage(uri->text + " is a recording; see `probebox info`, or name a box"));
+  const auto found = asked(*uri, patience, console);
+  if (!found) return console.fail(found.error());
+  show({*found}, console);
+  return ExitStatus::ok;
 }
 
 }  // namespace
 
 ExitStatus run(const List& options, const std::string& given, Console& console) {
-  const milliseconds patience{static_cast<std::int64_t>(std::max(1.0, std::min(options.timeout_s, 3600.0) * 1e3))};
-  std::vector<Found> boxes;
-  for (const auto& uri : given.empty() ? candidates() : std::vector{given}) {
-    if (console.interrupted()) return ExitStatus::interrupted;
-    console.progress("asking " + uri);
-    if (auto found = asked(uri, patience, console)) boxes.push_back(std::move(*found));
-  }
+  if (options.watch) return watchPlugs(options.until, console);
+  const auto patience = inMilliseconds(options.timeout_s);
+  if (!given.empty()) return listOne(given, patience, console);
+  const auto boxes = search(patience, console);
+  if (console.interrupted()) return ExitStatus::interrupted;
   show(boxes, console);
   if (!boxes.empty()) return ExitStatus::ok;
-  console.note("probebox: no box answers; start an emulated one with `probeboxd --board sim`, or name one with -u URI");
+  console.note(
+      "probebox: no box answers; plug one in, start an emulated one with `probeboxd --board sim`, or name one with -u "
+      "URI");
   return ExitStatus::no_box;
 }
 

@@ -1,23 +1,18 @@
 #include <optional>
-#include <thread>
 
 #include "tools/link/recording.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
+#include "tools/probebox/lasting_stream.hpp"
 #include "tools/probebox/output.hpp"
 #include "tools/probebox/report.hpp"
-#include "tools/probebox/sample_tally.hpp"
 
 namespace probebox::command {
 namespace {
 
-constexpr milliseconds kReconnectPatience{10'000};
-constexpr milliseconds kReconnectPause{200};
-constexpr milliseconds kResumePause{100};
-constexpr int kMostResumes = 20;
 constexpr milliseconds kClosingPatience{3000};
 
-// Writes what comes, and counts it. The file is opened by the first frame: a box that does not answer leaves none.
+// Writes what comes. The file is opened by the first frame: a box that does not answer leaves none.
 class Recorder : public link::StreamListener {
  public:
   Recorder(const Record& options, std::ostream& standard) : options_{options}, standard_{standard} {}
@@ -26,17 +21,7 @@ class Recorder : public link::StreamListener {
     if (!output_ && !failure_) open();
     if (writer_ && !failure_ && !writer_->write(frame)) failure_ = output_->failure();
   }
-  void onWelcome(const messages::Welcome& welcome) override {
-    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
-    boot_id_ = welcome.boot_id;
-  }
-  void onBlock(const link::DecodedBlock& block) override { tally_.block(block.header.first, block.header.count); }
-  void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
-  void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
-  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
-    tally_.heartbeat(beat, balance);
-    flush();
-  }
+  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>&) override { flush(); }
 
   // What was heard until now is in the file, whatever happens to this process.
   void flush() {
@@ -44,8 +29,6 @@ class Recorder : public link::StreamListener {
   }
 
   const std::optional<std::string>& failure() const { return failure_; }
-  const SampleTally& tally() const { return tally_; }
-  messages::BootId bootId() const { return boot_id_.value_or(messages::BootId{}); }
   std::uint64_t bytes() const { return writer_ ? writer_->bytes() : 0; }
 
  private:
@@ -64,8 +47,6 @@ class Recorder : public link::StreamListener {
   std::optional<Output> output_;
   std::optional<link::RecordingWriter> writer_;
   std::optional<std::string> failure_;
-  std::optional<messages::BootId> boot_id_;
-  SampleTally tally_;
 };
 
 // One recording, over as many links as it takes.
@@ -73,80 +54,32 @@ class Session {
  public:
   Session(const Record& options, link::Uri uri, Console& console)
       : options_{options},
-        uri_{std::move(uri)},
         console_{console},
         recorder_{options, console.out()},
+        stream_{std::move(uri),
+                {.policy = options.live ? messages::Policy::live : messages::Policy::record,
+                 .patience = inMilliseconds(options.patience_s)},
+                recorder_,
+                console},
         begin_{link::now()} {}
 
   ExitStatus run() {
-    if (const auto opened = connect(kConnectPatience); !opened) return console_.fail(opened.error());
-    while (recordOverOneLink()) {
-      if (refusal_) return giveUp();
-      console_.note("probebox: " + box_->failure()->what + "; connecting again");
-      if (!reconnect()) return giveUp();
-      ++reconnections_;
+    if (const auto trouble = stream_.open()) return console_.fail(*trouble);
+    while (!finished()) {
+      if (!stream_.round()) return giveUp();
+      drawProgress();
     }
-    return close();
+    return stream_.box() != nullptr ? close() : giveUp();
   }
 
  private:
-  struct Connected {};
-
-  Outcome<Connected, Trouble> connect(milliseconds limit) {
-    auto box = openBox(uri_, console_, limit, &recorder_, {.last_boot_id = recorder_.bootId()});
-    if (!box) return box.error();
-    box_ = std::move(box).value();
-    start();
-    return Connected{};
-  }
-
-  void start() {
-    messages::Start start;
-    start.policy = options_.live ? messages::Policy::live : messages::Policy::record;
-    start.has_resume = recorder_.tally().begun();
-    start.resume_from = recorder_.tally().next();
-    box_->start(start);
-  }
-
-  // True when the link was lost, or the stream refused, before the end.
-  bool recordOverOneLink() {
-    int refusals = 0;
-    while (!finished()) {
-      box_->round(patienceOf(console_, milliseconds{1000}));
-      if (box_->state() == link::LinkState::lost) return true;
-      if (!box_->streaming() && !startAgain(++refusals)) return true;
-      drawProgress();
-    }
-    return false;
-  }
-
-  // A stream can be resumed only once the next sample exists, which is a moment after the old link broke.
-  bool startAgain(int refusals) {
-    if (!recorder_.tally().begun() || refusals > kMostResumes) {
-      refusal_ = troubleOf(*box_->failure(), console_);
-      return false;
-    }
-    std::this_thread::sleep_for(kResumePause);
-    start();
-    return true;
-  }
-
   bool finished() const {
     const bool time_is_over = options_.seconds && seconds() >= *options_.seconds;
     return time_is_over || console_.interrupted() || recorder_.failure();
   }
 
-  bool reconnect() {
-    const auto deadline = link::now() + kReconnectPatience;
-    while (!finished() && link::now() < deadline) {
-      if (connect(milliseconds{1000})) return true;
-      std::this_thread::sleep_for(kReconnectPause);
-    }
-    return false;
-  }
-
   ExitStatus close() {
-    const auto finished = box_->finish(link::patience(kClosingPatience));
+    const auto finished = stream_.box()->finish(link::patience(kClosingPatience));
     recorder_.flush();
     if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
     if (!finished) {
@@ -155,7 +88,7 @@ class Session {
     }
     report(true);
     if (console_.interrupted()) return ExitStatus::interrupted;
-    return recorder_.tally().exact() ? ExitStatus::ok : ExitStatus::failed;
+    return stream_.tally().exact() ? ExitStatus::ok : ExitStatus::failed;
   }
 
   ExitStatus giveUp() {
@@ -163,10 +96,14 @@ class Session {
     report(false);
     if (console_.interrupted()) return ExitStatus::interrupted;
     if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
-    if (refusal_) return console_.fail(*refusal_);
-    return console_.fail({ExitStatus::no_box, "link-lost",
-                          "the link was lost for good; what the box produced from sample " +
-                              std::to_string(recorder_.tally().next().index) + " on is unknown"});
+    return console_.fail(stream_.trouble().value_or(awayAtTheEnd()));
+  }
+
+  // The time was over before the box came back.
+  Trouble awayAtTheEnd() const {
+    return {ExitStatus::no_box, "link-lost",
+            "the link was lost, and the box was not back in time; what it produced from sample " +
+                std::to_string(stream_.tally().next().index) + " on is unknown"};
   }
 
   // closed: the box itself said where the stream ended.
@@ -179,7 +116,7 @@ class Session {
   }
 
   Json summary(bool closed) const {
-    const auto& tally = recorder_.tally();
+    const auto& tally = stream_.tally();
     const auto& sums = tally.atHeartbeat();
     return {{"recording", options_.output},
             {"produced_samples", sums.produced},
@@ -191,14 +128,14 @@ class Session {
             {"balanced", tally.exact()},
             {"end_known", closed},
             {"next_sample", tally.next().index},
-            {"reconnections", reconnections_},
+            {"reconnections", stream_.reconnections()},
             {"box_restarts", tally.restarts()},
             {"size_bytes", recorder_.bytes()},
             {"duration_s", seconds()}};
   }
 
   std::string equation(bool closed) const {
-    const auto& tally = recorder_.tally();
+    const auto& tally = stream_.tally();
     const auto& sums = tally.atHeartbeat();
     std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
                        " + declared lost " + std::to_string(sums.declaredLost());
@@ -218,7 +155,7 @@ class Session {
   void drawProgress() {
     if (const auto now = link::now(); now - last_drawn_ >= milliseconds{200}) {
       last_drawn_ = now;
-      const auto& sums = recorder_.tally().now();
+      const auto& sums = stream_.tally().now();
       const std::string limit = options_.seconds ? printed(" of %g", *options_.seconds) : "";
       console_.progress(printed("recording %s  %.1f%s s  %llu samples  %llu lost  %.2f MB", options_.output.c_str(),
                                 seconds(), limit.c_str(), static_cast<unsigned long long>(sums.received),
@@ -230,14 +167,11 @@ class Session {
   double seconds() const { return toSeconds(link::now() - begin_); }
 
   const Record& options_;
-  link::Uri uri_;
   Console& console_;
-  Recorder recorder_;  // outlives box_, which tells it things
-  Box box_;
-  std::optional<Trouble> refusal_;
+  Recorder recorder_;
+  LastingStream stream_;
   MonoTime begin_;
   MonoTime last_drawn_{};
-  std::uint64_t reconnections_{};
 };
 
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {

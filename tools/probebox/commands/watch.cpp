@@ -4,6 +4,7 @@
 
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
+#include "tools/probebox/lasting_stream.hpp"
 #include "tools/probebox/pace.hpp"
 #include "tools/probebox/report.hpp"
 #include "tools/probebox/scale.hpp"
@@ -27,14 +28,14 @@ struct Latest : link::StreamListener {
   }
   void onHeartbeat(const messages::Heartbeat& b, const std::optional<link::Balance>& newest) override {
     beat = b;
-    balance = newest;
+    balanced = newest.has_value();
   }
 
   messages::Descriptor descriptor;
   std::vector<double> values;  // scaled, in the order of the channels
   SampleIndex sample{};
   std::optional<messages::Heartbeat> beat;
-  std::optional<link::Balance> balance;
+  bool balanced{};  // there was a ledger to compare with
   std::string procedure;
 };
 
@@ -42,19 +43,21 @@ std::string key(const messages::ChannelDescription& channel) {
   return channel.unit.empty() ? channel.name : channel.name + "_" + channel.unit;
 }
 
-Json describe(const Latest& latest) {
+Json describe(const Latest& latest, const LastingStream& stream) {
   Json values = Json::object();
   for (std::size_t i = 0; i < latest.values.size(); ++i) values[key(latest.descriptor.channels[i])] = latest.values[i];
   const auto& beat = *latest.beat;
-  const auto account = latest.balance.value_or(link::Balance{.exact = true});
+  const auto& sums = stream.tally().atHeartbeat();
   return {{"uptime_ms", beat.uptime_ms},
           {"clock", {{"state", std::string{messages::nameOf(beat.clock_state)}}, {"sigma_ns", beat.clock_sigma_ns}}},
           {"ledger",
-           {{"produced_samples", account.produced},
-            {"received_samples", account.account.received},
-            {"declared_lost_samples", account.account.declared_lost},
-            {"lost_on_link_samples", account.account.inferred_lost},
-            {"balanced", account.exact}}},
+           {{"produced_samples", sums.produced},
+            {"received_samples", sums.received},
+            {"declared_lost_samples", sums.declaredLost()},
+            {"lost_on_link_samples", sums.lost_on_link},
+            {"balanced", stream.tally().exact()}}},
+          {"reconnections", stream.reconnections()},
+          {"box_restarts", stream.tally().restarts()},
           {"sample", latest.sample.index},
           {"values", values},
           {"procedure", latest.procedure}};
@@ -77,14 +80,18 @@ std::string valuesOf(const Latest& latest) {
   return all;
 }
 
-std::string line(const Latest& latest) {
+const char* whyNotExact(const SampleTally& tally) {
+  if (tally.exact()) return "";
+  return tally.restarts() > 0 && tally.now().unexplained == 0 ? " (the box was restarted)" : " (DOES NOT BALANCE)";
+}
+
+std::string line(const Latest& latest, const LastingStream& stream) {
   const auto& beat = *latest.beat;
-  const auto account = latest.balance.value_or(link::Balance{.exact = true});
+  const auto& sums = stream.tally().atHeartbeat();
   std::string all = "clock " + std::string{messages::nameOf(beat.clock_state)} + " " + readableNs(beat.clock_sigma_ns);
-  all += printed("  samples %llu = %llu received + %llu lost%s", static_cast<unsigned long long>(account.produced),
-                 static_cast<unsigned long long>(account.account.received),
-                 static_cast<unsigned long long>(account.account.declared_lost + account.account.inferred_lost),
-                 account.exact ? "" : " (DOES NOT BALANCE)");
+  all += printed("  samples %llu = %llu received + %llu lost%s", static_cast<unsigned long long>(sums.produced),
+                 static_cast<unsigned long long>(sums.received),
+                 static_cast<unsigned long long>(sums.declaredLost() + sums.lost_on_link), whyNotExact(stream.tally()));
   all += valuesOf(latest);
   return latest.procedure.empty() ? all : all + "  " + latest.procedure;
 }
@@ -100,18 +107,77 @@ std::string inWords(const messages::ProcedureStatus::Answer& p) {
 // Keeps one question about the procedure on its way, without waiting for it.
 class ProcedureWatch {
  public:
-  explicit ProcedureWatch(link::Client& box) : box_{box}, asked_{box.ask<messages::ProcedureStatus>({})} {}
-
-  void look(std::string& into) {
-    const auto answer = box_.answered<messages::ProcedureStatus>(asked_);
-    if (!answer) return;
-    if (*answer) into = inWords(**answer);
-    asked_ = box_.ask<messages::ProcedureStatus>({});
+  void look(LastingStream& stream, std::string& into) {
+    if (asked_ && asked_over_ == stream.reconnections()) {
+      const auto answer = stream.box()->answered<messages::ProcedureStatus>(*asked_);
+      if (!answer) return;
+      if (*answer) into = inWords(**answer);
+    }
+    asked_ = stream.box()->ask<messages::ProcedureStatus>({});
+    asked_over_ = stream.reconnections();
   }
 
  private:
-  link::Client& box_;
-  std::uint32_t asked_;
+  std::optional<std::uint32_t> asked_;
+  std::uint64_t asked_over_{};  // which link
+};
+
+class Display {
+ public:
+  Display(const Watch& options, link::Uri uri, Console& console)
+      : console_{console},
+        stream_{std::move(uri),
+                {.policy = messages::Policy::live, .patience = inMilliseconds(options.patience_s)},
+                latest_,
+                console},
+        pace_{options.until, kPeriod} {}
+
+  ExitStatus run() {
+    if (const auto trouble = stream_.open()) return console_.fail(*trouble);
+    without_values_from_ = link::now() + kFirstValues;
+    while (!pace_.over() && !console_.interrupted() && console_.writable()) {
+      if (!stream_.round()) return console_.fail(*stream_.trouble());
+      tellOfTheLink();
+      if (stream_.box() != nullptr && somethingToShow() && pace_.due()) show();
+    }
+    return console_.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
+  }
+
+ private:
+  // People are told by the stream itself.
+  void tellOfTheLink() {
+    const bool up = stream_.box() != nullptr;
+    if (up == up_) return;
+    up_ = up;
+    if (!console_.json()) return;
+    if (up) {
+      console_.object({{"event", "link-restored"}, {"reconnections", stream_.reconnections()}});
+    } else {
+      console_.object({{"event", "link-lost"}, {"what", stream_.loss()}});
+    }
+  }
+
+  bool somethingToShow() const {
+    if (!latest_.beat) return false;
+    return (!latest_.values.empty() && latest_.balanced) || link::now() >= without_values_from_;
+  }
+
+  void show() {
+    procedure_.look(stream_, latest_.procedure);
+    if (console_.json()) {
+      console_.object(describe(latest_, stream_));
+    } else {
+      console_.live(line(latest_, stream_));
+    }
+  }
+
+  Console& console_;
+  Latest latest_;
+  LastingStream stream_;
+  ProcedureWatch procedure_;
+  Pace pace_;
+  MonoTime without_values_from_{};
+  bool up_{true};
 };
 
 }  // namespace
@@ -120,25 +186,7 @@ ExitStatus run(const Watch& options, const std::string& given, Console& console)
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (uri->isFile()) return console.fail(usage("a recording does not change; see `probebox export`"));
-  Latest latest;
-  const auto opened = openBox(*uri, console, kConnectPatience, &latest);
-  if (!opened) return console.fail(opened.error());
-  link::Client& box = **opened;
-  box.start({.policy = messages::Policy::live});
-  ProcedureWatch procedure{box};
-  Pace pace{options.until, kPeriod};
-  const auto without_values_from = link::now() + kFirstValues;
-  while (!pace.over() && goRound(box, console)) {
-    if (!latest.beat || ((latest.values.empty() || !latest.balance) && link::now() < without_values_from)) continue;
-    if (!pace.due()) continue;
-    procedure.look(latest.procedure);
-    if (console.json()) {
-      console.object(describe(latest));
-    } else {
-      console.live(line(latest));
-    }
-  }
-  return ended(box, console);
+  return Display{options, *uri, console}.run();
 }
 
 }  // namespace probebox::command

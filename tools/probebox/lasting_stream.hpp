@@ -1,0 +1,67 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/sample_tally.hpp"
+
+namespace probebox::command {
+
+// The samples of one box over as many links as it takes. When a link breaks (a pulled cable, a box that restarts), that
+// is said, the box is waited for where it was, and the stream goes on after the last sample: the box keeps the last
+// seconds, or says what is missing.
+class LastingStream : private link::StreamListener {
+ public:
+  struct Options {
+    messages::Policy policy{};
+    milliseconds patience{};  // with a box that has gone
+  };
+
+  // `listener` hears what every link brings; it and `console` outlive the stream.
+  LastingStream(link::Uri uri, const Options& options, link::StreamListener& listener, Console& console);
+
+  // The first link, and START. Why there is none.
+  std::optional<Trouble> open();
+  // Lets the link, or the search for a new one, do its work for a short while. False when it is all over: trouble().
+  bool round();
+
+  // Null while there is no link.
+  link::Client* box() { return box_.get(); }
+  const SampleTally& tally() const { return tally_; }
+  std::uint64_t reconnections() const { return reconnections_; }
+  const std::optional<Trouble>& trouble() const { return trouble_; }
+  // What became of the last link.
+  const std::string& loss() const { return loss_; }
+
+ private:
+  void onFrame(const frame::Frame& frame) override { listener_.onFrame(frame); }
+  void onWelcome(const messages::Welcome& welcome) override;
+  void onDescriptor(const messages::Descriptor& descriptor) override { listener_.onDescriptor(descriptor); }
+  void onBlock(const link::DecodedBlock& block) override;
+  void onGap(const messages::Gap& gap) override;
+  void onHole(const messages::Gap& hole) override;
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
+
+  std::optional<Trouble> connect(milliseconds limit);
+  void start();
+  bool startAgain();
+  void lose();
+  bool search();
+
+  link::Uri uri_;
+  Options options_;
+  link::StreamListener& listener_;
+  Console& console_;
+  SampleTally tally_;
+  std::optional<messages::BootId> boot_id_;
+  Box box_;
+  std::optional<Trouble> trouble_;
+  std::string loss_;
+  std::string obstacle_;  // why the box cannot be reached again, as it was said last
+  MonoTime deadline_{};   // of the search
+  int refusals_{};
+  std::uint64_t reconnections_{};
+};
+
+}  // namespace probebox::command
