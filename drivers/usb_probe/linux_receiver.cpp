@@ -1,5 +1,6 @@
 #include "drivers/usb_probe/linux_receiver.hpp"
 
+#include <string>
 #include <utility>
 
 #include "drivers/usb_host/bulk_in.hpp"
@@ -23,6 +24,12 @@ const char* remedyFor(EndpointState state) {
     default:
       return "it was unplugged; plug it in again";
   }
+}
+
+// The rule for a person at a computer does not help a daemon.
+OpenError notPermitted(const usb_host::Device& device) {
+  return {OpenError::Kind::no_permission, "usb:" + device.name() + ": no permission to open " + device.node +
+                                              "; install 60-probeboxd.rules (docs/service.md), and plug it in again"};
 }
 
 }  // namespace
@@ -80,8 +87,10 @@ void LinuxReceiver::look(MonoTime now) {
 }
 
 Outcome<bool, OpenError> LinuxReceiver::connect() {
-  if (const auto chosen = usb_host::choose(plug_->there(), wanted_, usb::kReceiver); !chosen) return chosen.error();
+  const auto chosen = usb_host::choose(plug_->there(), wanted_, usb::kReceiver);
+  if (!chosen) return chosen.error();
   auto claimed = ClaimedInterface::open(usb::kReceiver, wanted_);
+  if (!claimed && claimed.error().kind == OpenError::Kind::no_permission) return notPermitted(*chosen);
   if (!claimed) return claimed.error();
   const auto& endpoints = (*claimed)->device().endpoints;
   if (endpoints.empty() || !endpoints.front().in) {

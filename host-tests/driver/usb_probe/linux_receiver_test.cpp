@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <iterator>
 #include <poll.h>
+#include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include "drivers/usb_probe/emulator.hpp"
@@ -227,6 +229,30 @@ TEST_F(Receiver, ThatAnotherProgramHasIsNamedWithTheRemedyAndTriedAgain) {
   now_ += LinuxReceiver::kRetry;
   waitUntil(source, [&] { return connected(); });
   EXPECT_EQ(source.problem(), "");
+}
+
+// For a while this process is nobody in particular.
+class AsNobody {
+ public:
+  AsNobody() { EXPECT_EQ(seteuid(65534), 0); }
+  ~AsNobody() { EXPECT_EQ(seteuid(0), 0); }
+};
+
+TEST_F(Receiver, ThatMayNotBeOpenedIsNamedWithTheRemedyForADaemon) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can become somebody who may not";
+  bus_->plug(kReceiver);
+  bus_->setMode("1-3", 0);
+  LinuxReceiver source{""};
+  {
+    const AsNobody nobody;
+    read(source);
+    EXPECT_THAT(source.problem(), AllOf(HasSubstr("usb:RX-7: no permission to open /dev/bus/usb/001/007"),
+                                        HasSubstr("60-probeboxd.rules")));
+  }
+  now_ += LinuxReceiver::kRetry;
+  read(source);
+  EXPECT_EQ(source.problem(), "") << "it is tried again";
+  EXPECT_TRUE(connected());
 }
 
 TEST_F(Receiver, ThatStallsIsLostAndTriedAgain) {
