@@ -20,6 +20,10 @@ class BytePipe {
   virtual ~BytePipe() = default;
 
   virtual Transfer read(std::span<std::byte> into) = 0;
+  // What read() would give next where it lies, for carriers that keep it anyway; consume() what was taken of it.
+  // Empty when there is nothing, or when bytes are to be had by read() only.
+  virtual std::span<const std::byte> front() { return {}; }
+  virtual void consume(std::size_t) {}
   virtual Transfer write(std::span<const std::byte> from) = 0;
 
   // Readable when read() has something.

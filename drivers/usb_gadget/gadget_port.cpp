@@ -14,19 +14,21 @@
 namespace probebox::usb_gadget {
 namespace {
 
-constexpr Lane::Size kDataIn{.transfers = 8, .transfer_bytes = 16 * 1024};
+constexpr Lane::Size kDataIn{.transfers = 8, .transfer_bytes = 32 * 1024};
 constexpr Lane::Size kDataOut{.transfers = 4, .transfer_bytes = 4 * 1024};
 constexpr Lane::Size kControlIn{.transfers = 4, .transfer_bytes = 16 * 1024};
 constexpr Lane::Size kControlOut{.transfers = 4, .transfer_bytes = 4 * 1024};
 constexpr int kTransfers = 20;
 static_assert(kDataIn.transfers + kDataOut.transfers + kControlIn.transfers + kControlOut.transfers == kTransfers);
 
-io::Descriptor watching(std::initializer_list<int> descriptors) {
+// Completions show once each (EPOLLET): their count need not be read. What the bus does shows until it is taken.
+io::Descriptor watching(const FunctionFs& function, const AioQueue& queue) {
   io::Descriptor all{epoll_create1(EPOLL_CLOEXEC)};
-  for (const int descriptor : descriptors) {
-    epoll_event event{.events = EPOLLIN, .data = {.fd = descriptor}};
-    if (!all || epoll_ctl(all.get(), EPOLL_CTL_ADD, descriptor, &event) != 0) return {};
-  }
+  epoll_event bus{.events = EPOLLIN, .data = {.fd = function.descriptor()}};
+  epoll_event completions{.events = EPOLLIN | EPOLLET, .data = {.fd = queue.descriptor()}};
+  if (!all || epoll_ctl(all.get(), EPOLL_CTL_ADD, function.descriptor(), &bus) != 0 ||
+      epoll_ctl(all.get(), EPOLL_CTL_ADD, queue.descriptor(), &completions) != 0)
+    return {};
   return all;
 }
 
@@ -77,8 +79,13 @@ struct GadgetPort::Bus {
 };
 
 void GadgetPort::Bus::turn() {
+  std::array<epoll_event, 2> ready;
+  const int count = epoll_wait(all.get(), ready.data(), ready.size(), 0);
   queue->reap();
-  while (const auto event = function->next()) take(*event);
+  for (int k = 0; k < count; ++k) {
+    if (ready[static_cast<std::size_t>(k)].data.fd != function->descriptor()) continue;
+    while (const auto event = function->next()) take(*event);
+  }
   if (stage == Stage::up) {
     for (auto* lane : lanes()) {
       if (!lane->failed()) continue;
@@ -88,6 +95,10 @@ void GadgetPort::Bus::turn() {
     }
   }
   if (stage == Stage::clearing && queue->inFlight() == 0) clear();
+  if (stage == Stage::up) {
+    data_in.go();
+    control_in.go();
+  }
 }
 
 void GadgetPort::Bus::take(BusEvent event) {
@@ -188,7 +199,7 @@ Outcome<std::unique_ptr<GadgetPort>> GadgetPort::open(const PortAddress& address
   if (!function) return function.error();
   auto queue = AioQueue::open(kTransfers);
   if (!queue) return queue.error();
-  auto all = watching({(*function)->descriptor(), (*queue)->descriptor()});
+  auto all = watching(**function, **queue);
   if (!all) return Error{std::string{"no descriptor for the USB port: "} + std::strerror(errno)};
   if (auto bound = bindGadget(address.gadget, address.controller); !bound) return bound.error();
   return std::unique_ptr<GadgetPort>{

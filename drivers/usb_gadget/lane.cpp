@@ -7,10 +7,7 @@
 namespace probebox::usb_gadget {
 namespace {
 
-// A transfer that fills its last packet does not end for the host, who waits for more: its last byte goes alone.
-std::size_t transferSize(std::size_t bytes) {
-  return bytes > 1 && bytes % kSmallestPacket == 0 ? bytes - 1 : bytes;
-}
+constexpr std::uint64_t kEnoughInFlight = 2;
 
 }  // namespace
 
@@ -32,24 +29,51 @@ void Lane::forget() {
   failed_ = false;
 }
 
+// One byte less than full packets: see send().
+InLane::InLane(AioQueue& queue, int endpoint, Size size)
+    : Lane{queue, endpoint, {size.transfers, size.transfer_bytes - 1}} {}
+
 std::size_t InLane::write(std::span<const std::byte> from) {
   std::size_t written = 0;
   if (full()) queue_.reap();
   settle();
   while (!failed_ && !full() && written < from.size()) {
-    Transfer& transfer = at(next_);
-    const auto left = from.subspan(written);
-    const auto part = left.first(transferSize(std::min(left.size(), transfer.bytes.size())));
-    std::ranges::copy(part, transfer.bytes.begin());
-    transfer.filled = part.size();
-    if (!queue_.write(endpoint_, transfer)) {
-      transfer.filled = 0;
-      break;
+    Transfer& open = at(next_);
+    // What fits into one transfer goes as one: the host need not put it together again.
+    const bool split = written > 0 || from.size() > open.bytes.size();
+    if (!split && open.filled + from.size() > open.bytes.size()) {
+      if (next_ - oldest_ + 1 == ring_.size() || !send()) break;
+      continue;
     }
-    ++next_;
+    const auto part = from.subspan(written, std::min(from.size() - written, open.bytes.size() - open.filled));
+    std::ranges::copy(part, open.bytes.begin() + static_cast<std::ptrdiff_t>(open.filled));
+    open.filled += part.size();
     written += part.size();
+    if (open.filled == open.bytes.size() && !send()) break;
   }
+  go();
   return written;
+}
+
+void InLane::go() {
+  settle();
+  while (!failed_ && next_ - oldest_ < kEnoughInFlight && at(next_).filled > 0 && send()) {
+  }
+}
+
+// A transfer that fills its last packet does not end for the host, who waits for more: its last byte goes with the
+// next.
+bool InLane::send() {
+  Transfer& open = at(next_);
+  const std::byte last = open.bytes[open.filled - 1];
+  const bool shorten = open.filled > 1 && open.filled % kSmallestPacket == 0;
+  if (shorten) --open.filled;
+  const bool sent = queue_.write(endpoint_, open);
+  if (sent) ++next_;
+  if (!shorten) return sent;
+  Transfer& next = at(next_);  // there is one: the last of the ring goes only when it is full
+  next.bytes[next.filled++] = last;
+  return sent;
 }
 
 std::size_t InLane::restart() {

@@ -37,16 +37,21 @@ class Lane {
   bool failed_{};
 };
 
+// While two transfers are in flight, what is written gathers in the next one: large transfers for a stream, and no
+// delay for a single message.
 class InLane : public Lane {
  public:
-  using Lane::Lane;
+  InLane(AioQueue& queue, int endpoint, Size size);
   // Takes as much as there is room for.
   std::size_t write(std::span<const std::byte> from);
+  // Transfers have come back: sends what has gathered meanwhile.
+  void go();
   // All transfers are back: forgets them, and returns how many bytes may not have arrived.
   std::size_t restart();
 
  private:
   void settle();
+  bool send();
 };
 
 class OutLane : public Lane {

@@ -59,8 +59,6 @@ void AioQueue::cancel(Transfer& transfer) {
 }
 
 void AioQueue::reap() {
-  std::uint64_t count = 0;
-  if (::read(completions_.get(), &count, sizeof count) < 0 && errno != EAGAIN) return;
   std::array<io_event, kAtOnce> events;
   timespec at_once{};
   int got = 0;

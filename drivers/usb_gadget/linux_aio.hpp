@@ -33,7 +33,7 @@ class AioQueue {
   AioQueue(const AioQueue&) = delete;
   AioQueue& operator=(const AioQueue&) = delete;
 
-  // Readable when transfers have come back.
+  // Becomes readable each time that a transfer comes back, and stays so: to be watched for edges.
   int descriptor() const { return completions_.get(); }
 
   // False when the endpoint takes no transfer now: it is not enabled.
@@ -44,7 +44,7 @@ class AioQueue {
 
   // Marks the transfers that have come back as done.
   void reap();
-  // Makes the descriptor readable: something that has come back is still to be read.
+  // Shows on the descriptor like a transfer that comes back: something that has come back is still to be read.
   void nudge();
   // Waits for all that are in flight; whoever calls has cancelled them.
   void drain();

@@ -25,6 +25,7 @@ Error failure(const fs::path& what, int code) {
       return {what.string() + " may not be opened by this user; " + kSetUp +
               ", with --user naming the user of the box"};
     case EBUSY:
+    case ESRCH:  // it plays its function already and expects no descriptors
       return {what.string() + " is held by another process; stop the other probeboxd"};
     default:
       return {what.string() + ": " + std::strerror(code) + "; " + kSetUp};

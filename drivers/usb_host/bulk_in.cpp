@@ -36,12 +36,24 @@ void BulkIn::settle() {
     ++oldest_;
     ring_.submit(*slot, slot->buffer.size());
   }
+  if (reading_) return;
   const bool attention = !front().empty() || state() != EndpointState::open;
   if (attention != attention_) context_.attention(attention ? 1 : -1);
   attention_ = attention;
 }
 
+std::span<const std::byte> BulkIn::next() {
+  if (front().empty()) {
+    reading_ = true;
+    context_.handle();
+    reading_ = false;
+    if (front().empty()) settle();
+  }
+  return front();
+}
+
 std::size_t BulkIn::read(std::span<std::byte> into) {
+  reading_ = true;
   if (front().empty()) context_.handle();
   std::size_t moved = 0;
   for (auto from = front(); !from.empty() && moved < into.size(); from = front()) {
@@ -50,6 +62,8 @@ std::size_t BulkIn::read(std::span<std::byte> into) {
     moved += bytes;
     consume(bytes);
   }
+  reading_ = false;
+  settle();
   return moved;
 }
 

@@ -23,12 +23,10 @@ class BulkIn {
   // Context::handle() brings more. Valid until consume().
   std::span<const std::byte> front() const;
   void consume(std::size_t bytes);
-  // When front()'s transfer came back (CLOCK_MONOTONIC), and whether one that came after it is here as well. Mean
-  // nothing while front() is empty.
-  MonoTime arrived() const { return ring_.at(oldest_).came_back; }
-  bool hasMore() const { return ring_.at(oldest_ + 1).stage == TransferSlot::Stage::done; }
 
-  // Handles what is due when nothing is there, and copies; the bytes moved.
+  // The same, after handling what is due when nothing is there; whoever asks also consumes.
+  std::span<const std::byte> next();
+  // The same, copying; the bytes moved.
   std::size_t read(std::span<std::byte> into);
 
   // Looks at front() first: what came before the end is still good.
@@ -45,6 +43,7 @@ class BulkIn {
   std::uint64_t oldest_{};  // slot
   std::size_t taken_{};     // bytes of the oldest slot
   bool attention_{};
+  bool reading_{};  // in read(): the reader is here already
 };
 
 }  // namespace probebox::usb_host

@@ -54,10 +54,17 @@ class Lane final : public io::BytePipe {
       : link_{std::move(link)}, in_{in}, out_{out}, name_{"usb:" + link_->interface->device().name()} {}
 
   io::Transfer read(std::span<std::byte> into) override {
-    const auto moved = in_.read(into);
+    // Right after front() found nothing there is nothing: what comes now shows on the descriptor.
+    const auto moved = std::exchange(empty_, false) ? 0 : in_.read(into);
     const bool over = in_.over() || (in_.front().empty() && out_.state() != EndpointState::open);
     return {moved, over ? io::PipeState::closed : io::PipeState::open};
   }
+  std::span<const std::byte> front() override {
+    const auto there = in_.next();
+    empty_ = there.empty();
+    return there;
+  }
+  void consume(std::size_t bytes) override { in_.consume(bytes); }
   io::Transfer write(std::span<const std::byte> from) override {
     const auto moved = out_.write(from);
     return {moved, out_.state() == EndpointState::open ? io::PipeState::open : io::PipeState::closed};
@@ -71,6 +78,7 @@ class Lane final : public io::BytePipe {
   BulkIn& in_;
   BulkOut& out_;
   std::string name_;
+  bool empty_{};
 };
 
 // data IN, data OUT, control IN, control OUT.

@@ -1,13 +1,11 @@
 #include "firmware/app/board_sources.hpp"
 
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/controller_link.hpp"
 #include "firmware/app/gpio_line.hpp"
-#include "firmware/app/probe_receiver.hpp"
 #include "firmware/app/sim_source.hpp"
 
 namespace probebox::app {
@@ -22,12 +20,10 @@ Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box
   return sources;
 }
 
-// What cannot be had yet is asked for while the box runs.
-Sources openReal(const board::Box& box, Counters& counters) {
+// Lines that cannot be had yet are asked for while the box runs.
+Sources openLines(const board::Box& box) {
   Sources sources;
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
-  if (auto receiver = receiverOf(box.devices))
-    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counters));
   return sources;
 }
 
@@ -45,25 +41,14 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
         "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
         "board/sim."};
   }
-  const bool knows_probe = devices.probe == "none" || receiverOf(devices);
-  if (devices.encoders == "none" && knows_probe) return std::nullopt;
+  if (devices.encoders == "none" && devices.probe == "none") return std::nullopt;
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
-               "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" with probe "
-               "\"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with that serial "
-               "number)."};
+               "\" is not in this build. It has: both \"sim\" (the emulated machine), or both \"none\" (lines only)."};
 }
 
-std::optional<std::string> receiverOf(const board::Devices& devices) {
-  constexpr std::string_view kNamed = "usb:";
-  if (devices.probe == "usb") return std::string{};
-  if (!devices.probe.starts_with(kNamed) || devices.probe.size() == kNamed.size()) return std::nullopt;
-  return devices.probe.substr(kNamed.size());
-}
-
-Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now,
-                             Counters& counters) {
+Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
   if (auto refused = whyUnsupported(descriptions)) return *refused;
-  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions.box, counters);
+  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openLines(descriptions.box);
 }
 
 }  // namespace probebox::app

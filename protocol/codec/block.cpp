@@ -1,6 +1,7 @@
 #include "protocol/codec/block.hpp"
 
 #include <algorithm>
+#include <concepts>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -27,24 +28,38 @@ std::size_t sampleSize(std::span<const ChannelFormat> formats) {
   return size;
 }
 
-// The index of the first value outside T, or the number of values.
+// Zero where T holds the value.
+template <class T>
+std::uint64_t misfitOf(std::int64_t value) {
+  if constexpr (std::same_as<T, std::uint64_t>) return static_cast<std::uint64_t>(value) >> 63U;
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<T>(value)) ^ value);
+}
+
+// The index of the first value outside T, or the number of values. All are converted before any is judged: loops
+// without a way out become vector instructions.
 template <class T>
 std::size_t putColumn(frame::ByteWriter& writer, std::span<const std::int64_t> column) {
+  std::byte* const into = writer.take(column.size() * sizeof(T)).data();
+  std::uint64_t misfits = 0;
   for (std::size_t k = 0; k < column.size(); ++k) {
-    if (!std::in_range<T>(column[k])) return k;
-    writer.put(static_cast<T>(column[k]));
+    frame::storeLittle(static_cast<T>(column[k]), into + k * sizeof(T));
+    misfits |= misfitOf<T>(column[k]);
   }
-  return column.size();
+  if (misfits == 0) return column.size();
+  const auto first = std::ranges::find_if(column, [](std::int64_t value) { return misfitOf<T>(value) != 0; });
+  return static_cast<std::size_t>(first - column.begin());
 }
 
 template <class T>
 bool getColumn(frame::ByteReader& reader, std::span<std::int64_t> column) {
-  for (auto& value : column) {
-    const auto read = reader.get<T>();
-    if (!std::in_range<std::int64_t>(read)) return false;
-    value = static_cast<std::int64_t>(read);
+  const std::byte* const from = reader.take(column.size() * sizeof(T)).data();
+  bool all_fit = true;
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    const auto read = frame::loadLittle<T>(from + k * sizeof(T));
+    column[k] = static_cast<std::int64_t>(read);
+    all_fit &= std::in_range<std::int64_t>(read);
   }
-  return true;
+  return all_fit;
 }
 
 // Calls with the integer type that the format names.

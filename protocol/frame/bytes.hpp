@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <type_traits>
 
@@ -16,6 +17,29 @@ namespace probebox::frame {
 template <class T>
 concept Scalar = std::integral<T> || std::is_enum_v<T> || std::same_as<T, double> || std::same_as<T, MonoTime> ||
     std::same_as<T, Tick> || std::same_as<T, SampleIndex>;
+
+// Integers at any address, for loops that the compiler is to vectorise.
+template <std::integral T>
+void storeLittle(T value, std::byte* at) {
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(at, &value, sizeof value);
+  } else {
+    for (std::size_t k = 0; k < sizeof value; ++k)
+      at[k] = static_cast<std::byte>(static_cast<std::uint64_t>(value) >> (8 * k));
+  }
+}
+template <std::integral T>
+T loadLittle(const std::byte* at) {
+  if constexpr (std::endian::native == std::endian::little) {
+    T value;
+    std::memcpy(&value, at, sizeof value);
+    return value;
+  } else {
+    std::uint64_t value = 0;
+    for (std::size_t k = 0; k < sizeof(T); ++k) value |= std::to_integer<std::uint64_t>(at[k]) << (8 * k);
+    return static_cast<T>(value);
+  }
+}
 
 // Writes into the caller's bytes. What does not fit is not written but still counted: size() says how much room was
 // needed.
@@ -45,6 +69,13 @@ class ByteWriter {
     size_ += bytes.size();
   }
 
+  // The next `count` bytes, to be written by the caller; empty where there is no room, which counts all the same.
+  std::span<std::byte> take(std::size_t count) {
+    const auto room = fits(count) ? into_.subspan(size_, count) : std::span<std::byte>{};
+    size_ += count;
+    return room;
+  }
+
   // Writes a size that is known only later; `at` is where it stands.
   void patch(std::size_t at, std::uint16_t value) {
     if (at + 2 > into_.size()) return;
@@ -64,12 +95,8 @@ class ByteWriter {
 
   template <std::unsigned_integral U>
   void putInteger(U value) {
-    if (fits(sizeof(U))) {
-      for (std::size_t k = 0; k < sizeof(U); ++k) {
-        into_[size_ + k] = static_cast<std::byte>((static_cast<std::uint64_t>(value) >> (8 * k)) & 0xFFU);
-      }
-    }
-    size_ += sizeof(U);
+    const auto room = take(sizeof(U));
+    if (!room.empty()) storeLittle(value, room.data());
   }
 
   std::span<std::byte> into_;
@@ -119,9 +146,7 @@ class ByteReader {
   template <std::unsigned_integral U>
   U getInteger() {
     const auto bytes = take(sizeof(U));
-    std::uint64_t value = 0;
-    for (std::size_t k = 0; k < bytes.size(); ++k) value |= std::to_integer<std::uint64_t>(bytes[k]) << (8 * k);
-    return static_cast<U>(value);
+    return bytes.empty() ? U{} : loadLittle<U>(bytes.data());
   }
 
   std::span<const std::byte> from_;

@@ -67,6 +67,7 @@ void Reader::discard(std::uint64_t& counter) {
 }
 
 std::optional<Frame> Reader::nextBare(std::span<const std::byte>& bytes) {
+  if (auto frame = inPlace(bytes)) return frame;
   while (gather(kHeaderSize, bytes)) {
     const std::size_t payload = headerOf(std::span{buffer_}.subspan(taken_)).payload_length;
     if (payload > max_payload_) {
@@ -77,6 +78,19 @@ std::optional<Frame> Reader::nextBare(std::span<const std::byte>& bytes) {
     if (auto frame = checkBare(bareSize(payload))) return frame;
   }
   return std::nullopt;
+}
+
+// A good frame that lies in one piece need not be gathered.
+std::optional<Frame> Reader::inPlace(std::span<const std::byte>& bytes) {
+  if (filled_ > taken_ || bytes.size() < kHeaderSize) return std::nullopt;
+  const std::size_t payload = headerOf(bytes).payload_length;
+  if (payload > max_payload_ || bytes.size() < bareSize(payload)) return std::nullopt;
+  const auto frame = decodeBare(bytes.first(bareSize(payload)));
+  if (!frame) return std::nullopt;
+  bytes = bytes.subspan(bareSize(payload));
+  searching_ = false;
+  ++counters_.frames;
+  return *frame;
 }
 
 // Whether the buffer holds `size` bytes that are not done with; takes what is missing from the front of `bytes`.

@@ -29,7 +29,7 @@ class Reader {
   explicit Reader(std::size_t max_payload = kMaxPayload, Framing framing = Framing::delimited);
 
   // Takes bytes from the front of `bytes` up to the end of the next good frame and returns that frame, or takes all of
-  // them. The frame's payload is valid until the next call.
+  // them. The frame's payload is valid until the next call, for as long as what `bytes` pointed to.
   std::optional<Frame> next(std::span<const std::byte>& bytes);
 
   // Bytes of a frame whose end has not come yet; at the end of a file: what was cut off.
@@ -45,6 +45,7 @@ class Reader {
   std::optional<Frame> finish();
 
   std::optional<Frame> nextBare(std::span<const std::byte>& bytes);
+  std::optional<Frame> inPlace(std::span<const std::byte>& bytes);
   bool gather(std::size_t size, std::span<const std::byte>& bytes);
   std::optional<Frame> checkBare(std::size_t size);
   void passByte(std::uint64_t& fault);

@@ -83,6 +83,12 @@ bool Client::receive(io::BytePipe& pipe, Take take) {
   std::array<std::byte, 65536> buffer;
   // Bounded, so that a fast box cannot keep poll() from its duties.
   for (int round = 0; round < 16; ++round) {
+    if (const auto there = pipe.front(); !there.empty()) {
+      last_heard_ = now_;
+      take(there);
+      pipe.consume(there.size());
+      continue;
+    }
     const auto got = pipe.read(buffer);
     if (got.bytes > 0) {
       last_heard_ = now_;
@@ -92,7 +98,7 @@ bool Client::receive(io::BytePipe& pipe, Take take) {
       lose({Failure::Kind::link_lost, {}, std::string{pipe.name()} + ": the connection was closed"});
       return false;
     }
-    if (got.bytes == 0) return true;
+    if (got.bytes < buffer.size()) return true;
   }
   return true;
 }

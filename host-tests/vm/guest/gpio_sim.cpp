@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <sys/stat.h>
 #include <system_error>
@@ -11,25 +10,13 @@
 #include <utility>
 
 #include "box_user.hpp"
+#include "kernel_files.hpp"
 
 namespace probebox::vm {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::system_error{errno, std::generic_category(), what};
-}
-
-void writeTo(const std::string& path, std::string_view text) {
-  const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  if (fd < 0 || write(fd, text.data(), text.size()) != static_cast<ssize_t>(text.size())) fail(path);
-  close(fd);
-}
-
-std::string readFrom(const std::string& path) {
-  std::ifstream file{path};
-  std::string line;
-  if (!std::getline(file, line)) fail(path);
-  return line;
 }
 
 }  // namespace

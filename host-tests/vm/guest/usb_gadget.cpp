@@ -1,0 +1,41 @@
+#include "usb_gadget.hpp"
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "box_user.hpp"
+#include "kernel_files.hpp"
+
+namespace probebox::vm {
+namespace {
+
+void setUp(const std::string& arguments) {
+  const auto command = std::string{PROBEBOX_USB_SETUP} + " " + arguments;
+  if (std::system(command.c_str()) != 0) throw std::runtime_error{"failed: " + command};
+}
+
+}  // namespace
+
+UsbGadget::UsbGadget() {
+  setUp("up --user " + std::to_string(kBoxUser) + ":" + std::to_string(kBoxGroup) + " --daemon '" + PROBEBOXD +
+        " --board sim'");
+}
+
+UsbGadget::~UsbGadget() {
+  const auto command = std::string{PROBEBOX_USB_SETUP} + " down";
+  if (std::system(command.c_str()) != 0) return;  // the guest ends anyway
+}
+
+void UsbGadget::unbind() {
+  writeTo(std::string{kFolder} + "/UDC", "\n");
+}
+
+void UsbGadget::bind() {
+  writeTo(std::string{kFolder} + "/UDC", kController);
+}
+
+std::string UsbGadget::boundTo() const {
+  return readFrom(std::string{kFolder} + "/UDC");
+}
+
+}  // namespace probebox::vm
