@@ -30,7 +30,7 @@ struct IndexLine {
   std::uint8_t axis{};  // 0 X, 1 Y, 2 Z
 };
 
-// Where a kind of data comes from: "sim" is the emulated machine.
+// Where a kind of data comes from: "sim" is the emulated machine, "none" nowhere; a probe also "usb" or "usb:SERIAL".
 struct Devices {
   std::string encoders;
   double encoder_rate_hz{};  // how often all axes are latched

@@ -23,6 +23,10 @@ class BulkIn {
   // Context::handle() brings more. Valid until consume().
   std::span<const std::byte> front() const;
   void consume(std::size_t bytes);
+  // When front()'s transfer came back (CLOCK_MONOTONIC), and whether one that came after it is here as well. Mean
+  // nothing while front() is empty.
+  MonoTime arrived() const { return ring_.at(oldest_).came_back; }
+  bool hasMore() const { return ring_.at(oldest_ + 1).stage == TransferSlot::Stage::done; }
 
   // The same, after handling what is due when nothing is there; whoever asks also consumes.
   std::span<const std::byte> next();

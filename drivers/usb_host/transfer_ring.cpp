@@ -1,5 +1,6 @@
 #include "drivers/usb_host/transfer_ring.hpp"
 
+#include <ctime>
 #include <libusb.h>
 #include <utility>
 
@@ -10,6 +11,12 @@ namespace {
 // ever.
 constexpr int kMostRounds = 50;
 constexpr int kRoundMs = 20;
+
+MonoTime monotonicNow() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return monoTime(std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec);
+}
 
 }  // namespace
 
@@ -87,6 +94,7 @@ void TransferRing::submit(TransferSlot& slot, std::size_t bytes) {
 }
 
 void TransferRing::cameBack(TransferSlot& slot) {
+  slot.came_back = monotonicNow();
   slot.stage = TransferSlot::Stage::done;
   --in_flight_;
   judge(*slot.transfer);

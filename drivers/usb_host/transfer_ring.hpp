@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/usb_host/claimed_interface.hpp"
+#include "protocol/units/time.hpp"
 
 struct libusb_transfer;
 
@@ -43,7 +44,8 @@ struct TransferSlot {
   TransferRing* ring{};
   std::unique_ptr<libusb_transfer, Free> transfer;
   std::vector<std::byte> buffer;
-  std::size_t moved{};  // bytes, by the transfer that came back last
+  std::size_t moved{};   // bytes, by the transfer that came back last
+  MonoTime came_back{};  // and when, as close to the kernel as libusb lets anybody be
   Stage stage{Stage::idle};
 };
 

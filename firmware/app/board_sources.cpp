@@ -1,11 +1,13 @@
 #include "firmware/app/board_sources.hpp"
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/controller_link.hpp"
 #include "firmware/app/gpio_line.hpp"
+#include "firmware/app/probe_receiver.hpp"
 #include "firmware/app/sim_source.hpp"
 
 namespace probebox::app {
@@ -20,10 +22,12 @@ Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box
   return sources;
 }
 
-// Lines that cannot be had yet are asked for while the box runs.
-Sources openLines(const board::Box& box) {
+// What cannot be had yet is asked for while the box runs.
+Sources openReal(const board::Box& box, Counters& counters) {
   Sources sources;
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
+  if (auto receiver = receiverOf(box.devices))
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counters));
   return sources;
 }
 
@@ -41,14 +45,25 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
         "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
         "board/sim."};
   }
-  if (devices.encoders == "none" && devices.probe == "none") return std::nullopt;
+  const bool knows_probe = devices.probe == "none" || receiverOf(devices);
+  if (devices.encoders == "none" && knows_probe) return std::nullopt;
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
-               "\" is not in this build. It has: both \"sim\" (the emulated machine), or both \"none\" (lines only)."};
+               "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" with probe "
+               "\"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with that serial "
+               "number)."};
 }
 
-Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+std::optional<std::string> receiverOf(const board::Devices& devices) {
+  constexpr std::string_view kNamed = "usb:";
+  if (devices.probe == "usb") return std::string{};
+  if (!devices.probe.starts_with(kNamed) || devices.probe.size() == kNamed.size()) return std::nullopt;
+  return devices.probe.substr(kNamed.size());
+}
+
+Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now,
+                             Counters& counters) {
   if (auto refused = whyUnsupported(descriptions)) return *refused;
-  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openLines(descriptions.box);
+  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions.box, counters);
 }
 
 }  // namespace probebox::app

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "drivers/gpio/lines.hpp"
+#include "firmware/app/board_sources.hpp"
 
 namespace probebox::app {
 namespace {
@@ -38,6 +39,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   const auto& devices = descriptions.box.devices;
   box::BoxConfig config;
   config.clock.nominal_period = descriptions.box.sync_period;
+  if (receiverOf(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
   config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
   config.latch.probe = {.interval = interval(devices.probe, descriptions.probe.rate_hz),
                         .interpolation = latch::Interpolation::linear};

@@ -85,6 +85,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.from_hosts = vitals.from_hosts;
   answer.clock = clockStatus(state);
   answer.receiver = receiverStatus(state);
+  answer.receiver.bad_packets = with_.counters.receiver_bad_packets;
   answer.ledger = {.produced = state.snapshot.produced_samples,
                    .lost_at_source = state.snapshot.lost_at_source_samples,
                    .lost_in_queue = state.snapshot.lost_in_queue_samples};

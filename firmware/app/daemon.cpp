@@ -236,7 +236,7 @@ Outcome<bool> Daemon::Parts::openMachine(const board::Descriptions& descriptions
     reachable_at = listener->address();
     links.listen(std::move(*listener));
   }
-  auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now());
+  auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters);
   if (!opened) return opened.error();
   sources = std::move(*opened);
   return true;

@@ -99,7 +99,8 @@ messages::ReceiverStatus receiverStatus(const box::State& state) {
                                   .unstamped = counters.unstamped,
                                   .restarts = counters.restarts,
                                   .relocks = counters.relocks,
-                                  .refused_frequency = counters.refused_frequency};
+                                  .refused_frequency = counters.refused_frequency,
+                                  .bad_packets = 0};
   const bool is_good = clock_state == ClockState::locked || clock_state == ClockState::holdover;
   if (!is_good) return status;
   status.sigma_ns = static_cast<std::uint32_t>(std::lround(sigma_ns));

@@ -43,6 +43,7 @@ struct ReceiverStatus {
   std::uint64_t restarts{};
   std::uint64_t relocks{};
   std::uint64_t refused_frequency{};
+  std::uint64_t bad_packets{};
   static constexpr void fields(auto& self, auto&& field) {
     field("state", self.state,
           "of its counter against the monotonic clock: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
@@ -55,6 +56,7 @@ struct ReceiverStatus {
     field("relocks", self.relocks, "times after the first that its clock locked anew");
     field("refused_frequency", self.refused_frequency,
           "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml");
+    field("bad_packets", self.bad_packets, "packets that were damaged, or of another version");
   }
 };
 

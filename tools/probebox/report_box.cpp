@@ -45,7 +45,8 @@ Json receiverOf(const messages::ReceiverStatus& r) {
           {"unstamped_samples", r.unstamped},
           {"restarts", r.restarts},
           {"relocks", r.relocks},
-          {"refused_frequency", r.refused_frequency}};
+          {"refused_frequency", r.refused_frequency},
+          {"bad_packets", r.bad_packets}};
 }
 
 std::string receiverText(const messages::ReceiverStatus& r) {
@@ -54,6 +55,7 @@ std::string receiverText(const messages::ReceiverStatus& r) {
   if (is_good) all += ", sigma " + readableNs(r.sigma_ns) + printed(", %+.3f ppm", r.frequency_ppb * 1e-3);
   all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
          " before it could say when";
+  if (r.bad_packets > 0) all += ", " + to_string(r.bad_packets) + " bad packets";
   const bool never_locked = r.samples == r.unstamped;
   if (never_locked && r.refused_frequency > 0) all += "; is rate_hz in probe.toml the receiver's?";
   return all;

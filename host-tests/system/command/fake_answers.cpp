@@ -87,7 +87,7 @@ Reply FakeAnswers::status() const {
   s.ledger = {125'000, 150, 0};
   s.sources = {{"gpiochip0 line 4 (sync)", ""}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that"}};
   s.lines = {{"sync", 0, 0, 125'000, 3}, {"index X", 2, 0, 0, 0}};
-  s.receiver = {ClockState::locked, 620, 41'000.0, 250'000, 12, 900, 0, 1, 0};
+  s.receiver = {ClockState::locked, 620, 41'000.0, 250'000, 12, 900, 0, 1, 0, 5};
   s.procedure = running_ ? "running" : "";
   if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
   return ok(s);

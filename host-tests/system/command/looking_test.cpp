@@ -28,10 +28,13 @@ class Looking : public testing::Test {
 TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   const auto page = probebox({"-u", uri_, "status"});
   EXPECT_EQ(page.status, 0) << page.err;
-  EXPECT_THAT(page.out, AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost"),
-                              HasSubstr("sync: 125000 edges, 3 lost"),
-                              HasSubstr("sigma 620 ns, +41.000 ppm, 250000 samples, 12 missing, 900 before"),
-                              HasSubstr("gpiochip0 line 6 (index X): held by 'spindle'; stop that")));
+  EXPECT_THAT(
+      page.out,
+      AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost"),
+            HasSubstr("sync: 125000 edges, 3 lost"),
+            HasSubstr(
+                "sigma 620 ns, +41.000 ppm, 250000 samples, 12 missing, 900 before it could say when, 5 bad packets"),
+            HasSubstr("gpiochip0 line 6 (index X): held by 'spindle'; stop that")));
   EXPECT_THAT(page.out, Not(HasSubstr("gpiochip0 line 4 (sync)"))) << "it has no problem";
   EXPECT_THAT(page.err, IsEmpty());
 
@@ -41,6 +44,7 @@ TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   EXPECT_EQ(status["clock"]["sigma_ns"], 850);
   EXPECT_EQ(status["receiver"]["missing_samples"], 12);
   EXPECT_EQ(status["receiver"]["unstamped_samples"], 900);
+  EXPECT_EQ(status["receiver"]["bad_packets"], 5);
   EXPECT_EQ(status["ledger"]["lost_at_source_samples"], 150);
   EXPECT_EQ(status["lines"][0]["role"], "sync");
   EXPECT_EQ(status["lines"][0]["lost_edges"], 3);

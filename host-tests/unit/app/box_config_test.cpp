@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "firmware/app/board_sources.hpp"
 #include "firmware/app/daemon.hpp"
 
 namespace probebox::app {
@@ -40,6 +41,26 @@ TEST(BoxConfig, IsRefusedBeforeTheStartWithARemedy) {
   auto unknown = sim;
   unknown.box.devices.probe = "psychic";
   EXPECT_NE(whyRefused(Options{}, unknown)->what.find("psychic"), std::string::npos);
+}
+
+TEST(BoxConfig, TakesAReceiverOnUsbWhereTheEncodersAreNone) {
+  auto box = *board::simDescriptions();
+  box.box.devices.encoders = "none";
+  for (const auto* const probe : {"usb", "usb:RX-7"}) {
+    box.box.devices.probe = probe;
+    EXPECT_FALSE(whyRefused(Options{}, box)) << probe;
+  }
+  EXPECT_EQ(receiverOf(box.box.devices), "RX-7");
+  box.probe.rate_hz = 4000;
+  EXPECT_EQ(boxConfig(box).probe_clock.rate_hz, 4000);
+  EXPECT_EQ(boxConfig(box).latch.probe.interval, Nanoseconds{250'000});
+  box.probe.rate_hz = 5;
+  EXPECT_NE(whyRefused(Options{}, box)->what.find("rate_hz in probe.toml"), std::string::npos);
+  box.probe.rate_hz = 2000;
+  box.box.devices.probe = "usb:";
+  EXPECT_NE(whyRefused(Options{}, box)->what.find("usb:SERIAL"), std::string::npos);
+  box.box.devices = {.encoders = "sim", .encoder_rate_hz = 1000, .probe = "usb"};
+  EXPECT_NE(whyRefused(Options{}, box)->what.find("is not in this build"), std::string::npos);
 }
 
 }  // namespace

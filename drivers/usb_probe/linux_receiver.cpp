@@ -1,0 +1,145 @@
+#include "drivers/usb_probe/linux_receiver.hpp"
+
+#include <string>
+#include <utility>
+
+#include "drivers/usb_host/bulk_in.hpp"
+#include "drivers/usb_host/claimed_interface.hpp"
+#include "drivers/usb_host/hot_plug.hpp"
+
+namespace probebox::usb_probe {
+namespace {
+
+using usb_host::ClaimedInterface;
+using usb_host::EndpointState;
+using usb_host::HotPlug;
+using usb_host::OpenError;
+
+const char* remedyFor(EndpointState state) {
+  switch (state) {
+    case EndpointState::stalled:
+      return "it refuses to send (stall); plug it in again";
+    case EndpointState::failed:
+      return "its transfers fail; try another cable or port";
+    default:
+      return "it was unplugged; plug it in again";
+  }
+}
+
+// The rule for a person at a computer does not help a daemon.
+OpenError notPermitted(const usb_host::Device& device) {
+  return {OpenError::Kind::no_permission, "usb:" + device.name() + ": no permission to open " + device.node +
+                                              "; install 60-probeboxd.rules (docs/service.md), and plug it in again"};
+}
+
+}  // namespace
+
+struct LinuxReceiver::Connection {
+  explicit Connection(std::unique_ptr<ClaimedInterface> claimed) : interface {
+    std::move(claimed)
+  }, in{*interface, interface->device().endpoints.front()} {
+  }
+
+  std::unique_ptr<ClaimedInterface> interface;
+  usb_host::BulkIn in;
+};
+
+LinuxReceiver::LinuxReceiver(std::string name)
+    : wanted_{std::move(name)}, name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_} {}
+
+LinuxReceiver::~LinuxReceiver() = default;
+
+int LinuxReceiver::descriptor() const {
+  if (connection_) return connection_->interface->context().descriptor();
+  return plug_ ? plug_->descriptor() : -1;
+}
+
+std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
+  if (into.empty()) return 0;
+  if (!connection_ && !loss_untold_) look(now);
+  std::size_t count = 0;
+  if (connection_) {
+    count = drain(into);
+    judge();
+    if (connection_->in.over() && decoder_.idle()) lose(now);
+  }
+  if (loss_untold_ && count < into.size()) {
+    into[count++] = SourceLost{Source::probe, LossReason::disconnected, 0, now};
+    loss_untold_ = false;
+  }
+  return count;
+}
+
+// Tries when something was plugged in, and now and then.
+void LinuxReceiver::look(MonoTime now) {
+  const bool is_time = now >= next_try_;
+  if (!plug_ && is_time) {
+    auto plug = HotPlug::watch(usb::kReceiver);
+    if (plug) plug_ = std::move(*plug);
+    if (!plug) problem_ = plug.error().what;
+  }
+  const bool has_changed = plug_ && !plug_->poll().empty();
+  if (!is_time && !has_changed) return;
+  next_try_ = now + kRetry;
+  if (!plug_) return;
+  const auto connected = connect();
+  problem_ = connected ? std::string{} : connected.error().what;
+}
+
+Outcome<bool, OpenError> LinuxReceiver::connect() {
+  const auto chosen = usb_host::choose(plug_->there(), wanted_, usb::kReceiver);
+  if (!chosen) return chosen.error();
+  auto claimed = ClaimedInterface::open(usb::kReceiver, wanted_);
+  if (!claimed && claimed.error().kind == OpenError::Kind::no_permission) return notPermitted(*chosen);
+  if (!claimed) return claimed.error();
+  const auto& endpoints = (*claimed)->device().endpoints;
+  if (endpoints.empty() || !endpoints.front().in) {
+    return OpenError{OpenError::Kind::failed, "usb:" + (*claimed)->device().name() +
+                                                  " has no bulk IN endpoint where a probe receiver has one; is its "
+                                                  "firmware of another age?"};
+  }
+  connection_ = std::make_unique<Connection>(std::move(*claimed));
+  at_connect_ = decoder_.counters();
+  in_transfer_ = false;
+  return true;
+}
+
+std::size_t LinuxReceiver::drain(std::span<Event> into) {
+  auto& in = connection_->in;
+  connection_->interface->context().handle();
+  std::size_t count = 0;
+  while (count < into.size()) {
+    // Samples of a transfer whose bytes are all taken come before the next one.
+    const bool takes_bytes = in_transfer_ || decoder_.idle();
+    auto bytes = takes_bytes ? in.front() : std::span<const std::byte>{};
+    if (bytes.empty() && decoder_.idle()) break;
+    if (takes_bytes && !std::exchange(in_transfer_, true)) decoder_.begin(bytes, in.arrived(), !in.hasMore());
+    const std::size_t before = bytes.size();
+    count += decoder_.read(bytes, into.subspan(count));
+    in_transfer_ = !bytes.empty();
+    if (before > bytes.size()) in.consume(before - bytes.size());
+  }
+  return count;
+}
+
+void LinuxReceiver::lose(MonoTime now) {
+  problem_ = remedyFor(connection_->in.state());
+  connection_.reset();
+  decoder_.restart();
+  loss_untold_ = true;
+  next_try_ = now + kRetry;
+}
+
+// A receiver that says nothing but what this build does not know.
+void LinuxReceiver::judge() {
+  const auto& counters = decoder_.counters();
+  const bool is_understood = counters.packets > at_connect_.packets;
+  if (is_understood == problem_.empty()) return;
+  if (is_understood) {
+    problem_.clear();
+  } else if (counters.bad_version > at_connect_.bad_version) {
+    problem_ = "it sends packets of a version that this firmware does not know; bring both to the same age";
+  }
+}
+
+}  // namespace probebox::usb_probe
