@@ -34,6 +34,17 @@ void UsbGadget::bind() {
   writeTo(std::string{kFolder} + "/UDC", kController);
 }
 
+// The soft_connect of dummy_hcd's controller would be shorter, but no device comes back after it.
+constexpr const char* kPort = "/sys/bus/usb/devices/usb1/1-0:1.0/usb1-port1/disable";
+
+void UsbGadget::unplug() {
+  writeTo(kPort, "1");
+}
+
+void UsbGadget::plugIn() {
+  writeTo(kPort, "0");
+}
+
 std::string UsbGadget::boundTo() const {
   return readFrom(std::string{kFolder} + "/UDC");
 }

@@ -16,9 +16,12 @@ class UsbGadget {
   UsbGadget(const UsbGadget&) = delete;
   UsbGadget& operator=(const UsbGadget&) = delete;
 
-  // The cable, as root pulls it.
+  // Root takes the box off the bus, and puts it back.
   void unbind();
   void bind();
+  // The cable: the host's port loses its device.
+  void unplug();
+  void plugIn();
   // The controller it is bound to; empty when it is not.
   std::string boundTo() const;
 };
