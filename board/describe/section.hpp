@@ -20,7 +20,6 @@ struct Range {
   double to{std::numeric_limits<double>::infinity()};
 };
 inline constexpr double kTiny = std::numeric_limits<double>::min();
-inline constexpr Range kPositive{kTiny, 1e15};
 inline constexpr Range kNotNegative{0, 1e15};
 inline constexpr Range kProbability{0, 1};
 

@@ -40,9 +40,7 @@ class EmulatedWire {
   void stall(bool stalled) { stalled_ = stalled; }
   void cut() { connections_.clear(); }
 
-  std::size_t connections() const { return connections_.size(); }
   const WireCounts& towardsHost() const { return directions_[0].counts; }
-  const WireCounts& towardsBox() const { return directions_[1].counts; }
 
  private:
   struct Direction {

@@ -277,8 +277,4 @@ std::optional<MasterStamp> ClockEstimator::stamp(MonoTime at) const {
   return MasterStamp{masterTimeOf(map(), at, config_.nominal_period), sigmaNs(ahead)};
 }
 
-double ClockEstimator::effectiveJitterNs() const {
-  return std::sqrt(jitter_.varianceNs2());
-}
-
 }  // namespace probebox::clock

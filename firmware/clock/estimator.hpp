@@ -95,8 +95,7 @@ class ClockEstimator {
   // nullopt unless locked or in holdover.
   std::optional<MasterStamp> stamp(MonoTime at) const;
 
-  // Spread of the stamps as learned: the standard deviation of a Gaussian that would tell as much about the tick.
-  double effectiveJitterNs() const;
+  // The spread of the stamps is learned and used from here on.
   bool learned() const { return jitter_.learned(); }
   const Wander& wander() const { return wander_; }
 

@@ -7,9 +7,6 @@
 
 namespace probebox::corrections {
 
-// The sources that a correction can be summed from, as bits of Snapshot::mask (registers of the CNC: fixed for ever).
-enum SourceBit : std::uint16_t { kScrew = 1, kSwivel = 2, kRotary = 4, kCentreline = 8 };
-
 // The system delay in force, per axis ((A1): tau = t_machine - t_probe), with its standard deviation (k = 1).
 struct DelayInForce {
   bool calibrated{};
@@ -39,7 +36,7 @@ struct Snapshot {
   bool loss_seen{};
   bool referenced{};
   std::array<double, kLinearAxes> correction_mm{};
-  std::uint16_t mask{};
+  std::uint16_t mask{};       // sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, fixed for ever
   std::uint16_t sequence{};   // +1 whenever any correction changes
   std::uint16_t heartbeat{};  // +1 every 0.1 s, fed by the whole chain from source to corrections
   std::uint64_t age_ms{};

@@ -219,12 +219,6 @@ double separationTime(const Line& probe) {
   return probe.t_mean - probe.mean.dot(probe.slope) / probe.slope.squaredNorm();
 }
 
-double separationTimeSd(const Line& probe, double sample_sd) {
-  const double from_mean = separationTime(probe) - probe.t_mean;
-  const double variance = 1.0 / static_cast<double>(probe.n) + from_mean * from_mean / probe.sxx;
-  return sample_sd * std::sqrt(variance) / probe.slope.norm();
-}
-
 Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
   return machine.at(separationTime(probe));
 }

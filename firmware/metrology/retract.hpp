@@ -23,9 +23,6 @@ struct Retract {
 // slope.
 double separationTime(const Line& probe);
 
-// Standard deviation (k = 1) of separationTime for the deviation of one sample along the deflection, s.
-double separationTimeSd(const Line& probe, double sample_sd);
-
 // Machine position where the deflection is zero (A7), mm: displaced by the lag, M = P - tau v (A2).
 Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 

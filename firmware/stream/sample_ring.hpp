@@ -63,7 +63,6 @@ class SampleRing {
   SampleIndex next() const { return next_; }
   std::uint64_t samples() const { return samples_; }
   std::size_t bytes() const { return blocks_.bytes(); }
-  std::size_t capacityBytes() const { return blocks_.capacity(); }
 
  private:
   struct Entry {

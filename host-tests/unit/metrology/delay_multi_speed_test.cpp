@@ -75,6 +75,19 @@ TEST_P(DelayOverRandomTouches, IsUnbiasedEfficientAndAsUncertainAsItSays) {
             0.5 * GetParam().least_efficiency);
 }
 
+std::function<void(Scene&)> rates(double machine_hz, double probe_hz) {
+  return [=](Scene& s) {
+    s.machine_rate_hz = machine_hz;
+    s.probe_rate_hz = probe_hz;
+  };
+}
+std::function<void(Scene&)> shortDwell(double Scene::*changed, double value) {
+  return [=](Scene& s) {
+    s.*changed = value;
+    s.dwell_s = 0.04;
+  };
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Settings, DelayOverRandomTouches,
     testing::Values(Setting{"Usual", [](Scene&) {}, 2.0}, Setting{"NoBounce", [](Scene& s) { s.bounce_mm = 0.0; }, 2.0},
@@ -84,18 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
                               s.probe_sigma_mm *= 10.0;
                             },
                             2.0},
-                    Setting{"SlowStreams",
-                            [](Scene& s) {
-                              s.machine_rate_hz = 333.0;
-                              s.probe_rate_hz = 787.0;
-                            },
-                            1.4},
-                    Setting{"FastProbe",
-                            [](Scene& s) {
-                              s.machine_rate_hz = 1000.0;
-                              s.probe_rate_hz = 4000.0;
-                            },
-                            1.2},
+                    Setting{"SlowStreams", rates(333.0, 787.0), 1.4}, Setting{"FastProbe", rates(1000.0, 4000.0), 1.2},
                     Setting{"CoarseEncoder", [](Scene& s) { s.machine_resolution_mm = 0.001; }, 1.8},
                     Setting{"Jitter", [](Scene& s) { s.stamp_jitter_s = 1e-5; }, 1.2},
                     Setting{"LostSamples", [](Scene& s) { s.lost_share = 0.1; }, 1.5},
@@ -104,18 +106,8 @@ INSTANTIATE_TEST_SUITE_P(
                               s.speeds_mm_s = {10.0, 30.0};
                             },
                             2.0},
-                    Setting{"ShallowTouches",
-                            [](Scene& s) {
-                              s.overtravel_mm = 0.3;
-                              s.dwell_s = 0.04;
-                            },
-                            1.5},
-                    Setting{"GentleRamps",
-                            [](Scene& s) {
-                              s.acceleration_mm_s2 = 5000.0;
-                              s.dwell_s = 0.04;
-                            },
-                            1.8},
+                    Setting{"ShallowTouches", shortDwell(&Scene::overtravel_mm, 0.3), 1.5},
+                    Setting{"GentleRamps", shortDwell(&Scene::acceleration_mm_s2, 5000.0), 1.8},
                     Setting{"FromWithin", [](Scene& s) { s.radius_mm = -12.0; }, 2.0}),
     [](const auto& setting) { return setting.param.name; });
 

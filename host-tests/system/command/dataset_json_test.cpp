@@ -1,0 +1,53 @@
+#include "firmware/store/dataset_json.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numbers>
+
+#include "tools/probebox/dataset_from_json.hpp"
+
+// What the box keeps and sends of a calibration, and what the command makes of it: two rooms, one text.
+namespace probebox::command {
+namespace {
+
+using metrology::Dataset;
+
+TEST(DatasetJson, ComesBackAsItWas) {
+  Dataset sent = metrology::touchDataset("delay-multi-speed");
+  sent.config["sigma_mm"] = 0.1 + 0.2;
+  sent.config["label"] = std::string{"\"no. 1\", 20 \u00b0C"};
+  sent.config["at_rest"] = true;
+  sent.config["speeds_mm_s"] = std::vector<double>{5, 1e-300, -0.0};
+  sent.config["none"] = std::vector<double>{};
+  sent.config["gain_matrix"] = metrology::Matrix{{1, 0, 0.5}, {0, std::numbers::pi, 0}};
+  sent.tables[0].append(
+      {0, 1.0 / 3, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max(), -20.0 / 3});
+
+  const auto got = datasetFromJson(store::toJson(sent));
+  ASSERT_TRUE(got) << got.error().what;
+  EXPECT_EQ(*got, sent);
+  EXPECT_TRUE(std::signbit(std::get<std::vector<double>>(got->config.at("speeds_mm_s"))[2]));
+}
+
+TEST(DatasetJson, KeepsWhatIsNoNumber) {
+  Dataset sent = metrology::touchDataset("delay-multi-speed");
+  sent.tables[0].append({0, 1, std::numeric_limits<double>::quiet_NaN(), 3, 4});
+  const auto got = datasetFromJson(store::toJson(sent));
+  ASSERT_TRUE(got) << got.error().what;
+  EXPECT_TRUE(std::isnan(got->tables[0].columns[2].values[0]));
+  EXPECT_EQ(got->tables[0].columns[3].values[0], 3);
+}
+
+TEST(DatasetJson, OfAnotherVersionIsRefusedWithARemedy) {
+  const std::string whole = store::toJson(metrology::touchDataset("delay-multi-speed"));
+  for (const auto& text : {std::string{}, std::string{"{}"}, whole.substr(0, whole.size() / 2)}) {
+    const auto got = datasetFromJson(text);
+    ASSERT_FALSE(got) << text;
+    EXPECT_THAT(got.error().what, testing::HasSubstr("update the older of the two"));
+  }
+}
+
+}  // namespace
+}  // namespace probebox::command
