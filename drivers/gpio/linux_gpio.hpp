@@ -32,7 +32,7 @@ class LinuxGpio final : public io::EventSource {
   // Not acquired, or no more.
   bool lost() const { return lost_; }
 
-  std::uint64_t unknownEdges() const { return decoder_ ? decoder_->unknownEdges() : 0; }
+  std::uint64_t unusable() const override { return decoder_ ? decoder_->unknownEdges() : 0; }
 
  private:
   struct Request;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -25,6 +26,9 @@ class EventSource {
   // Why nothing comes from it at present, with the remedy; empty when all is well. Changes in read() alone, and a
   // source that can come back does so there.
   virtual std::string_view problem() const { return {}; }
+
+  // What came from the device and could not be made an event, such as a damaged packet. Changes in read() alone.
+  virtual std::uint64_t unusable() const { return 0; }
 };
 
 }  // namespace probebox::io

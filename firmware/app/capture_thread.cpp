@@ -89,10 +89,16 @@ void CaptureThread::push(const Event& event, MonoTime now) {
 
 void CaptureThread::tellProblems() {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    const auto problem = sources_[i]->problem();
-    if (problem == told_[i]) continue;
-    told_[i] = problem;
-    table_.tell(i, problem);
+    const auto& source = *sources_[i];
+    auto& [problem, unusable] = told_[i];
+    if (source.problem() != problem) {
+      problem = source.problem();
+      table_.tell(i, problem);
+    }
+    if (source.unusable() != unusable) {
+      unusable = source.unusable();
+      table_.tellUnusable(i, unusable);
+    }
   }
 }
 

@@ -44,7 +44,11 @@ class CaptureThread {
   WakeUp& core_;
   Counters& counters_;
   SourceTable& table_;
-  std::vector<std::string> told_;  // the problem of every source
+  struct Told {
+    std::string problem;
+    std::uint64_t unusable{};
+  };
+  std::vector<Told> told_;  // of every source, to the table
   std::vector<pollfd> waiting_;
   std::uint32_t lost_unsaid_{};  // lost for want of room, and the core does not know yet
   std::atomic<bool> stopping_{false};

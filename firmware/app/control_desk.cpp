@@ -95,9 +95,16 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.procedure = procedureInWords(state);
   answer.active_results = with_.calibrations.activeResults();
   answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
-  answer.modbus = with_.modbus();
+  answer.cnc_lines = with_.cnc_lines();
+  for (const auto& line : answer.cnc_lines) {
+    answer.modbus.requests += line.answered + line.refused;
+    answer.modbus.bad_frames += line.bad_frames;
+  }
+  answer.unused_events = unusedEvents(state);
+  answer.journal_lost = with_.counters.journal_lost_events;
   for (auto& row : with_.sources.rows())
-    answer.sources.push_back({.name = std::move(row.name), .problem = std::move(row.problem)});
+    answer.sources.push_back(
+        {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
   answer.lines = identity_.lines;
   for (auto& line : answer.lines) {
     const auto& counters = state.lines.at(line.role).at(line.line);

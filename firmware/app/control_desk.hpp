@@ -55,7 +55,7 @@ class ControlDesk {
     Calibrations& calibrations;
     Counters& counters;
     const SourceTable& sources;
-    std::function<messages::ModbusCounters()> modbus;
+    std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
   };
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
               std::function<void(Reply)> reply_later);

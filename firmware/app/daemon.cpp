@@ -89,7 +89,7 @@ struct Daemon::Parts {
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
              {core.plan(), time, commands, worker, calibrations, counters, source_table,
-              [this] { return modbusCounters(); }},
+              [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -133,15 +133,20 @@ struct Daemon::Parts {
     journal->flush();
   }
 
-  // Of all lines; asked by the links' thread, which runs only while the lines are there.
-  messages::ModbusCounters modbusCounters() const {
-    messages::ModbusCounters sum;
+  // Asked by the links' thread, which runs only while the lines are there.
+  std::vector<messages::CncLineStatus> cncLineStatus() const {
+    std::vector<messages::CncLineStatus> all;
     for (const auto& line : cnc_lines) {
-      const auto counters_of_line = line->counters();
-      sum.requests += counters_of_line.answered + counters_of_line.refused;
-      sum.bad_frames += counters_of_line.bad_frames;
+      const auto of_line = line->counters();
+      all.push_back({.name = line->device(),
+                     .answered = of_line.answered,
+                     .refused = of_line.refused,
+                     .bad_frames = of_line.bad_frames,
+                     .skipped_bytes = of_line.skipped_bytes,
+                     .unsent = of_line.unsent,
+                     .reopened = of_line.reopened});
     }
-    return sum;
+    return all;
   }
 
   Outcome<bool> adopt(std::vector<PassedSocket> passed);

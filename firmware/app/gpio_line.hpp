@@ -18,6 +18,7 @@ class GpioLine final : public io::EventSource {
   int descriptor() const override { return line_.descriptor(); }
   std::string_view name() const override { return line_.name(); }
   std::string_view problem() const override { return problem_; }
+  std::uint64_t unusable() const override { return line_.unusable(); }
 
  private:
   gpio::LinuxGpio line_;

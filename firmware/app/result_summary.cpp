@@ -108,6 +108,14 @@ messages::ReceiverStatus receiverStatus(const box::State& state) {
   return status;
 }
 
+messages::UnusedEvents unusedEvents(const box::State& state) {
+  return {.late = state.latch.late,
+          .disordered = state.latch.disordered,
+          .overwritten = state.latch.overwritten,
+          .incomplete_rows = state.incomplete_rows,
+          .stray_markers = state.stray_markers};
+}
+
 messages::EventCounts eventCounts(const box::State& state) {
   const auto& lost = state.lost;
   return {.received = state.events,

@@ -12,6 +12,7 @@ messages::ResultSummary summaryOf(const store::Record& record);
 messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::ReceiverStatus receiverStatus(const box::State& state);
+messages::UnusedEvents unusedEvents(const box::State& state);
 messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters);
 messages::EventCounts eventCounts(const box::State& state);
 

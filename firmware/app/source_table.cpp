@@ -6,12 +6,12 @@ namespace probebox::app {
 
 void SourceTable::add(std::string_view name) {
   const std::lock_guard lock{mutex_};
-  rows_.push_back({std::string{name}, {}});
+  rows_.push_back({.name = std::string{name}, .problem = {}});
 }
 
 void SourceTable::tell(std::size_t row, std::string_view problem) {
   const std::lock_guard lock{mutex_};
-  auto& [name, known] = rows_.at(row);
+  auto& [name, known, unusable] = rows_.at(row);
   if (known == problem) return;
   known = problem;
   if (problem.empty()) {
@@ -19,6 +19,11 @@ void SourceTable::tell(std::size_t row, std::string_view problem) {
   } else {
     logWarning(name + " gives nothing: " + known + ". The box goes on without it, and keeps trying.");
   }
+}
+
+void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
+  const std::lock_guard lock{mutex_};
+  rows_.at(row).unusable = count;
 }
 
 std::vector<SourceTable::Row> SourceTable::rows() const {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -13,11 +14,13 @@ class SourceTable {
   struct Row {
     std::string name;
     std::string problem;  // empty when all is well
+    std::uint64_t unusable{};
   };
 
   void add(std::string_view name);
   // By the order of add(). What is new is also said in the log, once.
   void tell(std::size_t row, std::string_view problem);
+  void tellUnusable(std::size_t row, std::uint64_t count);
 
   std::vector<Row> rows() const;
 

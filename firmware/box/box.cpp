@@ -196,6 +196,7 @@ void Box::publish(MonoTime now) {
                         .counters = probe_clock_.counters()};
   state_.latch = latch;
   state_.procedure = progress;
+  state_.incomplete_rows = procedure_.incompleteRows();
   state_.stray_markers = procedure_.strayMarkers();
   outputs_.state(state_);
 }

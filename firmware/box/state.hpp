@@ -52,6 +52,7 @@ struct State {
   ProbeClock probe_clock;
   latch::LatchCounters latch;
   procedure::Progress procedure;
+  std::uint64_t incomplete_rows{};
   std::uint64_t stray_markers{};
   std::uint64_t events{};
   SourceLosses lost;

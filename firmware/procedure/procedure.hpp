@@ -57,6 +57,7 @@ class Procedure {
   const Progress& progress() const { return progress_; }
   const Plan& plan() const { return plan_; }
   const capture::Recording& recording() const { return capture_.recording(); }
+  std::uint64_t incompleteRows() const { return capture_.incompleteRows(); }
   std::uint64_t strayMarkers() const { return stray_markers_; }
 
  private:

@@ -100,9 +100,11 @@ struct ModbusCounters {
 struct SourceStatus {
   std::string name{};
   std::string problem{};
+  std::uint64_t unusable{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
     field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
+    field("unusable", self.unusable, "what came from the device and is no event");
   }
 };
 
@@ -119,6 +121,43 @@ struct LineStatus {
     field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z");
     field("edges", self.edges, "edges that reached the core, of the kind that is watched for");
     field("lost", self.lost, "edges that never did, by the gaps in the line's sequence");
+  }
+};
+
+// One serial line to a controller. Since protocol 1.1.
+struct CncLineStatus {
+  std::string name{};
+  std::uint64_t answered{};
+  std::uint64_t refused{};
+  std::uint64_t bad_frames{};
+  std::uint64_t skipped_bytes{};
+  std::uint64_t unsent{};
+  std::uint64_t reopened{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "its device, such as /dev/ttyS2");
+    field("answered", self.answered, "requests answered with what they asked for");
+    field("refused", self.refused, "requests answered with an exception");
+    field("bad_frames", self.bad_frames, "runs of bytes that were no request");
+    field("skipped_bytes", self.skipped_bytes, "bytes in them");
+    field("unsent", self.unsent, "answers that the line did not take");
+    field("reopened", self.reopened, "times that the line went away and came back");
+  }
+};
+
+// Events that reached the core and served nothing, or less than they might have. Since protocol 1.1.
+struct UnusedEvents {
+  std::uint64_t late{};
+  std::uint64_t disordered{};
+  std::uint64_t overwritten{};
+  std::uint64_t incomplete_rows{};
+  std::uint64_t stray_markers{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("late", self.late, "came after the sample at their stamp was decided");
+    field("disordered", self.disordered, "older than the one before them from the same source");
+    field("overwritten", self.overwritten, "pushed out of a full buffer before any sample used them");
+    field("incomplete_rows", self.incomplete_rows,
+          "latches of a measured touch that lack an axis at the same stamp, and are not in its data");
+    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at");
   }
 };
 
@@ -142,6 +181,9 @@ struct Status {
     std::vector<SourceStatus> sources{};
     std::vector<LineStatus> lines{};
     ReceiverStatus receiver{};
+    std::vector<CncLineStatus> cnc_lines{};
+    UnusedEvents unused_events{};
+    std::uint64_t journal_lost{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -160,6 +202,10 @@ struct Status {
       field("lines", self.lines, "the box's digital inputs; since protocol 1.1");
       field("receiver", self.receiver,
             "the probe receiver, where one is that counts its samples; zeros elsewhere; since protocol 1.1");
+      field("cnc_lines", self.cnc_lines, "the lines to the controller, one by one; since protocol 1.1");
+      field("unused_events", self.unused_events, "what reached the core for nothing; since protocol 1.1");
+      field("journal_lost", self.journal_lost,
+            "events that are missing in the journal, where one is written; since protocol 1.1");
     }
   };
 };

@@ -90,7 +90,8 @@ std::string duration(std::uint64_t ms) {
 
 Json sourcesOf(const std::vector<messages::SourceStatus>& sources) {
   Json all = Json::array();
-  for (const auto& source : sources) all.push_back({{"name", source.name}, {"problem", source.problem}});
+  for (const auto& source : sources)
+    all.push_back({{"name", source.name}, {"problem", source.problem}, {"unusable_messages", source.unusable}});
   return all;
 }
 
@@ -105,6 +106,40 @@ Json linesOf(const std::vector<messages::LineStatus>& lines) {
                    {"received_edges", line.edges},
                    {"lost_edges", line.lost}});
   }
+  return all;
+}
+
+Json cncLinesOf(const std::vector<messages::CncLineStatus>& lines) {
+  Json all = Json::array();
+  for (const auto& line : lines) {
+    all.push_back({{"name", line.name},
+                   {"answered_requests", line.answered},
+                   {"refused_requests", line.refused},
+                   {"bad_frames", line.bad_frames},
+                   {"skipped_bytes", line.skipped_bytes},
+                   {"unsent_answers", line.unsent},
+                   {"reopened", line.reopened}});
+  }
+  return all;
+}
+
+std::string cncLineText(const messages::CncLineStatus& line) {
+  return line.name + ": " + to_string(line.answered) + " requests answered, " + to_string(line.refused) + " refused, " +
+         to_string(line.bad_frames) + " bad frames of " + to_string(line.skipped_bytes) + " bytes, " +
+         to_string(line.unsent) + " answers not sent, opened again " + to_string(line.reopened) + " times";
+}
+
+// Empty when nothing was: a page names what is wrong.
+std::string unusedText(const messages::UnusedEvents& unused) {
+  std::string all;
+  const auto add = [&all](std::uint64_t count, const char* what) {
+    if (count != 0) all += (all.empty() ? "" : ", ") + to_string(count) + " " + what;
+  };
+  add(unused.late, "late");
+  add(unused.disordered, "disordered");
+  add(unused.overwritten, "overwritten");
+  add(unused.incomplete_rows, "rows without all axes");
+  add(unused.stray_markers, "stray markers");
   return all;
 }
 
@@ -175,7 +210,17 @@ Json describe(const messages::Status::Answer& s) {
             {"lost_in_queue_samples", s.ledger.lost_in_queue}}},
           {"queue_high_water_events", s.queue_high_water},
           {"deadline_misses", s.deadline_misses},
-          {"events", {{"received_events", s.events.received}, {"lost_events", s.events.lost}}},
+          {"events",
+           {{"received_events", s.events.received},
+            {"lost_events", s.events.lost},
+            {"lost_in_queue_events", s.events.lost_in_queue},
+            {"late_events", s.unused_events.late},
+            {"disordered_events", s.unused_events.disordered},
+            {"overwritten_events", s.unused_events.overwritten},
+            {"incomplete_rows", s.unused_events.incomplete_rows},
+            {"stray_markers", s.unused_events.stray_markers},
+            {"lost_journal_events", s.journal_lost},
+            {"sources_gone", s.events.sources_gone}}},
           {"sources", sourcesOf(s.sources)},
           {"lines", linesOf(s.lines)},
           {"procedure", s.procedure},
@@ -186,7 +231,8 @@ Json describe(const messages::Status::Answer& s) {
             {"bad_frames", badFrames(s.from_hosts)},
             {"unexpected_frames", s.from_hosts.unexpected},
             {"discarded_bytes", s.from_hosts.discarded_bytes}}},
-          {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}}};
+          {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}},
+          {"cnc_lines", cncLinesOf(s.cnc_lines)}};
 }
 
 std::string page(const messages::Status::Answer& s) {
@@ -200,11 +246,16 @@ std::string page(const messages::Status::Answer& s) {
   all += row("samples", to_string(s.ledger.produced) + " produced, " + to_string(lost) +
                             " of them lost: " + to_string(s.ledger.lost_at_source) + " at the source, " +
                             to_string(s.ledger.lost_in_queue) + " on the way out");
-  all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) +
-                           " lost, queue at most " + to_string(s.queue_high_water) + " deep");
+  all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
+                           to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +
+                           to_string(s.queue_high_water) + " deep");
+  if (const auto unused = unusedText(s.unused_events); !unused.empty()) all += row("unused events", unused);
+  if (s.journal_lost != 0) all += row("journal", to_string(s.journal_lost) + " events are missing in it");
   for (const auto& source : s.sources) {
     if (!source.problem.empty()) all += row("nothing from", source.name + ": " + source.problem);
+    if (source.unusable != 0) all += row("unusable", source.name + ": " + to_string(source.unusable) + " messages");
   }
+  if (s.events.sources_gone != 0) all += row("sources gone", to_string(s.events.sources_gone) + " times");
   for (const auto& line : s.lines) {
     all += row("line", line.name + ": " + to_string(line.edges) + " edges, " + to_string(line.lost) + " lost");
   }
@@ -214,8 +265,10 @@ std::string page(const messages::Status::Answer& s) {
   all += row("links", to_string(s.links) + " connected");
   all += row("from hosts", to_string(s.from_hosts.frames) + " good frames, " + to_string(badFrames(s.from_hosts)) +
                                " bad ones, " + to_string(s.from_hosts.discarded_bytes) + " bytes of garbage");
-  all += row("modbus",
-             to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
+  if (s.cnc_lines.empty())
+    all += row("modbus",
+               to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
+  for (const auto& line : s.cnc_lines) all += row("controller", cncLineText(line));
   all.pop_back();
   return all;
 }

@@ -85,9 +85,13 @@ Reply FakeAnswers::status() const {
   s.uptime_ms = 125'000;
   s.clock = {ClockState::locked, 850, -1200.0, Tick{125'000}, {124'990, 8, 1, 1, 0}};
   s.ledger = {125'000, 150, 0};
-  s.sources = {{"gpiochip0 line 4 (sync)", ""}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that"}};
+  s.sources = {{"gpiochip0 line 4 (sync)", "", 5}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that", 0}};
   s.lines = {{"sync", 0, 0, 125'000, 3}, {"index X", 2, 0, 0, 0}};
   s.receiver = {ClockState::locked, 620, 41'000.0, 250'000, 12, 900, 0, 1, 0, 5};
+  s.events = {700'000, 40, 30, 2};
+  s.unused_events = {6, 0, 7, 8, 9};
+  s.journal_lost = 11;
+  s.cnc_lines = {{"/dev/ttyS2", 500, 12, 13, 14, 15, 16}};
   s.procedure = running_ ? "running" : "";
   if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
   return ok(s);

@@ -12,6 +12,7 @@
 #include <thread>
 #include <unistd.h>
 
+#include "drivers/serial/emulator.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
 #include "host-tests/host/test_host.hpp"
 
@@ -135,6 +136,27 @@ TEST_F(RunningDaemon, RefusesToStartWithASocketThatHostsCannotComeThrough) {
   const auto started = Daemon::start(options, *loaded, std::move(passed));
   ASSERT_FALSE(started);
   EXPECT_THAT(started.error().what, testing::HasSubstr("'other.socket'"));
+}
+
+TEST_F(RunningDaemon, ShowsWhatEveryCncLineBrought) {
+  auto cable = serial::EmulatedCable::open(folder / "box", folder / "cnc");
+  ASSERT_TRUE(cable) << cable.error().what;
+  options.cnc = {"modbus:" + (folder / "box").string(), "modbus:" + (folder / "nothing").string()};
+  start();
+  const auto host = connect();
+  const std::vector<std::byte> garbage(100, std::byte{0x55});
+  messages::Status::Answer status;
+  EXPECT_TRUE(host->eventually([&] {
+    cable->inject(serial::EmulatedCable::End::a, garbage);
+    cable->pump(0ms);
+    status = host->ask<messages::Status>();
+    return status.cnc_lines.front().skipped_bytes >= garbage.size();
+  }));
+  ASSERT_EQ(status.cnc_lines.size(), 2U);
+  EXPECT_EQ(status.cnc_lines[0].name, (folder / "box").string());
+  EXPECT_GT(status.cnc_lines[0].bad_frames, 0U);
+  EXPECT_EQ(status.cnc_lines[1].skipped_bytes, 0U);
+  EXPECT_EQ(status.modbus.bad_frames, status.cnc_lines[0].bad_frames);
 }
 
 TEST_F(RunningDaemon, RefusesAMethodThatItDoesNotHaveAndNamesThoseItHas) {
