@@ -40,6 +40,7 @@ struct Identity {
 struct LinkVitals {
   std::uint64_t uptime_ms{};
   messages::LinkCounters from_hosts;  // all links since the start
+  std::vector<messages::UsbPortStatus> usb_ports;
 };
 
 // Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store

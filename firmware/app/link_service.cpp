@@ -126,8 +126,8 @@ bool LinkService::Door::mayTry(MonoTime now) {
 }
 
 void LinkService::Door::complain(const std::string& what) {
-  if (!complained) logWarning(what + " Trying again every second.");
-  complained = true;
+  if (problem != what) logWarning(what + " Trying again every second.");
+  problem = what;
 }
 
 LinkService::Link* LinkService::adopt(io::Connection connection, Door* door) {
@@ -158,7 +158,7 @@ void LinkService::openSerialLines(MonoTime now) {
       line->complain(pipe.error().what);
       continue;
     }
-    line->complained = false;
+    line->problem.clear();
     line->link = adopt(std::move(*pipe), line.get());
     watch(*line->link);
   }
@@ -172,7 +172,7 @@ void LinkService::openUsbPorts(MonoTime now) {
       usb->complain(port.error().what + ".");
       continue;
     }
-    usb->complained = false;
+    usb->problem.clear();
     usb->port = std::move(*port);
     usb->watch = loop_.watch(usb->port->descriptor(), [this, raw = usb.get()] { turn(*raw); });
     logInfo("on the USB bus as a device");
@@ -299,9 +299,14 @@ void LinkService::dropClosed() {
 }
 
 LinkVitals LinkService::vitals() const {
-  LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_};
+  LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_, .usb_ports = {}};
   for (const auto& link : links_) {
     if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
+  }
+  for (const auto& usb : usb_ports_) {
+    const auto counters = usb->port ? usb->port->counters() : usb_gadget::PortCounters{};
+    all.usb_ports.push_back({usb->problem, counters.connections, counters.suspensions, counters.discarded_bytes,
+                             counters.failed_transfers, counters.stalled_requests});
   }
   return all;
 }

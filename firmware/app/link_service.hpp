@@ -63,7 +63,7 @@ class LinkService {
   };
   // Something that is tried again every second until it is there.
   struct Door {
-    bool complained{};
+    std::string problem;  // as it was last complained of; empty when all is well
     MonoTime next_try{};
     Link* link{};  // of the host that came in here
     bool mayTry(MonoTime now);

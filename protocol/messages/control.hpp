@@ -144,6 +144,24 @@ struct CncLineStatus {
   }
 };
 
+// The box's end of USB. Since protocol 1.1.
+struct UsbPortStatus {
+  std::string problem{};
+  std::uint64_t connections{};
+  std::uint64_t suspensions{};
+  std::uint64_t discarded_bytes{};
+  std::uint64_t failed_transfers{};
+  std::uint64_t stalled_requests{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("problem", self.problem, "why the box is not on the bus, and what to do; empty when it is");
+    field("connections", self.connections, "times that a host configured the box or selected its interface anew");
+    field("suspensions", self.suspensions, "times that the bus fell asleep");
+    field("discarded_bytes", self.discarded_bytes, "not known to have arrived, or not read, when a connection ended");
+    field("failed_transfers", self.failed_transfers, "connections that ended by a failing transfer");
+    field("stalled_requests", self.stalled_requests, "control requests that the interface does not know");
+  }
+};
+
 // Events that reached the core and served nothing, or less than they might have. Since protocol 1.1.
 struct UnusedEvents {
   std::uint64_t late{};
@@ -184,6 +202,7 @@ struct Status {
     std::vector<CncLineStatus> cnc_lines{};
     UnusedEvents unused_events{};
     std::uint64_t journal_lost{};
+    std::vector<UsbPortStatus> usb_ports{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -206,6 +225,7 @@ struct Status {
       field("unused_events", self.unused_events, "what reached the core for nothing; since protocol 1.1");
       field("journal_lost", self.journal_lost,
             "events that are missing in the journal, where one is written; since protocol 1.1");
+      field("usb_ports", self.usb_ports, "the box as a USB device; since protocol 1.1");
     }
   };
 };

@@ -31,6 +31,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, SourceStatus>) return "SourceStatus";
   if constexpr (std::same_as<T, LineStatus>) return "LineStatus";
   if constexpr (std::same_as<T, CncLineStatus>) return "CncLineStatus";
+  if constexpr (std::same_as<T, UsbPortStatus>) return "UsbPortStatus";
   if constexpr (std::same_as<T, UnusedEvents>) return "UnusedEvents";
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
@@ -169,7 +170,8 @@ std::string structures() {
   return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
-         structure<CncLineStatus>() + structure<UnusedEvents>() + structure<NamedValue>() + structure<ResultSummary>();
+         structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
+         structure<ResultSummary>();
 }
 
 std::string numbers() {

@@ -129,6 +129,26 @@ std::string cncLineText(const messages::CncLineStatus& line) {
          to_string(line.unsent) + " answers not sent, opened again " + to_string(line.reopened) + " times";
 }
 
+Json usbPortsOf(const std::vector<messages::UsbPortStatus>& ports) {
+  Json all = Json::array();
+  for (const auto& port : ports) {
+    all.push_back({{"problem", port.problem},
+                   {"connections", port.connections},
+                   {"suspensions", port.suspensions},
+                   {"discarded_bytes", port.discarded_bytes},
+                   {"failed_transfers", port.failed_transfers},
+                   {"stalled_requests", port.stalled_requests}});
+  }
+  return all;
+}
+
+std::string usbPortText(const messages::UsbPortStatus& port) {
+  if (!port.problem.empty()) return "not on the bus: " + port.problem;
+  return to_string(port.connections) + " connections, " + to_string(port.suspensions) + " times asleep, " +
+         to_string(port.failed_transfers) + " failed transfers, " + to_string(port.discarded_bytes) +
+         " bytes discarded as hosts left";
+}
+
 // Empty when nothing was: a page names what is wrong.
 std::string unusedText(const messages::UnusedEvents& unused) {
   std::string all;
@@ -232,7 +252,8 @@ Json describe(const messages::Status::Answer& s) {
             {"unexpected_frames", s.from_hosts.unexpected},
             {"discarded_bytes", s.from_hosts.discarded_bytes}}},
           {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}},
-          {"cnc_lines", cncLinesOf(s.cnc_lines)}};
+          {"cnc_lines", cncLinesOf(s.cnc_lines)},
+          {"usb_ports", usbPortsOf(s.usb_ports)}};
 }
 
 std::string page(const messages::Status::Answer& s) {
@@ -263,6 +284,7 @@ std::string page(const messages::Status::Answer& s) {
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));
   all += row("links", to_string(s.links) + " connected");
+  for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
   all += row("from hosts", to_string(s.from_hosts.frames) + " good frames, " + to_string(badFrames(s.from_hosts)) +
                                " bad ones, " + to_string(s.from_hosts.discarded_bytes) + " bytes of garbage");
   if (s.cnc_lines.empty())

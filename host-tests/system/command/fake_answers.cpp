@@ -92,6 +92,7 @@ Reply FakeAnswers::status() const {
   s.unused_events = {6, 0, 7, 8, 9};
   s.journal_lost = 11;
   s.cnc_lines = {{"/dev/ttyS2", 500, 12, 13, 14, 15, 16}};
+  s.usb_ports = {{"", 21, 22, 23, 24, 25}, {"/run/x is not there", 0, 0, 0, 0, 0}};
   s.procedure = running_ ? "running" : "";
   if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
   return ok(s);

@@ -44,6 +44,8 @@ TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
             HasSubstr("2 times"),
             HasSubstr("/dev/ttyS2: 500 requests answered, 12 refused, 13 bad frames of 14 bytes, 15 answers not "
                       "sent, opened again 16 times")));
+  EXPECT_THAT(page.out, AllOf(HasSubstr("21 connections, 22 times asleep, 24 failed transfers, 23 bytes discarded"),
+                              HasSubstr("not on the bus: /run/x is not there")));
   EXPECT_THAT(page.err, IsEmpty());
 
   const auto status = probebox({"-u", uri_, "status", "--json"}).object();
@@ -69,6 +71,7 @@ TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   EXPECT_EQ(status["cnc_lines"][0]["name"], "/dev/ttyS2");
   EXPECT_EQ(status["cnc_lines"][0]["unsent_answers"], 15);
   EXPECT_EQ(status["cnc_lines"][0]["reopened"], 16);
+  EXPECT_EQ(status["usb_ports"][0]["stalled_requests"], 25);
   EXPECT_EQ(status["sources"][1]["problem"], "held by 'spindle'; stop that");
 }
 
