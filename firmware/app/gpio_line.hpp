@@ -7,7 +7,7 @@
 
 namespace probebox::app {
 
-// A line of a gpio chip that need not be there yet: asked for every second while it cannot be had.
+// A line of a gpio chip that need not be there yet: asked for when it is lost, and every second while it cannot be had.
 class GpioLine final : public io::EventSource {
  public:
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
@@ -23,6 +23,8 @@ class GpioLine final : public io::EventSource {
  private:
   gpio::LinuxGpio line_;
   std::string problem_;
+  bool held_{};
+  MonoTime lost_at_{};
   MonoTime next_try_{};
 };
 

@@ -1,0 +1,117 @@
+#include "latency.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <random>
+#include <thread>
+
+#include "box_user.hpp"
+#include "drivers/gpio/linux_gpio.hpp"
+#include "host-tests/host/test_host.hpp"
+#include "protocol/codec/block.hpp"
+#include "pulse_train.hpp"
+#include "tools/link/wait.hpp"
+
+namespace probebox::vm {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::int64_t kTriggerCame = 2;  // of the channel flags
+
+// When each sample came, and when it was.
+struct Arrivals : support::Balances {
+  void onBlock(const link::DecodedBlock& block) override {
+    const auto now = link::now();
+    Balances::onBlock(block);
+    const auto& channels = block.descriptor.channels;
+    const auto flags = std::find_if(channels.begin(), channels.end(), [](auto& c) { return c.name == "flags"; });
+    const auto column = block.column(static_cast<std::size_t>(flags - channels.begin()));
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      const SampleIndex sample{block.header.first.index + static_cast<std::int64_t>(k)};
+      ticks.add(now - codec::timeOf(block.header, sample));
+      if ((column[k] & kTriggerCame) != 0) triggers.push_back(now);
+    }
+  }
+  Latencies ticks;
+  std::vector<MonoTime> triggers;
+};
+
+}  // namespace
+
+double Latencies::us(double quantile) const {
+  if (all_.empty()) return 0;
+  auto sorted = all_;
+  std::sort(sorted.begin(), sorted.end());
+  const auto last = static_cast<double>(sorted.size() - 1);
+  return static_cast<double>(sorted[static_cast<std::size_t>(std::ceil(quantile * last))].count()) * 1e-3;
+}
+
+void Latencies::print(const std::string& what) const {
+  std::printf("%-52s p50 %9.1f  p99 %9.1f  max %9.1f  guest us, %zu times\n", what.c_str(), us(0.5), us(0.99), us(1),
+              count());
+}
+
+Latencies edgeToStamp(GpioSim& chip, unsigned line, std::size_t edges) {
+  gpio::LinuxGpio source{
+      {chip.label(), {{"edge", line, {0, LineRole::skip, 0, board::ActiveLevel::high, gpio::Edges::both}}}}};
+  Latencies latencies;
+  std::array<Event, 16> events{};
+  {
+    const AsBoxUser user;
+    const auto acquired = source.acquire();
+    EXPECT_TRUE(acquired) << acquired.error().what;
+    if (!acquired) return latencies;
+  }
+  source.read(events, link::now());
+  for (std::size_t i = 0; i < edges; ++i) {
+    const auto made = link::now();
+    chip.drive(line, i % 2 == 0);
+    const auto count = source.read(events, link::now());
+    EXPECT_EQ(count, 1U);
+    latencies.add(stampOf(events[0]) - made);
+  }
+  return latencies;
+}
+
+BoxLatencies edgeToSample(const std::string& uri, GpioSim& chip, unsigned sync, unsigned trigger, std::size_t edges) {
+  Arrivals arrivals;
+  const auto host = support::TestHost::connect(uri, &arrivals);
+  if (!host) return {};
+  PulseTrain train{chip, sync, 1ms};
+  EXPECT_TRUE(host->waitForLock());
+  host->client().start({});
+  EXPECT_TRUE(host->eventually([&] { return arrivals.samples > 500; }));
+
+  std::vector<MonoTime> made;
+  std::atomic<bool> done{};
+  std::thread hand{[&] {
+    // In no step with the box's own rounds.
+    std::mt19937_64 random{7};
+    for (std::size_t i = 0; i < edges; ++i) {
+      std::this_thread::sleep_for(20ms + std::chrono::microseconds{random() % 17'000});
+      made.push_back(link::now());
+      chip.pulse(trigger);
+    }
+    done = true;
+  }};
+  EXPECT_TRUE(host->eventually([&] { return done && arrivals.triggers.size() >= edges; }));
+  hand.join();
+  train.stop();
+  const auto closing = host->finish();
+  EXPECT_TRUE(closing.exact);
+  EXPECT_EQ(arrivals.triggers.size(), made.size());
+
+  BoxLatencies latencies;
+  latencies.tick_to_sample = arrivals.ticks;
+  for (std::size_t i = 0; i < std::min(made.size(), arrivals.triggers.size()); ++i)
+    latencies.trigger_to_sample.add(arrivals.triggers[i] - made[i]);
+  return latencies;
+}
+
+}  // namespace probebox::vm
