@@ -16,9 +16,9 @@ void setUp(const std::string& arguments) {
 
 }  // namespace
 
-UsbGadget::UsbGadget() {
+UsbGadget::UsbGadget(const std::string& board) {
   setUp("up --user " + std::to_string(kBoxUser) + ":" + std::to_string(kBoxGroup) + " --daemon '" + PROBEBOXD +
-        " --board sim'");
+        " --board " + board + "'");
 }
 
 UsbGadget::~UsbGadget() {

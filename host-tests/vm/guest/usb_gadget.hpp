@@ -11,7 +11,8 @@ class UsbGadget {
   static constexpr const char* kController = "dummy_udc.0";
   static constexpr const char* kFolder = "/sys/kernel/config/usb_gadget/probebox";
 
-  UsbGadget();
+  // board: a folder of descriptions, whose box.toml says how the box shows itself.
+  explicit UsbGadget(const std::string& board = "sim");
   ~UsbGadget();
   UsbGadget(const UsbGadget&) = delete;
   UsbGadget& operator=(const UsbGadget&) = delete;

@@ -1,19 +1,14 @@
 #include <chrono>
-#include <cstdio>
-#include <fcntl.h>
 #include <fstream>
 #include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 
 #include "box_process.hpp"
 #include "kernel_files.hpp"
+#include "recording.hpp"
 #include "usb_gadget.hpp"
 
 // The daemon without a privilege on a real gadget, and the command recording from it, while the bus and the programs
@@ -23,66 +18,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using std::this_thread::sleep_for;
-using Json = nlohmann::json;
 
 constexpr const char* kDevice = "/sys/bus/usb/devices/1-1";
-
-// `probebox record`, as the person at the PC.
-class Recording {
- public:
-  explicit Recording(int seconds) {
-    std::remove(kRecording);
-    std::vector<std::string> words{
-        PROBEBOX, "-u", "usb", "record", "--json", "--force", "--for", std::to_string(seconds), "-o", kRecording};
-    std::vector<char*> arguments;
-    for (auto& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/tmp/progress", O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, kSummary, O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    EXPECT_EQ(posix_spawn(&pid_, PROBEBOX, &actions, nullptr, arguments.data(), environ), 0);
-    posix_spawn_file_actions_destroy(&actions);
-  }
-  ~Recording() {
-    if (pid_ > 0) end(SIGKILL);
-  }
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
-
-  // Samples are coming.
-  bool running() const {
-    for (int tries = 0; tries < 1000; ++tries, sleep_for(20ms)) {
-      std::ifstream file{kRecording, std::ios::ate};
-      if (file && file.tellg() > 30'000) return true;
-    }
-    return false;
-  }
-  void signal(int number) const { kill(pid_, number); }
-  void end(int number) {
-    kill(pid_, number);
-    waitpid(std::exchange(pid_, 0), nullptr, 0);
-  }
-  // Of the whole, when its time is over: the last line that the command said.
-  Json summary() {
-    int status = 0;
-    waitpid(std::exchange(pid_, 0), &status, 0);
-    std::ifstream file{kSummary};
-    std::string last;
-    for (std::string line; std::getline(file, line);) {
-      if (!line.empty()) last = line;
-    }
-    auto object = Json::parse(last, nullptr, false);
-    EXPECT_TRUE(object.is_object()) << last;
-    object["exit_status"] = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return object;
-  }
-
- private:
-  static constexpr const char* kRecording = "/tmp/recording.pbx";
-  static constexpr const char* kSummary = "/tmp/summary.json";
-  pid_t pid_{};
-};
 
 class BoxOnUsb : public testing::Test {
  protected:
