@@ -26,6 +26,7 @@ class LinuxGpio final : public io::EventSource {
   // `now`, or as the first edge that came since, with the sequence number last known. When the chip goes away,
   // SourceLost comes once for every source that it carried; then nothing until acquire().
   std::size_t read(std::span<Event> into, MonoTime now) override;
+  // Linux 6.1 does not make it readable when the chip goes: call read() now and then all the same.
   int descriptor() const override;
   std::string_view name() const override { return name_; }
 

@@ -16,15 +16,29 @@ vm_skip() {
   exit "$vm_skipped"
 }
 
+vm_sum() { cksum | cut -d' ' -f1; }
+
+# What prepare made for this state of the project: names of links in the release's folder. Another work tree may need
+# other ones.
+vm_kernel_link() { echo "kernel-$(cat "$vm_project"/host-tests/vm/gpio-sim/* | vm_sum)"; }
+vm_root_link() { echo "root-$(vm_root_packages | vm_sum)"; }
+
+# Into a root of another release goes what the project needs there, a kernel module, and a guest.
+vm_root_packages() {
+  # shellcheck disable=SC1091
+  (. "$vm_project/tools/setup/packages.sh" &&
+    printf '%s\n' "?essential" "${probebox_packages[@]}" gcc make kmod procps linux-headers-amd64)
+}
+
 # The folder of a release's newest prepared kernel; nothing when there is none.
-vm_kernel() { readlink -e "$vm_cache/$1/kernel" || true; }
+vm_kernel() { readlink -e "$vm_cache/$1/$(vm_kernel_link)" || true; }
 
 # The folder that becomes the guest's root: this machine's own, or one made of another release's packages.
 vm_root() {
   if [[ $1 == "$(vm_own_release)" ]]; then
     echo /
   else
-    readlink -e "$vm_cache/$1/root" || true
+    readlink -e "$vm_cache/$1/$(vm_root_link)" || true
   fi
 }
 

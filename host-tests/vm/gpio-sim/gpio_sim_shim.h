@@ -5,9 +5,10 @@
 #include <linux/delay.h>
 #include <linux/interrupt.h>
 #include <linux/irqdomain.h>
+#include <linux/jiffies.h>
 static void dispose_when_let_go(unsigned int irq) {
-	int ms;
-	for (ms = 0; irq != 0 && irq_has_action(irq) && ms < 10000; ++ms) msleep(1);
+	unsigned long patience = jiffies + 10 * HZ;
+	while (irq != 0 && irq_has_action(irq) && time_before(jiffies, patience)) msleep(1);
 	irq_dispose_mapping(irq);
 }
 #define irq_dispose_mapping(irq) dispose_when_let_go(irq)

@@ -19,7 +19,8 @@ class GpioSim {
   // "gpiochip0"; may be another after plugging in again.
   const std::string& chip() const { return chip_; }
 
-  // The chip goes away, with whoever holds its lines, and comes back with all lines low.
+  // The chip goes away, and comes back with all lines low. Returns when those who held lines have let go: not in the
+  // thread of one of them.
   void unplug();
   void plugIn();
   // Gives the device to the box's group, as a udev rule would; plugIn() does so unless told otherwise.
