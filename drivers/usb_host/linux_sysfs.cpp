@@ -1,6 +1,7 @@
 #include "drivers/usb_host/linux_sysfs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -15,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDevices = "/sys/bus/usb/devices/";
+constexpr const char* kRule = "70-probebox.rules";
 constexpr const char* kClaimedByAProgram = "usbfs";  // the kernel's driver for interfaces that programs have claimed
 
 std::string firstLine(const fs::path& file) {
@@ -58,6 +60,13 @@ std::string processWith(const std::string& node) {
   return "another program";
 }
 
+bool installed(const std::string& rule) {
+  constexpr std::array kFolders{"/etc/udev/rules.d/", "/run/udev/rules.d/", "/usr/local/lib/udev/rules.d/",
+                                "/usr/lib/udev/rules.d/", "/lib/udev/rules.d/"};
+  return std::ranges::any_of(kFolders,
+                             [&](const char* folder) { return ::access((folder + rule).c_str(), F_OK) == 0; });
+}
+
 }  // namespace
 
 namespace sysfs {
@@ -95,10 +104,14 @@ std::string holderOf(const Device& device) {
 }
 
 std::string remedyFor(Access access) {
+  const std::string rule = kRule;
   switch (access) {
     case Access::no_permission:
-      return "copy tools/link/70-probebox.rules to /etc/udev/rules.d, run `udevadm control --reload`, and plug it in "
-             "again";
+      if (installed(rule)) {
+        return rule +
+               " gives it to who sits at this computer and to the group plugdev: log in there, or join that group";
+      }
+      return "copy tools/link/" + rule + " to /etc/udev/rules.d, run `udevadm control --reload`, and plug it in again";
     case Access::busy:
       return "end that program, or unbind that driver, and try again";
     default:
