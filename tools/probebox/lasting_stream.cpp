@@ -11,6 +11,7 @@ namespace {
 constexpr milliseconds kRound{1000};
 constexpr milliseconds kSearchPause{200};
 constexpr milliseconds kResumePause{100};
+constexpr milliseconds kRightsPatience{2000};
 constexpr int kMostRefusals = 20;
 
 }  // namespace
@@ -79,10 +80,16 @@ bool LastingStream::search() {
                   (tally_.begun() ? ", resuming at sample " + std::to_string(tally_.next().index) : std::string{}));
     return true;
   }
-  // That nothing is there was said already; what keeps this person from a box that is there was not.
+  // That nothing is there was said already. What keeps this person from a box that is there was not; but rights come a
+  // moment after the device.
   const bool withheld = trouble->name == "no-permission" || trouble->name == "busy";
-  if (withheld && trouble->what != obstacle_) {
-    obstacle_ = trouble->what;
+  if (!withheld || trouble->what != obstacle_) {
+    obstacle_ = withheld ? trouble->what : "";
+    obstacle_since_ = link::now();
+    obstacle_said_ = false;
+  }
+  if (withheld && !obstacle_said_ && link::now() - obstacle_since_ > kRightsPatience) {
+    obstacle_said_ = true;
     console_.note("probebox: " + obstacle_);
   }
   if (console_.interrupted()) return true;

@@ -58,7 +58,9 @@ class LastingStream : private link::StreamListener {
   Box box_;
   std::optional<Trouble> trouble_;
   std::string loss_;
-  std::string obstacle_;  // why the box cannot be reached again, as it was said last
+  std::string obstacle_;  // what keeps this user from a box that is there again
+  MonoTime obstacle_since_{};
+  bool obstacle_said_{};
   MonoTime deadline_{};   // of the search
   int refusals_{};
   std::uint64_t reconnections_{};

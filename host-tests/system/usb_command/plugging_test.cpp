@@ -114,9 +114,11 @@ TEST_F(Plugging, TellsWhatKeepsItFromABoxThatIsBack) {
     bus_->plug(device_);
     bus_->claimElsewhere("1-1", "usbfs");
   };
-  const auto recorded = while_(replug_for_somebody_else, {"record", "-o", file_, "--patience", "1"});
+  const auto recorded = while_(replug_for_somebody_else, {"record", "-o", file_, "--patience", "4"});
   EXPECT_EQ(recorded.status, 3);
-  EXPECT_THAT(recorded.err, HasSubstr("usb:PB-0001: in use by another program"));
+  const std::string obstacle = "usb:PB-0001: in use by another program";
+  EXPECT_THAT(recorded.err, HasSubstr("probebox: " + obstacle)) << "while it waits";
+  EXPECT_THAT(recorded.err, testing::ContainsRegex("lost for good: .*; then " + obstacle));
 }
 
 TEST_F(Plugging, ReconnectsToTheSameBoxAndToNoOther) {
