@@ -3,16 +3,22 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <malloc.h>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
+#include <unistd.h>
+#include <utility>
 
 #include "box_process.hpp"
+#include "drivers/usb_host/hot_plug.hpp"
 #include "drivers/usb_host/usb_link.hpp"
 #include "tools/link/client.hpp"
 #include "usb_gadget.hpp"
 
-// A box that is plugged in a thousand times keeps nothing of it.
+// A box that is plugged in a thousand times keeps nothing of it, and neither does its host.
 namespace probebox::vm {
 namespace {
 
@@ -39,35 +45,60 @@ Held heldBy(pid_t pid) {
   return held;
 }
 
-// A host comes, shakes hands and leaves, within ten seconds.
-bool visited() {
+// A host that has shaken hands, within ten seconds; null when none could.
+std::unique_ptr<link::Client> host() {
   for (int tries = 0; tries < 500; ++tries, std::this_thread::sleep_for(20ms)) {
     auto connection = usb_host::openUsbLink("");
     if (!connection) continue;
-    link::Client client{std::move(*connection), {}};
-    if (client.connect(link::patience(5s))) return true;
+    auto client = std::make_unique<link::Client>(std::move(*connection), link::ClientOptions{});
+    if (client->connect(link::patience(5s))) return client;
   }
-  return false;
+  return nullptr;
 }
+
+bool losesItsBox(link::Client& client) {
+  const auto wait = link::patience(10s);
+  while (client.state() != link::LinkState::lost && client.round(wait)) {
+  }
+  return client.state() == link::LinkState::lost;
+}
+
+// Of the host, which is this process.
+struct HostHeld {
+  std::size_t heap_bytes{mallinfo2().uordblks};
+  std::multiset<std::string> files{heldBy(::getpid()).files};
+};
 
 TEST(PlugCycles, LeaveNothingBehind) {
   constexpr int kWarmUp = 20, kCycles = 1000;
   UsbGadget gadget;
   BoxProcess box{PROBEBOX_SIM_BOARD};
   box.start({"--link", "usb", "--time-scale", "0.01"});  // the emulated machine shall not take the time
+  const auto plug = usb_host::HotPlug::watch(usb::kLink);
+  ASSERT_TRUE(plug) << plug.error().what;
   Held before;
-  for (int cycle = 0; cycle < kWarmUp + kCycles; ++cycle) {
-    ASSERT_TRUE(visited()) << "cycle " << cycle << '\n' << box.log();
+  std::optional<HostHeld> host_before, host_after;
+  for (int cycle = 0; cycle <= kWarmUp + kCycles; ++cycle) {
+    const auto client = host();
+    ASSERT_NE(client, nullptr) << "cycle " << cycle << '\n' << box.log();
+    (*plug)->poll();
     if (cycle == kWarmUp) before = heldBy(box.pid());
+    (cycle == kWarmUp ? host_before : host_after).emplace();
+    if (cycle == kWarmUp + kCycles) break;
     gadget.unbind();
+    ASSERT_TRUE(losesItsBox(*client)) << "cycle " << cycle;
     gadget.bind();
   }
-  ASSERT_TRUE(visited());
   const auto after = heldBy(box.pid());
   EXPECT_EQ(after.files, before.files);
   EXPECT_LE(after.private_kb, before.private_kb + 64);
-  std::printf("%d cycles: %ld kB and %zu descriptors before, %ld kB and %zu after\n", kCycles, before.private_kb,
-              before.files.size(), after.private_kb, after.files.size());
+  EXPECT_EQ(host_after->files, host_before->files);
+  EXPECT_LE(host_after->heap_bytes, host_before->heap_bytes + 64 * 1024);
+  std::printf(
+      "%d cycles: %ld kB and %zu descriptors before, %ld kB and %zu after; of the host %zu kB and %zu, %zu and %zu\n",
+      kCycles, before.private_kb, before.files.size(), after.private_kb, after.files.size(),
+      host_before->heap_bytes / 1024, host_before->files.size(), host_after->heap_bytes / 1024,
+      host_after->files.size());
 }
 
 }  // namespace
