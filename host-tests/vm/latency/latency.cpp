@@ -114,4 +114,16 @@ BoxLatencies edgeToSample(const std::string& uri, GpioSim& chip, unsigned sync, 
   return latencies;
 }
 
+void report(const BoxLatencies& latencies, const std::string& by, std::size_t edges) {
+  latencies.trigger_to_sample.print("trigger edge to the sample that tells of it, by " + by);
+  latencies.tick_to_sample.print("tick to its sample, by " + by);
+  EXPECT_EQ(latencies.trigger_to_sample.count(), edges);
+  EXPECT_GT(latencies.tick_to_sample.count(), 10'000U);
+  for (const auto* each : {&latencies.trigger_to_sample, &latencies.tick_to_sample}) {
+    EXPECT_GT(each->us(0.5), 100);
+    EXPECT_LT(each->us(0.5), 60'000);
+    EXPECT_LT(each->us(0.99), 150'000);
+  }
+}
+
 }  // namespace probebox::vm

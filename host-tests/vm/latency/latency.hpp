@@ -31,6 +31,9 @@ struct BoxLatencies {
   Latencies tick_to_sample;  // from the time of a sample to the sample, in the host's hand
 };
 
+// Prints both, and fails the test on nonsense: what is printed is the statement.
+void report(const BoxLatencies& latencies, const std::string& by, std::size_t edges);
+
 // Through a box that runs already, over whatever link: ticks on one line, and now and then an edge on another.
 BoxLatencies edgeToSample(const std::string& uri, GpioSim& chip, unsigned sync, unsigned trigger, std::size_t edges);
 
