@@ -4,11 +4,13 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <optional>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <system_error>
 #include <termios.h>
 #include <utility>
 
@@ -84,6 +86,17 @@ bool isPseudoTerminal(int fd) {
   return fstat(fd, &status) == 0 && major(status.st_rdev) >= 136 && major(status.st_rdev) <= 143;
 }
 
+// The box's end of a serial line over USB (CDC-ACM): there is no wire that could have a speed or parity, and its driver
+// keeps whatever it says about them.
+bool isUsbGadget(int fd) {
+  struct stat status {};
+  if (fstat(fd, &status) != 0) return false;
+  const auto node =
+      "/sys/dev/char/" + std::to_string(major(status.st_rdev)) + ":" + std::to_string(minor(status.st_rdev));
+  std::error_code unknown;
+  return std::filesystem::read_symlink(node, unknown).filename().string().starts_with("ttyGS");
+}
+
 bool claim(int fd) {
   if (flock(fd, LOCK_EX | LOCK_NB) != 0) return false;
   // Keeps out programs that know no locks. A pseudo terminal that something holds open would stay exclusive after this
@@ -111,6 +124,7 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
   if (isPseudoTerminal(fd)) line.c_cflag = (line.c_cflag & ~static_cast<tcflag_t>(PARENB | CSIZE)) | CS8;
   if (cfsetispeed(&line, speed) != 0 || cfsetospeed(&line, speed) != 0) return false;
   if (tcsetattr(fd, TCSANOW, &line) != 0) return false;
+  if (isUsbGadget(fd)) return true;
   // tcsetattr succeeds when any part of it was taken.
   termios taken{};
   return tcgetattr(fd, &taken) == 0 && cfgetospeed(&taken) == speed &&
