@@ -96,9 +96,9 @@ void CounterClock::follow(const CountedDeflection& sample) {
 }
 
 bool CounterClock::fitsTime(std::uint32_t step, Nanoseconds passed) const {
-  const bool rises = step != 0 && step <= 0x7fff'ffff;
-  return rises &&
-         std::abs(static_cast<double>(passed.count()) - static_cast<double>(step) * period_ns_) < kLongestBacklogNs;
+  // A step back is one that would have taken ages.
+  const double taken_ns = static_cast<double>(step) * period_ns_;
+  return step != 0 && std::abs(static_cast<double>(passed.count()) - taken_ns) < kLongestBacklogNs;
 }
 
 // The last sample followed has just been taken when it arrived.

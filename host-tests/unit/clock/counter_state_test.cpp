@@ -161,9 +161,9 @@ TEST(CounterState, RestartForgetsTheLineAndTheCounter) {
 
 TEST(CounterState, StampsRise) {
   CounterSignal signal;
-  signal.rate_hz = 200'000;  // 5 us apart, and the first sigma is some us
-  signal.fewest_samples = 50;
-  signal.most_samples = 200;
+  signal.rate_hz = 1'000'000;  // 1 us apart, and the first arrivals move the line by more than that
+  signal.fewest_samples = 100;
+  signal.most_samples = 300;
   CounterTrial trial{signal, 9};
   MonoTime last = MonoTime::min();
   const auto rises = [&](const CounterTrial::Stamped& sample) {
@@ -171,10 +171,49 @@ TEST(CounterState, StampsRise) {
     last = sample.stamp.at;
   };
   for (int epoch = 0; epoch < 4; ++epoch) {
-    for (int transfer = 0; transfer < 20'000; ++transfer) trial.step(rises);
+    for (int transfer = 0; transfer < 10'000; ++transfer) trial.step(rises);
     trial.source.jump(0, true);
   }
   EXPECT_EQ(trial.clock.epoch(), 4U);
+}
+
+TEST(CounterState, ANewRunIsANewEpochEvenWhereTheCounterGoesOn) {
+  CounterTrial trial{CounterSignal{}, 20};
+  ASSERT_TRUE(trial.lock());
+  trial.source.jump(trial.source.counter(), true);
+  trial.step();
+  EXPECT_EQ(trial.clock.state(), ClockState::unlocked);
+  EXPECT_EQ(trial.clock.counters().restarts, 1U);
+  ASSERT_TRUE(trial.lock());
+  EXPECT_EQ(trial.clock.epoch(), 2U);
+}
+
+TEST(CounterState, ACounterThatStandsStillBeginsAnewWithEverySample) {
+  CounterTrial trial{CounterSignal{}, 21};
+  ASSERT_TRUE(trial.lock());
+  const auto stuck = trial.source.counter();
+  for (std::uint64_t times = 0; times < 10; ++times) {
+    trial.source.jump(stuck, false);
+    const auto transfer = trial.source.next();
+    EXPECT_EQ(trial.clock.push(transfer.front().event).has_value(), times == 0);
+    EXPECT_EQ(trial.clock.counters().restarts, times);
+  }
+}
+
+TEST(CounterState, JudgesTheFrequencyByTheTrueNominalPeriod) {
+  // 3333.333 ns: a whole nanosecond less is 100 ppm.
+  CounterSignal signal;
+  signal.rate_hz = 300'000;
+  signal.fewest_samples = signal.most_samples = 300;
+  signal.offset_ppm = 150;
+  CounterTrial good{signal, 22};
+  ASSERT_TRUE(good.lock());
+  good.run(20s);
+  EXPECT_NEAR(good.clock.offsetPpm(), good.source.offsetPpm(), 1);
+  signal.offset_ppm = -250;
+  CounterTrial bad{signal, 23};
+  EXPECT_FALSE(bad.lock(20s));
+  EXPECT_GT(bad.clock.counters().refused_frequency, 0U);
 }
 
 TEST(CounterState, RefusesAFrequencyBeyond200Ppm) {
@@ -289,6 +328,28 @@ TEST(CounterHoldover, SilenceIsNoticedAndTheIndexKept) {
   EXPECT_EQ(trial.clock.state(), ClockState::locked);
   EXPECT_EQ(trial.clock.epoch(), 1U);
   EXPECT_EQ(trial.clock.counters().missing - missing, trial.source.lost() - lost);
+}
+
+// The frequency may have moved meanwhile: what was known before the silence must not outweigh what arrives after it.
+TEST(CounterHoldover, StatedSigmaIsHonestAfterASilence) {
+  std::mt19937_64 random{24};
+  std::normal_distribution<double> ppm{0, 10};
+  double squares = 0;
+  constexpr int kRuns = 100;
+  for (int seed = 0; seed < kRuns; ++seed) {
+    CounterTrial trial{CounterSignal{}, static_cast<std::uint64_t>(seed), {.holdover_ppm = 10}};
+    ASSERT_TRUE(trial.lock());
+    trial.run(20s);
+    trial.source.setOffsetPpm(trial.source.offsetPpm() + ppm(random));
+    trial.source.silence(3s);
+    double pull = 0;
+    for (const MonoTime end = trial.source.now() + 2s; trial.source.now() < end;) {
+      trial.step([&](const CounterTrial::Stamped& sample) { pull = sample.error_ns / sample.stamp.sigma_ns; });
+    }
+    EXPECT_EQ(trial.clock.state(), ClockState::locked);
+    squares += pull * pull / kRuns;
+  }
+  EXPECT_THAT(squares, AllOf(Gt(0.6), Lt(1.6)));
 }
 
 TEST(CounterHoldover, StatedSigmaIsHonest) {
