@@ -109,12 +109,12 @@ void CounterClock::observe(MonoTime arrived) {
     return;
   }
   const std::int64_t ahead = index_ - filter_.tick().index;
+  const double residual = filter_.residual(arrived, ahead);
+  filter_.predict(ahead);
   if (phase_ == Phase::running && state_ != ClockState::locked) {
     filter_.loosen(config_.holdover_ppm * kPpm * period_ns_, ahead);
     wander_.restart();
   }
-  const double residual = filter_.residual(arrived, ahead);
-  filter_.predict(ahead);
   observed_ = arrived;
 
   const double phase_variance = filter_.phaseVariance();

@@ -129,12 +129,12 @@ void ClockEstimator::decide() {
   const Candidate chosen = *std::exchange(candidate_, std::nullopt);
   countMissing(chosen.ticks_ahead, chosen.kernel_lost);
   const bool was_holdover = state_ == ClockState::holdover && phase_ == Phase::running;
+  filter_.predict(chosen.ticks_ahead);
   if (was_holdover) {
     filter_.loosen(config_.holdover_ppm * kPpm * nominal_ns_, chosen.ticks_ahead);
     state_ = ClockState::locked;
     wander_.restart();
   }
-  filter_.predict(chosen.ticks_ahead);
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
   const bool was_learned = jitter_.learned();

@@ -23,7 +23,8 @@ class PhaseFilter {
 
   // Steps `ticks` forward.
   void predict(std::int64_t ticks);
-  // Uncertainty from outside the model: a frequency that has been off by `drift_sigma_ns` during the last `ticks`.
+  // Uncertainty from outside the model, after predict(): a frequency that has been off by `drift_sigma_ns` during the
+  // last `ticks`.
   void loosen(double drift_sigma_ns, std::int64_t ticks);
   // innovation: measured minus predicted phase, ns; variance: of the measurement, ns^2.
   void update(double innovation_ns, double variance_ns2);

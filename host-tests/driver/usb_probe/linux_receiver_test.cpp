@@ -180,6 +180,7 @@ TEST_F(Receiver, TellsOnceThatItWentAfterTheLastSamplesAndComesBack) {
     ASSERT_EQ(back.size(), 8U) << "half a packet of before spoils nothing";
     EXPECT_EQ(back[0].counter % 8, 0U);
   }
+  EXPECT_EQ(source.packets().bad(), 0U) << "half a packet of a device that went is no bad one";
 }
 
 TEST_F(Receiver, KeepsTheLossForAReaderWithoutRoom) {
