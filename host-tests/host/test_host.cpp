@@ -41,7 +41,7 @@ void TestHost::linger(std::chrono::milliseconds duration) {
 bool TestHost::eventually(const std::function<bool()>& is_so) {
   const auto end = std::chrono::steady_clock::now() + 240s;
   while (!is_so()) {
-    if (std::chrono::steady_clock::now() > end) return false;
+    if (std::chrono::steady_clock::now() > end || client_->state() == link::LinkState::lost) return false;
     linger(50ms);
   }
   return true;

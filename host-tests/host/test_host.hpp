@@ -43,7 +43,7 @@ class TestHost {
   link::Balance finish();
   // Listens for so long.
   void linger(std::chrono::milliseconds duration);
-  // Listens until it is so; false after a generous while.
+  // Listens until it is so; false after a generous while, or when the link is lost.
   bool eventually(const std::function<bool()>& is_so);
   bool waitForLock();
   // Starts delay-multi-speed and waits for its end, whatever that is.

@@ -14,7 +14,7 @@
 
 #include "drivers/io/descriptor.hpp"
 #include "drivers/serial/emulator.hpp"
-#include "held_thread.hpp"
+#include "host-tests/support/held_thread.hpp"
 #include "tools/tour/process.hpp"
 
 // The real daemon and what it tells the manager that started it; the test is the manager.
@@ -105,7 +105,7 @@ TEST_P(ThreadOfManagedDaemon, IsNamedWhenItStandsStillAndStarvesTheWatchdogUntil
   start();
   ASSERT_TRUE(hear("WATCHDOG=1"));
   {
-    const auto held = HeldThread::hold(daemon->pid(), GetParam().thread);
+    const auto held = support::HeldThread::hold(daemon->pid(), GetParam().thread);
     if (!held) GTEST_SKIP() << "a thread cannot be held here: " << held.error().what;
     const auto named = "Standing still, the first is the cause: " + std::string{GetParam().named};
     std::vector<std::string> heard;

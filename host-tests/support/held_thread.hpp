@@ -6,10 +6,11 @@
 #include <string>
 #include <sys/ptrace.h>
 #include <sys/wait.h>
+#include <utility>
 
 #include "protocol/units/outcome.hpp"
 
-namespace probebox {
+namespace probebox::support {
 
 // One thread of another process, held still by ptrace for as long as this lives; the other threads run on.
 class HeldThread {
@@ -39,4 +40,4 @@ class HeldThread {
   pid_t id_;
 };
 
-}  // namespace probebox
+}  // namespace probebox::support
