@@ -27,20 +27,22 @@ struct Farewell {
 
 // What both lanes live on; the last of them to go closes it.
 struct Link {
-  explicit Link(std::unique_ptr<ClaimedInterface> claimed) : interface {
-    std::move(claimed)
-  }, farewell{*interface, false}, data_in{*interface, interface->device().endpoints[0]},
-      data_out{*interface, interface->device().endpoints[1]},
-      control_in{*interface, interface->device().endpoints[2], kControlIn},
-      control_out{*interface, interface->device().endpoints[3], kControlOut} {
-  }
+  explicit Link(std::unique_ptr<ClaimedInterface> claimed)
+      : device{std::move(claimed)},
+        farewell{*device, false},
+        data_in{*device, endpoint(0)},
+        data_out{*device, endpoint(1)},
+        control_in{*device, endpoint(2), kControlIn},
+        control_out{*device, endpoint(3), kControlOut} {}
 
   ~Link() {
-    interface->context().handle();
+    device->context().handle();
     farewell.due = data_in.state() == EndpointState::open && data_out.state() == EndpointState::open;
   }
 
-  std::unique_ptr<ClaimedInterface> interface;
+  const Endpoint& endpoint(std::size_t index) const { return device->device().endpoints[index]; }
+
+  std::unique_ptr<ClaimedInterface> device;
   Farewell farewell;
   BulkIn data_in;
   BulkOut data_out;
@@ -51,7 +53,7 @@ struct Link {
 class Lane final : public io::BytePipe {
  public:
   Lane(std::shared_ptr<Link> link, BulkIn& in, BulkOut& out)
-      : link_{std::move(link)}, in_{in}, out_{out}, name_{"usb:" + link_->interface->device().name()} {}
+      : link_{std::move(link)}, in_{in}, out_{out}, name_{"usb:" + link_->device->device().name()} {}
 
   io::Transfer read(std::span<std::byte> into) override {
     // Right after front() found nothing there is nothing: what comes now shows on the descriptor.
@@ -69,7 +71,7 @@ class Lane final : public io::BytePipe {
     const auto moved = out_.write(from);
     return {moved, out_.state() == EndpointState::open ? io::PipeState::open : io::PipeState::closed};
   }
-  int descriptor() const override { return link_->interface->context().descriptor(); }
+  int descriptor() const override { return link_->device->context().descriptor(); }
   bool watchedForWriting() const override { return false; }
   std::string_view name() const override { return name_; }
 
