@@ -55,6 +55,7 @@ struct Box {
   std::vector<GpioLine> triggers;
   std::vector<IndexLine> indexes;
   std::vector<GpioLine> skips;
+  std::vector<GpioLine> inhibits;  // active while a cut is on: no result comes into force then
   Devices devices;
   UsbIdentity usb;
 };

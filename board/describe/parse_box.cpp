@@ -96,6 +96,7 @@ Box readBox(Section& root) {
   box.triggers = gpioLines(root, "trigger", taken);
   box.indexes = indexLines(root, taken);
   box.skips = gpioLines(root, "skip", taken);
+  box.inhibits = gpioLines(root, "inhibit", taken);
 
   auto devices = root.section("devices");
   box.devices.encoders = devices.text("encoders");

@@ -16,6 +16,8 @@ std::vector<ChipLines> linesApart(const board::Box& box) {
   for (const auto& [line, axis] : box.indexes) lines.push_back(alone(line, LineRole::index, axis));
   index = 0;
   for (const auto& line : box.skips) lines.push_back(alone(line, LineRole::skip, index++));
+  index = 0;
+  for (const auto& line : box.inhibits) lines.push_back(alone(line, LineRole::inhibit, index++));
   return lines;
 }
 

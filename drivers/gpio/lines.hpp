@@ -19,8 +19,9 @@ struct ChipLines {
   std::vector<RequestedLine> lines;
 };
 
-// Every line of the box for itself: sync, then triggers, index lines and skips, in the order of box.toml. Asked for
-// like that, a line that cannot be had takes no other along, and none fills up another's buffer in the kernel.
+// Every line of the box for itself: sync, then triggers, index lines, skips and inhibits, in the order of box.toml.
+// Asked for like that, a line that cannot be had takes no other along, and none fills up another's buffer in the
+// kernel.
 std::vector<ChipLines> linesApart(const board::Box& box);
 
 // "sync", "trigger", ...: the source that falls silent when this line does.

@@ -83,6 +83,7 @@ void Box::on(const Edge& edge) {
   if (edge.role != LineRole::sync) {
     state_.lost.line_edges += missing;
     latch_.push(edge);
+    corrections_.push(edge);
     return;
   }
   state_.lost.sync_edges += missing;

@@ -60,6 +60,12 @@ class Box {
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
   void on(const DelayActivated& activated) { corrections_.push(activated); }
+  void on(const CutInhibit& inhibit) { corrections_.push(inhibit); }
+  void on(const CentrelineActivated&) {}
+  void on(const ScrewActivated&) {}
+  void on(const AxisHomed&) {}
+  void on(const StandingRestored&) {}
+  void on(const SourcesEnabled&) {}
 
   void take(const Deflection& deflection);
   void drainLatch();

@@ -13,7 +13,7 @@
 namespace probebox::box {
 
 // Lines by role and number.
-inline constexpr std::size_t kLineRoles = 4;
+inline constexpr std::size_t kLineRoles = 5;
 inline constexpr std::size_t kLinesOfRole = 32;
 template <class T>
 using PerLine = std::array<std::array<T, kLinesOfRole>, kLineRoles>;

@@ -5,7 +5,23 @@
 namespace probebox::corrections {
 
 void Corrections::push(const DelayActivated& activated) {
-  snapshot_.delay = DelayInForce{true, activated.result_id, activated.tau_s, activated.sd_s};
+  snapshot_.delay = DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
+}
+
+void Corrections::push(const Edge& edge) {
+  if (edge.role != LineRole::inhibit) return;
+  const std::uint32_t bit = 1U << (edge.line % 32U);
+  inhibit_lines_ = edge.level == Level::active ? inhibit_lines_ | bit : inhibit_lines_ & ~bit;
+  inhibit();
+}
+
+void Corrections::push(const CutInhibit& inhibit_now) {
+  inhibit_said_ = inhibit_now.active;
+  inhibit();
+}
+
+void Corrections::inhibit() {
+  snapshot_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
 }
 
 void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger) {

@@ -18,6 +18,8 @@ class Corrections {
   static constexpr Nanoseconds kHeartbeat = std::chrono::milliseconds{100};
 
   void push(const DelayActivated& activated);
+  void push(const Edge& edge);  // of inhibit lines
+  void push(const CutInhibit& inhibit_now);
   // The chain source -> clock -> latch has delivered a record.
   void recordArrived() { record_since_heartbeat_ = true; }
   // Silence advances ages and heartbeats; the heartbeat stands still when the chain delivers nothing.
@@ -26,7 +28,11 @@ class Corrections {
   const Snapshot& snapshot() const { return snapshot_; }
 
  private:
+  void inhibit();
+
   Snapshot snapshot_;
+  std::uint32_t inhibit_lines_{};  // a bit per line that is active
+  bool inhibit_said_{};            // by the controller
   MonoTime heartbeat_at_{};
   MonoTime last_change_{};
   bool started_{};

@@ -35,6 +35,7 @@ struct Snapshot {
   bool screw_sensors_good{};
   bool loss_seen{};
   bool referenced{};
+  bool inhibited{};  // a cut is on: no result comes into force
   std::array<double, kLinearAxes> correction_mm{};
   std::uint16_t mask{};       // sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, fixed for ever
   std::uint16_t sequence{};   // +1 whenever any correction changes

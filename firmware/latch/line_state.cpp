@@ -16,6 +16,7 @@ LineState::Pushed LineState::push(const Edge& edge) {
   const bool active = edge.level == Level::active;
   switch (edge.role) {
     case LineRole::sync:
+    case LineRole::inhibit:
       break;
     case LineRole::trigger:
       return push(edge.at, {Kind::trigger, edge.line, active});

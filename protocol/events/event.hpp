@@ -13,7 +13,7 @@
 namespace probebox {
 
 // What a wire of the box is for; which line of which chip it is stands in box.toml.
-enum class LineRole : std::uint8_t { sync = 0, trigger = 1, index = 2, skip = 3 };
+enum class LineRole : std::uint8_t { sync = 0, trigger = 1, index = 2, skip = 3, inhibit = 4 };
 enum class Level : std::uint8_t { inactive = 0, active = 1 };
 enum class Axis : std::uint8_t { x = 0, y = 1, z = 2 };
 inline constexpr std::size_t kLinearAxes = 3;
@@ -26,7 +26,7 @@ struct Edge {
   std::uint32_t line_sequence{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip");
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit");
     field("line", self.line, "which line of that role, from 0");
     field("level", self.level, "0 inactive, 1 active, after polarity: the level that the edge leads to");
     field("line_sequence", self.line_sequence, "the kernel's count of this line's edges; a gap means edges were lost");
@@ -159,7 +159,8 @@ struct Solved {
   }
 };
 
-// A result about the system delay came into force ((A1): tau = t_machine - t_probe).
+// A result about the system delay came into force ((A1): tau = t_machine - t_probe). result_id 0: there is none any
+// more.
 struct DelayActivated {
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
@@ -192,9 +193,95 @@ struct CountedDeflection {
   }
 };
 
+// A result about the turning axis came into force: c(Z) = centre + slope (Z - reference_z), XY in machine axes, radius
+// (B14). result_id 0: there is none any more.
+struct CentrelineActivated {
+  std::uint64_t result_id{};
+  std::array<double, 2> centre_mm{};
+  std::array<double, 2> slope{};
+  double reference_z_mm{};
+  std::array<double, 2> sd_centre_mm{};
+  std::array<double, 2> sd_slope{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("centre_mm", self.centre_mm, "mm, X Y at the reference Z");
+    field("slope", self.slope, "mm/mm, of X and Y over Z");
+    field("reference_z_mm", self.reference_z_mm, "mm, machine Z");
+    field("sd_centre_mm", self.sd_centre_mm, "mm, standard deviation (k = 1)");
+    field("sd_slope", self.sd_slope, "mm/mm, standard deviation (k = 1)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+inline constexpr std::size_t kMostScrewSectors = 24;
+
+// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force.
+struct ScrewActivated {
+  std::uint64_t result_id{};
+  Axis axis{};
+  double gain{};
+  double sd_gain{};
+  std::uint8_t sectors{};
+  std::array<std::int32_t, kMostScrewSectors> sector_nm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
+    field("gain", self.gain, "K of (D1)");
+    field("sd_gain", self.sd_gain, "standard deviation (k = 1)");
+    field("sectors", self.sectors, "equal sectors of a turn in the table, 0 for no table");
+    field("sector_nm", self.sector_nm, "nm, the sensor's reading that each sector of the screw's face adds (D3)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The controller says that an axis stands at a known machine position: it has been homed.
+struct AxisHomed {
+  Axis axis{};
+  double position_mm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("axis", self.axis, "0 X, 1 Y, 2 Z");
+    field("position_mm", self.position_mm, "mm, machine position at this moment; the axis stands still");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The controller says that a cut is on, or over: while it is, no result comes into force.
+struct CutInhibit {
+  bool active{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("active", self.active, "1 while nothing may change");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The correction that was served last before the box stopped: where the machine's axes still stand.
+struct StandingRestored {
+  std::array<double, kLinearAxes> correction_mm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// Somebody chooses which sources of corrections are summed.
+struct SourcesEnabled {
+  std::uint16_t mask{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("mask", self.mask, "bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
 // The order is the journal's type number: add at the end, never change.
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
-                           ProcedureAborted, Solved, DelayActivated, CountedDeflection>;
+                           ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
+                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

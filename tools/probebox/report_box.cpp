@@ -96,7 +96,7 @@ Json sourcesOf(const std::vector<messages::SourceStatus>& sources) {
 }
 
 Json linesOf(const std::vector<messages::LineStatus>& lines) {
-  constexpr std::array kRoles{"sync", "trigger", "index", "skip"};
+  constexpr std::array kRoles{"sync", "trigger", "index", "skip", "inhibit"};
   Json all = Json::array();
   for (const auto& line : lines) {
     const char* const role = line.role < kRoles.size() ? kRoles[line.role] : "unknown";

@@ -1,0 +1,227 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocol/messages/nothing.hpp"
+#include "protocol/messages/stream.hpp"
+#include "protocol/messages/types.hpp"
+
+// How the box is: one operation, and the structures in its answer.
+namespace probebox::messages {
+
+struct ClockStatus {
+  ClockState state{};
+  std::uint32_t sigma_ns{};
+  double frequency_ppb{};
+  Tick tick{};
+  EdgeCounters edges{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("state", self.state, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a tick's time");
+    field("frequency_ppb", self.frequency_ppb, "1e-9, master clock against the monotonic clock, positive when fast");
+    field("tick", self.tick, "latest tick");
+    field("edges", self.edges, "sync edges since the box started");
+  }
+};
+
+// A probe receiver that counts its samples on an oscillator of its own. Since protocol 1.1.
+struct ReceiverStatus {
+  ClockState state{};
+  std::uint32_t sigma_ns{};
+  double frequency_ppb{};
+  std::uint64_t samples{};
+  std::uint64_t missing{};
+  std::uint64_t unstamped{};
+  std::uint64_t restarts{};
+  std::uint64_t relocks{};
+  std::uint64_t refused_frequency{};
+  std::uint64_t bad_packets{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("state", self.state,
+          "of its counter against the monotonic clock: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of a sample's time");
+    field("frequency_ppb", self.frequency_ppb, "1e-9, its oscillator against the monotonic clock, positive when fast");
+    field("samples", self.samples, "samples that arrived");
+    field("missing", self.missing, "samples that its counter left out");
+    field("unstamped", self.unstamped, "samples that arrived while nobody could say when they were taken");
+    field("restarts", self.restarts, "times that its counter began anew while it was plugged in");
+    field("relocks", self.relocks, "times after the first that its clock locked anew");
+    field("refused_frequency", self.refused_frequency,
+          "times that its rate was refused: more than 200 ppm from rate_hz of probe.toml");
+    field("bad_packets", self.bad_packets, "packets that were damaged, or of another version");
+  }
+};
+
+struct Ledger {
+  std::uint64_t produced{};
+  std::uint64_t lost_at_source{};
+  std::uint64_t lost_in_queue{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("produced", self.produced, "samples since the box started, lost ones included");
+    field("lost_at_source", self.lost_at_source, "samples that no source delivered");
+    field("lost_in_queue", self.lost_in_queue,
+          "samples dropped between core and links; each link tells its own drops in its heartbeats");
+  }
+};
+
+struct EventCounts {
+  std::uint64_t received{};
+  std::uint64_t lost{};
+  std::uint64_t lost_in_queue{};
+  std::uint64_t sources_gone{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("received", self.received, "events that reached the core");
+    field("lost", self.lost,
+          "edges, counts and deflections that never reached the core, by the gaps in their sequences");
+    field("lost_in_queue", self.lost_in_queue,
+          "events for which the capture queue had no room; most are in `lost` too");
+    field("sources_gone", self.sources_gone, "times that a source was unplugged or taken away");
+  }
+};
+
+struct ModbusCounters {
+  std::uint64_t requests{};
+  std::uint64_t bad_frames{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("requests", self.requests, "requests answered, on all lines");
+    field("bad_frames", self.bad_frames, "frames with a wrong CRC or length, on all lines");
+  }
+};
+
+// A driver's view: one line of a chip, a receiver, the emulated machine. Since protocol 1.1.
+struct SourceStatus {
+  std::string name{};
+  std::string problem{};
+  std::uint64_t unusable{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "for a person, such as gpiochip0 line 4 (sync)");
+    field("problem", self.problem, "why nothing comes from it, and what to do; empty when all is well");
+    field("unusable", self.unusable, "what came from the device and is no event");
+  }
+};
+
+// The core's view: a line that box.toml names. Since protocol 1.1.
+struct LineStatus {
+  std::string name{};
+  std::uint8_t role{};
+  std::uint8_t line{};
+  std::uint64_t edges{};
+  std::uint64_t lost{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "as box.toml has it, such as probe trigger");
+    field("role", self.role, "0 sync, 1 trigger, 2 index, 3 skip, 4 inhibit");
+    field("line", self.line, "which line of that role, from 0; of an index line the axis: 0 X, 1 Y, 2 Z");
+    field("edges", self.edges, "edges that reached the core, of the kind that is watched for");
+    field("lost", self.lost, "edges that never did, by the gaps in the line's sequence");
+  }
+};
+
+// One serial line to a controller. Since protocol 1.1.
+struct CncLineStatus {
+  std::string name{};
+  std::uint64_t answered{};
+  std::uint64_t refused{};
+  std::uint64_t bad_frames{};
+  std::uint64_t skipped_bytes{};
+  std::uint64_t unsent{};
+  std::uint64_t reopened{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "its device, such as /dev/ttyS2");
+    field("answered", self.answered, "requests answered with what they asked for");
+    field("refused", self.refused, "requests answered with an exception");
+    field("bad_frames", self.bad_frames, "runs of bytes that were no request");
+    field("skipped_bytes", self.skipped_bytes, "bytes in them");
+    field("unsent", self.unsent, "answers that the line did not take");
+    field("reopened", self.reopened, "times that the line went away and came back");
+  }
+};
+
+// The box's end of USB. Since protocol 1.1.
+struct UsbPortStatus {
+  std::string problem{};
+  std::uint64_t connections{};
+  std::uint64_t suspensions{};
+  std::uint64_t discarded_bytes{};
+  std::uint64_t failed_transfers{};
+  std::uint64_t stalled_requests{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("problem", self.problem, "why the box is not on the bus, and what to do; empty when it is");
+    field("connections", self.connections, "times that a host configured the box or selected its interface anew");
+    field("suspensions", self.suspensions, "times that the bus fell asleep");
+    field("discarded_bytes", self.discarded_bytes, "not known to have arrived, or not read, when a connection ended");
+    field("failed_transfers", self.failed_transfers, "connections that ended by a failing transfer");
+    field("stalled_requests", self.stalled_requests, "control requests that the interface does not know");
+  }
+};
+
+// Events that reached the core and served nothing, or less than they might have. Since protocol 1.1.
+struct UnusedEvents {
+  std::uint64_t late{};
+  std::uint64_t disordered{};
+  std::uint64_t overwritten{};
+  std::uint64_t incomplete_rows{};
+  std::uint64_t stray_markers{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("late", self.late, "came after the sample at their stamp was decided");
+    field("disordered", self.disordered, "older than the one before them from the same source");
+    field("overwritten", self.overwritten, "pushed out of a full buffer before any sample used them");
+    field("incomplete_rows", self.incomplete_rows,
+          "latches of a measured touch that lack an axis at the same stamp, and are not in its data");
+    field("stray_markers", self.stray_markers, "markers of another run or step than the box is at");
+  }
+};
+
+struct Status {
+  static constexpr Operation kOperation = Operation::status;
+  using Request = Nothing;
+  struct Answer {
+    std::string board{};
+    std::string firmware_version{};
+    std::uint64_t uptime_ms{};
+    ClockStatus clock{};
+    Ledger ledger{};
+    std::uint32_t queue_high_water{};
+    std::uint64_t deadline_misses{};
+    EventCounts events{};
+    std::string procedure{};
+    std::vector<std::uint64_t> active_results{};
+    std::uint16_t links{};
+    ModbusCounters modbus{};
+    LinkCounters from_hosts{};
+    std::vector<SourceStatus> sources{};
+    std::vector<LineStatus> lines{};
+    ReceiverStatus receiver{};
+    std::vector<CncLineStatus> cnc_lines{};
+    UnusedEvents unused_events{};
+    std::uint64_t journal_lost{};
+    std::vector<UsbPortStatus> usb_ports{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("board", self.board, "name of the board description");
+      field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
+      field("uptime_ms", self.uptime_ms, "ms since the box started");
+      field("clock", self.clock, "the master clock");
+      field("ledger", self.ledger, "what became of every sample");
+      field("queue_high_water", self.queue_high_water, "events, the fullest that the capture queue has been");
+      field("deadline_misses", self.deadline_misses, "times that the box was late for a tick");
+      field("events", self.events, "what reached the core");
+      field("procedure", self.procedure, "state of the measuring procedure in words");
+      field("active_results", self.active_results, "ids of the results in force");
+      field("links", self.links, "connected hosts");
+      field("modbus", self.modbus, "the lines to the controller");
+      field("from_hosts", self.from_hosts, "what came over all links to hosts since the box started, garbage included");
+      field("sources", self.sources, "where events come from, and what is missing; since protocol 1.1");
+      field("lines", self.lines, "the box's digital inputs; since protocol 1.1");
+      field("receiver", self.receiver,
+            "the probe receiver, where one is that counts its samples; zeros elsewhere; since protocol 1.1");
+      field("cnc_lines", self.cnc_lines, "the lines to the controller, one by one; since protocol 1.1");
+      field("unused_events", self.unused_events, "what reached the core for nothing; since protocol 1.1");
+      field("journal_lost", self.journal_lost,
+            "events that are missing in the journal, where one is written; since protocol 1.1");
+      field("usb_ports", self.usb_ports, "the box as a USB device; since protocol 1.1");
+    }
+  };
+};
+
+}  // namespace probebox::messages
