@@ -4,6 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace probebox::metrology {
 namespace {
@@ -91,6 +93,67 @@ Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key
   const auto* value = std::get_if<bool>(&entry->second);
   if (!value) return Refusal{"bad-config", "config key '" + std::string{key} + "' must be true or false"};
   return *value;
+}
+
+Outcome<double, Refusal> requiredNumber(const Dataset& dataset, std::string_view key) {
+  const auto number = configNumber(dataset, key);
+  if (!number) return number.error();
+  if (!number.value()) {
+    return Refusal{"missing-key", "config.json has no key '" + std::string{key} + "', which method " + dataset.method +
+                                      " cannot do without: add it"};
+  }
+  return **number;
+}
+
+Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_view key) {
+  const auto number = configPositive(dataset, key);
+  if (!number) return number.error();
+  return requiredNumber(dataset, key);
+}
+
+Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Dataset& dataset, std::string_view key) {
+  using Found = std::optional<std::array<double, 3>>;
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return Found{};
+  const auto* values = std::get_if<std::vector<double>>(&entry->second);
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (!values || values->size() != 3 || !std::ranges::all_of(*values, finite)) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be three finite numbers"};
+  }
+  return Found{{(*values)[0], (*values)[1], (*values)[2]}};
+}
+
+Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key) {
+  const auto number = configNumber(dataset, key);
+  if (!number) return number.error();
+  const double sense = number->value_or(1.0);
+  if (std::abs(sense) != 1.0) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be 1 or -1"};
+  }
+  return sense;
+}
+
+Outcome<Sigma, Refusal> configSigma(const Dataset& dataset, std::string_view key) {
+  const auto number = configNumber(dataset, key);
+  if (!number) return number.error();
+  const double stated = number->value_or(0.0);
+  if (stated < 0.0) return Refusal{"bad-config", "config key '" + std::string{key} + "' is negative"};
+  return stated > 0.0 ? Sigma{stated, true} : Sigma{};
+}
+
+std::vector<std::string> equalRows(const Table& table) {
+  std::map<std::vector<double>, std::size_t> seen;
+  std::vector<std::string> sentences;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::vector<double> values;
+    for (const auto& column : table.columns) values.push_back(column.values[row]);
+    const auto [first, added] = seen.emplace(std::move(values), row);
+    if (!added) {
+      sentences.push_back("table '" + table.name + "', rows " + std::to_string(first->second + 1) + " and " +
+                          std::to_string(row + 1) + " are equal to the last digit: a copy is not a reading");
+    }
+  }
+  return sentences;
 }
 
 std::vector<std::string> unusedKeys(const Dataset& dataset, std::span<const std::string_view> used) {

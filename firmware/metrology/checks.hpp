@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,6 +25,28 @@ Outcome<std::optional<double>, Refusal> configPositive(const Dataset& dataset, s
 
 // A switch of the configuration, off when the key is absent. Refuses: bad-config.
 Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key);
+
+// A number, or a number greater than zero, that the method cannot do without. Refuses: missing-key, bad-config.
+Outcome<double, Refusal> requiredNumber(const Dataset& dataset, std::string_view key);
+Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_view key);
+
+// Three finite numbers; nothing when the key is absent. Refuses: bad-config.
+Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Dataset& dataset, std::string_view key);
+
+// Sense of rotation or direction, +1 or -1; +1 when the key is absent. Refuses: bad-config.
+Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key);
+
+// The standard deviation of one reading (k = 1). A stated zero says that nothing is known: residuals tell more.
+struct Sigma {
+  double value{1.0};  // 1 when none is stated: weights all readings alike
+  bool stated{};
+};
+
+// Refuses: bad-config (negative, or no number).
+Outcome<Sigma, Refusal> configSigma(const Dataset& dataset, std::string_view key);
+
+// One sentence for every two rows that are equal to the last digit: a copy is not a reading.
+std::vector<std::string> equalRows(const Table& table);
 
 // One sentence for every key that is none of these: a misspelt key must not be passed over in silence.
 std::vector<std::string> unusedKeys(const Dataset& dataset, std::span<const std::string_view> used);

@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -15,10 +16,13 @@ namespace {
 constexpr int kSteps = 30;
 constexpr double kStepLimit = 1e-12;
 
-Eigen::MatrixXd invertedNormal(const Eigen::MatrixXd& scaled, const Eigen::VectorXd& norms) {
-  const Eigen::Index n = scaled.cols();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{scaled};
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+Eigen::MatrixXd upperOf(const Eigen::HouseholderQR<Eigen::MatrixXd>& qr) {
+  return qr.matrixQR().topRows(qr.cols()).triangularView<Eigen::Upper>();
+}
+
+// r: upper factor of the scaled Jacobian.
+Eigen::MatrixXd invertedNormal(const Eigen::MatrixXd& r, const Eigen::VectorXd& norms) {
+  const Eigen::Index n = r.cols();
   const Eigen::MatrixXd inverse = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
   const Eigen::MatrixXd unscaled = norms.cwiseInverse().asDiagonal() * inverse;
   return unscaled * unscaled.transpose();
@@ -65,6 +69,11 @@ std::optional<Refusal> unusable(const Linearised& at) {
   return std::nullopt;
 }
 
+Refusal illConditioned(double condition) {
+  return {"ill-conditioned", "the readings do not determine the answer (condition number " + text(condition) +
+                                 "): spread them out further"};
+}
+
 Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) {
   Fit fit;
   fit.parameters = start;
@@ -79,15 +88,12 @@ Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) 
         empty_column ? at.jacobian : Eigen::MatrixXd{at.jacobian * norms.cwiseInverse().asDiagonal()};
     const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{scaled}.singularValues();
     fit.condition = singular[0] / singular[singular.size() - 1];
-    if (empty_column || !(fit.condition <= kConditionLimit)) {
-      return Refusal{"ill-conditioned", "the readings do not determine the answer (condition number " +
-                                            text(fit.condition) + "): spread them out further"};
-    }
+    if (empty_column || !(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
     const Eigen::VectorXd scaled_step = -scaled.householderQr().solve(at.residuals);
     fit.parameters += norms.cwiseInverse().asDiagonal() * scaled_step;
     step_length = scaled_step.norm();
     steepest = norms.maxCoeff();
-    fit.cofactor = invertedNormal(scaled, norms);
+    fit.cofactor = invertedNormal(upperOf(Eigen::HouseholderQR<Eigen::MatrixXd>{scaled}), norms);
     fit.dof = static_cast<std::size_t>(at.residuals.size() - at.jacobian.cols());
     if (step_length < kStepLimit) break;
   }
@@ -118,6 +124,24 @@ Outcome<Fit, Refusal> leastSquares(const Model& model, const Eigen::VectorXd& st
   second->residuals = model(second->parameters).residuals;
   second->dropped = rows;
   return second;
+}
+
+Outcome<Fit, Refusal> linearLeastSquares(const Eigen::MatrixXd& design, const Eigen::VectorXd& values) {
+  if (auto refusal = unusable({values, design})) return *refusal;
+  const Eigen::VectorXd norms = design.colwise().norm();
+  if (norms.minCoeff() == 0.0) return illConditioned(std::numeric_limits<double>::infinity());
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{design * norms.cwiseInverse().asDiagonal()};
+  const Eigen::MatrixXd upper = upperOf(qr);
+  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{upper}.singularValues();
+  Fit fit;
+  fit.condition = singular[0] / singular[singular.size() - 1];
+  if (!(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
+  fit.parameters = norms.cwiseInverse().asDiagonal() * qr.solve(values);
+  fit.parameters += norms.cwiseInverse().asDiagonal() * qr.solve(values - design * fit.parameters);  // rounding
+  fit.residuals = design * fit.parameters - values;
+  fit.cofactor = invertedNormal(upper, norms);
+  fit.dof = static_cast<std::size_t>(design.rows() - design.cols());
+  return fit;
 }
 
 }  // namespace probebox::metrology

@@ -41,4 +41,9 @@ enum class Outliers {
 Outcome<Fit, Refusal> leastSquares(const Model& model, const Eigen::VectorXd& start,
                                    Outliers outliers = Outliers::keep);
 
+// The same for a model that is linear, values = design * parameters, in one step and for any number of rows; design and
+// values already divided by the standard deviation of the reading. residuals: design * parameters - values.
+// Refuses: not-finite, too-few-readings, ill-conditioned.
+Outcome<Fit, Refusal> linearLeastSquares(const Eigen::MatrixXd& design, const Eigen::VectorXd& values);
+
 }  // namespace probebox::metrology

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "firmware/metrology/delay_multi_speed.hpp"
+#include "firmware/metrology/screw_calibration.hpp"
+#include "firmware/metrology/screw_compensation.hpp"
 #include "firmware/metrology/sphere_fit.hpp"
 
 namespace probebox::metrology {
@@ -17,10 +19,12 @@ struct Method {
 };
 
 // In alphabetical order.
-constexpr std::array<Method, 2> kMethods{{
+constexpr auto kMethods = std::to_array<Method>({
     {"delay-multi-speed", solveDelayMultiSpeed},
+    {"screw-calibration", solveScrewCalibration},
+    {"screw-compensation", solveScrewCompensation},
     {"sphere-fit", solveSphereFit},
-}};
+});
 
 }  // namespace
 

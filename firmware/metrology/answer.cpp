@@ -1,0 +1,107 @@
+#include "firmware/metrology/answer.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace probebox::metrology {
+namespace {
+
+std::vector<double> listOf(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+// Factor on the standard deviations that the fit was weighted with; nothing where nobody knows it.
+std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result) {
+  const auto dof = static_cast<double>(fit.dof);
+  if (fit.dof == 0) {
+    if (sigma.stated) return 1.0;
+    result.warnings.emplace_back("no sd: no sigma is stated and there are no more readings than unknowns");
+    return std::nullopt;
+  }
+  const double chi2 = fit.sumOfSquares() / dof;
+  if (!sigma.stated) return std::sqrt(chi2);
+  result.chi2_reduced = chi2;
+  if (chi2 <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return 1.0;
+  result.warnings.push_back("the readings agree worse than the stated sigma promises (reduced chi-square " +
+                            text(chi2) + "): the sd is widened by its root; look for a bad reading");
+  return std::sqrt(chi2);
+}
+
+}  // namespace
+
+Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
+    : promised_{Eigen::MatrixXd::Zero(0, fit.parameters.size())} {
+  result_.method = dataset.method;
+  const auto rows = static_cast<double>(fit.residuals.size());
+  result_.rms = std::sqrt(fit.sumOfSquares() / rows) * sigma.value;
+  result_.dof = fit.dof;
+  result_.condition = fit.condition;
+  if (const auto scale = scaleOf(fit, sigma, result_)) covariance_ = fit.cofactor * (*scale * *scale);
+}
+
+std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {
+  if (covariance_.size() == 0) return {};
+  const Eigen::MatrixXd half = jacobian * covariance_;
+  return listOf(half.cwiseProduct(jacobian).rowwise().sum().cwiseMax(0.0).cwiseSqrt());
+}
+
+std::optional<double> Answer::sdOf(const Eigen::RowVectorXd& jacobian) const {
+  const auto sds = sdsOf(jacobian);
+  return sds.empty() ? std::nullopt : std::optional<double>{sds.front()};
+}
+
+void Answer::remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian) {
+  promised_.conservativeResize(promised_.rows() + jacobian.rows(), Eigen::NoChange);
+  promised_.bottomRows(jacobian.rows()) = jacobian;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(jacobian.rows()); ++k) {
+    std::string name = key;
+    if (shape == Shape::vector) name += "[" + std::to_string(k) + "]";
+    if (shape == Shape::matrix) name += "[" + std::to_string(k / columns) + "][" + std::to_string(k % columns) + "]";
+    components_.push_back(std::move(name));
+  }
+}
+
+void Answer::promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
+  remember(key, Shape::scalar, 1, jacobian);
+  result_.estimates.push_back(Estimate::scalar(std::move(key), value, sdOf(jacobian)));
+}
+
+void Answer::promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
+  remember(key, Shape::vector, 1, jacobian);
+  result_.estimates.push_back(Estimate::vector(std::move(key), listOf(values), sdsOf(jacobian)));
+}
+
+void Answer::promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+                           const Eigen::MatrixXd& jacobian) {
+  remember(key, Shape::matrix, columns, jacobian);
+  result_.estimates.push_back(Estimate::matrix(std::move(key), columns, listOf(values), sdsOf(jacobian)));
+}
+
+void Answer::alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
+  result_.also.push_back(Estimate::scalar(std::move(key), value, sdOf(jacobian)));
+}
+
+void Answer::alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
+  result_.also.push_back(Estimate::vector(std::move(key), listOf(values), sdsOf(jacobian)));
+}
+
+void Answer::warn(std::string sentence) {
+  result_.warnings.push_back(std::move(sentence));
+}
+
+Result Answer::take(bool with_covariance) && {
+  if (with_covariance && covariance_.size() > 0) {
+    const Eigen::MatrixXd covariance = promised_ * covariance_ * promised_.transpose();
+    result_.covariance = Covariance{components_, {}};
+    for (const double entry : covariance.reshaped<Eigen::RowMajor>()) result_.covariance->values.push_back(entry);
+  }
+  return std::move(result_);
+}
+
+Eigen::MatrixXd pick(Eigen::Index first, Eigen::Index count, Eigen::Index of) {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, of);
+  rows.middleCols(first, count).setIdentity();
+  return rows;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,53 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/least_squares.hpp"
+#include "firmware/metrology/result.hpp"
+
+namespace probebox::metrology {
+
+// Turns one fit into a Result: what every method tells about it, and any number of quantities that follow from its
+// parameters, each with the sd that follows too. The sd comes from the stated sigma, and grows with a warning where the
+// residuals are worse than that by more than 4 deviations of their sum; without a stated sigma it comes from the
+// residuals; where there are none, it is missing with a warning.
+class Answer {
+ public:
+  // fit: its residuals are in units of sigma.value.
+  Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma);
+
+  // values: what is promised; jacobian: d values / d parameters, one row a value.
+  void promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
+  void promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+                     const Eigen::MatrixXd& jacobian);
+  // The same for what was found on the way.
+  void alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
+  void alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void warn(std::string sentence);
+
+  // With the covariance of all promised values when that is wanted.
+  Result take(bool with_covariance) &&;
+  Result& result() { return result_; }
+
+  // The sd of a combination of the parameters.
+  std::optional<double> sdOf(const Eigen::RowVectorXd& jacobian) const;
+
+ private:
+  std::vector<double> sdsOf(const Eigen::MatrixXd& jacobian) const;
+  void remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
+
+  Result result_;
+  Eigen::MatrixXd covariance_;  // of the parameters; empty when it is unknown
+  Eigen::MatrixXd promised_;    // rows of the promised values
+  std::vector<std::string> components_;
+};
+
+// Rows of the identity: picks `count` parameters from `first` on out of `of`.
+Eigen::MatrixXd pick(Eigen::Index first, Eigen::Index count, Eigen::Index of);
+
+}  // namespace probebox::metrology
