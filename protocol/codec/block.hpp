@@ -11,7 +11,11 @@
 //   u8 profile | BlockHeader | u8 channels | per channel {u8 predictor order, u8 bit width} | columns
 //
 // Profile raw: order 0, width 8 x bytes, a column is count values of that width, two's complement where signed.
+// Profile fast: fast_column.hpp.
 namespace probebox::codec {
+
+struct Kernels;
+const Kernels& kernels();
 
 enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
 
@@ -24,6 +28,7 @@ struct ChannelFormat {
 };
 
 inline constexpr std::size_t kMaxChannels = 255;
+inline constexpr std::size_t kMostFastSamples = 2048;  // that a block of profile fast is made of here
 
 struct BlockHeader {
   SampleIndex first{};
@@ -41,16 +46,18 @@ struct BlockHeader {
 inline constexpr std::size_t kBlockHeaderSize = 1 + 8 + 2 + 2 + (8 + 8 + 8 + 4 + 1 + 4) + 1;
 
 enum class Fault : std::uint8_t {
-  value_does_not_fit,  // a value is outside its channel's range
+  value_does_not_fit,  // a value to be coded is outside its channel's range
   no_room,             // the caller's span is too small
   bad_format,          // no or too many channels, a width other than 1, 2, 4, 8, no samples, columns of another size
   truncated,           // the block ends early
   trailing_bytes,      // the block is longer than its header says
   unknown_profile,     // coded by a later version
   other_channels,      // coded for another descriptor
+  bad_column,          // no encoder writes such a column, or a value in it is outside its channel's range
 };
 
-// Where it went wrong; channel and sample say something for value_does_not_fit and other_channels.
+// Where it went wrong; the channel says something for value_does_not_fit, other_channels and bad_column, the sample for
+// value_does_not_fit.
 struct CodecError {
   Fault fault{};
   std::uint16_t channel{};
@@ -75,11 +82,17 @@ std::size_t rawBlockCapacity(std::span<const ChannelFormat> formats, std::size_t
 Outcome<std::size_t, CodecError> encodeRaw(const BlockHeader& header, std::span<const ChannelFormat> formats,
                                            std::span<const std::int64_t> columns, std::span<std::byte> into);
 
+// The same in profile fast, of at most kMostFastSamples. The length depends on the values: no_room when `into` is too
+// small, and rawBlockSize() is always enough. Kernels: which inner loops, for tests; they differ in nothing but time.
+Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span<const ChannelFormat> formats,
+                                            std::span<const std::int64_t> columns, std::span<std::byte> into,
+                                            const Kernels& kernels = codec::kernels());
+
 Outcome<BlockSummary, CodecError> inspect(std::span<const std::byte> block);
 
 // Any profile that this version knows. The first channels x count values of `columns` are filled, channel by channel.
 Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::span<const ChannelFormat> formats,
-                                         std::span<std::int64_t> columns);
+                                         std::span<std::int64_t> columns, const Kernels& kernels = codec::kernels());
 
 // When a sample was, by the block's map: integers, hence the same on every machine. Rounds down to 1 ns.
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample);

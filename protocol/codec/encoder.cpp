@@ -9,8 +9,9 @@ Encoder::Encoder(std::vector<ChannelFormat> formats, Profile profile)
 
 Outcome<std::size_t, CodecError> Encoder::encode(const BlockHeader& header, std::span<const std::int64_t> columns,
                                                  std::span<std::byte> into) {
-  auto size = profile_ == Profile::raw ? encodeRaw(header, formats_, columns, into)
-                                       : Outcome<std::size_t, CodecError>{CodecError{Fault::unknown_profile}};
+  auto size = profile_ == Profile::raw    ? encodeRaw(header, formats_, columns, into)
+              : profile_ == Profile::fast ? encodeFast(header, formats_, columns, into)
+                                          : Outcome<std::size_t, CodecError>{CodecError{Fault::unknown_profile}};
   if (size) {
     ++counters_.blocks;
     counters_.samples += header.count;

@@ -6,45 +6,11 @@
 #include <rapidcheck.h>
 #include <vector>
 
+#include "any_column.hpp"
 #include "protocol/codec/encoder.hpp"
 
 namespace probebox::codec {
 namespace {
-
-using Values = std::vector<std::int64_t>;
-
-struct Range {
-  std::int64_t low{};
-  std::int64_t high{};
-};
-
-Range rangeOf(ChannelFormat format) {
-  if (format.bytes == 8)
-    return {format.is_signed ? std::numeric_limits<std::int64_t>::min() : 0, std::numeric_limits<std::int64_t>::max()};
-  const std::int64_t span = std::int64_t{1} << (8 * format.bytes);
-  return format.is_signed ? Range{-span / 2, span / 2 - 1} : Range{0, span - 1};
-}
-
-rc::Gen<ChannelFormat> anyFormat() {
-  return rc::gen::apply(
-      [](std::uint8_t bytes, bool is_signed) {
-        return ChannelFormat{bytes, is_signed};
-      },
-      rc::gen::element<std::uint8_t>(1, 2, 4, 8), rc::gen::arbitrary<bool>());
-}
-
-std::int64_t anyValue(ChannelFormat format) {
-  const auto [low, high] = rangeOf(format);
-  const auto wild = *rc::gen::arbitrary<std::int64_t>();
-  switch (*rc::gen::inRange(0, 3)) {
-    case 0:
-      return low;
-    case 1:
-      return high;
-    default:
-      return std::clamp(wild, low, high);
-  }
-}
 
 struct Sample {
   BlockHeader header;
@@ -133,8 +99,9 @@ TEST(RawBlock, RefusesAnotherDescriptorAndAnotherProfile) {
   EXPECT_EQ(faultWith({}), Fault::bad_format);
   EXPECT_EQ(faultWith({{4, true}, {3, false}}), Fault::bad_format);
   EXPECT_EQ(decode(block, formats, std::span{into}.first(3)).error().fault, Fault::no_room);
-  block[0] = std::byte{1};
+  block[0] = std::byte{7};
   EXPECT_EQ(decode(block, formats, into).error().fault, Fault::unknown_profile);
+  block[0] = std::byte{1};
   EXPECT_EQ(inspect(block)->profile, Profile::fast);
 }
 

@@ -1,0 +1,76 @@
+#include "codec_entry.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <span>
+#include <vector>
+
+#include "protocol/codec/block.hpp"
+#include "protocol/codec/kernels.hpp"
+
+namespace {
+
+using namespace probebox;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+using Formats = std::vector<codec::ChannelFormat>;
+using Values = std::vector<std::int64_t>;
+
+Formats formatsOf(std::uint8_t seed) {
+  Formats formats;
+  for (int k = 0; k <= seed % 4; ++k) {
+    const unsigned bits = (seed >> (2 * k)) % 8U;
+    formats.push_back({static_cast<std::uint8_t>(1U << (bits / 2)), bits % 2 == 0});
+  }
+  return formats;
+}
+
+// Whatever was decoded can be coded, is no longer than raw, and comes back.
+void requireRoundTrip(const codec::BlockHeader& header, const Formats& formats, const Values& columns) {
+  if (header.count > codec::kMostFastSamples) return;
+  std::vector<std::byte> block(codec::rawBlockSize(formats, header.count));
+  const auto size = codec::encodeFast(header, formats, columns, block);
+  require(size.ok());
+  Values back(columns.size());
+  require(codec::decode(std::span{block}.first(*size), formats, back).ok());
+  require(back == columns);
+}
+
+void feedAsBlock(std::span<const std::byte> bytes, const Formats& formats) {
+  const auto summary = codec::inspect(bytes);
+  if (!summary) return;
+  Values columns(formats.size() * summary->header.count);
+  const auto decoded = codec::decode(bytes, formats, columns);
+  Values plain(columns.size());
+  const auto by_plain = codec::decode(bytes, formats, plain, codec::plainKernels());
+  require(decoded.ok() == by_plain.ok());
+  if (!decoded) return;
+  require(columns == plain);
+  requireRoundTrip(decoded->header, formats, columns);
+}
+
+void feedAsValues(std::span<const std::byte> bytes) {
+  const Formats formats{{8, true}};
+  Values column;
+  for (; bytes.size() >= 8; bytes = bytes.subspan(8)) {
+    std::uint64_t value = 0;
+    for (std::size_t k = 0; k < 8; ++k) value |= std::to_integer<std::uint64_t>(bytes[k]) << (8 * k);
+    column.push_back(static_cast<std::int64_t>(value));
+  }
+  column.resize(std::min(column.size(), codec::kMostFastSamples));
+  if (!column.empty()) requireRoundTrip({.count = static_cast<std::uint16_t>(column.size())}, formats, column);
+}
+
+}  // namespace
+
+int feedCodec(const std::uint8_t* data, std::size_t size) {
+  if (size < 1) return 0;
+  const auto bytes = std::as_bytes(std::span{data + 1, size - 1});
+  feedAsBlock(bytes, formatsOf(data[0]));
+  feedAsValues(bytes);
+  return 0;
+}

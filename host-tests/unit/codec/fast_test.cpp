@@ -1,0 +1,185 @@
+#include <gtest/gtest.h>
+#include <limits>
+#include <rapidcheck.h>
+#include <vector>
+
+#include "any_column.hpp"
+#include "host-tests/support/scan_signal.hpp"
+#include "protocol/codec/block.hpp"
+#include "protocol/codec/kernels.hpp"
+#include "protocol/frame/frame.hpp"
+
+namespace probebox::codec {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+struct Sample {
+  BlockHeader header;
+  std::vector<ChannelFormat> formats;
+  Values columns;
+};
+
+Sample anySample(std::uint16_t most = 400) {
+  Sample s;
+  s.formats = *rc::gen::nonEmpty(rc::gen::container<std::vector<ChannelFormat>>(anyFormat()));
+  if (s.formats.size() > 6) s.formats.resize(6);
+  s.header = {.first = {*rc::gen::arbitrary<std::int64_t>()}, .count = *rc::gen::inRange<std::uint16_t>(1, most)};
+  for (const auto& format : s.formats) {
+    const auto column = anyColumn(format, s.header.count);
+    s.columns.insert(s.columns.end(), column.begin(), column.end());
+  }
+  return s;
+}
+
+Bytes coded(const Sample& s, const Kernels& kernels = codec::kernels()) {
+  Bytes block(rawBlockSize(s.formats, s.header.count));
+  const auto size = encodeFast(s.header, s.formats, s.columns, block, kernels);
+  EXPECT_TRUE(size.ok()) << "the size of raw is always enough";
+  block.resize(size ? *size : 0);
+  return block;
+}
+
+std::vector<ChannelFormat> scanFormats() {
+  std::vector<ChannelFormat> all;
+  for (const auto bytes : support::ScanSignal::kBytes) all.push_back({bytes, bytes != 2});
+  return all;
+}
+
+TEST(FastBlock, GivesBackEveryValueAndIsNeverLongerThanRaw) {
+  EXPECT_TRUE(rc::check("decode(encode(x)) == x", [] {
+    const auto s = anySample();
+    const auto block = coded(s);
+    RC_ASSERT(!block.empty());
+    Values columns(s.columns.size());
+    const auto summary = decode(block, s.formats, columns);
+    RC_ASSERT(summary.ok());
+    RC_ASSERT(columns == s.columns);
+    RC_ASSERT(summary->profile == Profile::fast);
+    RC_ASSERT(summary->header.first == s.header.first);
+  }));
+}
+
+TEST(FastBlock, DifferencesBeyondTheirTypeWrap) {
+  constexpr auto kLow = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kHigh = std::numeric_limits<std::int64_t>::max();
+  for (const Values& column :
+       {Values{kLow, kHigh, kLow, kHigh, kLow}, Values{0, kLow, kHigh, 0, kLow, 1, kHigh, -1, 3, 3, 3, kLow}}) {
+    const Sample s{{.count = static_cast<std::uint16_t>(column.size())}, {{8, true}}, column};
+    Values back(column.size());
+    ASSERT_TRUE(decode(coded(s), s.formats, back).ok());
+    EXPECT_EQ(back, column);
+  }
+}
+
+TEST(FastBlock, IsTheSameWithEveryProcessor) {
+  const auto* vector = vectorKernels();
+  if (vector == nullptr) GTEST_SKIP() << "this processor has no AVX2";
+  EXPECT_TRUE(rc::check("plain and vector kernels give the same bytes and values", [&] {
+    const auto s = anySample(600);
+    const auto block = coded(s, plainKernels());
+    RC_ASSERT(block == coded(s, *vector));
+    Values plain(s.columns.size());
+    Values fast(s.columns.size());
+    RC_ASSERT(decode(block, s.formats, plain, plainKernels()).ok());
+    RC_ASSERT(decode(block, s.formats, fast, *vector).ok());
+    RC_ASSERT(plain == fast);
+  }));
+}
+
+TEST(FastBlock, CutAnywhereIsAnErrorAndNeverAValue) {
+  EXPECT_TRUE(rc::check("truncated at every byte", [] {
+    const auto s = anySample(40);
+    auto block = coded(s);
+    Values columns(s.columns.size());
+    for (std::size_t size = 0; size < block.size(); ++size) {
+      RC_ASSERT(decode(std::span{block}.first(size), s.formats, columns).error().fault == Fault::truncated);
+    }
+    block.push_back(std::byte{0});
+    RC_ASSERT(decode(block, s.formats, columns).error().fault == Fault::trailing_bytes);
+  }));
+}
+
+TEST(FastBlock, DamagedIsAnErrorOrValuesThatFitTheirChannels) {
+  EXPECT_TRUE(rc::check("any byte changed", [] {
+    const auto s = anySample(60);
+    auto block = coded(s);
+    for (int times = *rc::gen::inRange(1, 4); times > 0; --times)
+      block[*rc::gen::inRange<std::size_t>(0, block.size())] = static_cast<std::byte>(*rc::gen::inRange(0, 256));
+    Values columns(s.formats.size() * 0x10000);
+    const auto decoded = decode(block, s.formats, columns);
+    if (!decoded) return;
+    for (std::size_t c = 0; c < s.formats.size(); ++c) {
+      const auto [low, high] = rangeOf(s.formats[c]);
+      for (std::size_t k = 0; k < decoded->header.count; ++k) {
+        const auto value = columns[c * decoded->header.count + k];
+        RC_ASSERT(low <= value && value <= high);
+      }
+    }
+  }));
+}
+
+TEST(FastBlock, RefusesWhatRawRefuses) {
+  const std::vector<ChannelFormat> formats{{2, true}, {1, false}};
+  Bytes block(200);
+  const auto refused = encodeFast({.count = 3}, formats, Values{1, 2, 3, 4, 5, 256}, block);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().fault, Fault::value_does_not_fit);
+  EXPECT_EQ(refused.error().channel, 1U);
+  EXPECT_EQ(refused.error().sample, 2U);
+  EXPECT_EQ(encodeFast({.count = 0}, formats, {}, block).error().fault, Fault::bad_format);
+  EXPECT_EQ(encodeFast({.count = 1}, formats, Values{1, 2}, std::span{block}.first(20)).error().fault, Fault::no_room);
+  const Values many(kMostFastSamples + 1);
+  EXPECT_EQ(encodeFast({.count = kMostFastSamples + 1}, std::span{formats}.first(1), many, block).error().fault,
+            Fault::bad_format);
+}
+
+// What stands still or moves evenly costs its seeds only.
+TEST(FastBlock, WhatCanBeForeseenCostsNothing) {
+  Values columns;
+  for (int k = 0; k < 200; ++k) columns.push_back(-7'000);
+  for (int k = 0; k < 200; ++k) columns.push_back(1'000'000 + 250 * k);
+  for (int k = 0; k < 200; ++k) columns.push_back(k == 77 ? 12 : 4);
+  const Sample s{{.count = 200}, {{4, true}, {8, true}, {2, false}}, columns};
+  EXPECT_LE(coded(s).size(), rawBlockSize(s.formats, 0) + 2 + 5 + 12);
+}
+
+// Frozen: recordings hold these bytes. The example of MESSAGES.md.
+TEST(FastBlock, HasItsGoldenBytes) {
+  const std::vector<ChannelFormat> formats{{4, true}, {2, false}};
+  const Values columns{1000, 1003, 1001, 1004, 5002, 5001, 5003, 5004, 5002, 5003, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4};
+  Bytes block(rawBlockSize(formats, 10));
+  const auto size = encodeFast({.count = 10}, formats, columns, block);
+  ASSERT_TRUE(size.ok());
+  std::vector<int> got;
+  for (const auto byte : std::span{block}.first(*size).subspan(kBlockHeaderSize)) {
+    got.push_back(std::to_integer<int>(byte));
+  }
+  const std::vector<int> golden{0x81, 3,                       // channel 0: first difference with exceptions, 3 bits
+                                1,    0,                       // channel 1: first difference, 0 bits
+                                0xD0, 0x0F,                    // 1000
+                                0xF3, 0x7C, 0xC5, 0x01,        // 3, -2, 3, [6], -1, 2, 1, -2, 1
+                                1,    2,    3,    0xF3, 0x01,  // one exception, 2 bytes, at 3: 499 x 8 + 6 = 3998
+                                8};                            // 4
+  EXPECT_EQ(got, golden);
+}
+
+// The goal of 1.45 times the entropy of the reference scan, with frame and delimiter: 7.0 B a sample.
+TEST(FastBlock, OfTheReferenceScanIsSmall) {
+  constexpr std::size_t kCount = 256, kBlocks = 40;
+  const auto signal = support::ScanSignal{}.columns(kCount * kBlocks, 3);
+  std::size_t wire = 0;
+  Bytes scratch(1U << 15U), into(1U << 15U);
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    Sample s{{.count = kCount}, scanFormats(), {}};
+    for (std::size_t c = 0; c < s.formats.size(); ++c) {
+      const auto from = signal.begin() + static_cast<std::ptrdiff_t>((c * kBlocks + b) * kCount);
+      s.columns.insert(s.columns.end(), from, from + kCount);
+    }
+    wire += frame::encodeDelimited({}, coded(s), scratch, into);
+  }
+  EXPECT_LE(static_cast<double>(wire) / (kCount * kBlocks), 7.0);
+}
+
+}  // namespace
+}  // namespace probebox::codec
