@@ -3,10 +3,13 @@
 #include <array>
 #include <string>
 
+#include "firmware/metrology/axis_alignment.hpp"
+#include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
 #include "firmware/metrology/screw_calibration.hpp"
 #include "firmware/metrology/screw_compensation.hpp"
 #include "firmware/metrology/sphere_fit.hpp"
+#include "firmware/metrology/spindle_offset.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -20,9 +23,14 @@ struct Method {
 
 // In alphabetical order.
 constexpr auto kMethods = std::to_array<Method>({
+    {"a-axis-alignment", solveAAxisAlignment},
+    {"c-axis-alignment", solveCAxisAlignment},
+    {"centreline", solveCentreline},
     {"delay-multi-speed", solveDelayMultiSpeed},
     {"screw-calibration", solveScrewCalibration},
     {"screw-compensation", solveScrewCompensation},
+    {"spindle-offset-2x2", solveSpindleOffset2x2},
+    {"spindle-offset-four", solveSpindleOffsetFour},
     {"sphere-fit", solveSphereFit},
 });
 

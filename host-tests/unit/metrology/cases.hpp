@@ -1,6 +1,8 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <initializer_list>
 #include <random>
 #include <stdexcept>
@@ -73,5 +75,12 @@ struct Judgement {
   }
   double efficiency() const { return bound_count / bound_squares; }
 };
+
+// An estimate without bias, as good as the data allow, that knows how good it is.
+inline void expectHonest(const Judgement& judgement, double least_efficiency = 0.9) {
+  EXPECT_THAT(judgement.efficiency(), testing::AllOf(testing::Gt(least_efficiency), testing::Lt(1.15)));
+  EXPECT_THAT(judgement.pulls.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  EXPECT_LT(std::abs(judgement.pulls.bias()), 4.0);
+}
 
 }  // namespace probebox::metrology
