@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
@@ -19,26 +20,34 @@ bool RecordingWriter::write(const frame::Frame& frame) {
   return out_.good();
 }
 
-Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener) {
+Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress) {
   StreamReader reader{listener};
   std::array<std::byte, 65536> buffer{};
+  std::uint64_t bytes = 0;
   while (in) {
     in.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
-    reader.read(std::span{buffer}.first(static_cast<std::size_t>(in.gcount())));
+    const auto got = static_cast<std::size_t>(in.gcount());
+    reader.read(std::span{buffer}.first(got));
+    bytes += got;
+    if (progress) progress(bytes, 0);
   }
   if (reader.counters().frames == 0) {
     return Error{"there is no frame of a probebox recording in it; name a file that 'probebox record' wrote"};
   }
   const auto& ledger = reader.ledger();
-  return RecordingEnd{reader.counters(), reader.faults(), reader.unfinished(),
+  return RecordingEnd{reader.counters(), reader.faults(), bytes,           reader.unfinished(),
                       ledger.closed(),   ledger.next(),   ledger.balance()};
 }
 
-Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener) {
-  if (path == "-") return readRecording(std::cin, listener);
+Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener,
+                                    const ReadingProgress& progress) {
+  if (path == "-") return readRecording(std::cin, listener, progress);
   std::ifstream file{path, std::ios::binary};
   if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
-  auto end = readRecording(file, listener);
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  const auto of_file = [&](std::uint64_t done, std::uint64_t) { progress(done, unknown ? 0 : size); };
+  auto end = readRecording(file, listener, progress ? ReadingProgress{of_file} : ReadingProgress{});
   if (!end) return Error{path + ": " + end.error().what};
   return end;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
@@ -35,14 +36,19 @@ class RecordingWriter {
 struct RecordingEnd {
   frame::ReaderCounters frames{};
   ReaderFaults faults{};
+  std::uint64_t bytes{};    // of the recording
   std::size_t cut_bytes{};  // of a last frame that does not end
   bool closed{};            // by the ledger of a STOP; otherwise what came after `next` is unknown
   SampleIndex next{};
   std::optional<Balance> balance{};  // as of the last heartbeat
 };
 
+// Bytes read so far, of all (0 where that is not known).
+using ReadingProgress = std::function<void(std::uint64_t, std::uint64_t)>;
+
 // Fails when the file cannot be read or holds no frame. "-" is the standard input.
-Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener);
-Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener);
+Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener,
+                                    const ReadingProgress& progress = {});
+Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress = {});
 
 }  // namespace probebox::link

@@ -61,7 +61,7 @@ class LastingStream : private link::StreamListener {
   std::string obstacle_;  // what keeps this user from a box that is there again
   MonoTime obstacle_since_{};
   bool obstacle_said_{};
-  MonoTime deadline_{};   // of the search
+  MonoTime deadline_{};  // of the search
   int refusals_{};
   std::uint64_t reconnections_{};
 };

@@ -15,6 +15,7 @@ constexpr const char* kUriHelp =
     "the box: usb[:SERIAL], tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, "
     "or "
     "the only box there is";
+constexpr std::size_t kMostFrame = 2048;
 constexpr const char* kUsualMethod = "delay-multi-speed";
 constexpr const char* kAbout =
     "Looks at a probebox, records and calibrates with it, and solves measured cases without one.\n"
@@ -55,6 +56,7 @@ class CommandLine {
     app_.footer("Example:\n  probebox -u tcp:localhost:7627 status\n`probebox COMMAND --help` has an example of each.");
     addLooking();
     addRecording();
+    addTables();
     addCalibrating();
   }
 
@@ -136,6 +138,43 @@ class CommandLine {
     exporting->add_flag("--force", export_.force, "overwrite an existing file");
   }
 
+  // Off-line doors to what the box does: files in, files out.
+  void addTables() {
+    auto* pack = add("pack", "turn a table of whole numbers (first column sample, rising) into a recording",
+                     "probebox pack --profile fast scan.csv scan.pbx", pack_);
+    addFiles(pack, pack_.input, "the table, CSV", pack_.output, "the recording to write", pack_.force);
+    pack->add_option("--profile", pack_profile_, "how samples are coded: raw, or fast for about a seventh of the bytes")
+        ->check(CLI::IsMember({"raw", "fast"}))
+        ->capture_default_str();
+    pack->add_option("--frame", pack_.frame, "samples in a frame, at most")
+        ->check(CLI::Range(std::size_t{1}, kMostFrame))
+        ->type_name("NUMBER")
+        ->capture_default_str();
+    pack->callback([this] {
+      pack_.profile = pack_profile_ == "raw" ? messages::Profile::raw : messages::Profile::fast;
+      request_.job = pack_;
+    });
+    auto* unpack = add("unpack", "turn a recording into a table of whole numbers as they were recorded",
+                       "probebox unpack scan.pbx scan.csv", unpack_);
+    addFiles(unpack, unpack_.input, "the recording", unpack_.output, "the table to write, CSV", unpack_.force);
+    auto* clock = add("clock", "say which tick of the master clock each edge of a table is",
+                      "probebox clock --period-ns 1000000 edges.csv verdicts.csv --ticks ticks.csv", clock_);
+    addFiles(clock, clock_.input, "the table: column edge_ns and, where known, line_seqno", clock_.output,
+             "one row an edge: edge, tick, flag", clock_.force);
+    clock->add_option("--period-ns", clock_.period_ns, "nominal period of the master clock, ns")
+        ->check(wholeNumber())
+        ->type_name("NUMBER")
+        ->required();
+    clock->add_option("--ticks", clock_.ticks, "also write when each tick was, as known at once");
+  }
+
+  static void addFiles(CLI::App* command, std::string& input, const std::string& in, std::string& output,
+                       const std::string& out, bool& force) {
+    command->add_option("input", input, in + "; - is the standard input")->required();
+    command->add_option("output", output, out + "; - is the standard output")->required();
+    command->add_flag("--force", force, "overwrite an existing file");
+  }
+
   void addCalibrating() {
     auto* solve = add("solve", "solve measured cases; prints one JSON object a line, in the order given",
                       "probebox solve --json cases/delay-multi-speed/0000", solve_);
@@ -172,12 +211,16 @@ class CommandLine {
   CLI::App app_{kAbout, "probebox"};
   Request request_;
   std::string policy_{"record"};
+  std::string pack_profile_{"fast"};
   List list_;
   Info info_;
   Status status_;
   Watch watch_;
   Record record_;
   Export export_;
+  Pack pack_;
+  Unpack unpack_;
+  Clock clock_;
   Solve solve_;
   Calibrate calibrate_;
   Accept accept_;

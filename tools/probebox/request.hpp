@@ -1,9 +1,12 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "protocol/messages/types.hpp"
 
 // What the command line asks for, after it was understood.
 namespace probebox::command {
@@ -40,6 +43,25 @@ struct Export {
   std::string output;
   bool force{};
 };
+struct Pack {
+  std::string input;  // "-" is the standard input
+  std::string output;
+  messages::Profile profile{messages::Profile::fast};
+  std::size_t frame{256};  // samples
+  bool force{};
+};
+struct Unpack {
+  std::string input;  // "-" is the standard input
+  std::string output;
+  bool force{};
+};
+struct Clock {
+  std::string input;  // "-" is the standard input
+  std::string output;
+  std::string ticks;  // empty: not written
+  std::int64_t period_ns{};
+  bool force{};
+};
 struct Solve {
   std::vector<std::string> cases;
 };
@@ -59,7 +81,8 @@ struct Corrections {
   Until until;
 };
 
-using Job = std::variant<List, Info, Status, Watch, Record, Export, Solve, Calibrate, Accept, Corrections>;
+using Job =
+    std::variant<List, Info, Status, Watch, Record, Export, Pack, Unpack, Clock, Solve, Calibrate, Accept, Corrections>;
 
 struct Request {
   Job job;

@@ -87,10 +87,11 @@ TEST_F(Recording, ExportsOneRowForEachReceivedSample) {
   EXPECT_THAT(exported.err, HasSubstr("source_probe"));
 
   const auto csv = contentOf(table_);
-  EXPECT_THAT(csv, testing::StartsWith("sample,time_ns,deflection_a_nm,x_um,flags\n"));
+  EXPECT_THAT(
+      csv, testing::StartsWith("sample,time_ns,deflection_a_nm,x_um,flags,delay_result_id,tau_x_s,tau_y_s,tau_z_s\n"));
   const auto rows = rowsOf(csv);
   ASSERT_EQ(rows.size(), summary["rows"]);
-  EXPECT_THAT(csv, testing::ContainsRegex("\n[0-9]+,[0-9]+,-[0-9]+,[0-9]+\\.[0-9][0-9][0-9],[01]\n"));
+  EXPECT_THAT(csv, testing::ContainsRegex("\n[0-9]+,[0-9]+,-[0-9]+,[0-9]+\\.[0-9][0-9][0-9],[01],[0-9]+,"));
   for (const auto& row : rows) {
     EXPECT_EQ(row[1], 5e9 + row[0] * 1e6);
     EXPECT_EQ(row[2], -row[0]);
