@@ -10,7 +10,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "A_sense", "C_sense", "tool_direction"};
+constexpr std::array<std::string_view, 5> kKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s",
+                                                "tool_direction"};
 constexpr double kLeastSpan = 10.0;  // mm
 
 struct Slope {
@@ -42,7 +43,7 @@ Outcome<Slope, Refusal> slopeOf(const Dataset& dataset, std::string_view lever, 
 
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   auto slope = slopeOf(dataset, "z_mm", {.sloped = true, .arm_per_set = true, .stylus_per_set = false},
-                       std::span{kKeys}.first(3));
+                       std::span{kKeys}.first(4));
   if (!slope) return slope.error();
   const auto& parameters = slope->ball.fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());

@@ -15,7 +15,8 @@ namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 3> kKeys{"sigma_mm", "sigma_C_rad", "C_sense"};
+// The readings have been corrected by the previous delay; it stands in the case for the record.
+constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "sigma_C_rad", "C_sense", "previous_tau_axis_s"};
 constexpr double kFarthestMean = 0.999;  // |w|^2 of three and more angles
 constexpr double kLeastHalfSine = 0.05;  // |sin(alpha/2)| of two
 constexpr double kWarnHalfSine = 0.25;

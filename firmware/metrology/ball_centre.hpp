@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One reading of a ball: the machine position at which the stylus ball would be centred on it.
+struct BallCentre {
+  Eigen::Vector3d centre_mm;
+  Eigen::Vector3d sd_mm;  // k = 1
+  double radius_mm{};     // effective: ball and stylus ball
+};
+
+struct BallCentres {
+  std::vector<BallCentre> readings;  // in the order of their numbers
+  double chi2_reduced{};             // of the touches against their spheres, all readings together
+  std::size_t dof{};
+  std::vector<Dropped> dropped;  // touches that are bad on their own
+};
+
+// Centres of the balls that were touched, one a reading, with the system delay taken out: P = M + T v (A2), then the
+// sphere with a free radius (B.0). Tables machine, probe, touches; reading_of_touch: one a row of touches, from 0
+// without a gap. tau_s: X Y Z. A delay error that the axes share moves all touches of a reading outwards, hence the
+// radius and not the centre. sd: from the pooled residuals of the samples (A8), widened when the touches agree worse.
+// Refuses: what readTouches, fitRetract and fitSphere refuse, naming the reading.
+Outcome<BallCentres, Refusal> ballCentres(const Dataset& touches, const std::vector<std::size_t>& reading_of_touch,
+                                          const std::array<double, 3>& tau_s);
+
+}  // namespace probebox::metrology
