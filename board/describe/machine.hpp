@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <optional>
 #include <string>
 
 // machine.toml: what the integrator knows about the machine tool. Axes and signs as in ISO 841.
@@ -25,6 +26,10 @@ struct Machine {
   std::string mounting;                 // where the probe sits: a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
   Programming x_programming{Programming::radius};
+  // Features to calibrate on, as certified; nothing when there is none.
+  std::optional<double> datum_sphere_diameter_mm;
+  std::optional<double> datum_gap_mm;  // between two parallel plates across X
+  double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
   double hold_s{};  // how long a doubtful source is to be held; takes effect with the first source of corrections
 };
 

@@ -1,4 +1,6 @@
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
@@ -25,6 +27,14 @@ AxisDescription readAxis(Section section) {
   return axis;
 }
 
+// A size that an optional section gives.
+std::optional<double> readSize(Section section, bool present, std::string_view key) {
+  if (!present) return std::nullopt;
+  const double size_mm = section.number(key, {0.1, 1000});
+  section.finish();
+  return size_mm;
+}
+
 Machine readMachine(Section& root) {
   Machine machine;
   auto identity = root.section("machine");
@@ -37,6 +47,13 @@ Machine readMachine(Section& root) {
   auto axes = root.section("axis");
   machine.axes = {readAxis(axes.section("X")), readAxis(axes.section("Y")), readAxis(axes.section("Z"))};
   axes.finish();
+
+  const bool has_sphere = root.has("datum_sphere"), has_plates = root.has("datum_plates");
+  machine.datum_sphere_diameter_mm = readSize(root.section("datum_sphere", false), has_sphere, "diameter_mm");
+  machine.datum_gap_mm = readSize(root.section("datum_plates", false), has_plates, "gap_mm");
+  auto rotary = root.section("rotary_c", false);
+  machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
+  rotary.finish();
 
   auto corrections = root.section("corrections");
   machine.hold_s = corrections.number("hold_s", {0, 3600});

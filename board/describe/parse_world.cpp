@@ -75,6 +75,56 @@ WorldSphere readSphere(Section section) {
   return sphere;
 }
 
+WorldPlates readPlates(Section section) {
+  WorldPlates plates;
+  plates.middle_mm = section.vector("middle_mm", kAnywhere);
+  plates.gap_mm = section.number("gap_mm", {1, 1000});
+  plates.width_mm = section.number("width_mm", {1, 1000});
+  plates.height_mm = section.number("height_mm", {1, 1000});
+  plates.thickness_mm = section.number("thickness_mm", {1, 1000});
+  section.finish();
+  return plates;
+}
+
+// Of an axis that is nominally along Z; more than that is another machine.
+std::array<double, 2> readTilt(Section& section) {
+  return {section.number("tilt_x_rad", {-0.01, 0.01}), section.number("tilt_y_rad", {-0.01, 0.01})};
+}
+
+WorldPartSpindle readPartSpindle(Section section) {
+  constexpr std::size_t kMostBalls = 8;
+  WorldPartSpindle spindle;
+  spindle.point_mm = section.vector("point_mm", kAnywhere);
+  spindle.tilt = readTilt(section);
+  spindle.ball_radius_mm = section.number("ball_radius_mm", {0.1, 1000});
+  for (auto& ball : section.sections("ball")) {
+    spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
+    ball.finish();
+  }
+  if (spindle.balls_mm.size() > kMostBalls)
+    section.problem(*section.node("ball"), "more than 8 balls: remove some");
+  section.finish();
+  return spindle;
+}
+
+WorldProbeSpindle readProbeSpindle(Section section) {
+  WorldProbeSpindle spindle;
+  spindle.tilt = readTilt(section);
+  spindle.stylus_offset_mm = {section.number("stylus_offset_x_mm", {-10, 10}),
+                              section.number("stylus_offset_y_mm", {-10, 10})};
+  spindle.stylus_length_mm = section.number("stylus_length_mm", {0, 1000});
+  section.finish();
+  return spindle;
+}
+
+WorldRotary readRotary(Section section) {
+  WorldRotary rotary;
+  rotary.speed_rad_s = section.number("speed_rad_s", {0.01, 1000});
+  rotary.noise_rad = section.number("noise_rad", {0, 0.01});
+  section.finish();
+  return rotary;
+}
+
 WorldCycle readCycle(Section section) {
   WorldCycle cycle;
   cycle.speeds_mm_s = section.numbers("speeds_mm_s", {0.01, 1000}, 1);
@@ -96,6 +146,10 @@ World readWorld(Section& root) {
   world.axes = readAxes(root.section("axes"));
   world.probe = readProbe(root.section("probe"));
   world.sphere = readSphere(root.section("datum_sphere"));
+  if (root.has("gauge_plates")) world.plates = readPlates(root.section("gauge_plates"));
+  if (root.has("part_spindle")) world.part_spindle = readPartSpindle(root.section("part_spindle"));
+  if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
+  if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
   world.cycle = readCycle(root.section("cycle"));
   return world;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "board/describe/probe.hpp"
@@ -62,6 +63,35 @@ struct WorldSphere {
   double stylus_ball_radius_mm{};
 };
 
+// Two parallel plates across X, each a block, with a gap between them.
+struct WorldPlates {
+  Vector3 middle_mm{};  // of the gap
+  double gap_mm{};
+  double width_mm{};      // along Y
+  double height_mm{};     // along Z
+  double thickness_mm{};  // along X
+};
+
+// The spindle of the part: rotary axis C, and balls that stand on it.
+struct WorldPartSpindle {
+  Vector3 point_mm{};                // of the axis
+  std::array<double, 2> tilt{};      // dx/dz and dy/dz of the axis
+  double ball_radius_mm{};
+  std::vector<Vector3> balls_mm;     // at C = 0, relative to the point
+};
+
+// The spindle of the probe: rotary axis A.
+struct WorldProbeSpindle {
+  std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
+  std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
+  double stylus_length_mm{};                 // below the machine's reference
+};
+
+struct WorldRotary {
+  double speed_rad_s{};
+  double noise_rad{};  // of every stop (k = 1)
+};
+
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
 struct WorldCycle {
   std::vector<double> speeds_mm_s;
@@ -79,6 +109,11 @@ struct World {
   WorldAxes axes;
   WorldProbe probe;
   WorldSphere sphere;
+  // What is not described is not there.
+  std::optional<WorldPlates> plates;
+  std::optional<WorldPartSpindle> part_spindle;
+  std::optional<WorldProbeSpindle> probe_spindle;
+  std::optional<WorldRotary> rotary;
   WorldCycle cycle;
 };
 

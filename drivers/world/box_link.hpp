@@ -19,6 +19,13 @@ enum class RunState : std::uint8_t {
   aborted = 6,
 };
 
+// As the box numbers what it asks for.
+enum class StepKind : std::uint8_t {
+  touch = 0,   // in, a dwell, and out
+  in_out = 1,  // in and at once back out
+};
+enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+
 // What the box asks the machine to do.
 struct Prompt {
   std::uint32_t run{};
@@ -29,6 +36,13 @@ struct Prompt {
   double nominal_speed_mm_s{};
   double overtravel_mm{};
   double clearance_mm{};
+  double run_out_mm{};           // beyond the clearance before the retract may brake; 0: the box did not say
+  Vector3 approach_direction{};  // unit vector; zeros: against the retract
+  StepKind kind{};
+  StepFeature feature{};
+  std::uint16_t ball{};         // of the part, from 1
+  bool turns{};                 // the rotary axes have to stand as below
+  Vector3 rotary_angles_rad{};  // A B C
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "drivers/world/vector.hpp"
@@ -68,6 +69,40 @@ struct SphereConfig {
   double stylus_ball_radius_mm{3};
 };
 
+// Two parallel plates across X with a gap between them, each a block.
+struct PlatesConfig {
+  bool fitted{false};
+  Vector3 middle_mm{};    // of the gap
+  double gap_mm{20};
+  double width_mm{30};      // along Y
+  double height_mm{30};     // along Z
+  double thickness_mm{8};   // along X
+};
+
+// The part spindle: rotary axis C through `point_mm` along `direction`, and what stands on it. Balls are given where
+// they stand at C = 0, relative to the point, in machine axes.
+struct PartSpindleConfig {
+  static constexpr std::size_t kMostBalls = 8;
+  Vector3 point_mm{};
+  Vector3 direction{0, 0, 1};
+  std::array<Vector3, kMostBalls> balls_mm{};
+  std::size_t ball_count{0};
+  double ball_radius_mm{6};
+};
+
+// The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs
+// `stylus_length_mm` below the reference, off the axis by `stylus_offset_mm` at A = 0.
+struct ProbeSpindleConfig {
+  Vector3 direction{0, 0, 1};
+  std::array<double, 2> stylus_offset_mm{0, 0};
+  double stylus_length_mm{150};
+};
+
+struct RotaryConfig {
+  double speed_rad_s{3};
+  double noise_rad{0};  // of every stop, k = 1, of A and of C
+};
+
 struct Config {
   MonoTime start{};  // the world begins here
   DelayConfig delays;
@@ -76,6 +111,10 @@ struct Config {
   AxesConfig axes;
   ProbeConfig probe;
   SphereConfig sphere;
+  PlatesConfig plates;
+  PartSpindleConfig part_spindle;
+  ProbeSpindleConfig probe_spindle;
+  RotaryConfig rotary;
   // False: edges do not come as events; they are asked for as physical edges, for a line that somebody else stamps.
   bool edges_as_events{true};
 };

@@ -12,7 +12,11 @@ constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
-  return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) &&
+  const bool approaches = prompt.approach_direction == Vector3{} || (isDirection(prompt.approach_direction) &&
+                          dot(prompt.outward_normal, prompt.approach_direction) < 0);
+  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) && prompt.rotary_angles_rad[1] == 0;
+  return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
+         prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
          dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
          isLength(prompt.clearance_mm) && prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
 }
@@ -29,6 +33,14 @@ void Controller::advance(MonoTime now) {
   switch (activity_) {
     case Activity::asking:
       return ask();
+    case Activity::rising:
+      if (arrived()) turn();
+      return;
+    case Activity::turning:
+      if (!machine_.atRest(now_)) return;
+      near_ = place();
+      route_ = Route::down(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
+      return enter(Activity::travelling);
     case Activity::travelling:
       return travel(Activity::settling);
     case Activity::settling:
@@ -99,7 +111,7 @@ void Controller::ask() {
   if (!status_) return;
   switch (status_->state) {
     case RunState::waiting:
-      if (canBeFollowed(*status_)) follow(*status_);
+      if (canBeFollowed(*status_) && known(*status_)) follow(*status_);
       return;
     case RunState::running:
       // A step has begun that nobody does: its end was lost, or the answer to its begin.
@@ -114,22 +126,77 @@ void Controller::ask() {
 
 void Controller::follow(const Prompt& prompt) {
   step_ = prompt;
-  startPath(onNormal(step_.clearance_mm));
-  enter(Activity::travelling);
+  if (near_ == place() && !mustTurn()) {
+    route_ = Route::within(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
+    return enter(Activity::travelling);
+  }
+  rise();
+  enter(Activity::rising);
+}
+
+// The features that this controller has been shown.
+bool Controller::known(const Prompt& prompt) const {
+  switch (prompt.feature) {
+    case StepFeature::datum_sphere:
+      return true;
+    case StepFeature::plates:
+      return config_.plates.known;
+    case StepFeature::part_ball:
+      return prompt.ball >= 1 && prompt.ball <= config_.part.ball_count;
+  }
+  return false;
+}
+
+bool Controller::mustTurn() const {
+  const auto& angles = step_.rotary_angles_rad;
+  return step_.turns && (machine_.commandedA() != angles[0] || machine_.commandedC() != angles[2]);
+}
+
+Place Controller::place() const {
+  const double keep_out_mm = config_.safe_distance_mm;
+  switch (step_.feature) {
+    case StepFeature::datum_sphere:
+      break;
+    case StepFeature::plates:
+      return {Place::Shape::gap, config_.plates.middle_mm, 0};
+    case StepFeature::part_ball: {
+      const auto turned = rotation({0, 0, 1}, step_.rotary_angles_rad[2]);
+      const Vector3 centre = config_.part.point_mm + turned * config_.part.balls_mm[step_.ball - 1U];
+      return {Place::Shape::round, centre, config_.part.effective_radius_mm + keep_out_mm};
+    }
+  }
+  return {Place::Shape::round, config_.nominal_centre_mm, config_.nominal_effective_radius_mm + keep_out_mm};
+}
+
+void Controller::rise() {
+  const Vector3 here = machine_.commandedPosition();
+  route_ = near_ ? Route::up(*near_, here, config_.park_mm[2]) : Route{};
+  if (!near_) route_.add({here[0], here[1], config_.park_mm[2]});
+  near_.reset();
+}
+
+void Controller::turn() {
+  if (mustTurn()) machine_.turnTo(step_.rotary_angles_rad[0], step_.rotary_angles_rad[2], now_);
+  enter(Activity::turning);
+}
+
+bool Controller::arrived() {
+  if (!machine_.atRest(now_)) return false;
+  if (route_.done()) return true;
+  machine_.traverseTo(route_.next(), now_);
+  route_.pass();
+  return false;
 }
 
 void Controller::travel(Activity then) {
-  if (!machine_.atRest(now_)) return;
-  if (path_.done()) return enter(then);
-  machine_.traverseTo(path_.next(), now_);
-  path_.pass();
+  if (arrived()) enter(then);
 }
 
 void Controller::post(MarkerPhase phase, Activity waiting) {
   marker_ = Marker{.procedure = step_.run,
                    .step = step_.step,
                    .phase = phase,
-                   .rotary_angles_rad = {},
+                   .rotary_angles_rad = {machine_.commandedA(), 0, machine_.commandedC()},
                    .tool = config_.tool,
                    .nominal_speed_mm_s = step_.nominal_speed_mm_s,
                    .at_rest = machine_.atRest(now_),
@@ -153,7 +220,7 @@ void Controller::awaitAnswer() {
 
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
-    machine_.moveTo(onNormal(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
+    machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
   if (activity_ == Activity::ending) ++(taken ? finished_steps_ : abandoned_steps_);
@@ -162,37 +229,43 @@ void Controller::answered(bool taken) {
 
 void Controller::touch() {
   if (!machine_.atRest(now_)) return;
-  if (activity_ == Activity::approaching) return enter(Activity::dwelling);
+  if (activity_ == Activity::approaching && step_.kind == StepKind::touch) return enter(Activity::dwelling);
   if (activity_ == Activity::retracting) return enter(Activity::recording);
   if (activity_ == Activity::recording) {
     if (elapsed(config_.afterwards)) post(MarkerPhase::end, Activity::ending);
     return;
   }
-  if (!elapsed(config_.dwell)) return;
-  const double retract_mm = step_.overtravel_mm + step_.clearance_mm + config_.run_out_mm;
+  if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
+  const double run_out_mm = step_.run_out_mm > 0 ? step_.run_out_mm : config_.run_out_mm;
+  const double retract_mm = step_.overtravel_mm + step_.clearance_mm + run_out_mm;
   machine_.moveTo(machine_.commandedPosition() + retract_mm * step_.retract_direction, step_.nominal_speed_mm_s, now_);
   enter(Activity::retracting);
 }
 
 void Controller::withdraw() {
   if (!machine_.atRest(now_)) return;
-  const Vector3 outside = onNormal(step_.clearance_mm);
+  const Vector3 outside = outOfSurface(step_.clearance_mm);
   if (machine_.commandedPosition() == outside) return park();
   machine_.moveTo(outside, step_.nominal_speed_mm_s, now_);
 }
 
 void Controller::park() {
-  startPath(config_.park_mm);
+  rise();
+  route_.add(config_.park_mm);
   enter(Activity::parking);
 }
 
-void Controller::startPath(const Vector3& target) {
-  path_ = SafePath{machine_.commandedPosition(), target, config_.nominal_centre_mm,
-                   config_.nominal_effective_radius_mm + config_.safe_distance_mm};
+// Where the stylus ball's centre is to meet the surface.
+Vector3 Controller::surface() const {
+  const Place at = place();
+  if (at.shape == Place::Shape::gap) return at.centre - config_.plates.half_way_mm * step_.outward_normal;
+  return at.centre + (at.keep_out_mm - config_.safe_distance_mm) * step_.outward_normal;
 }
 
-Vector3 Controller::onNormal(double outside_mm) const {
-  return config_.nominal_centre_mm + (config_.nominal_effective_radius_mm + outside_mm) * step_.outward_normal;
+// On the way by which the surface is approached.
+Vector3 Controller::outOfSurface(double distance_mm) const {
+  const bool told = step_.approach_direction != Vector3{};
+  return surface() + distance_mm * (told ? -step_.approach_direction : step_.retract_direction);
 }
 
 }  // namespace probebox::world

@@ -1,23 +1,36 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
 #include "drivers/world/box_link.hpp"
+#include "drivers/world/config.hpp"
 #include "drivers/world/machine.hpp"
-#include "drivers/world/safe_path.hpp"
+#include "drivers/world/route.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
 
-// What the controller's program knows. It has set the sphere up by hand, so that its centre is a little wrong.
+// What the controller's program knows. It has set the features up by hand, so that their places are a little wrong.
 struct ControllerConfig {
   Vector3 nominal_centre_mm{10.12, -20.08, 30.1};
   double nominal_effective_radius_mm{15.5};  // datum sphere and stylus ball
+  struct Plates {
+    bool known{false};
+    Vector3 middle_mm{};
+    double half_way_mm{};  // from the middle to where the stylus ball's centre meets a face
+  } plates;
+  struct Part {
+    Vector3 point_mm{};  // of the rotary axis C, which is taken to be along Z
+    std::array<Vector3, PartSpindleConfig::kMostBalls> balls_mm{};  // relative to it, at C = 0
+    std::size_t ball_count{0};
+    double effective_radius_mm{};
+  } part;
   double safe_distance_mm{2};                // traverses stay this far from the surface
-  Vector3 park_mm{10, -20, 110};
+  Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere
   double run_out_mm{1.5};  // the retract keeps its speed until the clearance, and stops this far beyond
   std::uint32_t tool{1};
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
@@ -31,6 +44,8 @@ struct ControllerConfig {
 
 enum class Activity : std::uint8_t {
   asking,      // at rest, wants to know what to do
+  rising,      // off the feature before, to the free height
+  turning,     // the rotary axes
   travelling,  // to the approach point
   settling,
   beginning,  // the marker is with the box
@@ -69,6 +84,12 @@ class Controller {
 
   void ask();
   void follow(const Prompt& prompt);
+  bool known(const Prompt& prompt) const;
+  bool mustTurn() const;
+  Place place() const;
+  void rise();
+  void turn();
+  bool arrived();
   void travel(Activity then);
   void post(MarkerPhase phase, Activity waiting);
   void awaitAnswer();
@@ -76,8 +97,8 @@ class Controller {
   void touch();
   void withdraw();
   void park();
-  void startPath(const Vector3& target);
-  Vector3 onNormal(double outside_mm) const;
+  Vector3 surface() const;
+  Vector3 outOfSurface(double distance_mm) const;
 
   ControllerConfig config_;
   Machine& machine_;
@@ -91,7 +112,8 @@ class Controller {
   Prompt step_;                   // what is being done
   Marker marker_;                 // the one that was posted last
   MonoTime posted_{};
-  SafePath path_;
+  std::optional<Place> near_;     // where the probe is, unless at the free height
+  Route route_;
   std::uint64_t finished_steps_{};
   std::uint64_t abandoned_steps_{};
   std::uint64_t resent_markers_{};

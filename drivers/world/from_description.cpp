@@ -1,5 +1,6 @@
 #include "drivers/world/from_description.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace probebox::world {
@@ -36,6 +37,40 @@ ProbeConfig probeOf(const board::WorldProbe& described) {
   return probe;
 }
 
+// An axis nominally along Z.
+Vector3 alongZ(const std::array<double, 2>& tilt) {
+  return unit({tilt[0], tilt[1], 1});
+}
+
+PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
+  PartSpindleConfig spindle{.point_mm = described.point_mm,
+                            .direction = alongZ(described.tilt),
+                            .balls_mm = {},
+                            .ball_count = std::min(described.balls_mm.size(), PartSpindleConfig::kMostBalls),
+                            .ball_radius_mm = described.ball_radius_mm};
+  std::copy_n(described.balls_mm.begin(), spindle.ball_count, spindle.balls_mm.begin());
+  return spindle;
+}
+
+void addFeatures(Config& config, const board::World& description) {
+  if (const auto& plates = description.plates) {
+    config.plates = {.fitted = true,
+                     .middle_mm = plates->middle_mm,
+                     .gap_mm = plates->gap_mm,
+                     .width_mm = plates->width_mm,
+                     .height_mm = plates->height_mm,
+                     .thickness_mm = plates->thickness_mm};
+  }
+  if (description.part_spindle) config.part_spindle = partSpindleOf(*description.part_spindle);
+  if (const auto& spindle = description.probe_spindle) {
+    config.probe_spindle = {.direction = alongZ(spindle->tilt),
+                            .stylus_offset_mm = spindle->stylus_offset_mm,
+                            .stylus_length_mm = spindle->stylus_length_mm};
+  }
+  if (description.rotary)
+    config.rotary = {.speed_rad_s = description.rotary->speed_rad_s, .noise_rad = description.rotary->noise_rad};
+}
+
 }  // namespace
 
 Config fromDescription(const board::World& description) {
@@ -52,6 +87,7 @@ Config fromDescription(const board::World& description) {
   config.probe = probeOf(description.probe);
   config.sphere = {description.sphere.centre_mm, description.sphere.radius_mm,
                    description.sphere.stylus_ball_radius_mm};
+  addFeatures(config, description);
   return config;
 }
 
@@ -65,6 +101,18 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
   ControllerConfig config;
   config.nominal_centre_mm = description.sphere.centre_mm + error_mm;
   config.nominal_effective_radius_mm = description.sphere.radius_mm + description.sphere.stylus_ball_radius_mm;
+  if (const auto& plates = description.plates) {
+    config.plates = {.known = true,
+                     .middle_mm = plates->middle_mm + error_mm,
+                     .half_way_mm = plates->gap_mm / 2 - description.sphere.stylus_ball_radius_mm};
+  }
+  if (description.part_spindle) {
+    const auto part = partSpindleOf(*description.part_spindle);
+    config.part = {.point_mm = part.point_mm + error_mm,
+                   .balls_mm = part.balls_mm,
+                   .ball_count = part.ball_count,
+                   .effective_radius_mm = part.ball_radius_mm + description.sphere.stylus_ball_radius_mm};
+  }
   config.park_mm = description.axes.home_mm;
   config.dwell = Nanoseconds{std::llround(1e9 * description.cycle.dwell_s)};
   return config;

@@ -1,23 +1,34 @@
 #pragma once
+#include <cstdint>
+
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
+#include "drivers/world/random.hpp"
+#include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::world {
 
-// Three linear axes that carry the probe. Positions are of the stylus ball's centre while the stylus is free, mm.
+// Three linear axes that carry the probe in its spindle (rotary axis A), and a spindle for the part (C). Positions are
+// of the moving reference: of the stylus ball's centre while the stylus is free, but for what the probe's spindle
+// adds to it.
 class Machine {
  public:
-  explicit Machine(const Config& config);
+  explicit Machine(const Config& config, std::uint64_t seed = 0);
 
   // Commands, for a controller.
 
   // A straight move from rest to rest, starting at `now`. False, and nothing happens, while the last one is under way.
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
-  bool atRest(MonoTime now) const { return motion_.atRest(now); }
+  bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
+  // Turns the rotary axes A and C to these angles, not the shorter way round. False, and nothing happens, while
+  // something is under way. Where an axis really stops is a little beside.
+  bool turnTo(double a_rad, double c_rad, MonoTime now);
+  double commandedA() const { return commanded_a_rad_; }
+  double commandedC() const { return commanded_c_rad_; }
   Vector3 commandedPosition() const { return motion_.target(); }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
@@ -28,12 +39,30 @@ class Machine {
   Vector3 stylusDisplacementAt(MonoTime at, double delay_s = 0) const {
     return stylus_.displacement(positionAt(at, delay_s), at, delay_s);
   }
+  // The same in the probe's own axes.
+  Vector3 probeDisplacementAt(MonoTime at, double delay_s) const {
+    return stylus_.inProbeAxes(positionAt(at, delay_s), at, delay_s);
+  }
   const Stylus& stylus() const { return stylus_; }
+  // How often a part that turned struck the stylus, or a spindle turned while the stylus touched.
+  std::uint64_t crashes() const { return crashes_; }
 
  private:
+  double stopAt(double angle_rad) { return angle_rad + rotary_.noise_rad * random_.normal(); }
+  Hold holdAt(double a_rad) const;
+
+
   AxesConfig axes_;
+  RotaryConfig rotary_;
+  ProbeSpindleConfig probe_spindle_;
   MotionHistory motion_;
+  Solids solids_;
   Stylus stylus_;
+  Random random_;
+  Hold hold_;
+  double commanded_a_rad_{}, commanded_c_rad_{};
+  MonoTime turned_at_{MonoTime::min()};
+  std::uint64_t crashes_{};
 };
 
 }  // namespace probebox::world

@@ -20,7 +20,7 @@ Probe::Probe(const Config& config, std::uint64_t seed)
 bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {
   Deflection deflection{
       .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
-  const Vector3 channels_mm = channels_of_displacement_ * machine.stylusDisplacementAt(deflection.at, tau_s_);
+  const Vector3 channels_mm = channels_of_displacement_ * machine.probeDisplacementAt(deflection.at, tau_s_);
   for (std::size_t i = 0; i < channels_mm.size(); ++i) {
     const double read_mm = channels_mm[i] + 1e-3 * config_.noise_um * random_.normal();
     const double clipped_mm = std::clamp(read_mm, -config_.range_mm, config_.range_mm);

@@ -10,16 +10,16 @@ MonoTime Instant::rounded() const {
   return base + Nanoseconds{std::llround(offset_s * 1e9)};
 }
 
-Stylus::Stylus(const SphereConfig& sphere, const ProbeConfig& probe)
-    : centre_{sphere.centre_mm},
-      effective_radius_mm_{sphere.radius_mm + sphere.stylus_ball_radius_mm},
-      bounce_mm_{probe.bounce_mm},
+Stylus::Stylus(const ProbeConfig& probe)
+    : bounce_mm_{probe.bounce_mm},
       decay_s_{probe.bounce_decay_s},
       angular_frequency_{2 * std::numbers::pi * probe.stylus_frequency_hz} {}
 
-void Stylus::follow(const Move& move) {
-  const double free_from_mm = release(move);
-  if (free_from_mm < move.length_mm) meet(move, free_from_mm);
+void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
+  Move way = move;  // of the ball while it is free
+  way.from = move.from + hold.tip;
+  const double free_from_mm = release(way);
+  if (free_from_mm < way.length_mm) meet(way, free_from_mm, solids, hold);
 }
 
 double Stylus::release(const Move& move) {
@@ -37,22 +37,18 @@ double Stylus::release(const Move& move) {
   return distance_mm;
 }
 
-void Stylus::meet(const Move& move, double from_mm) {
-  const Vector3 from_centre = move.from - centre_;
-  const double half = dot(from_centre, move.direction);
-  const double discriminant = half * half - dot(from_centre, from_centre) + effective_radius_mm_ * effective_radius_mm_;
-  if (discriminant <= 0) return;
-  const double distance_mm = -half - std::sqrt(discriminant);
-  if (distance_mm < from_mm || distance_mm >= move.length_mm) return;
-  const Vector3 point = move.at(distance_mm);
-  const Vector3 normal = unit(point - centre_);
-  const double time_s = move.profile.timeAt(distance_mm);
+void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold) {
+  const auto meeting = solids.meet(way, from_mm);
+  if (!meeting) return;
+  const double time_s = way.profile.timeAt(meeting->distance_mm);
   contacts_[count_ % kRemembered] =
-      Contact{.point = point,
-              .normal = normal,
-              .begin = Instant{move.start, time_s},
+      Contact{.point = way.at(meeting->distance_mm),
+              .normal = meeting->normal,
+              .tip = hold.tip,
+              .turned = hold.turned,
+              .begin = Instant{way.start, time_s},
               .end = std::nullopt,
-              .bounce_mm = amplitude(-dot(move.direction, normal) * move.profile.speedAt(time_s)),
+              .bounce_mm = amplitude(-dot(way.direction, meeting->normal) * way.profile.speedAt(time_s)),
               .ring_mm = 0};
   ++count_;
 }
@@ -67,16 +63,29 @@ double Stylus::decayed(double amplitude_mm, double elapsed_s) const {
   return amplitude_mm * std::exp(-elapsed_s / decay_s_) * std::sin(angular_frequency_ * elapsed_s);
 }
 
-Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {
+const Contact* Stylus::contactAt(MonoTime at, double delay_s) const {
   for (std::uint64_t i = count_; const Contact* contact = i > 0 ? this->contact(i - 1) : nullptr; --i) {
-    const double touched_s = contact->begin.elapsed(at, delay_s);
-    if (touched_s < 0) continue;
-    const double free_s = contact->end ? contact->end->elapsed(at, delay_s) : -1;
-    if (free_s >= 0) return -decayed(contact->ring_mm, free_s) * contact->normal;
-    // A bounce goes off the surface alone.
-    return contact->point - body + std::abs(decayed(contact->bounce_mm, touched_s)) * contact->normal;
+    if (contact->begin.elapsed(at, delay_s) >= 0) return contact;
   }
-  return {};
+  return nullptr;
+}
+
+Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime at, double delay_s) const {
+  const double free_s = contact.end ? contact.end->elapsed(at, delay_s) : -1;
+  if (free_s >= 0) return -decayed(contact.ring_mm, free_s) * contact.normal;
+  // A bounce goes off the surface alone.
+  const double bounce_mm = std::abs(decayed(contact.bounce_mm, contact.begin.elapsed(at, delay_s)));
+  return contact.point - (body + contact.tip) + bounce_mm * contact.normal;
+}
+
+Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {
+  const Contact* contact = contactAt(at, delay_s);
+  return contact != nullptr ? displaced(*contact, body, at, delay_s) : Vector3{};
+}
+
+Vector3 Stylus::inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const {
+  const Contact* contact = contactAt(at, delay_s);
+  return contact != nullptr ? transposed(contact->turned) * displaced(*contact, body, at, delay_s) : Vector3{};
 }
 
 const Contact* Stylus::contact(std::uint64_t number) const {

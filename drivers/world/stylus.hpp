@@ -6,6 +6,7 @@
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
+#include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
@@ -21,30 +22,41 @@ struct Instant {
   MonoTime rounded() const;
 };
 
-// The stylus ball on the surface of the sphere. Its centre stays at `point` until the body no longer presses.
+// The stylus ball on a surface. Its centre stays at `point` until the body no longer presses.
 struct Contact {
   Vector3 point{};   // mm
   Vector3 normal{};  // outward
+  Vector3 tip{};     // of the stylus ball's centre against the body while it touches
+  Matrix3 turned{};  // of the probe, from its own axes into the machine's
   Instant begin;
   std::optional<Instant> end;
   double bounce_mm{};  // first amplitudes
   double ring_mm{};
 };
 
-// A ball on a spring that meets the datum sphere. Touching, it sticks where it met the surface, which holds while the
-// touch is nearly normal; the centre of the ball never enters the effective sphere. At contact it bounces off and at
+// How the probe's spindle stands: where it holds the stylus ball's centre against the body, and how the probe is turned.
+struct Hold {
+  Vector3 tip{};
+  Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+};
+
+// A ball on a spring that meets solids. Touching, it sticks where it met the surface, whatever the direction of the
+// approach; the centre of the ball never enters a solid grown by the ball's radius. At contact it bounces off and at
 // release it rings, both with the free stylus' frequency.
 class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
 
-  Stylus(const SphereConfig& sphere, const ProbeConfig& probe);
+  explicit Stylus(const ProbeConfig& probe);
 
-  // Contacts that the move makes and ends.
-  void follow(const Move& move);
+  // Contacts that the body's move makes and ends.
+  void follow(const Move& move, const Solids& solids, const Hold& hold);
 
-  // Centre of the stylus ball minus body, mm, in machine axes, `delay_s` before `at`. `body` is of that instant.
+  // How far the stylus ball stands from where the probe holds it, mm, in machine axes, `delay_s` before `at`. `body` is
+  // of that instant.
   Vector3 displacement(const Vector3& body, MonoTime at, double delay_s) const;
+  // The same in the probe's own axes, which turn with its spindle.
+  Vector3 inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const;
 
   std::uint64_t contactCount() const { return count_; }
   // The contact of that number, from 0; nothing when it is still to come or has been forgotten.
@@ -52,12 +64,12 @@ class Stylus {
 
  private:
   double release(const Move& move);  // distance from which on the ball is free; the length when it stays in contact
-  void meet(const Move& move, double from_mm);
+  void meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold);
+  const Contact* contactAt(MonoTime at, double delay_s) const;
+  Vector3 displaced(const Contact& contact, const Vector3& body, MonoTime at, double delay_s) const;
   double amplitude(double normal_speed_mm_s) const;
   double decayed(double amplitude_mm, double elapsed_s) const;
 
-  Vector3 centre_;
-  double effective_radius_mm_;
   double bounce_mm_;
   double decay_s_;
   double angular_frequency_;

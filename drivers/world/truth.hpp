@@ -33,6 +33,9 @@ struct Truth {
   Vector3 tau_s{};  // tau_machine - tau_probe, what the box can find: (A1)
   Vector3 sphere_centre_mm{};
   double effective_radius_mm{};  // datum sphere and stylus ball
+  double gap_mm{};               // between the plates
+  Vector3 part_axis_point_mm{};  // a point of the rotary axis C
+  Vector3 part_axis{};           // its direction, unit
   Matrix3 gain{};
   double drift_ppm{};  // of the true period against the nominal one, now
   Ledger ledger;

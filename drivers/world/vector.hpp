@@ -52,4 +52,17 @@ constexpr Matrix3 inverse(const Matrix3& m) {
            {scale * a[2], scale * b[2], scale * c[2]}}};
 }
 
+constexpr Matrix3 transposed(const Matrix3& m) {
+  return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
+}
+
+// By a right-handed angle about a unit vector (Rodrigues).
+inline Matrix3 rotation(const Vector3& axis, double angle_rad) {
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad), v = 1 - c;
+  const auto& [x, y, z] = axis;
+  return {{{c + v * x * x, v * x * y - s * z, v * x * z + s * y},
+           {v * x * y + s * z, c + v * y * y, v * y * z - s * x},
+           {v * x * z - s * y, v * y * z + s * x, c + v * z * z}}};
+}
+
 }  // namespace probebox::world

@@ -7,7 +7,7 @@ namespace probebox::world {
 World::World(const Config& config, std::uint64_t seed)
     : config_{config},
       now_{config.start},
-      machine_{config},
+      machine_{config, seed},
       encoders_{config, seed},
       probe_{config, seed},
       sync_{config, seed},
@@ -61,6 +61,9 @@ Truth World::truth() const {
                .tau_s = config_.delays.tau_machine_s - Vector3{tau_probe_s, tau_probe_s, tau_probe_s},
                .sphere_centre_mm = config_.sphere.centre_mm,
                .effective_radius_mm = config_.sphere.radius_mm + config_.sphere.stylus_ball_radius_mm,
+               .gap_mm = config_.plates.gap_mm,
+               .part_axis_point_mm = config_.part_spindle.point_mm,
+               .part_axis = unit(config_.part_spindle.direction),
                .gain = config_.probe.gain,
                .drift_ppm = sync_.driftPpm(),
                .ledger = ledger_};

@@ -1,0 +1,45 @@
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include "drivers/world/safe_path.hpp"
+#include "drivers/world/vector.hpp"
+
+namespace probebox::world {
+
+// Where the stylus may be near a feature, as the controller's program knows it.
+struct Place {
+  enum class Shape { round, gap };
+  Shape shape{Shape::round};
+  Vector3 centre{};
+  double keep_out_mm{};  // of a round feature: traverses stay this far from its centre
+
+  friend bool operator==(const Place&, const Place&) = default;
+};
+
+// Traverses between features: up from one to a height that is free everywhere, over, and down to another.
+class Route {
+ public:
+  Route() = default;
+  // Near one place.
+  static Route within(const Place& place, const Vector3& from, const Vector3& to);
+  static Route up(const Place& place, const Vector3& from, double height_mm);
+  // From that height.
+  static Route down(const Place& place, const Vector3& from, const Vector3& to);
+
+  bool done() const { return next_ == count_; }
+  // Only while not done.
+  const Vector3& next() const { return points_[next_]; }
+  void pass() { ++next_; }
+  void add(const Vector3& point) { points_[count_++] = point; }
+
+ private:
+  void add(SafePath path);
+
+  static constexpr std::size_t kMostPoints = 16;
+  std::array<Vector3, kMostPoints> points_{};
+  std::size_t count_{};
+  std::size_t next_{};
+};
+
+}  // namespace probebox::world

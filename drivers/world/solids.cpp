@@ -1,0 +1,94 @@
+#include "drivers/world/solids.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace probebox::world {
+namespace {
+
+SolidBlock plateOf(const PlatesConfig& plates, double side, double reach_mm) {
+  const double outwards = plates.gap_mm / 2 + plates.thickness_mm / 2;
+  const Vector3 centre = plates.middle_mm + Vector3{side * outwards, 0, 0};
+  const Vector3 half{plates.thickness_mm / 2 + reach_mm, plates.width_mm / 2 + reach_mm,
+                     plates.height_mm / 2 + reach_mm};
+  return {centre - half, centre + half};
+}
+
+}  // namespace
+
+std::optional<Meeting> SolidBall::meet(const Move& way) const {
+  const Vector3 from_centre = way.from - centre;
+  const double half = dot(from_centre, way.direction);
+  const double discriminant = half * half - dot(from_centre, from_centre) + reach_mm * reach_mm;
+  if (discriminant <= 0) return std::nullopt;
+  const double distance_mm = -half - std::sqrt(discriminant);
+  return Meeting{distance_mm, unit(way.at(distance_mm) - centre)};
+}
+
+// The way enters the block where it is inside of all three pairs of faces for the first time.
+std::optional<Meeting> SolidBlock::meet(const Move& way) const {
+  double enter = -std::numeric_limits<double>::infinity(), leave = -enter;
+  std::size_t face = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double speed = way.direction[axis], at = way.from[axis];
+    if (std::abs(speed) < 1e-12) {
+      if (at <= from[axis] || at >= to[axis]) return std::nullopt;
+      continue;
+    }
+    const double one = (from[axis] - at) / speed, other = (to[axis] - at) / speed;
+    if (std::min(one, other) > enter) enter = std::min(one, other), face = axis;
+    leave = std::min(leave, std::max(one, other));
+  }
+  if (enter >= leave) return std::nullopt;
+  Meeting meeting{.distance_mm = enter, .normal = {}};
+  meeting.normal[face] = way.direction[face] > 0 ? -1 : 1;
+  return meeting;
+}
+
+Solids::Solids(const Config& config)
+    : spindle_{config.part_spindle},
+      sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm} {
+  spindle_.direction = unit(spindle_.direction);
+  const double reach_mm = config.sphere.stylus_ball_radius_mm;
+  if (config.plates.fitted) {
+    plates_ = {plateOf(config.plates, -1, reach_mm), plateOf(config.plates, 1, reach_mm)};
+    plate_count_ = plates_.size();
+  }
+  for (auto& ball : part_) ball.reach_mm = spindle_.ball_radius_mm + reach_mm;
+  turnPart(0);
+}
+
+Vector3 Solids::ballAt(std::size_t ball, double c_rad) const {
+  return spindle_.point_mm + rotation(spindle_.direction, c_rad) * spindle_.balls_mm[ball];
+}
+
+void Solids::turnPart(double c_rad) {
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) part_[i].centre = ballAt(i, c_rad);
+}
+
+std::optional<Meeting> Solids::meet(const Move& way, double from_mm) const {
+  std::optional<Meeting> nearest;
+  const auto consider = [&](const std::optional<Meeting>& meeting) {
+    if (!meeting || meeting->distance_mm < from_mm || meeting->distance_mm >= way.length_mm) return;
+    if (!nearest || meeting->distance_mm < nearest->distance_mm) nearest = meeting;
+  };
+  consider(sphere_.meet(way));
+  for (std::size_t i = 0; i < plate_count_; ++i) consider(plates_[i].meet(way));
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) consider(part_[i].meet(way));
+  return nearest;
+}
+
+bool Solids::swept(const Vector3& point, double from_rad, double to_rad) const {
+  constexpr double kStep_rad = 0.01;
+  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to_rad - from_rad) / kStep_rad)));
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) {
+    for (int k = 0; k <= steps; ++k) {
+      const double c_rad = from_rad + (to_rad - from_rad) * k / steps;
+      if (norm(point - ballAt(i, c_rad)) < part_[i].reach_mm) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace probebox::world

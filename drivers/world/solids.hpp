@@ -1,0 +1,56 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/motion.hpp"
+#include "drivers/world/vector.hpp"
+
+namespace probebox::world {
+
+// Where a straight way of the stylus ball's centre meets a surface.
+struct Meeting {
+  double distance_mm{};  // along the way
+  Vector3 normal{};      // of the surface, outward
+};
+
+// A ball, as the stylus ball's centre meets it.
+struct SolidBall {
+  Vector3 centre{};
+  double reach_mm{};  // radius of the ball and of the stylus ball
+
+  std::optional<Meeting> meet(const Move& way) const;
+};
+
+// A block with faces across the machine axes. Its edges are met as corners of the block that is larger by the stylus
+// ball's radius.
+struct SolidBlock {
+  Vector3 from{}, to{};  // already larger by that radius
+
+  std::optional<Meeting> meet(const Move& way) const;
+};
+
+// Everything that the stylus can touch, with the part spindle at one angle. Real points are turned about real axes: no
+// formula of any calibration stands here.
+class Solids {
+ public:
+  explicit Solids(const Config& config);
+
+  void turnPart(double c_rad);
+  // The nearest surface from `from_mm` on; nothing when the way is free.
+  std::optional<Meeting> meet(const Move& way, double from_mm) const;
+  // True when a ball of the part sweeps over the point while C turns between the two angles.
+  bool swept(const Vector3& point, double from_rad, double to_rad) const;
+
+ private:
+  Vector3 ballAt(std::size_t ball, double c_rad) const;
+
+  PartSpindleConfig spindle_;
+  SolidBall sphere_;
+  std::array<SolidBlock, 2> plates_{};
+  std::size_t plate_count_{};
+  std::array<SolidBall, PartSpindleConfig::kMostBalls> part_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,140 @@
+#include "drivers/world/solids.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <optional>
+
+#include "drivers/world/machine.hpp"
+#include "streams.hpp"
+
+namespace probebox::world {
+namespace {
+
+using testing::seconds;
+
+// A ball on a leaning part spindle, plates beside, and a stylus that is off its own spindle's axis.
+Config furnished() {
+  Config config = testing::quiet();
+  config.plates = {.fitted = true, .middle_mm = {100, 0, 20}, .gap_mm = 20};
+  config.part_spindle.point_mm = {300, 50, -40};
+  config.part_spindle.direction = {0.002, -0.003, 1};
+  config.part_spindle.balls_mm[0] = {30, 0, 60};
+  config.part_spindle.ball_count = 1;
+  config.probe_spindle = {.direction = {0.001, 0, 1}, .stylus_offset_mm = {0.5, -0.25}, .stylus_length_mm = 100};
+  config.axes.home_mm = {300, 50, 110};
+  return config;
+}
+
+// One movement after the other, each with all the time that it takes.
+class Driver {
+ public:
+  explicit Driver(const Config& config) : machine{config} {}
+
+  void turn(double a_rad, double c_rad) {
+    EXPECT_TRUE(machine.turnTo(a_rad, c_rad, next()));
+  }
+  void go(const Vector3& target) { EXPECT_TRUE(machine.moveTo(target, 50, next())); }
+  // The contact of a drive from one place to another and back; nothing when the way was free.
+  std::optional<Contact> touch(const Vector3& from, const Vector3& to) {
+    go({from[0], from[1], 110});
+    go(from);
+    const auto before = machine.stylus().contactCount();
+    go(to);
+    std::optional<Contact> contact;
+    if (machine.stylus().contactCount() > before) contact = *machine.stylus().contact(before);
+    go(from);
+    go({from[0], from[1], 110});
+    return contact;
+  }
+
+  Machine machine;
+
+ private:
+  MonoTime next() { return seconds(t_ += 30); }
+  double t_{};
+};
+
+TEST(Solids, ABallTurnsAboutItsLeaningAxis) {
+  const Config config = furnished();
+  Driver driver{config};
+  const Vector3 along = unit(config.part_spindle.direction);
+  for (const double c_rad : {0.0, 0.7, 2.0, 3.9, 5.5}) {
+    driver.turn(0, c_rad);
+    const Vector3 about{300 + 30 * std::cos(c_rad), 50 + 30 * std::sin(c_rad), 20};
+    for (const Vector3& side : {Vector3{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+      const auto contact = driver.touch(about + 12.0 * side, about + 8.0 * side);
+      ASSERT_TRUE(contact);
+      // From the surface along its normal to the centre: always as far along the axis and as far off it.
+      const Vector3 from_axis = contact->point - 9.0 * contact->normal - config.part_spindle.point_mm;
+      const double height = dot(from_axis, along);
+      EXPECT_NEAR(height, dot({30, 0, 60}, along), 1e-9);
+      EXPECT_NEAR(norm(from_axis - height * along), norm(Vector3{30, 0, 60} - height * along), 1e-9);
+      EXPECT_NEAR(norm(contact->normal), 1, 1e-12);
+    }
+  }
+  EXPECT_EQ(driver.machine.crashes(), 0U);
+}
+
+TEST(Solids, PlatesAreMetFromWithinTheGapAndFromOutside) {
+  Driver driver{furnished()};
+  const double free_mm = 10 - 3;  // from the middle to where the stylus ball's centre meets a face
+  for (const double side : {-1.0, 1.0}) {
+    const auto inside = driver.touch({100, 0, 20}, {100 + 8 * side, 0, 20});
+    ASSERT_TRUE(inside);
+    EXPECT_NEAR(inside->point[0], 100 + free_mm * side, 1e-9);
+    EXPECT_EQ(inside->normal, (Vector3{-side, 0, 0}));
+    const auto outside = driver.touch({100 + 30 * side, 0, 20}, {100 + 20 * side, 0, 20});
+    ASSERT_TRUE(outside);
+    EXPECT_NEAR(outside->point[0], 100 + (10 + 8 + 3) * side, 1e-9);
+    EXPECT_EQ(outside->normal, (Vector3{side, 0, 0}));
+  }
+  EXPECT_FALSE(driver.touch({100, 60, 20}, {120, 60, 20})) << "beside the plates the way is free";
+}
+
+TEST(Solids, AHalfTurnOfTheProbesSpindleTakesTheStylusToTheOtherSide) {
+  Driver driver{furnished()};
+  const auto across = [&](double a_rad) {
+    driver.turn(a_rad, 0);
+    const auto contact = driver.touch({350, 50, 20}, {330, 50, 20});
+    return contact.value();
+  };
+  const Contact straight = across(0), turned = across(3.141592653589793);
+  EXPECT_EQ(straight.tip, (Vector3{0.5, -0.25, 0}));
+  // The axis leans by 1 mrad: 100 mm below the reference the ball goes round a point that is 0.1 mm to -X.
+  EXPECT_NEAR(turned.tip[0], -0.5 - 0.2, 1e-3);
+  EXPECT_NEAR(turned.tip[1], 0.25, 1e-6);
+  EXPECT_NEAR(turned.turned[0][0], -1, 1e-5);
+}
+
+TEST(Solids, ThePartStrikesAStylusThatStandsInItsWay) {
+  Driver driver{furnished()};
+  driver.go({300, 90, 110});
+  driver.go({300, 80, 20});
+  driver.turn(0, 1.0);
+  EXPECT_EQ(driver.machine.crashes(), 0U) << "not as far as there";
+  driver.turn(0, 2.5);
+  EXPECT_EQ(driver.machine.crashes(), 1U);
+}
+
+TEST(Solids, AnAxisStopsBesideItsAngleByItsNoise) {
+  Config config = furnished();
+  config.rotary.noise_rad = 1e-3;
+  std::vector<double> off;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Machine machine{config, seed};
+    machine.turnTo(0, 1.5707963267948966, seconds(1));
+    machine.moveTo({300, 100, 20}, 50, seconds(20));
+    machine.moveTo({300, 88, 20}, 50, seconds(40));
+    ASSERT_EQ(machine.stylus().contactCount(), 1U);
+    const Contact contact = *machine.stylus().contact(0);
+    const Vector3 centre = contact.point - 9.0 * contact.normal;
+    // Where the ball is, the axis leans by (0.12, -0.18) mm; from there the arm of (29.88, 0.18) mm has been turned.
+    off.push_back((300 + 0.12 - 0.18 - centre[0]) / 30);
+  }
+  const auto [mean, sd] = testing::momentsOf(off);
+  EXPECT_NEAR(mean, 0, 3e-4);
+  EXPECT_NEAR(sd, 1e-3, 2.5e-4);
+}
+
+}  // namespace
+}  // namespace probebox::world
