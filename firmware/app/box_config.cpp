@@ -53,6 +53,14 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   return config;
 }
 
+procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
+  const auto& machine = descriptions.machine;
+  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+          .gap_mm = machine.datum_gap_mm,
+          .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
+          .sigma_c_rad = machine.sigma_c_rad};
+}
+
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {
   messages::Descriptor descriptor;
   descriptor.board = descriptions.box.board_name;

@@ -4,6 +4,7 @@
 
 #include "board/describe/parse.hpp"
 #include "firmware/box/box.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 
@@ -11,6 +12,7 @@
 namespace probebox::app {
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions);
+procedure::Facts procedureFacts(const board::Descriptions& descriptions);
 // Without the delay in force, which changes while the box runs.
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);
 // The digital inputs, with nothing counted yet.

@@ -38,9 +38,11 @@ std::optional<DelayActivated> delayOf(const store::Record& record, MonoTime now)
 
 }  // namespace
 
-Calibrations::Calibrations(store::Store store, Mounting mounting, std::function<MonoTime()> now, TellCore tell_core)
+Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts,
+                           std::function<MonoTime()> now, TellCore tell_core)
     : store_{std::move(store)},
       mounting_{std::move(mounting)},
+      facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)} {}
 
@@ -68,14 +70,14 @@ std::optional<DelayActivated> Calibrations::restore() {
   return std::nullopt;
 }
 
-void Calibrations::solve(std::uint32_t run, const capture::Recording& recording, const capture::Scales& scales,
-                         const std::string& method) {
-  const metrology::Dataset dataset = capture::touchDataset(recording, scales, method);
+void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
+                         const capture::Scales& scales) {
+  const auto [dataset, refusal] = procedure::runDataset(method, recording, scales, facts_);
   dataset_run_ = run;
   dataset_ = store::toJson(dataset);
-  const metrology::Solved solved = metrology::solve(dataset);
+  const metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);
   setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
-  const auto id = keep(bindingFor(method), solved);
+  const auto id = keep(bindingFor(dataset.method), solved);
   insist(Solved{.run = run, .refused = !solved || !id, .result_id = id.value_or(0), .at = now_()});
 }
 

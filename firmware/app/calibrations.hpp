@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware/capture/touch_dataset.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -27,13 +27,14 @@ class Calibrations {
  public:
   // `tell_core` hands a command to the core; false when its queue is full.
   using TellCore = std::function<bool(const Event&)>;
-  Calibrations(store::Store store, Mounting mounting, std::function<MonoTime()> now, TellCore tell_core);
+  Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
+               TellCore tell_core);
 
   // The result in force from earlier runs of the daemon, if there is one.
   std::optional<DelayActivated> restore();
 
-  void solve(std::uint32_t run, const capture::Recording& recording, const capture::Scales& scales,
-             const std::string& method);
+  void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
+             const capture::Scales& scales);
   Outcome<store::Record, store::Failure> accept(std::uint64_t id, const std::string& by);
   Outcome<std::vector<store::Record>, store::Failure> newest(std::size_t count) { return store_.newest(count); }
   // The data of a run of this process, as JSON text; empty when there is none.
@@ -50,6 +51,7 @@ class Calibrations {
 
   store::Store store_;
   Mounting mounting_;
+  procedure::Facts facts_;
   std::function<MonoTime()> now_;
   TellCore tell_core_;
   std::uint32_t dataset_run_{};

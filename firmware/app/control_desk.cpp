@@ -32,6 +32,36 @@ Reply notPermitted(const char* key) {
                  std::string{"This is off on this box: set "} + key + " = true in [access] of service.toml.");
 }
 
+void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
+  answer.outward_normal = step.touch.outward_normal;
+  answer.retract_direction = step.touch.retract_direction;
+  answer.overtravel_mm = step.overtravel_mm;
+  answer.clearance_mm = step.clearance_mm;
+  answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+  answer.kind = static_cast<messages::StepKind>(step.kind);
+  answer.feature = static_cast<messages::StepFeature>(step.feature);
+  answer.ball = step.touch.ball;
+  answer.turns = step.turns;
+  answer.rotary_angles_rad = step.touch.rotary_angles_rad;
+  for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
+  answer.run_out_mm = procedure::kRunOut_mm;
+}
+
+// Nothing when the request has more speeds than a run can have.
+std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Request& request) {
+  if (request.speeds_mm_s.size() > kMostSpeeds) return std::nullopt;
+  ProcedureOptions options{.speed_count = static_cast<std::uint8_t>(request.speeds_mm_s.size()),
+                           .speeds_mm_s = {},
+                           .overtravel_mm = request.overtravel_mm,
+                           .clearance_mm = request.clearance_mm,
+                           .approach_rad = request.approach_rad,
+                           .arc_rad = request.arc_rad,
+                           .angles = request.angles,
+                           .balls = request.balls};
+  std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
+  return options;
+}
+
 bool inProgress(procedure::State state) {
   return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
 }
@@ -122,7 +152,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
       return "idle";
     case procedure::State::waiting:
     case procedure::State::running: {
-      std::string text = procedure::promptFor(with_.plan, progress.step);
+      std::string text = procedure::promptFor(plan_, progress.step);
       if (progress.timed_out) text += " (again: the end of the step never came)";
       if (progress.last_fault != capture::TouchFault::none)
         text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
@@ -159,12 +189,7 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   answer.result_id = progress.result_id;
   answer.prompt = procedureInWords(state);
   if (progress.step < progress.steps) {
-    const auto& step = with_.plan.steps[progress.step];
-    answer.outward_normal = step.touch.outward_normal;
-    answer.retract_direction = step.touch.retract_direction;
-    answer.overtravel_mm = step.overtravel_mm;
-    answer.clearance_mm = step.clearance_mm;
-    answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+    describeStep(plan_.steps[progress.step], answer);
   }
   if (progress.state == procedure::State::refused) {
     answer.refusal =
@@ -216,6 +241,13 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
   }
+  const auto options = optionsOf(*request);
+  if (!options)
+    return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
+  if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
+    return refused(ErrorCode::refused, error->what);
+  if (const auto error = procedure::whyUnready(*method, with_.facts, state.snapshot.delay.calibrated))
+    return refused(ErrorCode::wrong_state, error->what);
   const bool starting = last_run_ > state.procedure.run;
   if (starting || inProgress(state.procedure.state)) {
     return refused(ErrorCode::busy, "Run " + std::to_string(std::max(last_run_, state.procedure.run)) +
@@ -223,10 +255,13 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
   }
   if (state.map.state != ClockState::locked)
     return refused(ErrorCode::wrong_state, "The master clock is not locked: check the sync line, then start again.");
-  last_run_ = std::max(last_run_, state.procedure.run) + 1;
-  const ProcedureStarted started{
-      .run = last_run_, .method = static_cast<std::uint16_t>(*method), .at = with_.time.now()};
+  const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
+                                 .method = static_cast<std::uint16_t>(*method),
+                                 .at = with_.time.now(),
+                                 .options = *options};
   if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  last_run_ = started.run;
+  procedure::fill(plan_, *method, *options);
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 

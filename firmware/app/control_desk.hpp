@@ -13,7 +13,7 @@
 #include "firmware/app/time_source.hpp"
 #include "firmware/app/worker.hpp"
 #include "firmware/box/state.hpp"
-#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 #include "firmware/stream/control_channel.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/types.hpp"
@@ -49,7 +49,8 @@ struct LinkVitals {
 class ControlDesk {
  public:
   struct Colleagues {
-    const procedure::Plan& plan;
+    procedure::Facts facts;
+    double deflection_limit_mm;  // of the probe
     const TimeSource& time;
     CommandQueue& commands;
     Worker& worker;
@@ -86,6 +87,7 @@ class ControlDesk {
   Colleagues with_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};
+  procedure::Plan plan_;  // of the last run: only the desk starts one
 };
 
 }  // namespace probebox::app

@@ -22,7 +22,14 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .retract_direction = answer.retract_direction,
           .nominal_speed_mm_s = answer.nominal_speed_mm_s,
           .overtravel_mm = answer.overtravel_mm,
-          .clearance_mm = answer.clearance_mm};
+          .clearance_mm = answer.clearance_mm,
+          .run_out_mm = answer.run_out_mm,
+          .approach_direction = answer.approach_direction,
+          .kind = static_cast<world::StepKind>(answer.kind),
+          .feature = static_cast<world::StepFeature>(answer.feature),
+          .ball = answer.ball,
+          .turns = answer.turns,
+          .rotary_angles_rad = answer.rotary_angles_rad};
 }
 
 }  // namespace

@@ -81,14 +81,14 @@ struct Daemon::Parts {
         std::optional<JournalWriter> journal_writer)
       : time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
-        calibrations{std::move(store), mountingOf(descriptions), [this] { return time.now(); },
+        calibrations{std::move(store), mountingOf(descriptions), procedureFacts(descriptions), [this] { return time.now(); },
                      [this](const Event& command) { return tellCore(command); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
-             {core.plan(), time, commands, worker, calibrations, counters, source_table,
+             {procedureFacts(descriptions), descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, counters, source_table,
               [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
@@ -115,7 +115,7 @@ struct Daemon::Parts {
     writeJournal();
     drainLog();
     if (const auto run = core.takeRunToSolve())
-      calibrations.solve(*run, core.recording(), core.scales(), std::string{procedure::nameOf(core.plan().method)});
+      calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
   }
 
   void writeJournal() {

@@ -43,7 +43,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       clock_{config.clock},
       probe_clock_{config.probe_clock},
       latch_{config.latch},
-      procedure_{config.multi_speed, config.capture},
+      procedure_{config.capture},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.
   for (auto& lines : line_sequence_) lines.fill(SequenceWatch{0});
@@ -121,6 +121,12 @@ void Box::on(const CountedDeflection& counted) {
 void Box::take(const Deflection& deflection) {
   latch_.push(deflection);
   procedure_.push(deflection);
+}
+
+void Box::on(const ProcedureStarted& started) {
+  const auto& delay = corrections_.snapshot().delay;
+  procedure_.start(started,
+                   {.result_id = delay.result_id, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .at = started.at});
 }
 
 void Box::on(const Marker& marker) {

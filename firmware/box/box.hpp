@@ -23,7 +23,6 @@ struct BoxConfig {
   clock::CounterClockConfig probe_clock;  // of a receiver that counts its samples
   latch::LatchConfig latch;
   std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
-  procedure::MultiSpeedOptions multi_speed;
   capture::Capacity capture;
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block closes at this age even when it is not full
@@ -56,7 +55,7 @@ class Box {
   void on(const Drift&) {}  // for the screws; nothing listens yet
   void on(const Marker& marker);
   void on(const SourceLost& lost);
-  void on(const ProcedureStarted& started) { procedure_.start(started); }
+  void on(const ProcedureStarted& started);
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
   void on(const DelayActivated& activated) { corrections_.push(activated); }

@@ -14,6 +14,8 @@ namespace probebox::capture {
 struct MachineRow {
   MonoTime at{};
   std::array<std::int64_t, kLinearAxes> counts{};
+  // The correction that the machine was served at that time: it stood by so much beside where it would have stood.
+  std::array<std::int32_t, kLinearAxes> correction_nm{};
 };
 
 // One sample of the probe's channels.
@@ -22,12 +24,16 @@ struct ProbeRow {
   std::array<std::int32_t, 3> channels_nm{};
 };
 
-// What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed.
+// What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed, and the
+// pose of the machine. The touches of one reading belong to one place of one ball.
 struct TouchRequest {
   std::uint32_t step{};
   std::array<double, 3> outward_normal{};
   std::array<double, 3> retract_direction{};
   double retract_speed_mm_s{};
+  std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as the machine said that it stood
+  std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
+  std::uint32_t reading{};                    // from 0
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the
@@ -51,6 +57,9 @@ class Recording {
   explicit Recording(Capacity capacity);
 
   void clear();
+  // The system delay that is in force while the run is recorded; result_id 0 for none.
+  void setDelay(const DelayActivated& delay) { delay_ = delay; }
+  const DelayActivated& delay() const { return delay_; }
   bool append(const MachineRow& row);  // false: full
   bool append(const ProbeRow& row);
   bool append(const Touch& touch);
@@ -67,6 +76,7 @@ class Recording {
   std::vector<MachineRow> machine_rows_;
   std::vector<ProbeRow> probe_rows_;
   std::vector<Touch> touches_;
+  DelayActivated delay_{};
 };
 
 }  // namespace probebox::capture

@@ -24,12 +24,16 @@ const char* explain(TouchFault fault) {
       return "the master clock was not locked: check the sync line";
     case TouchFault::recording_full:
       return "the recording is full: move faster between the markers of begin and end";
+    case TouchFault::wrong_pose:
+      return "the rotary axes do not stand where the step needs them: turn them as the prompt says, and say so in the "
+             "marker";
   }
   return "";
 }
 
-void TouchCapture::clear() {
+void TouchCapture::clear(const DelayActivated& delay) {
   recording_.clear();
+  recording_.setDelay(delay);
   running_ = false;
 }
 

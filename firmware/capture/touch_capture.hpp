@@ -17,6 +17,7 @@ enum class TouchFault : std::uint8_t {
   source_lost,
   clock_not_locked,
   recording_full,
+  wrong_pose,
 };
 const char* explain(TouchFault fault);
 
@@ -25,7 +26,8 @@ class TouchCapture {
  public:
   explicit TouchCapture(Capacity capacity) : recording_{capacity} {}
 
-  void clear();
+  // Empties the recording for a run during which this delay is in force; result_id 0 for none.
+  void clear(const DelayActivated& delay);
   void begin(const TouchRequest& request);
   void push(const Count& count);
   void push(const Deflection& deflection);

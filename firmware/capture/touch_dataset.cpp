@@ -15,8 +15,10 @@ double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
   return static_cast<double>(nominal_period.count()) / period_ns * 1e-9;
 }
 
+// Of the machine without a correction: results must not depend on the corrections that were in force.
 double millimetres(const MachineRow& row, const Scales& scales, std::size_t axis) {
-  return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis];
+  return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] -
+         row.correction_nm[axis] * kMillimetresPerNanometre;
 }
 
 }  // namespace

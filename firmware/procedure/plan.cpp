@@ -1,68 +1,226 @@
 #include "firmware/procedure/plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
+
+#include "firmware/procedure/methods.hpp"
 
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 1> kMethodNames{"delay-multi-speed"};
+constexpr std::array<std::string_view, kMethods.size()> kNames = [] {
+  std::array<std::string_view, kMethods.size()> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kMethods[i].name;
+  return names;
+}();
 
-struct Direction {
-  const char* name;
-  std::array<double, 3> outward_normal;
+const MethodRow* rowOf(Method method) {
+  const auto number = static_cast<std::size_t>(method);
+  return number >= 1 && number <= kMethods.size() ? &kMethods[number - 1] : nullptr;
+}
+
+// The options with the method's usual values in the place of zeros.
+struct Chosen {
+  std::span<const double> speeds_mm_s;
+  double overtravel_mm;
+  double clearance_mm;
+  double approach_rad;
+  double arc_rad;
+  std::uint16_t angles;
+  std::uint16_t balls;
 };
 
-constexpr std::array<Direction, 5> kFivePoints{{
-    {"+X", {1, 0, 0}},
-    {"-X", {-1, 0, 0}},
-    {"+Y", {0, 1, 0}},
-    {"-Y", {0, -1, 0}},
-    {"+Z", {0, 0, 1}},
-}};
+Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
+  const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
+  const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
+  return {
+      .speeds_mm_s = speed_count > 0 ? std::span{options.speeds_mm_s}.first(speed_count) : row.speeds_mm_s,
+      .overtravel_mm = or_usual(options.overtravel_mm, usual::kOvertravel_mm),
+      .clearance_mm = or_usual(options.clearance_mm, usual::kClearance_mm),
+      .approach_rad = row.off_normal ? or_usual(options.approach_rad, usual::kApproach_rad) : 0,
+      .arc_rad = or_usual(options.arc_rad, usual::kTurn_rad),
+      .angles = or_usual(options.angles, usual::kAngles),
+      .balls = row.poses == Poses::two_by_two ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
+  };
+}
+
+std::size_t poseCount(const MethodRow& row, const Chosen& with) {
+  if (row.poses == Poses::one) return 1;
+  return row.poses == Poses::around_c ? std::size_t{with.angles} : std::size_t{4} * with.balls;
+}
+
+struct Pose {
+  std::array<double, 3> angles_rad{};
+  std::uint16_t ball{};
+};
+
+// The part turns as seldom as can be: C is outermost, then A, then the balls.
+Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
+  if (row.poses == Poses::one) return {};
+  if (row.poses == Poses::around_c) {
+    const bool whole_turn = with.arc_rad > usual::kTurn_rad - 1e-9;
+    const double intervals = whole_turn ? with.angles : with.angles - 1;
+    return {{0, 0, with.arc_rad * static_cast<double>(index) / intervals}, 1};
+  }
+  constexpr double kHalfTurn = std::numbers::pi;
+  const std::size_t turned = index / with.balls;
+  const double a = turned % 2 == 0 ? 0.0 : kHalfTurn;
+  const double c = turned < 2 ? 0.0 : kHalfTurn;
+  return {{a, 0, c}, static_cast<std::uint16_t>(index % with.balls + 1)};
+}
+
+std::array<double, 3> retractOf(const Side& side, double approach_rad) {
+  std::array<double, 3> direction{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    direction[i] = std::cos(approach_rad) * side.outward_normal[i] + std::sin(approach_rad) * side.aside[i];
+  }
+  return direction;
+}
+
+std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit) {
+  if (value >= from && value <= to) return std::nullopt;
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), "%s of %g %s is not possible: give %g to %g %s.", what, value, unit, from, to,
+                unit);
+  return Error{text.data()};
+}
+
+// An option that the method would pass over in silence.
+std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& options) {
+  const auto leave_away = [&](const char* what) {
+    return Error{std::string{row.name} + " takes no " + what + ": leave that option away."};
+  };
+  if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
+  if ((options.angles != 0 || options.arc_rad != 0) && row.poses != Poses::around_c) return leave_away("rotary angles");
+  if (options.balls != 0 && row.poses != Poses::two_by_two) return leave_away("number of balls");
+  return std::nullopt;
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+std::string surfaceOf(const Step& step) {
+  std::string side;
+  for (const Side& known : kSphereSides) {
+    if (known.outward_normal == step.touch.outward_normal) side = known.name;
+  }
+  switch (step.feature) {
+    case Feature::datum_sphere:
+      return side + " side of the sphere";
+    case Feature::plates:
+      return "the face of the gap that looks to " + side;
+    case Feature::part_ball:
+      return side + " side of ball " + std::to_string(step.touch.ball);
+  }
+  return {};
+}
+
+std::string approachOf(const Step& step) {
+  const auto& u = step.touch.retract_direction;
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), ", coming along (%.3f, %.3f, %.3f)", -u[0], -u[1], -u[2]);
+  return text.data();
+}
+
+double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
+}
 
 }  // namespace
 
 std::string_view nameOf(Method method) {
-  const auto number = static_cast<std::size_t>(method);
-  return number >= 1 && number <= kMethodNames.size() ? kMethodNames[number - 1] : std::string_view{};
+  const MethodRow* row = rowOf(method);
+  return row != nullptr ? row->name : std::string_view{};
 }
 
 std::optional<Method> methodNamed(std::string_view name) {
-  const auto* found = std::find(kMethodNames.begin(), kMethodNames.end(), name);
-  if (found == kMethodNames.end()) return std::nullopt;
-  return static_cast<Method>(found - kMethodNames.begin() + 1);
+  const auto* found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return kMethods[static_cast<std::size_t>(found - kNames.begin())].method;
 }
 
 std::span<const std::string_view> methodNames() {
-  return kMethodNames;
+  return kNames;
 }
 
-Plan planMultiSpeed(const MultiSpeedOptions& options) {
-  Plan plan{.method = Method::delay_multi_speed, .step_count = 0, .steps = {}};
-  for (std::size_t i = 0; i < std::min(options.speed_count, MultiSpeedOptions::kMostSpeeds); ++i) {
-    for (const Direction& direction : kFivePoints) {
-      const capture::TouchRequest touch{.step = static_cast<std::uint32_t>(plan.step_count),
-                                        .outward_normal = direction.outward_normal,
-                                        .retract_direction = direction.outward_normal,
-                                        .retract_speed_mm_s = options.speeds_mm_s[i]};
-      plan.steps[plan.step_count++] = Step{touch, options.overtravel_mm, options.clearance_mm};
+Needs needsOf(Method method) {
+  const MethodRow* row = rowOf(method);
+  return row != nullptr ? row->needs : Needs::nothing;
+}
+
+std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm) {
+  const MethodRow* row = rowOf(method);
+  if (row == nullptr) return Error{"There is no method with this number."};
+  if (auto error = unused(*row, options)) return error;
+  if (options.speed_count > kMostSpeeds)
+    return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away."};
+  const Chosen with = chosen(*row, options);
+  for (const double speed : with.speeds_mm_s) {
+    if (auto error = outside("A speed", speed, 0.5, 100, "mm/s")) return error;
+  }
+  if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
+  if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
+  if (auto error = outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal")) return error;
+  if (auto error = outside("An arc", degrees(with.arc_rad), 1, 360, "degrees")) return error;
+  if (auto error = outside("A number", with.angles, 2, 30, "angles")) return error;
+  if (row->poses == Poses::two_by_two) {
+    if (auto error = outside("A number", with.balls, 2, 7, "balls")) return error;
+  }
+  const std::size_t steps = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();
+  if (steps <= kMostSteps) return std::nullopt;
+  return Error{"That would be " + std::to_string(steps) + " touches, and a run has up to " +
+               std::to_string(kMostSteps) + ": choose fewer speeds, angles or balls."};
+}
+
+void fill(Plan& plan, Method method, const ProcedureOptions& options) {
+  plan.method = method;
+  plan.step_count = 0;
+  const MethodRow* row = rowOf(method);
+  if (row == nullptr) return;
+  const Chosen with = chosen(*row, options);
+  for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
+    const Pose pose = poseOf(*row, with, reading);
+    for (const double speed : with.speeds_mm_s) {
+      for (const Side& side : row->sides) {
+        if (plan.step_count == kMostSteps) return;
+        const capture::TouchRequest touch{.step = static_cast<std::uint32_t>(plan.step_count),
+                                          .outward_normal = side.outward_normal,
+                                          .retract_direction = retractOf(side, with.approach_rad),
+                                          .retract_speed_mm_s = speed,
+                                          .rotary_angles_rad = pose.angles_rad,
+                                          .ball = pose.ball,
+                                          .reading = static_cast<std::uint32_t>(reading)};
+        plan.steps[plan.step_count++] = {.touch = touch,
+                                         .feature = row->feature,
+                                         .kind = row->kind,
+                                         .turns = row->poses != Poses::one,
+                                         .overtravel_mm = with.overtravel_mm,
+                                         .clearance_mm = with.clearance_mm};
+      }
     }
   }
-  return plan;
 }
 
 std::string promptFor(const Plan& plan, std::size_t step) {
   if (step >= plan.step_count) return {};
   const Step& wanted = plan.steps[step];
-  const char* side = "";
-  for (const Direction& direction : kFivePoints) {
-    if (direction.outward_normal == wanted.touch.outward_normal) side = direction.name;
+  std::string text = "touch " + std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": ";
+  if (wanted.turns) {
+    const auto& angles = wanted.touch.rotary_angles_rad;
+    text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
   }
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "touch %zu of %zu: %s side of the sphere, %g mm deep, retract at %g mm/s",
-                step + 1, plan.step_count, side, wanted.overtravel_mm, wanted.touch.retract_speed_mm_s);
-  return text.data();
+  text += surfaceOf(wanted);
+  if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
+  text += ", " + number(wanted.overtravel_mm) + " mm deep, " +
+          (wanted.kind == Kind::in_out ? "in and at once back at " : "retract at ") +
+          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
+          " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
+  return text;
 }
 
 }  // namespace probebox::procedure

@@ -8,27 +8,51 @@
 #include <string_view>
 
 #include "firmware/capture/recording.hpp"
+#include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::procedure {
 
 // Numbers of the methods in events and registers: add at the end, never change.
-enum class Method : std::uint16_t { none = 0, delay_multi_speed = 1 };
+enum class Method : std::uint16_t {
+  none = 0,
+  delay_multi_speed = 1,
+  delay_known_sphere = 2,
+  delay_plates = 3,
+  delay_per_axis = 4,
+  delay_non_normal = 5,
+  delay_in_out = 6,
+  centreline = 7,
+  c_axis_alignment = 8,
+};
 
 std::string_view nameOf(Method method);
 std::optional<Method> methodNamed(std::string_view name);
 // The names of the methods that a box can run, for messages to a person.
 std::span<const std::string_view> methodNames();
 
-// One step that the machine is asked to do: drive onto the surface along the inward normal to the overtravel, dwell,
-// and retract at constant speed until the clearance.
+// What is touched. Numbers as on the wire.
+enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+// How. Numbers as on the wire.
+enum class Kind : std::uint8_t {
+  touch = 0,   // in, a dwell, and out at constant speed
+  in_out = 1,  // in and at once out again, both at constant speed
+};
+
+// One step that the machine is asked to do: stand in the pose, drive onto the surface against the retract direction to
+// the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it.
 struct Step {
   capture::TouchRequest touch;
+  Feature feature{};
+  Kind kind{};
+  bool turns{};  // the pose matters
   double overtravel_mm{};
   double clearance_mm{};
 };
+// A retract that begins to brake earlier loses the end of its line.
+inline constexpr double kRunOut_mm = 1.5;
 
-inline constexpr std::size_t kMostSteps = 128;
+inline constexpr std::size_t kMostSteps = 160;
 
 struct Plan {
   Method method{};
@@ -36,16 +60,16 @@ struct Plan {
   std::array<Step, kMostSteps> steps{};
 };
 
-struct MultiSpeedOptions {
-  static constexpr std::size_t kMostSpeeds = kMostSteps / 5;
-  std::array<double, kMostSpeeds> speeds_mm_s{5, 10, 20, 30, 40};
-  std::size_t speed_count = 5;
-  double overtravel_mm = 0.5;
-  double clearance_mm = 0.6;
-};
+// What a method needs to be told about the features before its data mean anything.
+enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force };
+Needs needsOf(Method method);
 
-// Five touches of a datum sphere (+x -x +y -y +z) at each speed. CN101622513 (system delay), docs/metrology.md A.5.
-Plan planMultiSpeed(const MultiSpeedOptions& options);
+// Says which option cannot be used and what could be; nothing when the run can be planned. deflection_limit_mm: of the
+// probe.
+std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm);
+
+// The steps of a run, for options that whyRefused() has nothing against. Takes no memory.
+void fill(Plan& plan, Method method, const ProcedureOptions& options);
 
 // What a person or a controller is to do, in one sentence.
 std::string promptFor(const Plan& plan, std::size_t step);

@@ -1,16 +1,33 @@
 #include "firmware/procedure/procedure.hpp"
 
+#include <cmath>
+#include <limits>
+#include <numbers>
+
 namespace probebox::procedure {
+namespace {
 
-Procedure::Procedure(const MultiSpeedOptions& options, capture::Capacity capacity)
-    : plan_{planMultiSpeed(options)}, capture_{capacity} {}
+bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
+  if (!step.turns) return true;
+  for (const std::size_t axis : {0U, 2U}) {  // no step asks for B
+    const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], 2 * std::numbers::pi);
+    if (!(std::abs(off) <= Procedure::kPoseTolerance_rad)) return false;
+  }
+  return true;
+}
 
-void Procedure::start(const ProcedureStarted& started) {
+}  // namespace
+
+void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay) {
   // A run is given up by abort only, and the worker may still be reading the recording.
   const bool in_progress =
       progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
-  if (in_progress || started.method != static_cast<std::uint16_t>(plan_.method)) return;
-  capture_.clear();
+  if (in_progress) return;
+  const auto method = static_cast<Method>(started.method);
+  // Whoever starts a run has looked at the probe's limit.
+  if (whyRefused(method, started.options, std::numeric_limits<double>::infinity())) return;
+  fill(plan_, method, started.options);
+  capture_.clear(delay);
   progress_ = Progress{};
   progress_.run = started.run;
   progress_.method = plan_.method;
@@ -31,21 +48,31 @@ void Procedure::mark(const Marker& marker, const TickMap& map) {
     return;
   }
   if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
-    capture_.begin(plan_.steps[marker.step].touch);
-    progress_.state = State::running;
-    step_begun_ = marker.at;
+    beginStep(marker);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::end) {
     endStep(map);
   } else if (progress_.state == State::running && marker.phase == MarkerPhase::begin) {
     // The machine has started the step again: what was recorded so far is half a touch.
-    capture_.begin(plan_.steps[marker.step].touch);
-    step_begun_ = marker.at;
+    beginStep(marker);
   } else if (progress_.state == State::running) {
     capture_.abandon();
     progress_.state = State::waiting;
   } else {
     ++stray_markers_;
   }
+}
+
+void Procedure::beginStep(const Marker& marker) {
+  const Step& step = plan_.steps[marker.step];
+  if (!standsIn(step, marker.rotary_angles_rad)) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::wrong_pose);
+  }
+  capture::TouchRequest touch = step.touch;
+  touch.rotary_angles_rad = marker.rotary_angles_rad;
+  capture_.begin(touch);
+  progress_.state = State::running;
+  step_begun_ = marker.at;
 }
 
 void Procedure::endStep(const TickMap& map) {

@@ -38,10 +38,14 @@ class Procedure {
   // A begun step that has not ended by then is asked for again.
   static constexpr Nanoseconds kStepTimeout = std::chrono::seconds{60};
 
-  Procedure(const MultiSpeedOptions& options, capture::Capacity capacity);
+  // How far the machine may say that a rotary axis stands from where the step needs it.
+  static constexpr double kPoseTolerance_rad = 2e-3;
 
-  // Ignored while a run is in progress.
-  void start(const ProcedureStarted& started);
+  explicit Procedure(capture::Capacity capacity) : capture_{capacity} {}
+
+  // Ignored while a run is in progress, and for a method or options that cannot be planned. `delay` is the one in force,
+  // result_id 0 for none.
+  void start(const ProcedureStarted& started, const DelayActivated& delay = {});
   void abort(const ProcedureAborted& aborted);
   // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.
   void mark(const Marker& marker, const TickMap& map);
@@ -61,6 +65,7 @@ class Procedure {
   std::uint64_t strayMarkers() const { return stray_markers_; }
 
  private:
+  void beginStep(const Marker& marker);
   void endStep(const TickMap& map);
   void repeatStep(capture::TouchFault fault);
 

@@ -123,15 +123,41 @@ struct SourceLost {
 
 // What people and programs ask of the core comes as events as well, so that a journal holds every cause.
 
+inline constexpr std::size_t kMostSpeeds = 8;
+
+// What may be chosen about a run. Zero leaves it to the method.
+struct ProcedureOptions {
+  std::uint8_t speed_count{};
+  std::array<double, kMostSpeeds> speeds_mm_s{};
+  double overtravel_mm{};
+  double clearance_mm{};
+  double approach_rad{};
+  double arc_rad{};
+  std::uint16_t angles{};
+  std::uint16_t balls{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("speed_count", self.speed_count, "how many of the speeds are chosen");
+    field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
+    field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact");
+    field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch");
+    field("approach_rad", self.approach_rad, "rad, between the approach and the surface's normal");
+    field("arc_rad", self.arc_rad, "rad, over which the angles of the rotary axis are spread");
+    field("angles", self.angles, "how many angles of the rotary axis");
+    field("balls", self.balls, "how many balls of the rotating part");
+  }
+};
+
 // Somebody starts a measuring procedure.
 struct ProcedureStarted {
   std::uint32_t run{};
   std::uint16_t method{};
   MonoTime at{};
+  ProcedureOptions options{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "number of the run, rising, given by the box");
     field("method", self.method, "number of the method, as procedure lists them");
     field("at", self.at, "ns, monotonic, of this boot");
+    field("options", self.options, "what was chosen about the run");
   }
 };
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
@@ -37,8 +38,22 @@ struct StartProcedure {
   static constexpr Operation kOperation = Operation::start_procedure;
   struct Request {
     std::string method{};
+    std::vector<double> speeds_mm_s{};
+    double overtravel_mm{};
+    double clearance_mm{};
+    double approach_rad{};
+    double arc_rad{};
+    std::uint16_t angles{};
+    std::uint16_t balls{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
+      field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
+      field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact; 0: the method's own");
+      field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch; 0: the method's own");
+      field("approach_rad", self.approach_rad, "rad off the normal, for delay-non-normal; 0: the method's own");
+      field("arc_rad", self.arc_rad, "rad over which the angles of C are spread, for centreline; 0: a whole turn");
+      field("angles", self.angles, "how many angles of C, for centreline; 0: the method's own");
+      field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
     }
   };
   struct Answer {
@@ -64,6 +79,13 @@ struct ProcedureStatus {
     double nominal_speed_mm_s{};
     std::string refusal{};
     std::uint64_t result_id{};
+    StepKind kind{};
+    StepFeature feature{};
+    std::uint16_t ball{};
+    bool turns{};
+    std::array<double, 3> rotary_angles_rad{};
+    std::array<double, 3> approach_direction{};
+    double run_out_mm{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -78,6 +100,13 @@ struct ProcedureStatus {
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, speed to measure this step at");
       field("refusal", self.refusal, "why there is no result, and what to do");
       field("result_id", self.result_id, "the proposed result, 0 for none");
+      field("kind", self.kind, "0 touch with a dwell, 1 in and at once back out. Since 1.2, as all below");
+      field("feature", self.feature, "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part");
+      field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
+      field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
+      field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C: turn there before the step, and say so in its markers");
+      field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
+      field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
     }
   };
 };

@@ -28,6 +28,8 @@ constexpr auto kGapReasons = std::to_array<std::string_view>(
 constexpr auto kProcedureStates =
     std::to_array<std::string_view>({"idle", "waiting", "running", "solving", "proposed", "refused", "aborted"});
 constexpr auto kResultStates = std::to_array<std::string_view>({"proposed", "accepted", "active", "retired"});
+constexpr auto kStepFeatures = std::to_array<std::string_view>({"datum_sphere", "plates", "part_ball"});
+constexpr auto kStepKinds = std::to_array<std::string_view>({"touch", "in_out"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});
 constexpr auto kClockStates = std::to_array<std::string_view>({"unlocked", "locked", "holdover", "ambiguous"});
 constexpr auto kWireErrors = std::to_array<std::string_view>(
@@ -61,6 +63,12 @@ std::string_view nameOf(ResultState state) {
 }
 std::string_view nameOf(StepPhase phase) {
   return pick(kStepPhases, static_cast<std::size_t>(phase));
+}
+std::string_view nameOf(StepFeature feature) {
+  return pick(kStepFeatures, static_cast<std::size_t>(feature));
+}
+std::string_view nameOf(StepKind kind) {
+  return pick(kStepKinds, static_cast<std::size_t>(kind));
 }
 std::string_view nameOf(ClockState state) {
   return pick(kClockStates, static_cast<std::size_t>(state));

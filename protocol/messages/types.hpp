@@ -9,7 +9,7 @@
 namespace probebox::messages {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
-inline constexpr std::uint16_t kProtocolMinor = 1;
+inline constexpr std::uint16_t kProtocolMinor = 2;
 
 // A frame's type. The ids of HELLO and DESCRIPTOR stay the same in every major.
 enum class MessageType : std::uint8_t {
@@ -88,6 +88,10 @@ enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, 
 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 
+// What a step of a procedure touches, and how.
+enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+enum class StepKind : std::uint8_t { touch = 0, in_out = 1 };
+
 using BootId = std::array<std::byte, 16>;
 
 // For messages to people and for JSON; "unknown" for a number of a later version.
@@ -100,6 +104,8 @@ std::string_view nameOf(GapReason reason);
 std::string_view nameOf(ProcedureState state);
 std::string_view nameOf(ResultState state);
 std::string_view nameOf(StepPhase phase);
+std::string_view nameOf(StepFeature feature);
+std::string_view nameOf(StepKind kind);
 std::string_view nameOf(ClockState state);
 
 }  // namespace probebox::messages

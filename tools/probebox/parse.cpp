@@ -181,7 +181,29 @@ class CommandLine {
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method, "the method; without it delay-multi-speed");
+    calibrate->add_option("method", calibrate_.method,
+                          "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
+                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, c-axis-alignment");
+    calibrate->add_option("--speed", calibrate_.speeds_mm_s, "speeds of the touches, such as 10,20,40")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM_PER_S");
+    calibrate->add_option("--overtravel", calibrate_.overtravel_mm, "how far into the surface")->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    calibrate->add_option("--clearance", calibrate_.clearance_mm, "how far off the surface before and after a touch")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    calibrate->add_option("--approach", calibrate_.approach_deg, "how far off the normal; for delay-non-normal")
+        ->check(CLI::PositiveNumber)
+        ->type_name("DEGREES");
+    calibrate->add_option("--angles", calibrate_.angles, "how many angles of C; for centreline")->check(CLI::PositiveNumber)
+        ->type_name("NUMBER");
+    calibrate->add_option("--arc", calibrate_.arc_deg, "over which C can be turned, 360 without it; for centreline")
+        ->check(CLI::PositiveNumber)
+        ->type_name("DEGREES");
+    calibrate->add_option("--heights", calibrate_.balls, "how many balls at different heights; for c-axis-alignment")
+        ->check(CLI::PositiveNumber)
+        ->type_name("NUMBER");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");

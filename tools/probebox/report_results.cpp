@@ -103,6 +103,12 @@ Json describe(const messages::ProcedureStatus::Answer& p) {
           {"overtravel_mm", p.overtravel_mm},
           {"clearance_mm", p.clearance_mm},
           {"nominal_speed_mm_s", p.nominal_speed_mm_s},
+          {"kind", text(nameOf(p.kind))},
+          {"feature", text(nameOf(p.feature))},
+          {"ball", p.ball},
+          {"rotary_angles_rad", p.rotary_angles_rad},
+          {"approach_direction", p.approach_direction},
+          {"run_out_mm", p.run_out_mm},
           {"refusal", p.refusal},
           {"result_id", p.result_id}};
 }

@@ -67,6 +67,14 @@ struct Solve {
 };
 struct Calibrate {
   std::string method;
+  // What is left empty the method chooses.
+  std::vector<double> speeds_mm_s;
+  std::optional<double> overtravel_mm;
+  std::optional<double> clearance_mm;
+  std::optional<double> approach_deg;
+  std::optional<double> arc_deg;
+  std::optional<std::uint16_t> angles;
+  std::optional<std::uint16_t> balls;
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};

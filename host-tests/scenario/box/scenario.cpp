@@ -42,6 +42,14 @@ box::BoxConfig usualBox(const world::Config& config) {
   return box;
 }
 
+procedure::Facts usualFacts() {
+  const auto& machine = sim().machine;
+  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+          .gap_mm = machine.datum_gap_mm,
+          .stylus_ball_diameter_mm = sim().probe.ball_diameter_mm,
+          .sigma_c_rad = machine.sigma_c_rad};
+}
+
 void Recorder::account(SampleIndex first, std::uint64_t count) {
   contiguous = contiguous && (!next || *next == first) && count > 0;
   next = first + static_cast<std::int64_t>(count);
@@ -94,6 +102,13 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
       prompt.overtravel_mm = step.overtravel_mm;
       prompt.clearance_mm = step.clearance_mm;
+      prompt.run_out_mm = procedure::kRunOut_mm;
+      for (std::size_t i = 0; i < 3; ++i) prompt.approach_direction[i] = -prompt.retract_direction[i];
+      prompt.kind = static_cast<world::StepKind>(step.kind);
+      prompt.feature = static_cast<world::StepFeature>(step.feature);
+      prompt.ball = step.touch.ball;
+      prompt.turns = step.turns;
+      prompt.rotary_angles_rad = step.touch.rotary_angles_rad;
     }
     return prompt;
   }
@@ -159,17 +174,36 @@ void Scenario::inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds d
   world_.inject({.kind = kind, .at = now_ + from_now, .duration = duration, .jump = jump});
 }
 
-std::optional<metrology::Solved> Scenario::calibrate() {
-  const std::uint32_t number = state().procedure.run + 1;
-  push(ProcedureStarted{
-      .run = number, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = now_});
+std::optional<metrology::Solved> Scenario::calibrate(procedure::Method method, const ProcedureOptions& options) {
+  return finish(start(method, options));
+}
+
+std::uint32_t Scenario::start(procedure::Method method, const ProcedureOptions& options) {
   recorder_.run_to_solve.reset();
-  runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{180});
-  if (recorder_.run_to_solve != number) return std::nullopt;
-  auto solved = metrology::solve(capture::touchDataset(box_->recording(), box_->scales(), "delay-multi-speed"));
-  push(Solved{.run = number, .refused = !solved, .result_id = 1, .at = now_});
+  push(ProcedureStarted{
+      .run = ++last_run_, .method = static_cast<std::uint16_t>(method), .at = now_, .options = options});
+  return last_run_;
+}
+
+std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
+  runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
+  if (recorder_.run_to_solve != run_number) return std::nullopt;
+  auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), usualFacts());
+  dataset_ = std::move(measured.dataset);
+  auto solved = measured.refusal ? metrology::Solved{*measured.refusal} : metrology::solve(dataset_);
+  push(Solved{.run = run_number, .refused = !solved, .result_id = 1, .at = now_});
   run(kTimeAdvances);
   return solved;
+}
+
+void Scenario::activateDelay(const std::array<double, 3>& tau_s) {
+  push(DelayActivated{.result_id = 99, .tau_s = tau_s, .sd_s = {1e-6, 1e-6, 1e-6}, .at = now_});
+  run(kTimeAdvances);
+}
+
+void Scenario::restartBox() {
+  recorder_.next.reset();
+  box_ = std::make_unique<box::Box>(usualBox(config_), recorder_);
 }
 
 Recorder replay(const std::vector<Event>& events, const world::Config& config) {

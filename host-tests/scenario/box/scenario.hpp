@@ -1,8 +1,10 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "counted_probe.hpp"
@@ -10,6 +12,7 @@
 #include "drivers/world/world.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 
 namespace probebox::scenario {
 
@@ -39,6 +42,8 @@ class Recorder : public box::Outputs {
 
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
+// What the emulated board's descriptions tell about features and rotary axes.
+procedure::Facts usualFacts();
 
 // How the probe's samples reach the box: stamped by the world, or counted by a receiver.
 enum class ProbeIs { stamped, counted };
@@ -55,10 +60,22 @@ class Scenario {
   bool runUntil(const std::function<bool()>& done, Nanoseconds at_most);
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
   // Starts a run, lets the controller do it, and solves it as the worker would.
-  std::optional<metrology::Solved> calibrate();
+  std::optional<metrology::Solved> calibrate(procedure::Method method = procedure::Method::delay_multi_speed,
+                                             const ProcedureOptions& options = {});
+  // The run's two halves, for tests that do something in between.
+  std::uint32_t start(procedure::Method method, const ProcedureOptions& options = {});
+  std::optional<metrology::Solved> finish(std::uint32_t run);
+  // What the run that was solved last had measured.
+  const metrology::Dataset& dataset() const { return dataset_; }
+  // A result about the delay comes into force.
+  void activateDelay(const std::array<double, 3>& tau_s);
+  // The daemon dies and comes back: a new box that knows of no run, and the machine goes on.
+  void restartBox();
 
   const box::State& state() const { return box_->state(); }
   const Recorder& recorded() const { return recorder_; }
+  const world::Controller& controller() const { return controller_; }
+  const world::Machine& machine() const { return std::as_const(world_).machine(); }
   world::Truth truth() const { return world_.truth(); }
   const std::vector<Event>& events() const { return events_; }
   void keepEvents(bool keep) { keeps_events_ = keep; }
@@ -84,6 +101,8 @@ class Scenario {
   std::optional<CountedProbe> receiver_;
   MonoTime now_;
   MonoTime said_;
+  metrology::Dataset dataset_;
+  std::uint32_t last_run_{};
   std::vector<Event> events_;
   bool keeps_events_{false};
 };

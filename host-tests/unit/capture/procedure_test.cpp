@@ -1,7 +1,12 @@
 #include "firmware/procedure/procedure.hpp"
 
+#include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <set>
+#include <string>
+#include <utility>
 
 namespace probebox::procedure {
 namespace {
@@ -20,9 +25,14 @@ class ObedientMachine {
 
   void mark(MarkerPhase phase) {
     const auto& progress = procedure_.progress();
-    procedure_.mark(Marker{.procedure = progress.run, .step = progress.step, .phase = phase, .at = monoTime(now_ns_)},
+    procedure_.mark(Marker{.procedure = progress.run,
+                           .step = progress.step,
+                           .phase = phase,
+                           .rotary_angles_rad = angles_rad,
+                           .at = monoTime(now_ns_)},
                     kLocked);
   }
+  std::array<double, 3> angles_rad{};
   void touch(bool clipped = false) {
     mark(MarkerPhase::begin);
     for (int i = 0; i < 10; ++i) {
@@ -46,7 +56,7 @@ class ObedientMachine {
 
 class MultiSpeedProcedure : public testing::Test {
  protected:
-  Procedure procedure{MultiSpeedOptions{}, capture::Capacity{}};
+  Procedure procedure{capture::Capacity{}};
   ObedientMachine machine{procedure};
 
   void start(std::uint32_t run) {
@@ -58,6 +68,7 @@ class MultiSpeedProcedure : public testing::Test {
 };
 
 TEST_F(MultiSpeedProcedure, AsksForFivePointsAtEachSpeed) {
+  start(1);
   const Plan& plan = procedure.plan();
   ASSERT_EQ(plan.step_count, 25U);
   std::set<double> speeds;
@@ -69,7 +80,8 @@ TEST_F(MultiSpeedProcedure, AsksForFivePointsAtEachSpeed) {
   }
   EXPECT_EQ(speeds, (std::set<double>{5, 10, 20, 30, 40}));
   EXPECT_EQ(normals.size(), 5U);
-  EXPECT_EQ(promptFor(plan, 6), "touch 7 of 25: -X side of the sphere, 0.5 mm deep, retract at 10 mm/s");
+  EXPECT_EQ(promptFor(plan, 6), "touch 7 of 25: -X side of the sphere, 0.5 mm deep, retract at 10 mm/s until 1.5 mm beyond the clearance of "
+            "0.6 mm");
 }
 
 TEST_F(MultiSpeedProcedure, HandsOverTheRecordingOnceWhenAllStepsAreDone) {
@@ -152,6 +164,116 @@ TEST_F(MultiSpeedProcedure, AbortsOnRequestAndCanStartAfresh) {
   start(2);
   EXPECT_EQ(procedure.progress().step, 0U);
   EXPECT_EQ(procedure.recording().touches().size(), 0U);
+}
+
+class Planned : public testing::Test {
+ protected:
+  static Plan of(Method method, const ProcedureOptions& options = {}) {
+    EXPECT_FALSE(whyRefused(method, options, 1.0)) << nameOf(method);
+    Plan plan;
+    fill(plan, method, options);
+    EXPECT_EQ(plan.method, method);
+    return plan;
+  }
+  static std::string refusal(Method method, const ProcedureOptions& options) {
+    const auto error = whyRefused(method, options, 1.0);
+    return error ? error->what : "";
+  }
+};
+
+TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
+  for (std::size_t i = 0; i < methodNames().size(); ++i) {
+    const auto method = methodNamed(methodNames()[i]);
+    ASSERT_TRUE(method);
+    EXPECT_EQ(static_cast<std::size_t>(*method), i + 1) << "numbers are in events and registers: never change them";
+    const Plan plan = of(*method);
+    EXPECT_GT(plan.step_count, 0U);
+    for (std::size_t k = 0; k < plan.step_count; ++k) {
+      const auto& touch = plan.steps[k].touch;
+      double along = 0, length = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        along += touch.outward_normal[axis] * touch.retract_direction[axis];
+        length += touch.retract_direction[axis] * touch.retract_direction[axis];
+      }
+      EXPECT_GE(along, 0.5) << "the approach comes from outside";
+      EXPECT_NEAR(length, 1, 1e-9);
+      EXPECT_EQ(touch.step, k);
+    }
+  }
+  EXPECT_EQ(methodNames().size(), 8U);
+}
+
+TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
+  const Plan plan = of(Method::delay_non_normal, {.approach_rad = 0.5});
+  ASSERT_EQ(plan.step_count, 5U);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const auto& [n, u] = std::pair{plan.steps[k].touch.outward_normal, plan.steps[k].touch.retract_direction};
+    EXPECT_NEAR(n[0] * u[0] + n[1] * u[1] + n[2] * u[2], std::cos(0.5), 1e-12);
+    EXPECT_GE(u[2], 0) << "nothing reaches the sphere from below";
+  }
+  EXPECT_NE(promptFor(plan, 0).find("coming along (-"), std::string::npos);
+}
+
+TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
+  const Plan plan = of(Method::centreline, {.angles = 4});
+  ASSERT_EQ(plan.step_count, 20U);
+  for (std::size_t k = 0; k < 20; ++k) {
+    EXPECT_TRUE(plan.steps[k].turns);
+    EXPECT_EQ(plan.steps[k].touch.reading, k / 5);
+    EXPECT_EQ(plan.steps[k].touch.ball, 1);
+    EXPECT_NEAR(plan.steps[k].touch.rotary_angles_rad[2], static_cast<double>(k / 5) * std::numbers::pi / 2, 1e-12);
+  }
+  EXPECT_EQ(promptFor(plan, 5),
+            "touch 6 of 20: A at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
+            "beyond the clearance of 0.6 mm");
+  const Plan arc = of(Method::centreline, {.arc_rad = 1.2, .angles = 4});
+  EXPECT_NEAR(arc.steps[19].touch.rotary_angles_rad[2], 1.2, 1e-12) << "both ends of an arc are read";
+}
+
+TEST_F(Planned, AlignmentReadsEveryBallInFourPoses) {
+  const Plan plan = of(Method::c_axis_alignment);
+  ASSERT_EQ(plan.step_count, 60U);
+  std::set<std::array<double, 3>> poses;
+  for (std::size_t k = 0; k < plan.step_count; ++k) {
+    const auto& touch = plan.steps[k].touch;
+    poses.insert({static_cast<double>(touch.ball), touch.rotary_angles_rad[0], touch.rotary_angles_rad[2]});
+  }
+  EXPECT_EQ(poses.size(), 12U);
+}
+
+TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal(Method::centreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
+  EXPECT_THAT(refusal(Method::centreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
+  EXPECT_THAT(refusal(Method::centreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));
+  EXPECT_THAT(refusal(Method::centreline, {.angles = 1}), HasSubstr("2 to 30 angles"));
+  EXPECT_THAT(refusal(Method::centreline, {.arc_rad = 7}), HasSubstr("1 to 360 degrees"));
+  EXPECT_THAT(refusal(Method::delay_non_normal, {.approach_rad = 1.2}), HasSubstr("0 to 60 degrees"));
+  EXPECT_THAT(refusal(Method::c_axis_alignment, {.balls = 1}), HasSubstr("2 to 7 balls"));
+  EXPECT_THAT(refusal(Method::centreline, {.speed_count = 3, .speeds_mm_s = {5, 10, 15}, .angles = 12}),
+              HasSubstr("180 touches"));
+  EXPECT_THAT(refusal(Method::delay_plates, {.angles = 4}), HasSubstr("takes no rotary angles"));
+  EXPECT_THAT(refusal(Method::centreline, {.balls = 3}), HasSubstr("takes no number of balls"));
+  EXPECT_THAT(refusal(Method::delay_in_out, {.approach_rad = 0.1}), HasSubstr("takes no approach angle"));
+}
+
+TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
+  Procedure procedure{capture::Capacity{}};
+  ObedientMachine machine{procedure};
+  procedure.start({.run = 1, .method = static_cast<std::uint16_t>(Method::centreline), .at = {}, .options = {}});
+  for (int k = 0; k < 5; ++k) machine.touch();
+  EXPECT_EQ(procedure.progress().step, 5U) << "the first reading is at 0";
+  machine.mark(MarkerPhase::begin);
+  EXPECT_EQ(procedure.progress().state, State::waiting);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::wrong_pose);
+  // A whole turn more is the same place; what the machine says goes into the recording.
+  machine.angles_rad = {0, 0, std::numbers::pi / 6 + 2 * std::numbers::pi + 1e-3};
+  machine.touch();
+  EXPECT_EQ(procedure.progress().step, 6U);
+  EXPECT_EQ(procedure.recording().touches().back().request.rotary_angles_rad, machine.angles_rad);
+  machine.angles_rad[2] = std::nan("");
+  for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.mark(MarkerPhase::begin);
+  EXPECT_EQ(procedure.progress().state, State::refused);
 }
 
 }  // namespace

@@ -117,5 +117,21 @@ TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnSta
   EXPECT_EQ(dataset.table("touches")->column("speed_mm_s")->front(), 20.0);
 }
 
+TEST(TouchDataset, GivesPositionsOfTheUncorrectedMachine) {
+  Recording recording{Capacity{}};
+  for (std::int64_t i = 0; i < 5; ++i) {
+    recording.append(MachineRow{monoTime(1000 * i), {100, 200, 300}, {0, -2'500'000, static_cast<std::int32_t>(i)}});
+    recording.append(ProbeRow{monoTime(1000 * i), {}});
+  }
+  recording.append(Touch{.request = kTouch, .map = kLocked, .machine_begin = 0, .machine_end = 5, .probe_begin = 0,
+                         .probe_end = 5});
+  const auto dataset =
+      touchDataset(recording, {.mm_per_count = {0.01, 0.01, 0.01}, .nominal_period = kPeriod}, "delay-multi-speed");
+  const auto& machine = *dataset.table("machine");
+  EXPECT_DOUBLE_EQ(machine.column("x_mm")->at(4), 1);
+  EXPECT_DOUBLE_EQ(machine.column("y_mm")->at(4), 4.5) << "it stood 2.5 mm lower because it had been told to";
+  EXPECT_DOUBLE_EQ(machine.column("z_mm")->at(4), 3 - 4e-6);
+}
+
 }  // namespace
 }  // namespace probebox::capture

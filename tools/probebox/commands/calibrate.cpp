@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <thread>
 
@@ -22,6 +23,18 @@ bool isOver(ProcedureState state) {
   return state == ProcedureState::proposed || state == ProcedureState::refused || state == ProcedureState::aborted;
 }
 
+messages::StartProcedure::Request requestOf(const Calibrate& options) {
+  constexpr double kRadPerDegree = std::numbers::pi / 180;
+  return {.method = options.method,
+          .speeds_mm_s = options.speeds_mm_s,
+          .overtravel_mm = options.overtravel_mm.value_or(0),
+          .clearance_mm = options.clearance_mm.value_or(0),
+          .approach_rad = options.approach_deg.value_or(0) * kRadPerDegree,
+          .arc_rad = options.arc_deg.value_or(0) * kRadPerDegree,
+          .angles = options.angles.value_or(0),
+          .balls = options.balls.value_or(0)};
+}
+
 // One run of a method, from its start to its result. The run goes on in the box when the link breaks.
 class Run {
  public:
@@ -32,7 +45,7 @@ class Run {
     auto opened = openBox(uri_, console_);
     if (!opened) return console_.fail(opened.error());
     box_ = std::move(opened).value();
-    const auto started = ask<messages::StartProcedure>(*box_, console_, {options_.method});
+    const auto started = ask<messages::StartProcedure>(*box_, console_, requestOf(options_));
     if (!started) return unattended() ? abort() : console_.fail(started.error());
     run_ = started->run;
     const auto last = follow();

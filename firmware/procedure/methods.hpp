@@ -1,0 +1,85 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/procedure/plan.hpp"
+
+// Every measuring procedure as a row of one table. Only plan.cpp reads it.
+namespace probebox::procedure {
+
+struct Side {
+  const char* name;
+  std::array<double, 3> outward_normal;
+  std::array<double, 3> aside;  // along the surface: where an approach off the normal comes from
+};
+
+// In which rotary poses the touches are made.
+enum class Poses : std::uint8_t {
+  one,         // wherever the rotary axes stand
+  around_c,    // one ball, C at several angles
+  two_by_two,  // every ball with A and C at 0 and 180 degrees each
+};
+
+struct MethodRow {
+  Method method;
+  std::string_view name;
+  Feature feature;
+  Kind kind;
+  std::span<const Side> sides;
+  std::span<const double> speeds_mm_s;  // usual
+  Poses poses;
+  Needs needs;
+  bool off_normal;
+};
+
+namespace usual {
+inline constexpr double kOvertravel_mm = 0.5;
+inline constexpr double kClearance_mm = 0.6;
+inline constexpr double kApproach_rad = 0.4363323129985824;  // 25 degrees
+inline constexpr double kTurn_rad = 6.283185307179586;
+inline constexpr std::uint16_t kAngles = 12;
+inline constexpr std::uint16_t kBalls = 3;
+}  // namespace usual
+
+inline constexpr std::array<Side, 5> kSphereSides{{
+    {"+X", {1, 0, 0}, {0, 0.96, 0.28}},
+    {"-X", {-1, 0, 0}, {0, 0.8, 0.6}},
+    {"+Y", {0, 1, 0}, {-0.28, 0, 0.96}},
+    {"-Y", {0, -1, 0}, {0.6, 0, 0.8}},
+    {"+Z", {0, 0, 1}, {0.8, 0.6, 0}},
+}};
+inline constexpr std::array<Side, 2> kPlateSides{{
+    {"-X", {-1, 0, 0}, {0, 1, 0}},
+    {"+X", {1, 0, 0}, {0, 1, 0}},
+}};
+inline constexpr std::span<const Side, 1> kOneSide{kSphereSides.begin(), 1};
+
+inline constexpr std::array<double, 5> kFiveSpeeds{5, 10, 20, 30, 40};
+inline constexpr std::array<double, 2> kTwoSpeeds{10, 40};
+inline constexpr std::array<double, 1> kOneSpeed{25};
+inline constexpr std::array<double, 1> kReadingSpeed{15};
+
+// In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
+// (A11).
+inline constexpr std::array<MethodRow, 8> kMethods{{
+    {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
+     Poses::one, Needs::nothing, false},
+    {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
+     Poses::one, Needs::sphere_diameter, false},
+    {Method::delay_plates, "delay-plates", Feature::plates, Kind::touch, kPlateSides, kOneSpeed, Poses::one,
+     Needs::plates_gap, false},
+    {Method::delay_per_axis, "delay-per-axis", Feature::datum_sphere, Kind::touch, kSphereSides, kTwoSpeeds, Poses::one,
+     Needs::sphere_diameter, false},
+    {Method::delay_non_normal, "delay-non-normal", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
+     Poses::one, Needs::sphere_diameter, true},
+    {Method::delay_in_out, "delay-in-out", Feature::datum_sphere, Kind::in_out, kOneSide, kOneSpeed, Poses::one,
+     Needs::nothing, false},
+    {Method::centreline, "centreline", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::around_c,
+     Needs::delay_in_force, false},
+    {Method::c_axis_alignment, "c-axis-alignment", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::two_by_two, Needs::delay_in_force, false},
+}};
+
+}  // namespace probebox::procedure

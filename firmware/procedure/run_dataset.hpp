@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+
+#include "firmware/capture/touch_dataset.hpp"
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "firmware/procedure/plan.hpp"
+
+namespace probebox::procedure {
+
+// What is known about features, stylus and rotary axes beforehand, from the descriptions.
+struct Facts {
+  std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
+  std::optional<double> gap_mm;              // between the plates, certified
+  double stylus_ball_diameter_mm{};
+  double sigma_c_rad{};  // how exactly the rotary axis C finds an angle (k = 1)
+};
+
+// Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
+// the system delay is.
+std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
+
+// What a run measured, as the case of its method: the same tables and keys, so that a saved run solves to the same
+// digits. A reading of a ball is the centre of its touches with the delay in force taken out; the touches stay in the
+// case as further tables. `refusal`: the readings could not be computed; the touches are there nevertheless.
+struct RunDataset {
+  metrology::Dataset dataset;
+  std::optional<metrology::Refusal> refusal;
+};
+RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
+                      const Facts& facts);
+
+}  // namespace probebox::procedure
