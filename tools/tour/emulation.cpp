@@ -48,18 +48,32 @@ std::string number(double value) {
   return text.data();
 }
 
+// Where the part's axis passes the first ball, as the machine's reference reads it with the stylus off its own spindle.
+std::array<double, 2> centreOf(const board::World& world) {
+  std::array<double, 2> centre{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& part = *world.part_spindle;
+    const double height_mm = part.balls_mm[0][2];
+    centre[i] = part.point_mm[i] + part.tilt[i] * height_mm - world.probe_spindle->stylus_offset_mm[i];
+  }
+  return centre;
+}
+
 }  // namespace
 
 Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t seed) {
   std::mt19937_64 random{seed};
   const double tau_machine_s = std::uniform_real_distribution{0.002, 0.008}(random);
   const double tau_probe_s = std::uniform_real_distribution{0.0001, 0.0006}(random);
+  const double axis_x_mm = std::uniform_real_distribution{329.9, 330.1}(random);
+  const double axis_y_mm = std::uniform_real_distribution{199.9, 200.1}(random);
   const std::string machine = number(tau_machine_s);
 
   Description description{board::simFile("world.toml")};
   description.set("seed", std::to_string(seed % 1'000'000'000));
   description.set("tau_machine_s", "[" + machine + ", " + machine + ", " + machine + "]");
   description.set("tau_probe_s", number(tau_probe_s));
+  description.set("point_mm", "[" + number(axis_x_mm) + ", " + number(axis_y_mm) + ", -300]");
   description.set("dropout_probability", "0.002");    // of the encoders
   description.set("dropout_probability", "0.02", 1);  // of the probe
   if (description.missing()) return *description.missing();
@@ -67,10 +81,13 @@ Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t see
 
   const auto world = board::parseWorld(description.toml(), (folder / "world.toml").string());
   if (!world) return world.error();
+  if (!world->part_spindle || !world->probe_spindle || world->part_spindle->balls_mm.empty())
+    return Error{"The emulated board's world.toml has no spindles: this tour and probeboxd are of different versions."};
   return Truth{
       .tau_s = world->delays.tau_machine_s[0] - world->delays.tau_probe_s,
       .effective_diameter_mm = 2 * (world->sphere.radius_mm + world->sphere.stylus_ball_radius_mm),
       .drift_ppm = world->clock.drift_ppm,
+      .centre_mm = centreOf(*world),
   };
 }
 

@@ -101,6 +101,7 @@ Stopped guide(Stage& stage, const fs::path& programs, const fs::path& folder, st
   if (auto stopped = waitForBox(*box, stage.box, log)) return stopped;
   if (auto stopped = showClock(stage)) return stopped;
   if (auto stopped = showCalibration(stage)) return stopped;
+  if (auto stopped = showCentreline(stage)) return stopped;
   if (auto stopped = showStream(stage, seed)) return stopped;
   return showRegisters(stage, cnc_port);
 }

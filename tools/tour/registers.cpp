@@ -56,7 +56,7 @@ class Mbpoll {
 Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   namespace address = modbus::address;
   std::puts(
-      "\n4. What a CNC reads: the registers over a serial line at 19200 8N1, by mbpoll, a Modbus master of somebody "
+      "\n5. What a CNC reads: the registers over a serial line at 19200 8N1, by mbpoll, a Modbus master of somebody "
       "else.");
   auto client = meet(stage.box, nullptr);
   if (!client) return client.error();

@@ -63,7 +63,7 @@ void printLedger(const link::Account& account, std::uint64_t produced) {
 
 Stopped showStream(Stage& stage, std::uint64_t seed) {
   constexpr int kSeconds = 10;
-  std::puts("\n3. Ten seconds of samples over a wire that spoils and eats bytes, from sensors that drop readings.");
+  std::puts("\n4. Ten seconds of samples over a wire that spoils and eats bytes, from sensors that drop readings.");
   auto wire = tcp::EmulatedWire::open({.host = "127.0.0.1", .port = 0}, stage.box);
   if (!wire) return wire.error();
   const tcp::Address door = wire->address();

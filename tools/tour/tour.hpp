@@ -30,6 +30,8 @@ bool linger(link::Client& client, std::chrono::milliseconds duration);
 Stopped showClock(Stage& stage);
 // Leaves the delay in force.
 Stopped showCalibration(Stage& stage);
+// Wants a delay in force.
+Stopped showCentreline(Stage& stage);
 Stopped showStream(Stage& stage, std::uint64_t seed);
 // `port`: the CNC's end of the serial line.
 Stopped showRegisters(Stage& stage, const std::filesystem::path& port);

@@ -39,13 +39,14 @@ TEST(LiveCentreline, ReadsTheBallAtEveryAngle) {
   EXPECT_EQ(readings->rows(), 4U);
   const auto* centres = scenario.dataset().table("centres");
   ASSERT_NE(centres, nullptr);
-  // The ball stands 60 mm above the axis' point, 30 mm from the axis.
-  const auto centre = axisAt(scenario.truth(), usualWorld(), -240);
+  // The ball stands 140 mm above the axis' point, 30 mm from the axis.
+  const auto centre = axisAt(scenario.truth(), usualWorld(), -160);
   for (std::size_t i = 0; i < 4; ++i) {
     const double dx = readings->column("x_mm")->at(i) - centre[0], dy = readings->column("y_mm")->at(i) - centre[1];
-    EXPECT_NEAR(std::hypot(dx, dy), 30, 0.03);
-    EXPECT_NEAR(std::remainder(std::atan2(dy, dx) - readings->column("C_rad")->at(i), 2 * M_PI), 0, 1e-3);
-    EXPECT_NEAR(centres->column("z_mm")->at(i), -240, 0.05);
+    // The lean of the axis takes up to 140 mm x 0.42 mrad off the arm.
+    EXPECT_NEAR(std::hypot(dx, dy), 30, 0.06);
+    EXPECT_NEAR(std::remainder(std::atan2(dy, dx) - readings->column("C_rad")->at(i), 2 * M_PI), 0, 2e-3);
+    EXPECT_NEAR(centres->column("z_mm")->at(i), -160, 0.05);
     EXPECT_LT(centres->column("sd_x_mm")->at(i), 1e-3);
   }
 }
@@ -60,7 +61,7 @@ TEST(LiveCentreline, FindsTheAxisWithTheUncertaintyThatItStates) {
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
     EXPECT_TRUE(solved->value().warnings.empty());
     const auto* centre = solved->value().find("centre_mm");
-    const auto truth = axisAt(scenario.truth(), config, -240);
+    const auto truth = axisAt(scenario.truth(), config, -160);
     for (std::size_t i = 0; i < 2; ++i) {
       EXPECT_LT(centre->sd[i], 5e-4);
       pulls.add(centre->values[i], truth[i], centre->sd[i]);
@@ -131,8 +132,10 @@ TEST(LiveProcedure, GoesOnAfterALossAndAfterTheBoxWasRestarted) {
   Scenario scenario{usualWorld(), 6};
   readied(scenario);
   // A gap in the sync spoils the touches under way: they are asked for again.
-  scenario.inject(world::FaultKind::stop_sync, 8s, 1s);
-  const auto solved = scenario.calibrate(Method::centreline, {.angles = 3});
+  const auto run = scenario.start(Method::centreline, {.angles = 3});
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.step == 4; }, 60s));
+  scenario.inject(world::FaultKind::stop_sync, 0s, 1500ms);
+  const auto solved = scenario.finish(run);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_GT(scenario.machine().stylus().contactCount(), 15U);
 

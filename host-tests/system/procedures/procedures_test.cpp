@@ -1,0 +1,92 @@
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "firmware/app/daemon.hpp"
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+// A daemon with the emulated machine, ten times as fast as real time, and the command that speaks to it.
+class OnTheMachine : public testing::Test {
+ protected:
+  OnTheMachine() {
+    app::Options options;
+    options.state = directory_.file("state");
+    options.links = {"tcp:127.0.0.1:0"};
+    options.time_scale = 10;
+    auto descriptions = app::loadDescriptions(options);
+    EXPECT_TRUE(descriptions) << descriptions.error().what;
+    descriptions_ = *descriptions;
+    auto daemon = app::Daemon::start(options, descriptions_);
+    EXPECT_TRUE(daemon) << daemon.error().what;
+    daemon_ = std::move(*daemon);
+    for (int attempt = 0; attempt < 600 && !locked(); ++attempt) std::this_thread::sleep_for(50ms);
+    EXPECT_TRUE(locked());
+  }
+  Finished box(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"-u", daemon_->uris().front()});
+    return probebox(arguments);
+  }
+  bool locked() { return box({"status", "--json"}).out.find("\"locked\"") != std::string::npos; }
+
+  RuntimeDirectory directory_;
+  board::Descriptions descriptions_;
+  std::unique_ptr<app::Daemon> daemon_;
+};
+
+TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
+  const auto early = box({"calibrate", "centreline"});
+  EXPECT_EQ(early.status, 4);
+  EXPECT_THAT(early.err, HasSubstr("calibrate it first"));
+
+  const auto delay = box({"calibrate", "--speed", "20,40", "--accept", "--by", "somebody"});
+  ASSERT_EQ(delay.status, 0) << delay.err;
+  // The machine is quick, so not every step is seen.
+  EXPECT_THAT(delay.out, HasSubstr(" of 10: "));
+  EXPECT_THAT(delay.out, HasSubstr(" side of the sphere, 0.5 mm deep"));
+  EXPECT_THAT(delay.out, HasSubstr("at 40 mm/s until 1.5 mm beyond the clearance"));
+
+  const auto saved = directory_.file("axis");
+  const auto axis = box({"calibrate", "centreline", "--angles", "3", "--save", saved, "--json"});
+  ASSERT_EQ(axis.status, 0) << axis.err;
+  Json proposed, step;
+  for (const auto& object : axis.objects()) {
+    if (object.contains("result")) proposed = object;
+    if (object.contains("prompt") && object["steps"] == 15 && object["step"] < 15) step = object;
+  }
+  ASSERT_FALSE(proposed.is_null()) << axis.out;
+  EXPECT_EQ(step["feature"], "part_ball");
+  EXPECT_EQ(step["ball"], 1);
+  EXPECT_NEAR(step["rotary_angles_rad"][2].get<double>(), (step["step"].get<int>() / 5) * 2 * M_PI / 3, 1e-12);
+
+  const auto& spindle = *descriptions_.world->part_spindle;
+  const double x_mm = spindle.point_mm[0] + spindle.tilt[0] * spindle.balls_mm[0][2] -
+                      descriptions_.world->probe_spindle->stylus_offset_mm[0];
+  const auto found = proposed["result"]["centre_mm[0]"], sd = proposed["sd"]["centre_mm[0]"];
+  EXPECT_LT(std::abs(found.get<double>() - x_mm), 5 * sd.get<double>());
+
+  // The saved case solves to the same digits.
+  const auto solved = probebox({"solve", "--json", saved});
+  ASSERT_EQ(solved.status, 0) << solved.out << solved.err;
+  EXPECT_EQ(solved.object()["result"]["centre_mm"][0], found);
+  EXPECT_EQ(solved.object()["sd"]["centre_mm"][0], sd);
+}
+
+TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
+  const auto slow = box({"calibrate", "delay-known-sphere", "--speed", "0.01"});
+  EXPECT_EQ(slow.status, 4);
+  EXPECT_THAT(slow.err, HasSubstr("0.5 to 100 mm/s"));
+  EXPECT_THAT(box({"calibrate", "delay-plates", "--angles", "4"}).err, HasSubstr("takes no rotary angles"));
+  EXPECT_EQ(box({"calibrate", "centreline", "--angles", "-3"}).status, 2);
+  EXPECT_THAT(box({"calibrate", "centre-line"}).err, HasSubstr("c-axis-alignment"));
+}
+
+}  // namespace
+}  // namespace probebox::command
