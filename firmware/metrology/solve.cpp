@@ -6,10 +6,16 @@
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
+#include "firmware/metrology/limited_access.hpp"
+#include "firmware/metrology/periodic_check.hpp"
+#include "firmware/metrology/pivot.hpp"
+#include "firmware/metrology/rotary_axis.hpp"
 #include "firmware/metrology/screw_calibration.hpp"
 #include "firmware/metrology/screw_compensation.hpp"
 #include "firmware/metrology/sphere_fit.hpp"
 #include "firmware/metrology/spindle_offset.hpp"
+#include "firmware/metrology/swivel_error.hpp"
+#include "firmware/metrology/tool_offset.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -25,13 +31,22 @@ struct Method {
 constexpr auto kMethods = std::to_array<Method>({
     {"a-axis-alignment", solveAAxisAlignment},
     {"c-axis-alignment", solveCAxisAlignment},
+    {"c-zero-shift", solveCZeroShift},
     {"centreline", solveCentreline},
+    {"centreline-limited-access", solveCentrelineLimitedAccess},
     {"delay-multi-speed", solveDelayMultiSpeed},
+    {"head-pivot", solveHeadPivot},
+    {"periodic-check", solvePeriodicCheck},
+    {"rotary-axis-errors", solveRotaryAxisErrors},
     {"screw-calibration", solveScrewCalibration},
     {"screw-compensation", solveScrewCompensation},
     {"spindle-offset-2x2", solveSpindleOffset2x2},
     {"spindle-offset-four", solveSpindleOffsetFour},
     {"sphere-fit", solveSphereFit},
+    {"swivel-error", solveSwivelError},
+    {"table-pivot", solveTablePivot},
+    {"tool-assembly", solveToolAssembly},
+    {"tool-setter", solveToolSetter},
 });
 
 }  // namespace

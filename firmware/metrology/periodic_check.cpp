@@ -1,0 +1,219 @@
+#include "firmware/metrology/periodic_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/answer.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 6> kCentreColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 4> kXColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
+constexpr std::array<std::string_view, 4> kZColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr double kSameAngle = 1e-6;  // degrees
+
+// One mean: which readings make it, and what cancels in it.
+struct Quantity {
+  std::string_view key;
+  std::string_view table;
+  std::string_view column;
+  double swivel{};  // degrees
+  bool ball{};      // the ball's run-out cancels between C = 0 and 180
+  bool stylus{};    // the stylus' run-out cancels between spindle 0 and 180
+  bool promised{true};
+};
+
+constexpr std::array<Quantity, 7> kQuantities{{
+    {"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true},
+    {"Zcen_B90_mm", "centres", "z_mm", 90.0, false, true, false},
+    {"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true},
+    {"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true},
+    {"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true},
+    {"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false},
+    {"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false},
+}};
+
+std::optional<Refusal> badAngles(const Table& table) {
+  const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
+    return Refusal{"bad-angle", "table '" + table.name + "', column '" + std::string{column} + "', row " +
+                                    std::to_string(row + 1) + ": the check is defined at " + allowed + " degrees"};
+  };
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (const std::string_view column : {"C_deg", "A_deg"}) {
+      if (std::abs(std::remainder((*table.column(column))[row], 180.0)) > kSameAngle) {
+        return wrong(column, row, "0 and 180");
+      }
+    }
+    const double swivel = (*table.column("B_deg"))[row];
+    const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle; };
+    if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong("B_deg", row, "0, 45 and 90");
+  }
+  return std::nullopt;
+}
+
+// 1 at 0 degrees, -1 at 180.
+double side(double degrees) {
+  return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
+}
+
+// All means as one linear fit, so that sigma, residuals and degrees of freedom are common to them.
+struct Means {
+  std::vector<const Quantity*> quantities;
+  std::vector<Eigen::Index> columns;  // of each quantity's mean
+  Fit fit;
+};
+
+Outcome<Means, Refusal> fitMeans(const Dataset& dataset, double sigma) {
+  Means means;
+  struct Row {
+    double value{};
+    Eigen::Index mean{};
+    double ball{};
+    double stylus{};
+  };
+  std::vector<Row> rows;
+  Eigen::Index parameters = 0;
+  for (const auto& quantity : kQuantities) {
+    const Table& table = *dataset.table(quantity.table);
+    const std::size_t before = rows.size();
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle) continue;
+      rows.push_back({(*table.column(quantity.column))[row], parameters,
+                      quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
+                      quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0});
+    }
+    if (rows.size() == before) continue;
+    means.quantities.push_back(&quantity);
+    means.columns.push_back(parameters);
+    parameters += 1 + (quantity.ball ? 1 : 0) + (quantity.stylus ? 1 : 0);
+  }
+  if (rows.empty()) return Refusal{"missing-orientation", "no reading is at the angle that its table is for"};
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters);
+  Eigen::VectorXd values{design.rows()};
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const Row& row = rows[static_cast<std::size_t>(k)];
+    design(k, row.mean) = 1.0;
+    if (row.ball != 0.0) design(k, row.mean + 1) = row.ball;
+    if (row.stylus != 0.0) design(k, row.mean + (row.ball != 0.0 ? 2 : 1)) = row.stylus;
+    values[k] = row.value;
+  }
+  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  if (!fit) {
+    return Refusal{"missing-orientation",
+                   "the run-out of ball and stylus does not cancel: read every centre with C and spindle at 0 and 180 "
+                   "degrees, and X with C at 0 and 180"};
+  }
+  means.fit = std::move(fit).value();
+  return means;
+}
+
+struct Ball {
+  double radius{};
+  double expected_z{};
+  bool x_is_radius{true};
+};
+
+Outcome<Ball, Refusal> ballOf(const Dataset& dataset) {
+  const auto radius = requiredPositive(dataset, "effective_ball_radius_mm");
+  if (!radius) return radius.error();
+  const auto expected = requiredNumber(dataset, "expected_ball_centre_z_mm");
+  if (!expected) return expected.error();
+  if (!dataset.config.contains("x_is_radius")) {
+    return Refusal{"missing-key", "config.json has no key 'x_is_radius': say true, or false where X counts diameters"};
+  }
+  const auto x_is_radius = configSwitch(dataset, "x_is_radius");
+  if (!x_is_radius) return x_is_radius.error();
+  return Ball{radius.value(), expected.value(), x_is_radius.value()};
+}
+
+// (B24): what to take off the mean of the touches.
+double reference(const Quantity& quantity, const Ball& ball) {
+  if (quantity.table == "x_touch") return ball.x_is_radius ? ball.radius : 2.0 * ball.radius;
+  if (quantity.table == "z_touch") return ball.radius + ball.expected_z;
+  return 0.0;
+}
+
+// Compares one value with the accepted one; its verdict, or nothing when no limit is stated.
+Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error,
+                                           Answer& answer) {
+  const auto accepted = configNumber(dataset, "accepted_" + estimate.key);
+  if (!accepted) return accepted.error();
+  auto limit = configPositive(dataset, "limit_" + estimate.key);
+  if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
+  if (!limit) return limit.error();
+  if (!limit.value() || (!accepted.value() && !error)) return std::optional<int>{};
+  const double deviation = estimate.value() - accepted->value_or(0.0);
+  const double doubt = 2.0 * estimate.standardDeviation().value_or(0.0);
+  answer.result().also.push_back(
+      Estimate::scalar("deviation_" + estimate.key, deviation, estimate.standardDeviation()));
+  const int verdict = std::abs(deviation) > **limit ? 2 : std::abs(deviation) + doubt > **limit ? 1 : 0;
+  if (verdict > 0) {
+    answer.warn(std::string{verdict == 2 ? "fail: " : "warn: "} + estimate.key + " is " + text(deviation) +
+                " mm off the accepted value; the limit is " + text(**limit) +
+                (verdict == 2 ? " mm: calibrate again" : " mm, within two sd"));
+  }
+  return std::optional<int>{verdict};
+}
+
+std::vector<std::string> unused(const Dataset& dataset) {
+  std::vector<std::string> known{"effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm",
+                                 "limit_mm"};
+  for (const auto& quantity : kQuantities) {
+    known.push_back("accepted_" + std::string{quantity.key});
+    known.push_back("limit_" + std::string{quantity.key});
+  }
+  const std::vector<std::string_view> views{known.begin(), known.end()};
+  return unusedKeys(dataset, views);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
+  const auto ball = ballOf(dataset);
+  if (!ball) return ball.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  using Columns = std::pair<std::string_view, std::span<const std::string_view>>;
+  for (const auto& [name, columns] :
+       {Columns{"centres", kCentreColumns}, {"x_touch", kXColumns}, {"z_touch", kZColumns}}) {
+    const auto table = checkedTable(dataset, name, columns);
+    if (!table) return table.error();
+    if (auto refusal = badAngles(**table)) return *refusal;
+  }
+  const auto means = fitMeans(dataset, sigma->value);
+  if (!means) return means.error();
+
+  const auto& parameters = means->fit.parameters;
+  Answer answer{dataset, means->fit, sigma.value()};
+  for (std::size_t k = 0; k < means->quantities.size(); ++k) {
+    const Quantity& quantity = *means->quantities[k];
+    const Eigen::RowVectorXd row = pick(means->columns[k], 1, parameters.size()).row(0);
+    const double value = parameters[means->columns[k]] - reference(quantity, ball.value());
+    if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
+    if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
+  }
+  std::optional<int> worst;
+  for (const Quantity* quantity : means->quantities) {
+    const Estimate estimate = *answer.result().find(quantity->key);
+    const auto verdict = judge(dataset, estimate, quantity->table != "centres", answer);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst) answer.result().also.push_back(Estimate::scalar("verdict", *worst, std::nullopt));
+  for (const auto& quantity : kQuantities) {
+    if (std::ranges::find(means->quantities, &quantity) == means->quantities.end()) {
+      answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
+    }
+  }
+  for (auto& warning : unused(dataset)) answer.warn(std::move(warning));
+  answer.result().convention = ball->x_is_radius ? "X in radius" : "X in diameters";
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

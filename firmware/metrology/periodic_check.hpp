@@ -1,0 +1,19 @@
+#pragma once
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Method "periodic-check": has the machine changed since the last accepted calibration? (CN101976057 equations 5 and 6,
+// docs/metrology.md B.10.) Table centres{B_deg,C_deg,A_deg,x_mm,y_mm,z_mm}: ball centres with C and spindle at 0 and
+// 180, at swivel angles of 90, 0 and 45 degrees; x_touch{B_deg,C_deg,A_deg,x_mm} at B = 90; z_touch{..,z_mm} at B = 0.
+// Config: effective_ball_radius_mm, expected_ball_centre_z_mm, x_is_radius (false where X is programmed in diameters),
+// sigma_mm. Gives Ycen_B90_mm, Xcen_B0_mm, Ycen_B0_mm, Ycen_B45_mm (B23) as far as their angle was read, and
+// x_offset_error_mm, z_offset_error_mm (B24); also Zcen_B90_mm. With accepted_<key> (0 for the offset errors) and
+// limit_<key> or limit_mm in the config: also deviation_<key>, and verdict, 0 pass, 1 warn (the limit lies within two
+// sd), 2 fail, with a sentence for each that does not pass.
+// Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180).
+Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,196 @@
+#include "firmware/metrology/pivot.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/answer.hpp"
+#include "firmware/metrology/ball_readings.hpp"
+#include "firmware/metrology/swivel_plane.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 5> kTableColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 2> kTableKeys{"tilt_axis", "sigma_mm"};
+constexpr std::array<std::string_view, 3> kHeadKeys{"ball_mm", "swivel_axis", "sigma_mm"};
+constexpr double kLeastSpan = 20.0;  // degrees
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kSameAngle = 1e-6;  // degrees
+constexpr double kSkewLength = 1.0;  // mm
+
+// A point that tilts about the pivot. Points that differ by the angle of the other axis are points of their own: each
+// turns about the pivot at its own arm, so nothing needs to cancel.
+struct TiltReading {
+  Vector2d at;        // mm, in the plane across the axis
+  double tilt_deg{};  // right-handed about the axis
+  double along{};     // mm, along the axis, from the mean of all readings
+  std::size_t point{};
+};
+
+std::vector<TiltReading> readingsOf(const Table& table, const SwivelPlane& plane, const Vector3d* ball) {
+  std::vector<TiltReading> readings;
+  std::map<long long, std::size_t> points;
+  double mean = 0.0;
+  const bool head = ball != nullptr;
+  const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
+  const auto& other = *table.column(head ? "A_deg" : "C_deg");
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
+    const double turned = std::remainder(other[row], 360.0);
+    const auto angle = std::llround((turned <= -180.0 + kSameAngle ? 180.0 : turned) / kSameAngle);
+    const auto point = points.try_emplace(angle, points.size()).first->second;
+    const Vector3d from = head ? Vector3d{*ball - at} : at;
+    readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point});
+    mean += from[plane.axis] / static_cast<double>(table.rows());
+  }
+  for (auto& reading : readings) reading.along -= mean;
+  return readings;
+}
+
+std::optional<Refusal> badSpan(const std::vector<TiltReading>& readings) {
+  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
+  const double span = greatest.tilt_deg - least.tilt_deg;
+  if (span >= kLeastSpan) return std::nullopt;
+  return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
+}
+
+// Whether points lie far enough apart along the axis to show that it is not quite parallel to its machine axis.
+bool skewSeen(const std::vector<TiltReading>& readings) {
+  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::along);
+  return greatest.along - least.along > kSkewLength && std::ranges::max(readings, {}, &TiltReading::point).point > 0;
+}
+
+// Parameters: pivot half way along the readings, the arm of each point at tilt zero, and the skew of the axis, which
+// moves the pivot of a point that lies further along it.
+Outcome<Fit, Refusal> fitPivot(const std::vector<TiltReading>& readings, double sigma) {
+  if (auto refusal = badSpan(readings)) return *refusal;
+  const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
+  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
+  const bool skew = skewSeen(readings);
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(2 + 2 * points) + (skew ? 2 : 0));
+  Eigen::VectorXd values{rows};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    design.block<2, 2>(row, 0).setIdentity();
+    design.block<2, 2>(row, static_cast<Eigen::Index>(2 + 2 * readings[k].point)) =
+        turn(readings[k].tilt_deg * kDegree);
+    if (skew) design.block(row, design.cols() - 2, 2, 2) = readings[k].along * Eigen::Matrix2d::Identity();
+    values.segment<2>(row) = readings[k].at;
+  }
+  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  // Two readings 20 degrees apart make the pivot 4 times less certain than they are; 20 times is a span that is none.
+  if ((!fit && fit.error().name == "ill-conditioned") ||
+      (fit && inflation(fit->cofactor(0, 0) / (sigma * sigma), readings.size()) > 400.0)) {
+    return Refusal{"tilt-span-too-small",
+                   "no point was read at tilts that differ enough: read each angle of the other axis at two or more "
+                   "tilts, 20 degrees apart or more"};
+  }
+  return fit;
+}
+
+std::optional<Refusal> shortArm(const std::vector<TiltReading>& readings, const Fit& fit, const Sigma& sigma) {
+  double longest = 0.0;
+  for (const auto& reading : readings) {
+    longest = std::max(longest, fit.parameters.segment<2>(static_cast<Eigen::Index>(2 + 2 * reading.point)).norm());
+  }
+  if (!sigma.stated || longest >= 5.0 * sigma.value) return std::nullopt;
+  return Refusal{"arm-too-short",
+                 "the ball lies " + text(longest) + " mm from the pivot, less than 5 sigma: move it further out"};
+}
+
+// Means over the other axis at tilts of -90 and 0; nothing where the data are not just these, each point at both.
+std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltReading>& readings) {
+  std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
+  std::array<std::vector<std::size_t>, 2> points;
+  for (const auto& reading : readings) {
+    const bool flat = std::abs(reading.tilt_deg) < kSameAngle;
+    if (!flat && std::abs(reading.tilt_deg + 90.0) >= kSameAngle) return std::nullopt;
+    sums[flat ? 1 : 0] += reading.at;
+    points[flat ? 1 : 0].push_back(reading.point);
+  }
+  for (auto& list : points) std::ranges::sort(list);
+  if (points[0] != points[1]) return std::nullopt;
+  const auto n = static_cast<double>(points[0].size());
+  return std::pair<Vector2d, Vector2d>{sums[0] / n, sums[1] / n};
+}
+
+// (B28): with r = (|y1 - y2| + |z1 - z2|)/2 the pivot is (y1 -+ r, z2 -+ r), signs as (B29) has them.
+std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, const Vector2d& pivot) {
+  const auto means = quarterTurn(readings);
+  if (!means) return std::nullopt;
+  const auto& [tilted, flat] = *means;
+  const double r = (tilted - flat).cwiseAbs().sum() / 2.0;
+  const Vector2d checked{tilted.x() - std::copysign(r, tilted.x() - pivot.x()),
+                         flat.y() - std::copysign(r, flat.y() - pivot.y())};
+  if ((checked - pivot).norm() <= 1e-6 * (1.0 + r)) return std::nullopt;
+  return Refusal{
+      "pivot-check-disagrees",
+      "the half sums of the readings at -90 and 0 put the pivot " + text((checked - pivot).norm()) +
+          " mm away: the C axis misses the pivot by more than the ball's height; measure at a third tilt, or "
+          "with the ball further out"};
+}
+
+Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit, const Sigma& sigma,
+                std::span<const std::string_view> keys) {
+  Answer answer{dataset, fit, sigma};
+  Vector2d pivot = fit.parameters.head<2>();
+  Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
+  if (!plane.alphabetical()) {
+    pivot = pivot.reverse().eval();
+    rows = rows.colwise().reverse().eval();
+  }
+  answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
+  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto plane = swivelPlane(dataset, "tilt_axis");
+  if (!plane) return plane.error();
+  const auto table = checkedTable(dataset, "readings", kTableColumns);
+  if (!table) return table.error();
+  const auto readings = readingsOf(**table, plane.value(), nullptr);
+  const auto fit = fitPivot(readings, sigma->value);
+  if (!fit) return fit.error();
+  if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
+  if (auto refusal = failsCheck(readings, fit->parameters.head<2>())) return *refusal;
+  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kTableKeys);
+  result.convention = "machine coordinates of the tilt axis";
+  return result;
+}
+
+Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto plane = swivelPlane(dataset, "swivel_axis");
+  if (!plane) return plane.error();
+  const auto ball = configVector(dataset, "ball_mm");
+  if (!ball) return ball.error();
+  if (!ball.value()) return Refusal{"missing-key", "config.json has no key 'ball_mm': give the ball's place"};
+  const auto table = checkedTable(dataset, "readings", kHeadColumns);
+  if (!table) return table.error();
+  const Vector3d place{ball->value().data()};
+  const auto readings = readingsOf(**table, plane.value(), &place);
+  const auto fit = fitPivot(readings, sigma->value);
+  if (!fit) return fit.error();
+  if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
+  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kHeadKeys);
+  result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
+  return result;
+}
+
+}  // namespace probebox::metrology

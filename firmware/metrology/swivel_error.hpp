@@ -1,0 +1,20 @@
+#pragma once
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Method "swivel-error": E(B, L), how far the control is off about the tip of a tool of length L at a head angle B
+// (CN101976057 equations 3 and 4, docs/metrology.md B.8). Table readings{B_deg,L_mm,x_mm,y_mm,z_mm}: reported centres
+// of one ball; table queries{B_deg,L_mm}. Config: swivel_axis, sigma_mm, model. Models: "rigid" (B20), small deviations
+// of the gauge line and of the tool direction in the head, in the plane of the swivel, and sin B, 1 - cos B along the
+// axis; "free" (B21), sin B and 1 - cos B for every coordinate; "sine", the source's (B17)-(B19), right only where the
+// 1 - cos B terms vanish. Without `model`: rigid, or free where two or more angles contradict rigid by 4 deviations of
+// chi-square and more. What the control adds for each length cancels. Gives error_at_queries_mm, a row a query; also
+// model (0 sine, 1 rigid, 2 free), and for rigid gauge_line_mm and tool_direction_rad, in the plane's order (z, x) for
+// Y. Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm), swivel-angle-too-small (|sin B| < 0.2),
+// and what linearLeastSquares refuses.
+Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
+
+}  // namespace probebox::metrology

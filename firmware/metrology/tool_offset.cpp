@@ -1,0 +1,246 @@
+#include "firmware/metrology/tool_offset.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/answer.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
+constexpr std::array<std::string_view, 12> kAssemblyKeys{"L1_mm",
+                                                         "L2_mm",
+                                                         "part_mm",
+                                                         "holder_id",
+                                                         "tool_id",
+                                                         "sigma_mm",
+                                                         "sd_L1_mm",
+                                                         "sd_L2_mm",
+                                                         "sd_part_mm",
+                                                         "spread_limit_mm",
+                                                         "compensation_limit_mm",
+                                                         "assembled_max_mm"};
+constexpr std::array<std::string_view, 4> kSetterColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kSetterKeys{"probe_offset_mm", "sd_probe_offset_mm", "sigma_mm",
+                                                      "accepted_setter_mm", "setter_limit_mm"};
+constexpr double kSpreadLimit = 0.2;        // mm
+constexpr double kCompensationLimit = 5.0;  // mm
+
+Outcome<Vector3d, Refusal> requiredVector(const Dataset& dataset, std::string_view key, const std::string& what) {
+  const auto vector = configVector(dataset, key);
+  if (!vector) return vector.error();
+  if (!vector.value()) return Refusal{"missing-key", "config.json has no key '" + std::string{key} + "': give " + what};
+  return Vector3d{vector->value().data()};
+}
+
+struct Lengths {
+  double holder{};  // L1
+  double tool{};    // L2
+  Vector3d part = Vector3d::Zero();
+  double holder_sd{};
+  double tool_sd{};
+  double part_sd{};
+  double spread_limit{};
+  double compensation_limit{};
+  std::optional<double> longest;
+};
+
+std::optional<Refusal> emptyId(const Dataset& dataset) {
+  for (const std::string_view key : {"holder_id", "tool_id"}) {
+    const auto entry = dataset.config.find(key);
+    if (entry == dataset.config.end()) continue;
+    const auto* name = std::get_if<std::string>(&entry->second);
+    if (name && name->empty()) {
+      return Refusal{"missing-id", "config key '" + std::string{key} +
+                                       "' is empty: lengths in store belong to a holder and a tool; name them"};
+    }
+  }
+  return std::nullopt;
+}
+
+Outcome<Lengths, Refusal> lengthsOf(const Dataset& dataset, bool part_needed) {
+  if (auto refusal = emptyId(dataset)) return *refusal;
+  Lengths lengths;
+  const auto read = [&](auto&& reader, std::string_view key, double& into, double otherwise) -> std::optional<Refusal> {
+    const auto number = reader(dataset, key);
+    if (!number) return number.error();
+    if constexpr (requires { number->has_value(); }) {
+      into = number->value_or(otherwise);
+    } else {
+      into = number.value();
+    }
+    return std::nullopt;
+  };
+  if (auto refusal = read(requiredPositive, "L1_mm", lengths.holder, 0.0)) return *refusal;
+  if (auto refusal = read(requiredPositive, "L2_mm", lengths.tool, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_L1_mm", lengths.holder_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_L2_mm", lengths.tool_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_part_mm", lengths.part_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "spread_limit_mm", lengths.spread_limit, kSpreadLimit)) return *refusal;
+  if (auto refusal = read(configPositive, "compensation_limit_mm", lengths.compensation_limit, kCompensationLimit)) {
+    return *refusal;
+  }
+  const auto longest = configPositive(dataset, "assembled_max_mm");
+  if (!longest) return longest.error();
+  lengths.longest = longest.value();
+  if (!part_needed) return lengths;
+  const auto part = requiredVector(dataset, "part_mm", "the workpiece's size from the unit's reference");
+  if (!part) return part.error();
+  lengths.part = part.value();
+  return lengths;
+}
+
+Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::string& column, const char* name) {
+  for (std::size_t row = 0; row < flags.size(); ++row) {
+    if (flags[row] != 0.0 && flags[row] != 1.0) {
+      return Refusal{name, "column '" + column + "', row " + std::to_string(row + 1) + ": must be 0 or 1"};
+    }
+  }
+  return std::ranges::find(flags, 1.0) != flags.end();
+}
+
+std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3d& plain, double touched) {
+  const Vector3d spread = plain.colwise().maxCoeff() - plain.colwise().minCoeff();
+  if (spread.maxCoeff() > lengths.spread_limit) {
+    return Refusal{"spread-too-large", "the repetitions spread by " + text(spread.maxCoeff()) +
+                                           " mm: is the tool clamped, and part_mm right? Measure again"};
+  }
+  const double assembled = touched - lengths.holder;
+  if (touched <= 0.0 || assembled <= 0.0) {
+    return Refusal{"length-not-positive", "L0 is " + text(touched) + " mm and L3 " + text(assembled) +
+                                              " mm: check the sign of Z, the relative zero and the holder's L1"};
+  }
+  if (lengths.longest && assembled > *lengths.longest) {
+    return Refusal{"length-too-large",
+                   "L3 is " + text(assembled) + " mm, more than assembled_max_mm: check the holder"};
+  }
+  const double compensation = touched - lengths.tool;
+  if (std::abs(compensation) > lengths.compensation_limit) {
+    return Refusal{"compensation-too-large", "L4 is " + text(compensation) +
+                                                 " mm: the tool in store is not the one that was measured, or raise "
+                                                 "compensation_limit_mm"};
+  }
+  return std::nullopt;
+}
+
+// Adds a variance that the fit does not know of.
+void widen(Estimate& estimate, std::size_t component, double sd) {
+  if (!estimate.sd.empty()) estimate.sd[component] = std::hypot(estimate.sd[component], sd);
+}
+
+// Means of three coordinates of each of `groups` kinds of rows, with one pooled sigma.
+Outcome<Fit, Refusal> fitMeans(const Eigen::MatrixX3d& positions, const std::vector<std::size_t>& group,
+                               std::size_t groups, double sigma) {
+  const Eigen::Index rows = 3 * positions.rows();
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(3 * groups));
+  Eigen::VectorXd values{rows};
+  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
+    const auto column = static_cast<Eigen::Index>(3 * group[static_cast<std::size_t>(k)]);
+    design.block<3, 3>(3 * k, column).setIdentity();
+    values.segment<3>(3 * k) = positions.row(k).transpose();
+  }
+  return linearLeastSquares(design / sigma, values / sigma);
+}
+
+Eigen::MatrixX3d positionsOf(const Table& table, std::span<const std::string_view> columns) {
+  Eigen::MatrixX3d positions{static_cast<Eigen::Index>(table.rows()), 3};
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const auto& column = *table.column(columns[static_cast<std::size_t>(k)]);
+    positions.col(k) = Eigen::Map<const Eigen::VectorXd>{column.data(), positions.rows()};
+  }
+  return positions;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
+  const auto table = checkedTable(dataset, "readings", kAssemblyColumns);
+  if (!table) return table.error();
+  const auto& variants = *(*table)->column("workpiece_variant");
+  const auto with_part = anySet(variants, "workpiece_variant", "bad-variant");
+  if (!with_part) return with_part.error();
+  const auto lengths = lengthsOf(dataset, with_part.value());
+  if (!lengths) return lengths.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+
+  Eigen::MatrixX3d plain = positionsOf(**table, std::span{kAssemblyColumns}.last(3));
+  for (std::size_t row = 0; row < variants.size(); ++row) {
+    plain.row(static_cast<Eigen::Index>(row)) -= variants[row] * lengths->part.transpose();
+  }
+  const auto fit = fitMeans(plain, std::vector<std::size_t>(variants.size(), 0), 1, sigma->value);
+  if (!fit) return fit.error();
+  const Vector3d touched = fit->parameters;
+  if (auto refusal = badAssembly(lengths.value(), plain, touched.z())) return *refusal;
+
+  Answer answer{dataset, fit.value(), sigma.value()};
+  answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
+  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
+  for (auto& warning : unusedKeys(dataset, kAssemblyKeys)) answer.warn(std::move(warning));
+  Result result = std::move(answer).take(false);
+  double share = 0.0;  // of readings that the workpiece's size enters
+  for (const double variant : variants) share += variant / static_cast<double>(variants.size());
+  const double part_sd = share * lengths->part_sd;
+  widen(result.estimates[0], 0, std::hypot(lengths->holder_sd, part_sd));
+  widen(result.estimates[1], 0, part_sd);
+  widen(result.estimates[1], 1, part_sd);
+  widen(result.estimates[1], 2, std::hypot(lengths->tool_sd, part_sd));
+  result.convention =
+      "Z positive along the tool, X and Y as the machine counts; add the compensation to the lengths in store";
+  return result;
+}
+
+Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
+  const auto offset = requiredVector(dataset, "probe_offset_mm", "the probe's tip from the head's reference");
+  if (!offset) return offset.error();
+  const auto offset_sd = configPositive(dataset, "sd_probe_offset_mm");
+  if (!offset_sd) return offset_sd.error();
+  const auto accepted = configVector(dataset, "accepted_setter_mm");
+  if (!accepted) return accepted.error();
+  const auto limit = configPositive(dataset, "setter_limit_mm");
+  if (!limit) return limit.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto table = checkedTable(dataset, "readings", kSetterColumns);
+  if (!table) return table.error();
+  const auto& flags = *(*table)->column("is_tool");
+  const auto tool = anySet(flags, "is_tool", "bad-flag");
+  if (!tool) return tool.error();
+  if (!tool.value())
+    return Refusal{"tool-not-measured", "no row has is_tool 1: touch the setting device with the tool"};
+  if (std::ranges::find(flags, 0.0) == flags.end()) {
+    return Refusal{"probe-not-measured", "no row has is_tool 0: measure the setting device with the probe first"};
+  }
+
+  const Eigen::MatrixX3d positions = positionsOf(**table, std::span{kSetterColumns}.last(3));
+  std::vector<std::size_t> group;
+  for (const double flag : flags) group.push_back(flag == 0.0 ? 0 : 1);
+  const auto fit = fitMeans(positions, group, 2, sigma->value);
+  if (!fit) return fit.error();
+  const Vector3d setter = fit->parameters.head<3>() + *offset;
+  if (accepted.value() && limit.value()) {
+    const double moved = (setter - Vector3d{accepted->value().data()}).norm();
+    if (moved > **limit) {
+      return Refusal{"setter-moved", "the setting device lies " + text(moved) +
+                                         " mm from where it was accepted: calibrate its place again"};
+    }
+  }
+  Answer answer{dataset, fit.value(), sigma.value()};
+  answer.promiseVector("tool_offset_mm", setter - fit->parameters.tail<3>(), pick(0, 3, 6) - pick(3, 3, 6));
+  answer.promiseVector("setter_mm", setter, pick(0, 3, 6));
+  for (auto& warning : unusedKeys(dataset, kSetterKeys)) answer.warn(std::move(warning));
+  Result result = std::move(answer).take(false);
+  for (auto& estimate : result.estimates) {
+    for (std::size_t k = 0; k < 3; ++k) widen(estimate, k, offset_sd->value_or(0.0));
+  }
+  result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,26 @@
+#pragma once
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Method "tool-assembly": what a tool and its holder measure together, and what that differs from their lengths in
+// store (CN103801980, docs/metrology.md C1, C2, C3). Table readings{workpiece_variant,rep,W0_x_mm,W0_y_mm,L0_z_mm}:
+// machine coordinates at contact, zero where the holder's reference lies on that of the measuring unit; variant 1
+// touches a workpiece instead of the unit's own faces. Config: L1_mm (holder), L2_mm (tool), part_mm (g, needed for
+// variant 1); holder_id, tool_id; sigma_mm; sd_L1_mm, sd_L2_mm, sd_part_mm; spread_limit_mm (default 0.2),
+// compensation_limit_mm (default 5), assembled_max_mm. Gives assembled_length_mm (L3) and compensation_mm (W2x, W2y,
+// L4). Refuses: missing-key, missing-id, bad-variant, spread-too-large, length-not-positive (L0 or L3),
+// length-too-large, compensation-too-large.
+Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
+
+// Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B
+// and on the same faces (CN101976057, docs/metrology.md B.9, (B22)). Table readings{is_tool,x_mm,y_mm,z_mm}: machine
+// positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
+// the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
+// Gives tool_offset_mm and setter_mm. Refuses: missing-key, bad-flag, probe-not-measured, tool-not-measured,
+// setter-moved.
+Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,191 @@
+// Tilting table and swivelling head in three dimensions, their axes anywhere and not quite parallel to X or Y.
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <rapidcheck/gtest.h>
+
+#include "cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Tilting {
+  Vector3d axis{1, 0, 0};          // machine axis that the control knows
+  Vector3d skew{0, 0, 0};          // what it is off
+  Vector3d pivot{0, -12.3, 45.6};  // a point of the axis
+  Vector3d c_axis{-3.0, -5.3, 0};  // C at tilt zero, parallel to Z
+  Vector3d ball{40, 2, 255.6};     // at tilt and C zero
+
+  Vector3d at(double tilt, double c) const {
+    const Vector3d on_c = c_axis + AngleAxisd{c * kDegree, Vector3d::UnitZ()} * (ball - c_axis);
+    return pivot + AngleAxisd{tilt * kDegree, (axis + skew).normalized()} * (on_c - pivot);
+  }
+};
+
+Tilting randomTable(std::mt19937_64& random, double skew) {
+  Tilting table;
+  table.skew = {0, uniform(random, -skew, skew), uniform(random, -skew, skew)};
+  table.pivot = {0, uniform(random, -20, 20), uniform(random, -40, 40)};
+  table.c_axis = {uniform(random, -3, 3), table.pivot.y() + uniform(random, -10, 10), 0};
+  // The pivot counts where the readings are: half way between C = 0 and 180.
+  table.pivot.x() = table.c_axis.x();
+  table.ball = {uniform(random, 20, 60), uniform(random, -20, 20), uniform(random, 120, 260)};
+  return table;
+}
+
+Dataset tableDataset(const Tilting& table, const std::vector<double>& tilts, const std::vector<double>& cs,
+                     double sigma, std::mt19937_64& random) {
+  Dataset dataset{.method = "table-pivot",
+                  .config = {{"sigma_mm", sigma},
+                             {"tilt_axis", std::vector<double>{table.axis.x(), table.axis.y(), table.axis.z()}}},
+                  .tables = {}};
+  Table& readings = addTable(dataset, "readings", {"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"});
+  for (const double tilt : tilts) {
+    for (const double c : cs) {
+      const Vector3d at = table.at(tilt, c);
+      readings.append(
+          {tilt, c, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
+    }
+  }
+  return dataset;
+}
+
+TEST(TablePivot, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{1};
+  Judgement judgement;
+  for (int trial = 0; trial < 600; ++trial) {
+    const Tilting table = randomTable(random, 4e-4);
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    const bool two = trial % 2 == 0;
+    const std::vector<double> tilts = two ? std::vector<double>{-90, 0} : std::vector<double>{-80, -35, 10, 30};
+    const auto solved = solve(tableDataset(table, tilts, {0, 180}, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    // (B7) for points of sigma / sqrt2.
+    Eigen::Vector2d mean{0, 0};
+    for (const double tilt : tilts) mean += Eigen::Vector2d{std::cos(tilt * kDegree), std::sin(tilt * kDegree)};
+    const auto n = static_cast<double>(tilts.size());
+    const double bound = sigma / std::sqrt(2.0 * n * (1.0 - (mean / n).squaredNorm()));
+    const auto& pivot = *solved->find("pivot_yz_mm");
+    for (std::size_t k = 0; k < 2; ++k) {
+      judgement.add(pivot.values[k] - table.pivot[static_cast<Eigen::Index>(k) + 1], pivot.sd[k], bound);
+    }
+  }
+  expectHonest(judgement);
+}
+
+TEST(TablePivot, GivesTheWorkedExample) {
+  std::mt19937_64 random{2};
+  const Tilting table{.ball = {-3.0, -5.3, 255.6}};  // on the C axis
+  const auto dataset = tableDataset(table, {-90, 0}, {0}, 0.0, random);
+  EXPECT_NEAR((*dataset.tables[0].column("y_mm"))[0], 197.7, 1e-9);
+  EXPECT_NEAR((*dataset.tables[0].column("z_mm"))[0], 38.6, 1e-9);
+  const auto solved = solve(dataset);
+  EXPECT_NEAR(solved->find("pivot_yz_mm")->values[0], -12.3, 1e-9);
+  EXPECT_NEAR(solved->find("pivot_yz_mm")->values[1], 45.6, 1e-9);
+}
+
+RC_GTEST_PROP(TablePivot, IsFoundForAnyAxisItsSenseAndAnyOrderOfReadings, ()) {
+  std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
+  const auto k = *rc::gen::inRange<Eigen::Index>(0, 3);
+  Tilting table = randomTable(random, 0.0);
+  table.axis = Vector3d::Zero();
+  table.axis[k] = *rc::gen::element(1.0, -1.0);
+  table.c_axis = table.pivot;
+  table.ball = table.pivot + Vector3d{uniform(random, 50, 90), uniform(random, 50, 90), uniform(random, 90, 150)};
+  Dataset dataset = tableDataset(table, {-60, -20, 35, 70}, {0, 75, 180}, 0.0, random);
+  // Rows change places.
+  std::vector<std::size_t> order{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+  std::ranges::shuffle(order, random);
+  for (auto& column : dataset.tables[0].columns) {
+    const auto values = column.values;
+    for (std::size_t row = 0; row < order.size(); ++row) column.values[row] = values[order[row]];
+  }
+  const auto solved = solve(dataset);
+  RC_ASSERT(solved.ok());
+  const char* keys[]{"pivot_yz_mm", "pivot_xz_mm", "pivot_xy_mm"};
+  const auto* pivot = solved->find(keys[k]);
+  RC_ASSERT(pivot != nullptr);
+  const std::array<Eigen::Index, 2> plane = k == 0   ? std::array<Eigen::Index, 2>{1, 2}
+                                            : k == 1 ? std::array<Eigen::Index, 2>{0, 2}
+                                                     : std::array<Eigen::Index, 2>{0, 1};
+  RC_ASSERT(std::abs(pivot->values[0] - table.pivot[plane[0]]) < 1e-8);
+  RC_ASSERT(std::abs(pivot->values[1] - table.pivot[plane[1]]) < 1e-8);
+}
+
+TEST(TablePivot, RefusesByName) {
+  std::mt19937_64 random{3};
+  const auto refusal = [&](const Tilting& table, const std::vector<double>& tilts, const std::vector<double>& cs) {
+    return refusalOf(tableDataset(table, tilts, cs, 0.001, random));
+  };
+  EXPECT_EQ(refusal({}, {-19.9, 0}, {0, 180}), "tilt-span-too-small");
+  EXPECT_EQ(refusal({}, {-20.1, 0}, {0, 180}), "");
+  EXPECT_EQ(refusal({}, {0, 0}, {0, 180}), "tilt-span-too-small");
+  EXPECT_EQ(refusal({}, {0, 360}, {0, 180}), "tilt-span-too-small") << "the same place";
+  EXPECT_EQ(refusal({.ball = {0, -12.3, 45.6}}, {-90, 0}, {0}), "arm-too-short");
+  // The C axis misses the pivot by more than the height of the ball.
+  Tilting aside;
+  aside.c_axis.y() = aside.pivot.y() + 300.0;
+  aside.ball = {-3.0, aside.c_axis.y(), aside.pivot.z() + 210.0};
+  EXPECT_EQ(refusal(aside, {-90, 0}, {0, 180}), "pivot-check-disagrees");
+  EXPECT_EQ(refusal(aside, {-90, -30, 0}, {0, 180}), "");
+  Dataset dataset = tableDataset({}, {-90, 0}, {0, 180}, 0.001, random);
+  dataset.config["tilt_axis"] = std::vector<double>{0.6, 0.8, 0.0};
+  EXPECT_EQ(refusalOf(dataset), "bad-axis");
+  dataset.config.erase("tilt_axis");
+  EXPECT_EQ(refusalOf(dataset), "missing-key");
+}
+
+struct Head {
+  Vector3d axis{0, 1, 0};
+  Vector3d pivot{-0.04, 0, -132.0};  // from the moving reference
+  Vector3d tip{-0.17, 0, 100.0};     // spindle axis at the stylus' length, from the moving reference, at B = 0
+  Vector3d stylus{0.02, -0.04, 0};   // from the spindle axis
+  Vector3d ball{18.0, -9.0, -8.0};
+
+  Vector3d reading(double b, double a) const {
+    const Vector3d at_zero = tip + AngleAxisd{a * kDegree, Vector3d::UnitZ()} * stylus;
+    return ball - (pivot + AngleAxisd{b * kDegree, axis} * (at_zero - pivot));
+  }
+};
+
+TEST(HeadPivot, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{4};
+  Judgement judgement;
+  for (int trial = 0; trial < 600; ++trial) {
+    Head head;
+    head.axis.y() = trial % 3 == 0 ? -1.0 : 1.0;
+    head.pivot = {uniform(random, -.1, .1), 0, uniform(random, -200, -80)};
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    Dataset dataset{.method = "head-pivot",
+                    .config = {{"sigma_mm", sigma},
+                               {"ball_mm", std::vector<double>{head.ball.x(), head.ball.y(), head.ball.z()}},
+                               {"swivel_axis", std::vector<double>{0, head.axis.y(), 0}}},
+                    .tables = {}};
+    Table& readings = addTable(dataset, "readings", {"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"});
+    for (const double b : {0.0, 90.0}) {
+      for (const double a : {0.0, 180.0}) {
+        const Vector3d at = head.reading(b, a);
+        readings.append(
+            {b, a, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
+      }
+    }
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& pivot = *solved->find("pivot_xz_mm");
+    judgement.add(pivot.values[0] - head.pivot.x(), pivot.sd[0], sigma / std::numbers::sqrt2);
+    judgement.add(pivot.values[1] - head.pivot.z(), pivot.sd[1], sigma / std::numbers::sqrt2);
+    EXPECT_EQ(solved->dof, 2U);
+    dataset.config.erase("ball_mm");
+    EXPECT_EQ(refusalOf(dataset), "missing-key");
+  }
+  expectHonest(judgement);
+}
+
+}  // namespace
+}  // namespace probebox::metrology

@@ -1,0 +1,245 @@
+// A swivelling head whose gauge line and tool direction are off, read by a control that believes them right.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+// The control believes the axis along uB through the reference point and the tool along Z at B = 0.
+struct Head {
+  Vector3d axis{0, 1, 0};
+  Vector3d gauge{0.010, 0.004, 0.025};    // the gauge line is off by this
+  Vector3d direction{-1e-4, 5e-5, 2e-4};  // and the tool direction, per mm
+  Vector3d skew{0, 0, 0};                 // and the swivel axis
+  Vector3d unexplained{0, 0, 0};          // times sin 2B: what no head of this kind does
+  Vector3d ball{-0.5, 0.4, 60.0};
+
+  Vector3d reported(double b, double length) const {
+    const Matrix3d believed = AngleAxisd{b * kDegree, axis}.toRotationMatrix();
+    const Matrix3d real = AngleAxisd{b * kDegree, (axis + skew).normalized()}.toRotationMatrix();
+    const Vector3d tool = Vector3d{0, 0, length};
+    return ball - real * (tool + gauge + length * direction) + believed * tool +
+           std::sin(2 * b * kDegree) * unexplained;
+  }
+  Vector3d error(double b, double length) const { return reported(b, length) - reported(0.0, length); }
+};
+
+Head randomHead(std::mt19937_64& random) {
+  const auto vector = [&](double size) {
+    return Vector3d{uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
+  };
+  Head head;
+  head.gauge = vector(0.03);
+  head.direction = vector(2e-4);
+  head.skew = vector(1e-4);
+  head.skew -= head.axis * head.axis.dot(head.skew);
+  head.ball = vector(1.0) + Vector3d{0, 0, 60};
+  return head;
+}
+
+const std::vector<double> kQueryAngles{-90, -60, -30, 20, 50, 90};
+
+Dataset swivelDataset(const Head& head, const std::vector<double>& angles, const std::vector<double>& lengths,
+                      double sigma, std::mt19937_64& random) {
+  Dataset dataset{.method = "swivel-error",
+                  .config = {{"sigma_mm", sigma},
+                             {"swivel_axis", std::vector<double>{head.axis.x(), head.axis.y(), head.axis.z()}}},
+                  .tables = {}};
+  Table readings =
+      Table::withColumns("readings", std::array<std::string_view, 5>{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"});
+  Table queries = Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});
+  for (const double length : lengths) {
+    for (const double b : angles) {
+      const Vector3d at = head.reported(b, length);
+      readings.append(
+          {b, length, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
+    }
+  }
+  for (const double length : {100.0, 150.0, 200.0}) {
+    for (const double b : kQueryAngles) queries.append({b, length});
+  }
+  dataset.tables = {std::move(readings), std::move(queries)};
+  return dataset;
+}
+
+// The largest error of the answer at the queries, mm.
+double worst(const Result& result, const Head& head) {
+  const auto& values = result.find("error_at_queries_mm")->values;
+  double worst = 0.0;
+  std::size_t at = 0;
+  for (const double length : {100.0, 150.0, 200.0}) {
+    for (const double b : kQueryAngles) {
+      for (const double truth : head.error(b, length)) worst = std::max(worst, std::abs(values[at++] - truth));
+    }
+  }
+  return worst;
+}
+
+TEST(SwivelError, StatesItsUncertaintyAtEveryQuery) {
+  std::mt19937_64 random{1};
+  Moments pull;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Head head = randomHead(random);
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    const auto solved = solve(swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& errors = *solved->find("error_at_queries_mm");
+    ASSERT_EQ(errors.columns, 3U);
+    std::size_t at = 0;
+    for (const double length : {100.0, 150.0, 200.0}) {
+      for (const double b : kQueryAngles) {
+        for (const double truth : head.error(b, length)) {
+          pull.add(errors.values[at] - truth, errors.sd[at]);
+          ++at;
+        }
+      }
+    }
+  }
+  EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+}
+
+// Second-order terms of the head itself, a few nm.
+TEST(SwivelError, IsExactWithoutNoiseWhateverTheAxis) {
+  std::mt19937_64 random{2};
+  for (const Vector3d& axis : {Vector3d{0, 1, 0}, Vector3d{1, 0, 0}, Vector3d{0, -1, 0}}) {
+    Head head;
+    head.axis = axis;
+    const auto solved = solve(swivelDataset(head, {0, 45, 90}, {100, 200}, 0.0, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_EQ(solved->find("model")->value(), 1.0);
+    EXPECT_LT(worst(solved.value(), head), 1e-9);
+    head.skew = {2e-5, 1e-5, 2e-5};
+    head.skew -= axis * axis.dot(head.skew);
+    EXPECT_LT(worst(solve(swivelDataset(head, {0, 45, 90}, {100, 200}, 0.0, random)).value(), head), 1e-5);
+  }
+}
+
+TEST(SwivelError, NeedsOneAngleInThePlaneAndTwoAlongTheAxis) {
+  std::mt19937_64 random{3};
+  Head head;
+  head.skew = {1e-4, 0, 1e-4};
+  const auto one = solve(swivelDataset(head, {0, 90}, {100, 200}, 0.0, random));
+  ASSERT_TRUE(one.ok()) << one.error().reason;
+  EXPECT_THAT(one->warnings, Contains(HasSubstr("45 degrees too")));
+  double in_plane = 0.0;
+  double along = 0.0;
+  std::size_t row = 0;
+  for (const double length : {100.0, 150.0, 200.0}) {
+    for (const double b : kQueryAngles) {
+      const Vector3d truth = head.error(b, length);
+      const auto* values = &one->find("error_at_queries_mm")->values[3 * row++];
+      in_plane = std::max({in_plane, std::abs(values[0] - truth.x()), std::abs(values[2] - truth.z())});
+      along = std::max(along, std::abs(values[1] - truth.y()));
+    }
+  }
+  EXPECT_LT(in_plane, 1e-5);
+  EXPECT_GT(along, 1e-3);
+  EXPECT_LT(worst(solve(swivelDataset(head, {0, 45, 90}, {100, 200}, 0.0, random)).value(), head), 1e-5);
+}
+
+TEST(SwivelError, GivesTheWorkedExampleOfARigidHead) {
+  std::mt19937_64 random{4};
+  Head head;
+  head.gauge = {0.025, 0, 0.010};  // q = (.010, .025) in the order (z, x)
+  head.direction = {-1e-4, 0, 2e-4};
+  Dataset dataset = swivelDataset(head, {0, 90}, {100, 200}, 0.0, random);
+  tableNamed(dataset, "queries") = Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});
+  for (const auto& [b, length] : {std::pair{90.0, 100.0}, {90.0, 200.0}, {30.0, 150.0}}) {
+    tableNamed(dataset, "queries").append({b, length});
+  }
+  const auto solved = solve(dataset);
+  const auto& e = solved->find("error_at_queries_mm")->values;
+  const std::vector<double> printed_z{.045, .055, .010358984};
+  const std::vector<double> printed_x{-.015, -.045, -.018660254};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(e[3 * k + 2], printed_z[k], 5e-9);
+    EXPECT_NEAR(e[3 * k], printed_x[k], 5e-9);
+  }
+  EXPECT_NEAR(solved->find("gauge_line_mm")->values[0], .010, 1e-9);
+  EXPECT_NEAR(solved->find("gauge_line_mm")->values[1], .025, 1e-9);
+  EXPECT_NEAR(solved->find("tool_direction_rad")->values[0], 2e-4, 1e-11);
+}
+
+TEST(SwivelError, GivesTheWorkedExampleOfTheSineRule) {
+  Dataset dataset{
+      .method = "swivel-error",
+      .config = {{"sigma_mm", 0.001}, {"swivel_axis", std::vector<double>{0, 1, 0}}, {"model", std::string{"sine"}}},
+      .tables = {}};
+  Table readings =
+      Table::withColumns("readings", std::array<std::string_view, 5>{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"});
+  readings.append({0, 100, 1, 2, 3});
+  readings.append({90, 100, 1.0421, 1.9963, 3.0218});
+  readings.append({0, 200, 4, 5, 6});
+  readings.append({90, 200, 4.0643, 4.9942, 6.0301});
+  Table queries = Table::withColumns("queries", std::array<std::string_view, 2>{"B_deg", "L_mm"});
+  queries.append({90, 150});
+  queries.append({30, 150});
+  dataset.tables = {readings, queries};
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const std::vector<double> printed{.0532, -.00475, .02595, .0266, -.002375, .012975};
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(solved->find("error_at_queries_mm")->values[k], printed[k], 1e-12);
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("1 - cos B")));
+}
+
+TEST(SwivelError, SineIsWrongBetweenTheAnglesThatRigidIsRightAt) {
+  std::mt19937_64 random{5};
+  const Head head;
+  Dataset dataset = swivelDataset(head, {0, 90}, {100, 200}, 0.0, random);
+  dataset.config["model"] = std::string{"sine"};
+  EXPECT_GT(worst(solve(dataset).value(), head), 0.01);
+}
+
+TEST(SwivelError, GivesUpRigidOnlyWhereTheReadingsContradictIt) {
+  std::mt19937_64 random{6};
+  int freed = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const auto solved = solve(swivelDataset(randomHead(random), {-90, -45, 0, 45, 90}, {100, 200}, 0.001, random));
+    if (solved->find("model")->value() == 2.0) ++freed;
+  }
+  EXPECT_LE(freed, 5) << "a rigid head seldom looks otherwise";
+  // A head whose plane is not turned but sheared: x follows sin B alone.
+  Head head;
+  Dataset dataset = swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, 0.0005, random);
+  const auto b = columnNamed(dataset, "readings", "B_deg");
+  auto& x = columnNamed(dataset, "readings", "x_mm");
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] += 0.02 * std::sin(b[k] * kDegree);
+  const auto solved = solve(dataset);
+  EXPECT_EQ(solved->find("model")->value(), 2.0);
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("contradict")));
+  EXPECT_NEAR(solved->find("error_at_queries_mm")->values[0], head.error(-90, 100).x() - 0.02, 0.003);
+}
+
+TEST(SwivelError, RefusesByName) {
+  std::mt19937_64 random{7};
+  const auto refusal = [&](const std::vector<double>& angles, const std::vector<double>& lengths) {
+    return refusalOf(swivelDataset({}, angles, lengths, 0.001, random));
+  };
+  EXPECT_EQ(refusal({0, 90}, {100}), "length-span-too-small");
+  EXPECT_EQ(refusal({0, 90}, {100, 109}), "length-span-too-small");
+  EXPECT_EQ(refusal({0, 11}, {100, 200}), "swivel-angle-too-small");
+  EXPECT_EQ(refusal({0, 180}, {100, 200}), "swivel-angle-too-small");
+  EXPECT_EQ(refusal({90}, {100, 200}), "too-few-readings") << "nothing to compare with";
+  Dataset dataset = swivelDataset({}, {0, 90}, {100, 200}, 0.001, random);
+  dataset.config["model"] = std::string{"cubic"};
+  EXPECT_EQ(refusalOf(dataset), "bad-config");
+  dataset.config.erase("model");
+  dataset.tables.pop_back();
+  EXPECT_EQ(refusalOf(dataset), "missing-table");
+}
+
+}  // namespace
+}  // namespace probebox::metrology

@@ -1,0 +1,203 @@
+// Tools against a measuring unit and a setting device: machine coordinates at contact, worked out from where things
+// are.
+#include <Eigen/Core>
+#include <array>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Assembly {
+  double holder{85.0};                     // L1 in store
+  double tool{142.5};                      // L2 in store
+  double assembled{60.2503};               // what sticks out of the holder
+  std::array<double, 2> off{-0.03, 0.04};  // cutting end from the holder's axis
+  Vector3d part{0.0, 62.0, 25.0};
+};
+
+Dataset assemblyDataset(const Assembly& truth, int repetitions, double sigma, std::mt19937_64& random) {
+  Dataset dataset{.method = "tool-assembly",
+                  .config = {{"L1_mm", truth.holder},
+                             {"L2_mm", truth.tool},
+                             {"part_mm", std::vector<double>{truth.part.x(), truth.part.y(), truth.part.z()}}},
+                  .tables = {}};
+  Table& table = addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"});
+  for (const double variant : {0.0, 1.0}) {
+    for (int rep = 0; rep < repetitions; ++rep) {
+      const Vector3d at = Vector3d{truth.off[0], truth.off[1], truth.holder + truth.assembled} + variant * truth.part;
+      table.append({variant, static_cast<double>(rep), at.x() + gauss(random, sigma), at.y() + gauss(random, sigma),
+                    at.z() + gauss(random, sigma)});
+    }
+  }
+  return dataset;
+}
+
+TEST(ToolAssembly, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{1};
+  Judgement judgement;
+  for (int trial = 0; trial < 500; ++trial) {
+    Assembly truth;
+    truth.holder = uniform(random, 60, 100);
+    truth.assembled = uniform(random, 20, 80);
+    truth.tool = truth.holder + truth.assembled - uniform(random, -2, 2);
+    truth.off = {uniform(random, -.2, .2), uniform(random, -.2, .2)};
+    const int repetitions = 2 + trial % 5;
+    const double sigma = uniform(random, 5e-4, 5e-3);
+    const auto solved = solve(assemblyDataset(truth, repetitions, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const double bound = sigma / std::sqrt(2.0 * repetitions);
+    const auto& length = *solved->find("assembled_length_mm");
+    const auto& compensation = *solved->find("compensation_mm");
+    judgement.add(length.value() - truth.assembled, length.sd[0], bound);
+    judgement.add(compensation.values[0] - truth.off[0], compensation.sd[0], bound);
+    judgement.add(compensation.values[1] - truth.off[1], compensation.sd[1], bound);
+  }
+  EXPECT_THAT(judgement.efficiency(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.12)));
+  EXPECT_THAT(judgement.pulls.pull(), testing::AllOf(testing::Gt(0.95), testing::Lt(1.3))) << "Student's t, 9 to 33";
+  EXPECT_LT(std::abs(judgement.pulls.bias()), 4.0);
+}
+
+TEST(ToolAssembly, GivesTheWorkedExampleWithAndWithoutAWorkpiece) {
+  for (const double variant : {0.0, 1.0}) {
+    Dataset dataset{.method = "tool-assembly",
+                    .config = {{"L1_mm", 85.0},
+                               {"L2_mm", 142.5},
+                               {"part_mm", std::vector<double>{0.0, 0.0, 25.0}},
+                               {"sigma_mm", 0.002},
+                               {"sd_L1_mm", 0.003}},
+                    .tables = {}};
+    addTable(dataset, "readings", {"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"})
+        .append({variant, 0.0, 0.0, 0.0, 145.2503 + 25.0 * variant});
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_NEAR(solved->find("assembled_length_mm")->value(), 60.2503, 1e-9);
+    EXPECT_NEAR(solved->find("compensation_mm")->values[2], 2.7503, 1e-9);
+    EXPECT_NEAR(solved->find("assembled_length_mm")->sd[0], std::hypot(0.002, 0.003), 1e-12);
+    EXPECT_NEAR(solved->find("compensation_mm")->sd[2], 0.002, 1e-12) << "L1 is not part of it";
+  }
+}
+
+TEST(ToolAssembly, RefusesByName) {
+  std::mt19937_64 random{2};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage, const Assembly& truth = {}) {
+    Dataset dataset = assemblyDataset(truth, 3, 0.001, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto lengths = [](Dataset& d) -> std::vector<double>& { return columnNamed(d, "readings", "L0_z_mm"); };
+  EXPECT_EQ(refusal([](Dataset&) {}), "");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("L1_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("L2_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("part_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["tool_id"] = std::string{}; }), "missing-id");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["tool_id"] = std::string{"T7"}; }), "");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "workpiece_variant")[0] = 2.0; }), "bad-variant");
+  EXPECT_EQ(refusal([&](Dataset& d) { lengths(d)[1] += 0.3; }), "spread-too-large");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["L1_mm"] = 146.0; }), "length-not-positive");
+  EXPECT_EQ(refusal([&](Dataset& d) {
+              for (double& length : lengths(d)) length -= 200.0;
+            }),
+            "length-not-positive");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["assembled_max_mm"] = 60.0; }), "length-too-large");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["L2_mm"] = 140.0; }), "compensation-too-large");
+  EXPECT_EQ(refusal([](Dataset& d) {
+              d.config["L2_mm"] = 140.0;
+              d.config["compensation_limit_mm"] = 6.0;
+            }),
+            "");
+  Dataset plain = assemblyDataset({}, 3, 0.001, random);
+  keepRows(tableNamed(plain, "readings"), [](std::size_t row) { return row < 3; });
+  plain.config.erase("part_mm");
+  EXPECT_TRUE(solve(plain).ok()) << "nothing touched a workpiece";
+}
+
+// A device in a machine that is out of square: what it reads depends on where it reads.
+struct Setter {
+  Vector3d at{-193.0, 23.0, 17.0};
+  Vector3d probe{0.03, -0.04, 200.0};  // tip of the probe from the head's reference
+  Vector3d tool{-2.0, 1.1, 125.0};
+
+  Vector3d reading(const Vector3d& tip) const { return at - tip; }
+};
+
+Dataset setterDataset(const Setter& setter, int repetitions, double sigma, std::mt19937_64& random) {
+  Dataset dataset{
+      .method = "tool-setter",
+      .config = {{"probe_offset_mm", std::vector<double>{setter.probe.x(), setter.probe.y(), setter.probe.z()}},
+                 {"sigma_mm", sigma}},
+      .tables = {}};
+  Table& table = addTable(dataset, "readings", {"is_tool", "x_mm", "y_mm", "z_mm"});
+  for (int rep = 0; rep < repetitions; ++rep) {
+    for (const double is_tool : {0.0, 1.0}) {
+      const Vector3d at = setter.reading(is_tool == 1.0 ? setter.tool : setter.probe);
+      table.append(
+          {is_tool, at.x() + gauss(random, sigma), at.y() + gauss(random, sigma), at.z() + gauss(random, sigma)});
+    }
+  }
+  return dataset;
+}
+
+TEST(ToolSetter, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{3};
+  Judgement tool;
+  Judgement device;
+  for (int trial = 0; trial < 500; ++trial) {
+    Setter setter;
+    setter.at = {uniform(random, -200, 200), uniform(random, -200, 200), uniform(random, -200, 200)};
+    setter.tool = {uniform(random, -5, 5), uniform(random, -5, 5), uniform(random, 80, 150)};
+    const double sigma = uniform(random, 5e-4, 5e-3);
+    const int repetitions = 1 + trial % 3;
+    const auto solved = solve(setterDataset(setter, repetitions, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const double bound = sigma / std::sqrt(repetitions);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      tool.add(solved->find("tool_offset_mm")->values[k] - setter.tool[at], solved->find("tool_offset_mm")->sd[k],
+               bound * std::numbers::sqrt2);
+      device.add(solved->find("setter_mm")->values[k] - setter.at[at], solved->find("setter_mm")->sd[k], bound);
+    }
+  }
+  expectHonest(tool);
+  expectHonest(device);
+}
+
+TEST(ToolSetter, AddsTheUncertaintyOfTheProbeAndNoticesAMovedDevice) {
+  std::mt19937_64 random{4};
+  const Setter setter;
+  Dataset dataset = setterDataset(setter, 1, 0.0, random);
+  dataset.config["sigma_mm"] = 0.003;
+  dataset.config["sd_probe_offset_mm"] = 0.004;
+  const auto solved = solve(dataset);
+  EXPECT_NEAR(solved->find("setter_mm")->sd[1], 0.005, 1e-12);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(solved->find("tool_offset_mm")->values[k], setter.tool[static_cast<Eigen::Index>(k)], 1e-9);
+  }
+  dataset.config["accepted_setter_mm"] = std::vector<double>{-193.0, 23.0, 17.05};
+  dataset.config["setter_limit_mm"] = 0.04;
+  EXPECT_EQ(refusalOf(dataset), "setter-moved");
+  dataset.config["setter_limit_mm"] = 0.06;
+  EXPECT_EQ(refusalOf(dataset), "");
+}
+
+TEST(ToolSetter, RefusesByName) {
+  std::mt19937_64 random{5};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = setterDataset({}, 2, 0.001, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("probe_offset_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["probe_offset_mm"] = std::vector<double>{1.0, 2.0}; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool")[0] = 0.5; }), "bad-flag");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {0, 0, 0, 0}; }), "tool-not-measured");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {1, 1, 1, 1}; }), "probe-not-measured");
+}
+
+}  // namespace
+}  // namespace probebox::metrology
