@@ -1,36 +1,90 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 
 // machine.toml: what the integrator knows about the machine tool. Axes and signs as in ISO 841.
 namespace probebox::board {
 
+// How the counts of an axis become a machine position: the encoder is absolute, the axis passes a mark, or the
+// controller says that it has been homed.
+enum class ReferenceBy { absolute, index, homing };
+
+struct ReferenceDescription {
+  ReferenceBy by{ReferenceBy::homing};
+  double index_mm{};        // machine position where the mark begins for an axis that moves up
+  double index_width_mm{};  // it begins this much higher for an axis that moves down
+  double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
+  double index_tolerance_mm{0.02};
+  double maximum_speed_mm_s{1000};  // counts that move faster are an error of the encoder
+};
+
 struct AxisDescription {
   double counts_per_mm{};  // of the encoder, positive
   int sense{1};            // +1 when counts rise in the positive direction of the axis, else -1
   double travel_min_mm{};
   double travel_max_mm{};
+  ReferenceDescription reference;
 
-  // Limits of a correction in size and in rate of change; they take effect with the first source of corrections.
+  // Limits of a correction in size and in rate of change.
   double correction_limit_mm{};
   double correction_rate_mm_s{};
 };
 
-// How the control programs the X axis of a lathe; takes effect with the first source of corrections, which are in
-// radius whatever stands here.
+// Which way the gain K of a screw was found (D1): it gives the correction, or it predicts the error.
+enum class GainIs { correction, error };
+// Where the screw's fixed bearing is, seen along the axis.
+enum class FixedBearing { low, high };
+
+// The ball screw of a linear axis with a sensor at its free end (CN101394969).
+struct ScrewDescription {
+  double length_mm{};
+  double offset_mm{};  // axis zero to the fixed bearing
+  double pitch_mm{};   // of the thread
+  FixedBearing fixed_bearing{FixedBearing::low};
+  double gain{};
+  GainIs gain_is{GainIs::correction};
+  double reference_um{};  // the sensor's reading on the cold screw
+  double extension_min_um{};
+  double extension_max_um{};
+  double rate_um_s{};       // how fast the compensation may change
+  double threshold_rpm{};   // of the sector table
+  double sector_zero_mm{};  // axis position at which sector 0 begins
+  double stale_s{};
+  double hold_s{};
+};
+
+// How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
 enum class Programming { radius, diameter };
+
+struct CentrelineDescription {
+  double assumed_x_mm{};  // where the control takes the turning axis to be
+  double assumed_y_mm{};
+  bool correct_x{true};
+  bool correct_y{true};
+  double hold_s{};
+};
+
+// Sources of corrections, by the bits of the mask that the CNC reads.
+struct CorrectionsDescription {
+  double hold_s{};             // T_hold: how long a doubtful source is held, where it says nothing else
+  std::uint16_t mask{};        // which are summed
+  double joint_delay_s{0.02};  // from a value that is served until the axes stand there
+};
 
 struct Machine {
   std::string name;
   std::string mounting;                 // where the probe sits: a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
+  std::array<std::optional<ScrewDescription>, 3> screws;
   Programming x_programming{Programming::radius};
   // Features to calibrate on, as certified; nothing when there is none.
   std::optional<double> datum_sphere_diameter_mm;
   std::optional<double> datum_gap_mm;  // between two parallel plates across X
   double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
-  double hold_s{};  // how long a doubtful source is to be held; takes effect with the first source of corrections
+  CentrelineDescription centreline;
+  CorrectionsDescription corrections;
 };
 
 }  // namespace probebox::board

@@ -102,6 +102,7 @@ Box readBox(Section& root) {
   box.devices.encoders = devices.text("encoders");
   box.devices.encoder_rate_hz = devices.number("encoder_rate_hz", {1, 1e6});
   box.devices.probe = devices.text("probe");
+  box.devices.drift = devices.text("drift", "none");
   devices.finish();
   box.usb = usbIdentity(root.section("usb", false));
   return box;

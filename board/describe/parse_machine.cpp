@@ -1,5 +1,6 @@
-#include <cmath>
+#include <algorithm>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "board/describe/document.hpp"
@@ -8,6 +9,33 @@
 namespace probebox::board {
 namespace {
 
+// The registers of the CNC end here.
+constexpr Range kCorrection_mm{0, 3.2767};
+constexpr Range kPosition_mm{-1e6, 1e6};
+constexpr Range kSeconds{0, 3600};
+
+ReferenceDescription readReference(Section& axis) {
+  ReferenceDescription reference;
+  reference.by = static_cast<ReferenceBy>(
+      axis.choice("reference", {"absolute", "index", "homing"}, static_cast<std::size_t>(reference.by)));
+  const bool has_mark = reference.by == ReferenceBy::index || axis.has("index_mm");
+  if (!has_mark) {
+    reference.maximum_speed_mm_s = axis.number("maximum_speed_mm_s", {1, 1e5}, reference.maximum_speed_mm_s);
+    return reference;
+  }
+  reference.index_mm = axis.number("index_mm", kPosition_mm);
+  reference.index_width_mm = axis.number("index_width_mm", {0, 100}, 0);
+  reference.index_pitch_mm = axis.number("index_pitch_mm", {0, 1e4}, 0);
+  reference.index_tolerance_mm = axis.number("index_tolerance_mm", {1e-4, 10}, reference.index_tolerance_mm);
+  reference.maximum_speed_mm_s = axis.number("maximum_speed_mm_s", {1, 1e5}, reference.maximum_speed_mm_s);
+  if (reference.by == ReferenceBy::index && reference.index_pitch_mm > 0) {
+    axis.problem(*axis.node("index_pitch_mm"),
+                 "marks that repeat do not tell which one was passed: write reference = \"homing\", and the marks will "
+                 "be checked after it");
+  }
+  return reference;
+}
+
 AxisDescription readAxis(Section section) {
   AxisDescription axis;
   axis.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
@@ -15,13 +43,13 @@ AxisDescription readAxis(Section section) {
   if (axis.sense == 0) {
     section.problem(*section.node("sense"), "'sense' = 0: write 1 when counts rise with the position, else -1");
   }
-  axis.travel_min_mm = section.number("travel_min_mm", {-1e6, 1e6});
-  axis.travel_max_mm = section.number("travel_max_mm", {-1e6, 1e6});
+  axis.travel_min_mm = section.number("travel_min_mm", kPosition_mm);
+  axis.travel_max_mm = section.number("travel_max_mm", kPosition_mm);
   if (section.has("travel_min_mm") && section.has("travel_max_mm") && axis.travel_min_mm >= axis.travel_max_mm) {
     section.problem(*section.node("travel_max_mm"), "'travel_max_mm' is not above 'travel_min_mm': exchange them");
   }
-  // The registers of the CNC end at 3.2767 mm.
-  axis.correction_limit_mm = section.number("correction_limit_mm", {0, 3.2767});
+  axis.reference = readReference(section);
+  axis.correction_limit_mm = section.number("correction_limit_mm", kCorrection_mm);
   axis.correction_rate_mm_s = section.number("correction_rate_mm_s", {kTiny, 1000});
   section.finish();
   return axis;
@@ -33,6 +61,62 @@ std::optional<double> readSize(Section section, bool present, std::string_view k
   const double size_mm = section.number(key, {0.1, 1000});
   section.finish();
   return size_mm;
+}
+
+ScrewDescription readScrew(Section section, double hold_s) {
+  ScrewDescription screw;
+  screw.length_mm = section.number("length_mm", {1, 1e5});
+  screw.offset_mm = section.number("offset_mm", kPosition_mm);
+  screw.pitch_mm = section.number("pitch_mm", {0.1, 1000});
+  screw.fixed_bearing = static_cast<FixedBearing>(section.choice("fixed_bearing", {"low", "high"}));
+  screw.gain = section.number("gain", {-100, 100});
+  screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));
+  screw.reference_um = section.number("reference_um", {-1e5, 1e5}, 0);
+  screw.extension_min_um = section.number("extension_min_um", {-1e4, 1e4}, -50);
+  screw.extension_max_um = section.number("extension_max_um", {-1e4, 1e4}, 300);
+  screw.rate_um_s = section.number("rate_um_s", {kTiny, 1e4}, 5);
+  screw.threshold_rpm = section.number("threshold_rpm", {0, 1e5}, 60);
+  screw.sector_zero_mm = section.number("sector_zero_mm", kPosition_mm, 0);
+  screw.stale_s = section.number("stale_s", {1e-3, 3600}, 1);
+  screw.hold_s = section.number("hold_s", kSeconds, hold_s);
+  if (section.has("extension_max_um") && screw.extension_min_um >= screw.extension_max_um) {
+    section.problem(*section.node("extension_max_um"),
+                    "'extension_max_um' is not above 'extension_min_um': exchange them");
+  }
+  section.finish();
+  return screw;
+}
+
+CentrelineDescription readCentreline(Section section, double hold_s) {
+  CentrelineDescription centreline;
+  centreline.assumed_x_mm = section.number("assumed_x_mm", kPosition_mm, 0);
+  centreline.assumed_y_mm = section.number("assumed_y_mm", kPosition_mm, 0);
+  centreline.correct_x = section.flag("correct_x", true);
+  centreline.correct_y = section.flag("correct_y", true);
+  centreline.hold_s = section.number("hold_s", kSeconds, hold_s);
+  section.finish();
+  return centreline;
+}
+
+CorrectionsDescription readCorrections(Section section) {
+  // By bit of the mask; those without a bit's meaning yet are refused.
+  constexpr std::array<std::string_view, 4> kSources{"screw", "swivel", "rotary", "centreline"};
+  CorrectionsDescription corrections;
+  corrections.hold_s = section.number("hold_s", kSeconds);
+  corrections.joint_delay_s = section.number("joint_delay_s", {0, 2}, corrections.joint_delay_s);
+  if (const auto* node = section.node("sources")) {
+    for (const auto& name : section.texts("sources")) {
+      const auto found = std::ranges::find(kSources, name);
+      const auto bit = static_cast<unsigned>(found - kSources.begin());
+      if (found == kSources.end() || name == "swivel" || name == "rotary") {
+        section.problem(*node, "'sources' names '" + name + "': this release knows \"screw\" and \"centreline\"");
+      } else {
+        corrections.mask = static_cast<std::uint16_t>(corrections.mask | 1U << bit);
+      }
+    }
+  }
+  section.finish();
+  return corrections;
 }
 
 Machine readMachine(Section& root) {
@@ -55,54 +139,24 @@ Machine readMachine(Section& root) {
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();
 
-  auto corrections = root.section("corrections");
-  machine.hold_s = corrections.number("hold_s", {0, 3600});
-  corrections.finish();
-  return machine;
-}
-
-bool singular(const Matrix3& m) {
-  const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  double size = 1;
-  for (const auto& row : m) size *= std::hypot(row[0], row[1], row[2]);
-  return !(std::abs(determinant) > 1e-6 * size);
-}
-
-Probe readProbe(Section& root) {
-  Probe probe;
-  auto section = root.section("probe");
-  probe.serial_number = section.text("serial_number");
-  probe.rate_hz = section.number("rate_hz", {1, 1e6});
-  probe.noise_um = section.number("noise_um", {1e-4, 1000});
-  probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
-  probe.gain = section.matrix("gain");
-  if (section.has("gain") && singular(probe.gain)) {
-    section.problem(*section.node("gain"),
-                    "'gain' has no inverse, so some direction would not be felt: measure it again");
+  machine.corrections = readCorrections(root.section("corrections"));
+  const double hold_s = machine.corrections.hold_s;
+  auto screws = root.section("screw", false);
+  for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
+    const std::string name{"XYZ"[axis]};
+    const bool described = screws.has(name);
+    auto section = screws.section(name, false);
+    if (described) machine.screws[axis] = readScrew(std::move(section), hold_s);
   }
-  section.finish();
-
-  auto stylus = root.section("stylus");
-  probe.ball_diameter_mm = stylus.number("ball_diameter_mm", {0.01, 100});
-  stylus.finish();
-
-  auto certificate = root.section("certificate", false);
-  probe.certificate.number = certificate.text("number", "");
-  probe.certificate.date = certificate.text("date", "");
-  certificate.finish();
-  return probe;
+  screws.finish();
+  machine.centreline = readCentreline(root.section("centreline", false), hold_s);
+  return machine;
 }
 
 }  // namespace
 
 Outcome<Machine> parseMachine(std::string_view text, std::string_view file_name) {
   return readDocument<Machine>(text, file_name, readMachine);
-}
-
-Outcome<Probe> parseProbe(std::string_view text, std::string_view file_name) {
-  return readDocument<Probe>(text, file_name, readProbe);
 }
 
 }  // namespace probebox::board

@@ -7,6 +7,7 @@
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/board_sources.hpp"
+#include "firmware/app/corrections_config.hpp"
 
 namespace probebox::app {
 namespace {
@@ -49,6 +50,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
     const auto& described = descriptions.machine.axes[axis];
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
   }
+  config.corrections = correctionsConfig(descriptions.machine);
   config.block_samples = descriptions.service.stream.block_samples;
   return config;
 }

@@ -2,6 +2,8 @@
 
 #include <variant>
 
+#include "firmware/clock/tick_map.hpp"
+
 namespace probebox::box {
 namespace {
 
@@ -30,6 +32,7 @@ std::optional<Error> whyRefused(const BoxConfig& config) {
   if (auto error = clock::whyRefused(config.clock)) return error;
   if (auto error = clock::whyRefused(config.probe_clock)) return error;
   if (auto error = latch::whyRefused(config.latch)) return error;
+  if (auto error = corrections::whyRefused(config.corrections)) return error;
   if (config.block_samples == 0 || config.block_samples > BlockBuilder::kMostSamples) {
     return Error{"A block has 1 to " + std::to_string(BlockBuilder::kMostSamples) + " samples, not " +
                  std::to_string(config.block_samples) + ": change block_samples in service.toml."};
@@ -44,6 +47,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       probe_clock_{config.probe_clock},
       latch_{config.latch},
       procedure_{config.capture},
+      corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.
   for (auto& lines : line_sequence_) lines.fill(SequenceWatch{0});
@@ -95,6 +99,7 @@ void Box::on(const Count& count) {
   auto& watch = count_sequence_[static_cast<std::size_t>(count.axis)];
   state_.lost.counts += watch.missingBefore(count.sequence);
   latch_.push(count);
+  corrections_.push(count);
   procedure_.push(count);
 }
 
@@ -139,6 +144,7 @@ void Box::on(const SourceLost& lost) {
   const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
   if (is_gone) ++state_.lost.sources_gone;
   if (is_gone && lost.source == Source::probe) probe_clock_.restart();
+  corrections_.push(lost);
   procedure_.push(lost);
 }
 
@@ -146,7 +152,7 @@ void Box::drainLatch() {
   while (const auto decision = latch_.next()) {
     if (const auto* record = std::get_if<latch::Record>(&*decision)) {
       block_.add(*record, clock_.map(), state_.at);
-      corrections_.recordArrived();
+      tick(*record);
       if (block_.full()) closeBlock();
     } else {
       const auto& lost = std::get<latch::Lost>(*decision);
@@ -154,6 +160,13 @@ void Box::drainLatch() {
       lose(lost);
     }
   }
+}
+
+// Corrections follow the first sample of every tick.
+void Box::tick(const latch::Record& record) {
+  const auto samples_per_tick = config_.latch.samples_per_tick;
+  if (record.index.index % samples_per_tick != 0) return;
+  corrections_.tick(record, clock::timeOf(clock_.map(), record.index, samples_per_tick));
 }
 
 void Box::lose(const latch::Lost& lost) {

@@ -23,6 +23,7 @@ struct BoxConfig {
   clock::CounterClockConfig probe_clock;  // of a receiver that counts its samples
   latch::LatchConfig latch;
   std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
+  corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block closes at this age even when it is not full
@@ -52,22 +53,18 @@ class Box {
   void on(const Count& count);
   void on(const Deflection& deflection);
   void on(const CountedDeflection& counted);
-  void on(const Drift&) {}  // for the screws; nothing listens yet
+  void on(const Drift& drift) { corrections_.push(drift); }
   void on(const Marker& marker);
   void on(const SourceLost& lost);
   void on(const ProcedureStarted& started);
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
-  void on(const DelayActivated& activated) { corrections_.push(activated); }
-  void on(const CutInhibit& inhibit) { corrections_.push(inhibit); }
-  void on(const CentrelineActivated&) {}
-  void on(const ScrewActivated&) {}
-  void on(const AxisHomed&) {}
-  void on(const StandingRestored&) {}
-  void on(const SourcesEnabled&) {}
+  // What came into force, homing, cuts, which sources are summed.
+  void on(const auto& for_corrections) { corrections_.push(for_corrections); }
 
   void take(const Deflection& deflection);
   void drainLatch();
+  void tick(const latch::Record& record);
   void lose(const latch::Lost& lost);
   void closeBlock();
   void publish(MonoTime now);

@@ -1,18 +1,87 @@
 #include "firmware/corrections/corrections.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <string>
 
 namespace probebox::corrections {
+namespace {
 
-void Corrections::push(const DelayActivated& activated) {
-  snapshot_.delay = DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
+// Encoder noise over one tick is no speed: about ten ticks are averaged.
+constexpr double kSpeedSmoothing = 0.1;
+
+std::int32_t nanometres(double mm) {
+  return static_cast<std::int32_t>(std::lround(mm * 1e6));
+}
+Nanometres nanometres(const Vector& mm) {
+  return {nanometres(mm[0]), nanometres(mm[1]), nanometres(mm[2])};
+}
+
+}  // namespace
+
+std::optional<Error> whyRefused(const CorrectionsConfig& config) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const std::string name{"XYZ"[axis]};
+    const auto& screw = config.screws[axis];
+    if (screw.fitted && !(screw.model.length_mm > 0 && screw.pitch_mm > 0))
+      return Error{"The screw of " + name + " needs a length and a pitch above 0: change [screw." + name +
+                   "] in machine.toml."};
+    if (!(config.limits[axis].size_mm >= 0 && config.limits[axis].rate_mm_s >= 0))
+      return Error{"The limits of the correction of " + name + " cannot be negative: change [axis." + name +
+                   "] in machine.toml."};
+  }
+  const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
+  if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
+    return Error{"sources names \"screw\", and machine.toml describes no screw: add [screw.X], or leave it out."};
+  return std::nullopt;
+}
+
+Corrections::Corrections(const CorrectionsConfig& config)
+    : config_{config},
+      references_{AxisReference{config.references[0]}, AxisReference{config.references[1]},
+                  AxisReference{config.references[2]}},
+      screws_{ScrewSource{config.screws[0], 0}, ScrewSource{config.screws[1], 1}, ScrewSource{config.screws[2], 2}},
+      centreline_{config.centreline},
+      output_{config.limits},
+      mask_{config.mask} {}
+
+void Corrections::push(const Count& count) {
+  references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
 }
 
 void Corrections::push(const Edge& edge) {
-  if (edge.role != LineRole::inhibit) return;
-  const std::uint32_t bit = 1U << (edge.line % 32U);
-  inhibit_lines_ = edge.level == Level::active ? inhibit_lines_ | bit : inhibit_lines_ & ~bit;
-  inhibit();
+  if (edge.role == LineRole::index && edge.line < kLinearAxes && edge.level == Level::active) {
+    references_[edge.line].index(edge.at);
+  } else if (edge.role == LineRole::trigger && edge.level == Level::active) {
+    triggers_.push(edge, history_.at(edge.at));
+  } else if (edge.role == LineRole::inhibit) {
+    const std::uint32_t bit = 1U << (edge.line % 32U);
+    inhibit_lines_ = edge.level == Level::active ? inhibit_lines_ | bit : inhibit_lines_ & ~bit;
+    inhibit();
+  }
+}
+
+void Corrections::push(const SourceLost& lost) {
+  const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
+  if (!is_gone) return;
+  if (lost.source == Source::encoders) {
+    for (auto& reference : references_) reference.encoderLost();
+  } else if (lost.source == Source::drift) {
+    for (auto& screw : screws_) screw.sensorLost();
+  }
+}
+
+void Corrections::push(const AxisHomed& homed) {
+  if (!references_[static_cast<std::size_t>(homed.axis)].homed(homed.position_mm)) ++refused_homings_;
+}
+
+void Corrections::push(const DelayActivated& activated) {
+  snapshot_.delay = DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const double sd_s = activated.result_id != 0 ? activated.sd_s[axis] : 0;
+    references_[axis].setDelay(activated.tau_s[axis], sd_s);
+  }
 }
 
 void Corrections::push(const CutInhibit& inhibit_now) {
@@ -24,21 +93,122 @@ void Corrections::inhibit() {
   snapshot_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
 }
 
+void Corrections::push(const SourcesEnabled& enabled) {
+  mask_ = enabled.mask;
+}
+
+MachineTick Corrections::machineTick(const latch::Record& record, MonoTime at) {
+  MachineTick tick{
+      .at = at, .elapsed_s = ticked_at_ ? toSeconds(at - *ticked_at_) : 0, .position_mm = {}, .speed_mm_s = {}};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto counts = static_cast<double>(record.values[static_cast<std::size_t>(latch::Channel::x) + axis]);
+    const double u_mm = counts * config_.references[axis].mm_per_count;
+    if (tick.elapsed_s > 0)
+      speed_mm_s_[axis] += kSpeedSmoothing * ((u_mm - u_mm_[axis]) / tick.elapsed_s - speed_mm_s_[axis]);
+    u_mm_[axis] = u_mm;
+    tick.position_mm[axis] = references_[axis].position_mm(counts);
+  }
+  tick.speed_mm_s = speed_mm_s_;
+  ticked_at_ = at;
+  return tick;
+}
+
+void Corrections::tick(const latch::Record& record, MonoTime at) {
+  const MachineTick tick = machineTick(record, at);
+  triggers_.tick(tick);
+  for (auto& screw : screws_) screw.tick(tick);
+  centreline_.tick(tick);
+  const bool nothing_to_serve = mask_ == 0 && !was_valid_;
+  if (const Sum now = sum(); now.any_invalid || nothing_to_serve) {
+    output_.freeze();
+  } else {
+    output_.follow(now.value_mm, tick.elapsed_s);
+  }
+  tick_since_heartbeat_ = true;
+  tick_since_advance_ = true;
+}
+
+void Corrections::include(Sum& sum, SourceKind kind, const HeldSource& source) const {
+  auto& health = sum.health[static_cast<std::size_t>(kind)];
+  health = std::max(health, source.health());
+  if ((mask_ & bitOf(kind)) == 0) return;
+  sum.any_invalid = sum.any_invalid || source.health() == Health::invalid;
+  sum.any_held = sum.any_held || source.health() == Health::held;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) sum.value_mm[axis] += source.value()[axis];
+}
+
+Corrections::Sum Corrections::sum() const {
+  Sum sum;
+  for (const auto& screw : screws_) {
+    if (screw.fitted()) include(sum, SourceKind::screw, screw.held());
+  }
+  include(sum, SourceKind::centreline, centreline_.held());
+  // Sources that this release does not compute say nothing, so their sum is not known.
+  for (const auto kind : {SourceKind::swivel, SourceKind::rotary})
+    sum.any_invalid = sum.any_invalid || (mask_ & bitOf(kind)) != 0;
+  return sum;
+}
+
+void Corrections::serve(MonoTime now, const Sum& sum) {
+  snapshot_.valid = output_.valid();
+  was_valid_ = was_valid_ || snapshot_.valid;
+  snapshot_.saturated = output_.saturated();
+  snapshot_.settled = snapshot_.valid && output_.arrived();
+  const bool frozen = was_valid_ && !snapshot_.valid;
+  snapshot_.degraded = sum.any_held || (snapshot_.valid && snapshot_.saturated) || frozen;
+  snapshot_.mask = mask_;
+  snapshot_.health = sum.health;
+  const Nanometres value_nm = nanometres(output_.value_mm());
+  const Served& last = history_.newest();
+  const bool changed = value_nm != last.correction_nm;
+  if (changed) ++snapshot_.sequence;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) snapshot_.correction_mm[axis] = value_nm[axis] * 1e-6;
+  const bool centreline_is_summed = (mask_ & bitOf(SourceKind::centreline)) != 0 && centreline_.calibrated();
+  const Served served{.from = now,
+                      .correction_nm = value_nm,
+                      .centreline_nm = centreline_is_summed ? nanometres(centreline_.held().value()) : Nanometres{},
+                      .sequence = snapshot_.sequence,
+                      .mask = mask_,
+                      .valid = snapshot_.valid,
+                      .degraded = snapshot_.degraded};
+  const bool told_otherwise = changed || served.centreline_nm != last.centreline_nm || served.valid != last.valid ||
+                              served.degraded != last.degraded || served.mask != last.mask;
+  if (told_otherwise) history_.push(served);
+  if (tick_since_advance_ && !sum.any_invalid && !sum.any_held) fresh_at_ = now;
+  snapshot_.age_ms =
+      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(now - fresh_at_).count());
+}
+
+void Corrections::beat(MonoTime now) {
+  // A beat whose period brought no record is skipped, not made up for later.
+  while (now - heartbeat_at_ >= kHeartbeat) {
+    heartbeat_at_ += kHeartbeat;
+    if (tick_since_heartbeat_) ++snapshot_.heartbeat;
+    tick_since_heartbeat_ = false;
+  }
+}
+
 void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger) {
   if (!started_) {
     started_ = true;
     heartbeat_at_ = now;
-    last_change_ = now;
+    fresh_at_ = now;
+    arrived_ = now;
   }
-  // A beat whose period brought no record is skipped, not made up for later.
-  while (now - heartbeat_at_ >= kHeartbeat) {
-    heartbeat_at_ += kHeartbeat;
-    if (record_since_heartbeat_) ++snapshot_.heartbeat;
-    record_since_heartbeat_ = false;
+  if (tick_since_advance_) arrived_ = now;
+  if (now - arrived_ >= kSilence) {
+    for (auto& screw : screws_) screw.doubtful(now);
+    centreline_.doubtful(now);
   }
+  const Sum sum = this->sum();
+  if (sum.any_invalid) output_.freeze();
+  serve(now, sum);
+  beat(now);
+  tick_since_advance_ = false;
+  describeAxes();
   snapshot_.at = now;
-  snapshot_.age_ms =
-      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(now - last_change_).count());
+  snapshot_.last_trigger = triggers_.newest();
+  snapshot_.refused_homings = refused_homings_;
   snapshot_.clock_state = map.state;
   snapshot_.clock_sigma_ns = map.sigma_ns;
   snapshot_.clock_locked = map.state == ClockState::locked;
@@ -46,6 +216,48 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   snapshot_.lost_at_source_samples = ledger.lost_at_source;
   snapshot_.lost_in_queue_samples = ledger.lost_in_queue;
   snapshot_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
+}
+
+void Corrections::describeAxes() {
+  bool any_screw = false, all_good = true;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& reference = references_[axis];
+    const auto& screw = screws_[axis];
+    any_screw = any_screw || screw.fitted();
+    all_good = all_good && (!screw.fitted() || screw.sensorGood());
+    snapshot_.axes[axis] = {.referenced = reference.referenced(),
+                            .position_mm = reference.position_mm().value_or(0),
+                            .last_fault = reference.lastFault(),
+                            .reference_losses = reference.losses(),
+                            .unused_indexes = reference.unusedIndexes(),
+                            .has_screw = screw.fitted(),
+                            .sensor_fault = screw.fault(),
+                            .extension_um = screw.extension_um(),
+                            .screw_offset_mm = screw.offset_mm(),
+                            .screw_slope = screw.slope()};
+  }
+  snapshot_.screw_sensors_good = any_screw && all_good;
+  snapshot_.referenced = neededAxesReferenced();
+  snapshot_.centreline_calibrated = centreline_.calibrated();
+  const auto z_mm = references_[static_cast<std::size_t>(Axis::z)].position_mm();
+  snapshot_.centreline = {
+      .result = centreline_.inForce(),
+      .has_z = z_mm.has_value(),
+      .here_mm = centreline_.calibrated() && z_mm ? centreline_.centreAt(*z_mm) : std::array<double, 2>{}};
+}
+
+// Where no source needs any, all axes count.
+bool Corrections::neededAxesReferenced() const {
+  std::array<bool, kLinearAxes> needed{};
+  if ((mask_ & bitOf(SourceKind::screw)) != 0) {
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) needed[axis] = screws_[axis].fitted();
+  }
+  if ((mask_ & bitOf(SourceKind::centreline)) != 0) needed[static_cast<std::size_t>(Axis::z)] = true;
+  const bool none = !needed[0] && !needed[1] && !needed[2];
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if ((needed[axis] || none) && !references_[axis].referenced()) return false;
+  }
+  return true;
 }
 
 }  // namespace probebox::corrections

@@ -1,5 +1,17 @@
 #pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "firmware/corrections/axis_reference.hpp"
+#include "firmware/corrections/centreline_source.hpp"
+#include "firmware/corrections/output.hpp"
+#include "firmware/corrections/screw_source.hpp"
+#include "firmware/corrections/served.hpp"
 #include "firmware/corrections/snapshot.hpp"
+#include "firmware/corrections/trigger_log.hpp"
+#include "firmware/latch/record.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::corrections {
 
@@ -10,33 +22,94 @@ struct Ledger {
   std::uint64_t lost_in_queue{};
 };
 
+struct CorrectionsConfig {
+  std::array<ReferenceConfig, kLinearAxes> references{};
+  std::array<OutputLimits, kLinearAxes> limits{};
+  std::array<ScrewConfig, kLinearAxes> screws{};
+  CentrelineConfig centreline{};
+  std::uint16_t mask{};  // sources that are summed at the start
+  // From a value that is served until the axes stand where it asks them to.
+  Nanoseconds joint_delay{std::chrono::milliseconds{20}};
+};
+
+// Says which value cannot be used and what could be; nothing when the configuration is good.
+std::optional<Error> whyRefused(const CorrectionsConfig& config);
+
 // Results in force and events -> what the CNC reads. Starts with valid = 0; a source without its inputs is invalid,
-// never zero.
+// never zero; a doubtful one is held for its T_hold; then the value stands still and is not valid.
 class Corrections {
  public:
   // Heartbeat period, of the register map.
   static constexpr Nanoseconds kHeartbeat = std::chrono::milliseconds{100};
+  // Without a record for this long, every source is in doubt.
+  static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
 
+  // config: one that whyRefused() has nothing against.
+  explicit Corrections(const CorrectionsConfig& config);
+
+  void push(const Count& count);
+  void push(const Edge& edge);  // index, trigger and inhibit lines
+  void push(const Drift& drift) { screws_[static_cast<std::size_t>(drift.axis)].push(drift); }
+  void push(const SourceLost& lost);
+  void push(const AxisHomed& homed);
   void push(const DelayActivated& activated);
-  void push(const Edge& edge);  // of inhibit lines
-  void push(const CutInhibit& inhibit_now);
-  // The chain source -> clock -> latch has delivered a record.
-  void recordArrived() { record_since_heartbeat_ = true; }
-  // Silence advances ages and heartbeats; the heartbeat stands still when the chain delivers nothing.
+  void push(const CentrelineActivated& activated) { centreline_.push(activated); }
+  void push(const ScrewActivated& activated) { screws_[static_cast<std::size_t>(activated.axis)].push(activated); }
+  void push(const CutInhibit& inhibit);
+  void push(const StandingRestored& standing) { output_.standAt(standing.correction_mm); }
+  void push(const SourcesEnabled& enabled);
+
+  // The chain source -> clock -> latch has delivered the first record of a tick, `at` its time.
+  void tick(const latch::Record& record, MonoTime at);
+  // Silence advances ages and heartbeats; the heartbeat stands still when the chain delivers nothing. What the CNC
+  // reads changes here alone.
   void advance(MonoTime now, const TickMap& map, const Ledger& ledger);
 
   const Snapshot& snapshot() const { return snapshot_; }
+  const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
+  // What the axes had been asked to add by then, as far as they had followed.
+  const Served& followedAt(MonoTime at) const { return history_.at(at - config_.joint_delay); }
+  std::optional<TriggerStamp> takeTrigger() { return triggers_.take(); }
 
  private:
-  void inhibit();
+  struct Sum {
+    Vector value_mm{};
+    bool any_invalid{};
+    bool any_held{};
+    std::array<Health, kSourceKinds> health{};
+  };
 
-  Snapshot snapshot_;
+  MachineTick machineTick(const latch::Record& record, MonoTime at);
+  Sum sum() const;
+  void include(Sum& sum, SourceKind kind, const HeldSource& source) const;
+  void inhibit();
+  void serve(MonoTime now, const Sum& sum);
+  void beat(MonoTime now);
+  void describeAxes();
+  bool neededAxesReferenced() const;
+
+  CorrectionsConfig config_;
+  std::array<AxisReference, kLinearAxes> references_;
+  std::array<ScrewSource, kLinearAxes> screws_;
+  CentrelineSource centreline_;
+  Output output_;
+  ServedHistory history_;
+  TriggerLog triggers_;
+  std::uint16_t mask_{};
+  std::optional<MonoTime> ticked_at_;
+  std::array<double, kLinearAxes> u_mm_{};  // unreferenced positions of the last tick
+  std::array<double, kLinearAxes> speed_mm_s_{};
+  MonoTime arrived_{};  // the last record, on the time of advance()
+  bool tick_since_advance_{};
+  bool was_valid_{};
   std::uint32_t inhibit_lines_{};  // a bit per line that is active
   bool inhibit_said_{};            // by the controller
+  std::uint32_t refused_homings_{};
+  Snapshot snapshot_;
   MonoTime heartbeat_at_{};
-  MonoTime last_change_{};
+  MonoTime fresh_at_{};
   bool started_{};
-  bool record_since_heartbeat_{};
+  bool tick_since_heartbeat_{};
 };
 
 }  // namespace probebox::corrections

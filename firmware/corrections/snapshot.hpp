@@ -2,10 +2,21 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/corrections/axis_reference.hpp"
+#include "firmware/corrections/held_source.hpp"
+#include "firmware/corrections/screw_source.hpp"
+#include "firmware/corrections/trigger_log.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {
+
+// Bits of the mask of sources, fixed for ever.
+enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
+inline constexpr std::size_t kSourceKinds = 4;
+constexpr std::uint16_t bitOf(SourceKind kind) {
+  return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
+}
 
 // The system delay in force, per axis ((A1): tau = t_machine - t_probe), with its standard deviation (k = 1).
 struct DelayInForce {
@@ -13,6 +24,27 @@ struct DelayInForce {
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
   std::array<double, kLinearAxes> sd_s{};
+};
+
+// The turning axis in force, and where it is at the present Z.
+struct CentrelineInForce {
+  CentrelineActivated result;  // result_id 0: there is none
+  bool has_z{};
+  std::array<double, 2> here_mm{};
+};
+
+// One linear axis: its reference, and its screw as a line over the position, for controllers that compensate so.
+struct AxisState {
+  bool referenced{};
+  double position_mm{};  // when referenced
+  ReferenceFault last_fault{};
+  std::uint32_t reference_losses{};
+  std::uint32_t unused_indexes{};
+  bool has_screw{};
+  SensorFault sensor_fault{};
+  double extension_um{};
+  double screw_offset_mm{};  // the correction at 0 mm
+  double screw_slope{};      // mm of correction per mm
 };
 
 // The last calibration, for a controller that has no screen of its own.
@@ -30,18 +62,25 @@ enum class CalibrationState : std::uint16_t {
 struct Snapshot {
   bool valid{};
   bool degraded{};
+  bool saturated{};
+  bool settled{};  // the correction is what its sources ask for: no limit of rate holds it back
   bool clock_locked{};
   bool centreline_calibrated{};
   bool screw_sensors_good{};
   bool loss_seen{};
-  bool referenced{};
-  bool inhibited{};  // a cut is on: no result comes into force
+  bool referenced{};  // all axes that the summed sources need
+  bool inhibited{};   // a cut is on: no result comes into force
   std::array<double, kLinearAxes> correction_mm{};
-  std::uint16_t mask{};       // sources that are summed: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, fixed for ever
+  std::uint16_t mask{};       // sources that are summed, a bit each: SourceKind
   std::uint16_t sequence{};   // +1 whenever any correction changes
   std::uint16_t heartbeat{};  // +1 every 0.1 s, fed by the whole chain from source to corrections
-  std::uint64_t age_ms{};
+  std::uint64_t age_ms{};     // since the sources that are summed were all good
+  std::array<Health, kSourceKinds> health{};
+  std::array<AxisState, kLinearAxes> axes{};
   DelayInForce delay{};
+  CentrelineInForce centreline{};
+  TriggerStamp last_trigger{};
+  std::uint32_t refused_homings{};
   ClockState clock_state{};
   std::uint32_t clock_sigma_ns{};
   std::uint64_t produced_samples{};

@@ -1,0 +1,49 @@
+#include <cmath>
+
+#include "board/describe/document.hpp"
+#include "board/describe/parse.hpp"
+
+namespace probebox::board {
+namespace {
+
+bool singular(const Matrix3& m) {
+  const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                             m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  double size = 1;
+  for (const auto& row : m) size *= std::hypot(row[0], row[1], row[2]);
+  return !(std::abs(determinant) > 1e-6 * size);
+}
+
+Probe readProbe(Section& root) {
+  Probe probe;
+  auto section = root.section("probe");
+  probe.serial_number = section.text("serial_number");
+  probe.rate_hz = section.number("rate_hz", {1, 1e6});
+  probe.noise_um = section.number("noise_um", {1e-4, 1000});
+  probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
+  probe.gain = section.matrix("gain");
+  if (section.has("gain") && singular(probe.gain)) {
+    section.problem(*section.node("gain"),
+                    "'gain' has no inverse, so some direction would not be felt: measure it again");
+  }
+  section.finish();
+
+  auto stylus = root.section("stylus");
+  probe.ball_diameter_mm = stylus.number("ball_diameter_mm", {0.01, 100});
+  stylus.finish();
+
+  auto certificate = root.section("certificate", false);
+  probe.certificate.number = certificate.text("number", "");
+  probe.certificate.date = certificate.text("date", "");
+  certificate.finish();
+  return probe;
+}
+
+}  // namespace
+
+Outcome<Probe> parseProbe(std::string_view text, std::string_view file_name) {
+  return readDocument<Probe>(text, file_name, readProbe);
+}
+
+}  // namespace probebox::board

@@ -1,0 +1,64 @@
+#include "firmware/app/corrections_config.hpp"
+
+#include <cmath>
+
+namespace probebox::app {
+namespace {
+
+Nanoseconds nanoseconds(double seconds) {
+  return Nanoseconds{std::llround(seconds * 1e9)};
+}
+
+corrections::ReferenceConfig referenceOf(const board::AxisDescription& axis) {
+  const auto& reference = axis.reference;
+  const auto by = reference.by == board::ReferenceBy::absolute ? corrections::ReferenceBy::absolute
+                  : reference.by == board::ReferenceBy::index  ? corrections::ReferenceBy::index
+                                                               : corrections::ReferenceBy::homing;
+  return {.by = by,
+          .mm_per_count = axis.sense / axis.counts_per_mm,
+          .index_mm = reference.index_mm,
+          .index_width_mm = reference.index_width_mm,
+          .index_pitch_mm = reference.index_pitch_mm,
+          .index_tolerance_mm = reference.index_tolerance_mm,
+          .maximum_speed_mm_s = reference.maximum_speed_mm_s};
+}
+
+corrections::ScrewConfig screwOf(const board::ScrewDescription& screw) {
+  corrections::ScrewConfig config;
+  config.fitted = true;
+  config.model.length_mm = screw.length_mm;
+  config.model.offset_mm = screw.offset_mm;
+  config.model.gain = screw.gain_is == board::GainIs::correction ? screw.gain : -screw.gain;
+  config.model.reversed = screw.fixed_bearing == board::FixedBearing::high;
+  config.model.reference_um = screw.reference_um;
+  config.model.threshold_rpm = screw.threshold_rpm;
+  config.limits = {.least_extension_um = screw.extension_min_um,
+                   .greatest_extension_um = screw.extension_max_um,
+                   .rate_um_s = screw.rate_um_s};
+  config.pitch_mm = screw.pitch_mm;
+  config.angle_zero_mm = screw.sector_zero_mm;
+  config.stale = nanoseconds(screw.stale_s);
+  config.hold = nanoseconds(screw.hold_s);
+  return config;
+}
+
+}  // namespace
+
+corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine) {
+  corrections::CorrectionsConfig config;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& described = machine.axes[axis];
+    config.references[axis] = referenceOf(described);
+    config.limits[axis] = {.size_mm = described.correction_limit_mm, .rate_mm_s = described.correction_rate_mm_s};
+    if (machine.screws[axis]) config.screws[axis] = screwOf(*machine.screws[axis]);
+  }
+  const auto& centreline = machine.centreline;
+  config.centreline = {.assumed_mm = {centreline.assumed_x_mm, centreline.assumed_y_mm},
+                       .corrected = {centreline.correct_x, centreline.correct_y},
+                       .hold = nanoseconds(centreline.hold_s)};
+  config.mask = machine.corrections.mask;
+  config.joint_delay = nanoseconds(machine.corrections.joint_delay_s);
+  return config;
+}
+
+}  // namespace probebox::app

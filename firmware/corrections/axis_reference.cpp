@@ -1,0 +1,109 @@
+#include "firmware/corrections/axis_reference.hpp"
+
+#include <cmath>
+
+namespace probebox::corrections {
+namespace {
+
+constexpr Nanoseconds kAnchorAge = std::chrono::milliseconds{50};
+// Noise and quantisation of two counts that lie close together in time are no speed.
+constexpr double kCountNoise_mm = 0.02;
+
+}  // namespace
+
+AxisReference::AxisReference(const ReferenceConfig& config) : config_{config} {
+  if (config.by == ReferenceBy::absolute) offset_mm_ = 0.0;
+}
+
+void AxisReference::setDelay(double tau_s, double sd_s) {
+  const bool known = sd_s > 0;
+  tau_s_ = known ? tau_s : 0;
+  delay_uncertainty_s_ = known ? 4 * sd_s + kEdgeUncertainty_s : kUnknownDelay_s;
+}
+
+void AxisReference::push(MonoTime at, std::int64_t counts) {
+  const double u_mm = static_cast<double>(counts) * config_.mm_per_count;
+  if (!has_count_) {
+    has_count_ = true;
+    still_since_.reset();
+    next_anchor_ = Anchor{at, u_mm};
+  } else if (at > at_) {
+    const double dt_s = toSeconds(at - at_);
+    const double moved_mm = u_mm - u_mm_;
+    if (std::abs(moved_mm) > config_.maximum_speed_mm_s * dt_s + kCountNoise_mm) lose(ReferenceFault::impossible_speed);
+    if (pending_index_) {
+      const MonoTime due = *pending_index_ + Nanoseconds{std::llround(tau_s_ * 1e9)};
+      if (at >= due) {
+        pending_index_.reset();
+        const double back_s = toSeconds(at - due);
+        // Before the count before this one: no count around the mark was kept.
+        if (back_s <= dt_s)
+          passIndex(u_mm - moved_mm / dt_s * back_s, moved_mm / dt_s);
+        else
+          ++unused_indexes_;
+      }
+    }
+    if (at - next_anchor_->at >= kAnchorAge) {
+      still_since_ = next_anchor_;
+      next_anchor_ = Anchor{at, u_mm};
+    }
+  }
+  at_ = at;
+  u_mm_ = u_mm;
+}
+
+void AxisReference::index(MonoTime at) {
+  if (pending_index_) ++unused_indexes_;
+  pending_index_ = at;
+}
+
+void AxisReference::passIndex(double u_mm, double speed_mm_s) {
+  const double uncertainty_mm = std::abs(speed_mm_s) * delay_uncertainty_s_;
+  if (!offset_mm_) {
+    const bool is_unique = config_.by == ReferenceBy::index && config_.index_pitch_mm == 0;
+    if (is_unique && uncertainty_mm <= config_.index_tolerance_mm) {
+      offset_mm_ = nearestIndex_mm(0, speed_mm_s) - u_mm;
+    } else {
+      ++unused_indexes_;
+    }
+    return;
+  }
+  const double position_mm = u_mm + *offset_mm_;
+  const double off_mm = position_mm - nearestIndex_mm(position_mm, speed_mm_s);
+  if (std::abs(off_mm) > config_.index_tolerance_mm + uncertainty_mm) lose(ReferenceFault::wrong_index);
+}
+
+double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) const {
+  const double begins_mm = config_.index_mm + (speed_mm_s < 0 ? config_.index_width_mm : 0);
+  if (config_.index_pitch_mm == 0) return begins_mm;
+  return begins_mm + std::round((position_mm - begins_mm) / config_.index_pitch_mm) * config_.index_pitch_mm;
+}
+
+bool AxisReference::homed(double position_mm) {
+  if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
+  if (!still_since_ || std::abs(u_mm_ - still_since_->u_mm) > kStill_mm) return false;
+  offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - u_mm_;
+  return true;
+}
+
+std::optional<double> AxisReference::position_mm() const {
+  if (!has_count_ || !offset_mm_) return std::nullopt;
+  return u_mm_ + *offset_mm_;
+}
+
+std::optional<double> AxisReference::position_mm(double counts) const {
+  if (!offset_mm_) return std::nullopt;
+  return counts * config_.mm_per_count + *offset_mm_;
+}
+
+void AxisReference::lose(ReferenceFault fault) {
+  last_fault_ = fault;
+  pending_index_.reset();
+  still_since_.reset();
+  if (has_count_) next_anchor_ = Anchor{at_, u_mm_};
+  if (!offset_mm_) return;
+  offset_mm_.reset();
+  ++losses_;
+}
+
+}  // namespace probebox::corrections

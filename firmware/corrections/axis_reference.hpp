@@ -1,0 +1,88 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "protocol/units/time.hpp"
+
+namespace probebox::corrections {
+
+// How the counts of an axis become a machine position.
+enum class ReferenceBy : std::uint8_t {
+  absolute,  // the encoder tells the position itself
+  index,     // the axis passes its reference mark
+  homing,    // the controller says where the axis stands
+};
+
+struct ReferenceConfig {
+  ReferenceBy by{ReferenceBy::homing};
+  double mm_per_count{1};   // with the axis sense in its sign
+  double index_mm{};        // machine position where the mark begins for an axis that moves up
+  double index_width_mm{};  // it begins this much higher for an axis that moves down
+  double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
+  double index_tolerance_mm{0.02};
+  double maximum_speed_mm_s{1000};  // of the axis; faster is an error of the encoder
+};
+
+// What took a reference away, the last time that it happened.
+enum class ReferenceFault : std::uint8_t {
+  none = 0,
+  impossible_speed = 1,  // the counts moved faster than the axis can
+  wrong_index = 2,       // a mark came where the counts say that none is
+  encoder_lost = 3,      // the encoder went away
+};
+
+// The reference of one incremental axis: nothing until the index pulse or the controller's word, and nothing again
+// after a count error. Counts lag behind the lines by the system delay (A1), so a mark is looked up in the counts that
+// come that much later; while the delay is not known, marks that are passed fast say nothing.
+class AxisReference {
+ public:
+  // A delay that nobody has measured may be up to this.
+  static constexpr double kUnknownDelay_s = 0.01;
+  // Of the index line's edge against the trigger line that the delay was measured with.
+  static constexpr double kEdgeUncertainty_s = 50e-6;
+  // An axis that moved less than this in the last 50 ms stands still.
+  static constexpr double kStill_mm = 0.01;
+
+  explicit AxisReference(const ReferenceConfig& config);
+
+  void setDelay(double tau_s, double sd_s);
+  void push(MonoTime at, std::int64_t counts);
+  void index(MonoTime at);
+  // False, and nothing happens, when the axis has not been seen to stand still or tells its position itself.
+  bool homed(double position_mm);
+  void encoderLost() { lose(ReferenceFault::encoder_lost); }
+
+  bool referenced() const { return offset_mm_.has_value(); }
+  // Machine position at the latest count; nothing without a reference.
+  std::optional<double> position_mm() const;
+  // Of any count of this axis.
+  std::optional<double> position_mm(double counts) const;
+  ReferenceFault lastFault() const { return last_fault_; }
+  std::uint32_t losses() const { return losses_; }
+  std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, or two at once
+
+ private:
+  void lose(ReferenceFault fault);
+  void passIndex(double u_mm, double speed_mm_s);
+  double nearestIndex_mm(double position_mm, double speed_mm_s) const;
+
+  ReferenceConfig config_;
+  double tau_s_{};
+  double delay_uncertainty_s_{kUnknownDelay_s};
+  std::optional<double> offset_mm_;
+  bool has_count_{};
+  MonoTime at_{};
+  double u_mm_{};  // counts times mm_per_count
+  // Where the axis was at least 50 ms ago, and the one that will take its place.
+  struct Anchor {
+    MonoTime at{};
+    double u_mm{};
+  };
+  std::optional<Anchor> still_since_, next_anchor_;
+  std::optional<MonoTime> pending_index_;
+  ReferenceFault last_fault_{};
+  std::uint32_t losses_{};
+  std::uint32_t unused_indexes_{};
+};
+
+}  // namespace probebox::corrections

@@ -1,0 +1,37 @@
+#pragma once
+#include <array>
+
+#include "firmware/corrections/held_source.hpp"
+#include "firmware/corrections/machine_tick.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::corrections {
+
+struct CentrelineConfig {
+  std::array<double, 2> assumed_mm{};         // where the control takes the turning axis to be, X Y
+  std::array<bool, 2> corrected{true, true};  // a lathe may have no Y axis to correct
+  Nanoseconds hold{std::chrono::seconds{5}};
+};
+
+// The turning axis as a function of Z, and what that adds to the command: c(Z) - c_assumed (docs/metrology.md, F).
+class CentrelineSource {
+ public:
+  explicit CentrelineSource(const CentrelineConfig& config) : config_{config}, held_{config.hold} { held_.invalid(); }
+
+  void push(const CentrelineActivated& activated) { in_force_ = activated; }
+  void tick(const MachineTick& tick);
+  void doubtful(MonoTime now) { held_.doubtful(now); }
+
+  const HeldSource& held() const { return held_; }
+  bool calibrated() const { return in_force_.result_id != 0; }
+  const CentrelineActivated& inForce() const { return in_force_; }
+  // At this Z, mm.
+  std::array<double, 2> centreAt(double z_mm) const;
+
+ private:
+  CentrelineConfig config_;
+  HeldSource held_;
+  CentrelineActivated in_force_;
+};
+
+}  // namespace probebox::corrections

@@ -1,0 +1,52 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::corrections {
+
+// mm, machine axes X Y Z, radius.
+using Vector = std::array<double, kLinearAxes>;
+
+enum class Health : std::uint8_t {
+  off = 0,  // not configured
+  good = 1,
+  held = 2,     // doubtful: the last good value stands for it, for a while
+  invalid = 3,  // without an input that it needs, or in doubt for too long: it says nothing
+};
+
+// What one source says, through times of doubt: the last good value for its T_hold, and nothing after that.
+class HeldSource {
+ public:
+  explicit HeldSource(Nanoseconds hold) : hold_{hold} {}
+
+  void good(const Vector& value) {
+    value_ = value;
+    health_ = Health::good;
+  }
+  // A source that never was good has nothing to hold.
+  void doubtful(MonoTime now) {
+    if (health_ == Health::good) {
+      health_ = Health::held;
+      since_ = now;
+    } else if (health_ != Health::held) {
+      health_ = Health::invalid;
+    }
+    if (health_ == Health::held && now - since_ >= hold_) health_ = Health::invalid;
+  }
+  void invalid() { health_ = Health::invalid; }
+  void off() { health_ = Health::off; }
+
+  Health health() const { return health_; }
+  const Vector& value() const { return value_; }
+
+ private:
+  Nanoseconds hold_;
+  Health health_{Health::off};
+  Vector value_{};
+  MonoTime since_{};
+};
+
+}  // namespace probebox::corrections

@@ -1,0 +1,82 @@
+#include "firmware/corrections/screw_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace probebox::corrections {
+
+ScrewSource::ScrewSource(const ScrewConfig& config, std::size_t axis)
+    : config_{config},
+      axis_{axis},
+      model_{config.model},
+      incoming_{config.model},
+      compensator_{config.model, config.limits},
+      held_{config.hold} {
+  if (config.fitted) held_.invalid();
+}
+
+void ScrewSource::push(const Drift& drift) {
+  reading_um_ = drift.reading_nm * 1e-3;
+  reading_at_ = drift.at;
+}
+
+void ScrewSource::push(const ScrewActivated& activated) {
+  if (activated.result_id == 0) {
+    incoming_ = config_.model;
+  } else {
+    incoming_.gain = -activated.gain;
+    incoming_.sector_count = std::min<std::size_t>(activated.sectors, metrology::kMostSectors);
+    for (std::size_t i = 0; i < kScrewSectorsATime; ++i) {
+      const std::size_t sector = activated.first_sector + i;
+      if (sector < incoming_.sector_count) incoming_.sector_um[sector] = activated.sector_nm[i] * 1e-3;
+    }
+    if (activated.first_sector + kScrewSectorsATime < incoming_.sector_count) return;
+  }
+  model_ = incoming_;
+  compensator_ = metrology::ScrewCompensator{model_, config_.limits};
+}
+
+std::optional<double> ScrewSource::freshReading(MonoTime now) {
+  if (!reading_um_) {
+    if (fault_ == SensorFault::none) fault_ = SensorFault::silent;
+    return std::nullopt;
+  }
+  if (now - reading_at_ > config_.stale) {
+    fault_ = SensorFault::silent;
+    return std::nullopt;
+  }
+  const double extension_um = *reading_um_ - model_.reference_um;
+  const bool inside =
+      extension_um >= config_.limits.least_extension_um && extension_um <= config_.limits.greatest_extension_um;
+  fault_ = inside ? SensorFault::none : SensorFault::out_of_range;
+  return inside ? reading_um_ : std::nullopt;
+}
+
+void ScrewSource::tick(const MachineTick& tick) {
+  if (!config_.fitted) return;
+  const auto sensor_um = freshReading(tick.at);
+  if (!tick.position_mm[axis_]) return held_.invalid();
+  const double position_mm = *tick.position_mm[axis_];
+  const auto output =
+      compensator_.step({.position_mm = position_mm,
+                         .angle_rad = 2 * std::numbers::pi * (position_mm - config_.angle_zero_mm) / config_.pitch_mm,
+                         .speed_rpm = 60 * std::abs(tick.speed_mm_s[axis_]) / config_.pitch_mm,
+                         .sensor_um = sensor_um},
+                        tick.elapsed_s);
+  if (output.held) return held_.doubtful(tick.at);
+  Vector value{};
+  value[axis_] = output.compensation_um * 1e-3;
+  held_.good(value);
+}
+
+double ScrewSource::offset_mm() const {
+  return config_.fitted ? metrology::compensationUm(model_, 0, extension_um()) * 1e-3 : 0;
+}
+
+double ScrewSource::slope() const {
+  if (!config_.fitted) return 0;
+  return metrology::compensationUm(model_, 1, extension_um()) * 1e-3 - offset_mm();
+}
+
+}  // namespace probebox::corrections

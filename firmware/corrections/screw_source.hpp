@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "firmware/corrections/held_source.hpp"
+#include "firmware/corrections/machine_tick.hpp"
+#include "firmware/metrology/screw.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::corrections {
+
+// The screw of one linear axis and the sensor at its free end, as machine.toml describes them.
+struct ScrewConfig {
+  bool fitted{};
+  metrology::ScrewModel model;  // its gain gives the correction that is added, so it is the negative of (D2)
+  metrology::ScrewLimits limits;
+  double pitch_mm{10};                         // of the thread: a turn of the screw moves the nut this far
+  double angle_zero_mm{};                      // where sector 0 begins
+  Nanoseconds stale{std::chrono::seconds{1}};  // a reading that is older is no reading
+  Nanoseconds hold{std::chrono::seconds{5}};   // T_hold
+};
+
+// Why a screw's sensor is not believed.
+enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
+
+// Extension of one screw to the correction of its axis, at every tick (CN101394969, (D1) to (D6)).
+class ScrewSource {
+ public:
+  ScrewSource(const ScrewConfig& config, std::size_t axis);
+
+  void push(const Drift& drift);
+  void sensorLost() { fault_ = SensorFault::lost, reading_um_.reset(); }
+  void push(const ScrewActivated& activated);
+  void tick(const MachineTick& tick);
+  void doubtful(MonoTime now) {
+    if (config_.fitted) held_.doubtful(now);
+  }
+
+  const HeldSource& held() const { return held_; }
+  bool fitted() const { return config_.fitted; }
+  SensorFault fault() const { return fault_; }
+  bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
+  double extension_um() const { return reading_um_.value_or(0) - model_.reference_um; }
+  // The correction as a line over the axis position, for controllers that compensate by position: at 0 mm, and per mm.
+  double offset_mm() const;
+  double slope() const;
+
+ private:
+  std::optional<double> freshReading(MonoTime now);
+
+  ScrewConfig config_;
+  std::size_t axis_;
+  metrology::ScrewModel model_;     // in force
+  metrology::ScrewModel incoming_;  // a table that is not whole yet
+  metrology::ScrewCompensator compensator_;
+  HeldSource held_;
+  std::optional<double> reading_um_;
+  MonoTime reading_at_{};
+  SensorFault fault_{};
+};
+
+}  // namespace probebox::corrections

@@ -1,0 +1,48 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "protocol/events/event.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::corrections {
+
+using Nanometres = std::array<std::int32_t, kLinearAxes>;
+
+// What was served to the CNC, from when on.
+struct Served {
+  MonoTime from{};
+  Nanometres correction_nm{};
+  Nanometres centreline_nm{};  // the part of it that the centreline asked for
+  std::uint16_t sequence{};
+  std::uint16_t mask{};
+  bool valid{};
+  bool degraded{};
+};
+
+// The last values, so that an edge that arrives late still finds the one that was active at its stamp.
+class ServedHistory {
+ public:
+  static constexpr std::size_t kRemembered = 256;  // 2.5 s of values that change all the time
+
+  void push(const Served& served) { entries_[count_++ % kRemembered] = served; }
+
+  // The newest one that is not younger than `at`; the oldest remembered for times before it, zeros before the first.
+  const Served& at(MonoTime at) const {
+    const std::size_t oldest = count_ > kRemembered ? count_ - kRemembered : 0;
+    for (std::size_t i = count_; i > oldest; --i) {
+      const Served& entry = entries_[(i - 1) % kRemembered];
+      if (entry.from <= at || i - 1 == oldest) return entry;
+    }
+    return kNothing;
+  }
+  const Served& newest() const { return count_ == 0 ? kNothing : entries_[(count_ - 1) % kRemembered]; }
+
+ private:
+  static constexpr Served kNothing{};
+  std::array<Served, kRemembered> entries_{};
+  std::size_t count_{};
+};
+
+}  // namespace probebox::corrections

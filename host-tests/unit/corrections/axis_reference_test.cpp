@@ -1,0 +1,172 @@
+#include "firmware/corrections/axis_reference.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace probebox::corrections {
+namespace {
+
+constexpr double kMmPerCount = 1e-4;
+constexpr std::int64_t kPowerUp = 123'456'789;  // what the counter shows at machine position 0
+
+// An axis with an incremental encoder whose counts come late by tau, and a mark.
+class Axis {
+ public:
+  explicit Axis(const ReferenceConfig& config, double tau_s = 0) : reference{config}, tau_s_{tau_s} {}
+
+  // Moves at this speed for a while, latched every millisecond; the mark's edge comes when its place is passed.
+  void move(double speed_mm_s, double seconds, double mark_mm = 1e9) {
+    for (int i = 0; i < std::lround(seconds * 1000); ++i) {
+      const double before_mm = at_mm(t_s_);
+      t_s_ += 1e-3;
+      x_mm_ += speed_mm_s * 1e-3;
+      trace_.push_back(x_mm_);
+      if ((before_mm < mark_mm) != (x_mm_ < mark_mm)) {
+        const double share = (mark_mm - before_mm) / (x_mm_ - before_mm);
+        reference.index(stamp(t_s_ - 1e-3 + share * 1e-3));
+      }
+      reference.push(stamp(t_s_), kPowerUp + lost_ + std::llround(at_mm(t_s_ - tau_s_) / kMmPerCount));
+    }
+  }
+  void loseCounts(std::int64_t counts) { lost_ += counts; }
+  double position_mm() const { return x_mm_; }
+
+  AxisReference reference;
+
+ private:
+  static MonoTime stamp(double t_s) { return monoTime(std::llround(t_s * 1e9)); }
+  double at_mm(double t_s) const {
+    const auto place = t_s * 1e3 - 1;
+    if (place < 0 || trace_.empty()) return 0;
+    const auto i = static_cast<std::size_t>(place);
+    if (i + 1 >= trace_.size()) return trace_.back();
+    return trace_[i] + (place - std::floor(place)) * (trace_[i + 1] - trace_[i]);
+  }
+
+  double tau_s_;
+  double t_s_{};
+  double x_mm_{};
+  std::int64_t lost_{};
+  std::vector<double> trace_;
+};
+
+ReferenceConfig marked() {
+  return {.by = ReferenceBy::index, .mm_per_count = kMmPerCount, .index_mm = 12.5, .index_tolerance_mm = 0.02};
+}
+
+TEST(AxisReference, IsThereAfterTheMarkAndNotBefore) {
+  Axis axis{marked()};
+  axis.move(1, 2, 3.0);  // the mark is 3 mm from where the machine was switched on
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_FALSE(axis.reference.position_mm());
+  axis.move(1, 2, 3.0);
+  ASSERT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), 12.5 + axis.position_mm() - 3.0, 2e-3);
+}
+
+TEST(AxisReference, WaitsForASlowerPassWhileTheDelayIsNotKnown) {
+  Axis axis{marked(), 0.005};
+  axis.move(50, 0.2, 3.0);  // 0.25 mm of lag that nobody knows of
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.unusedIndexes(), 1U);
+  axis.move(-1, 8, 3.0);
+  EXPECT_TRUE(axis.reference.referenced());
+}
+
+TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
+  Axis axis{marked(), 0.005};
+  axis.reference.setDelay(0.005, 2e-6);
+  axis.move(50, 0.2, 3.0);
+  ASSERT_TRUE(axis.reference.referenced());
+  axis.move(0, 0.1);
+  EXPECT_NEAR(*axis.reference.position_mm(), 12.5 + axis.position_mm() - 3.0, 2e-3);
+}
+
+TEST(AxisReference, KnowsThatAMarkHasTwoSides) {
+  auto config = marked();
+  config.index_width_mm = 0.4;
+  Axis up{config}, down{config};
+  up.move(1, 4, 3.0);
+  down.move(1, 4);
+  down.move(-1, 2, 3.4);  // its other side comes first on the way down
+  ASSERT_TRUE(up.reference.referenced());
+  ASSERT_TRUE(down.reference.referenced());
+  EXPECT_NEAR(*up.reference.position_mm() - up.position_mm(), *down.reference.position_mm() - down.position_mm(), 4e-3);
+}
+
+TEST(AxisReference, IsLostWhenTheMarkComesAtTheWrongCount) {
+  Axis axis{marked()};
+  axis.move(1, 4, 3.0);
+  axis.move(-1, 2, 3.0);
+  EXPECT_TRUE(axis.reference.referenced()) << "a mark at the right count changes nothing";
+  axis.loseCounts(500);  // 0.05 mm
+  axis.move(1, 2, 3.0);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::wrong_index);
+  EXPECT_EQ(axis.reference.losses(), 1U);
+  axis.move(-1, 2, 3.0);
+  ASSERT_TRUE(axis.reference.referenced()) << "the next pass makes a new reference";
+  EXPECT_NEAR(*axis.reference.position_mm(), 12.5 + axis.position_mm() - 3.0, 2e-3);
+}
+
+TEST(AxisReference, IsLostWhenTheCountsMoveFasterThanTheAxisCan) {
+  auto config = marked();
+  config.by = ReferenceBy::homing;
+  config.maximum_speed_mm_s = 200;
+  Axis axis{config};
+  axis.move(0, 0.2);
+  ASSERT_TRUE(axis.reference.homed(-40));
+  axis.move(150, 0.5);
+  EXPECT_TRUE(axis.reference.referenced());
+  EXPECT_NEAR(*axis.reference.position_mm(), 35, 2e-3);
+  axis.loseCounts(10'000);
+  axis.move(0, 0.01);
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::impossible_speed);
+}
+
+TEST(AxisReference, IsTakenFromTheControllerOnlyAtRest) {
+  auto config = marked();
+  config.by = ReferenceBy::homing;
+  Axis axis{config};
+  EXPECT_FALSE(axis.reference.homed(7)) << "no count has come";
+  axis.move(5, 0.5);
+  EXPECT_FALSE(axis.reference.homed(7)) << "it moves";
+  axis.move(0, 0.2);
+  EXPECT_TRUE(axis.reference.homed(7));
+  EXPECT_NEAR(*axis.reference.position_mm(), 7, 1e-9);
+}
+
+TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
+  auto config = marked();
+  config.by = ReferenceBy::homing;
+  config.index_pitch_mm = 10;
+  Axis axis{config};
+  axis.move(1, 2, 1.0);
+  EXPECT_FALSE(axis.reference.referenced());
+  axis.move(0, 0.2);
+  ASSERT_TRUE(axis.reference.homed(20));  // it stands 2 mm from where it was switched on
+  axis.move(1, 10, 4.5);                  // the mark at 22.5
+  EXPECT_TRUE(axis.reference.referenced());
+  axis.loseCounts(-400);
+  axis.move(1, 10, 14.5);  // the one at 32.5
+  EXPECT_FALSE(axis.reference.referenced());
+}
+
+TEST(AxisReference, GoesWithTheEncoder) {
+  Axis axis{marked()};
+  axis.move(1, 4, 3.0);
+  axis.reference.encoderLost();
+  EXPECT_FALSE(axis.reference.referenced());
+  EXPECT_EQ(axis.reference.lastFault(), ReferenceFault::encoder_lost);
+}
+
+TEST(AxisReference, OfAnAbsoluteEncoderIsThereFromTheStart) {
+  AxisReference reference{{.by = ReferenceBy::absolute, .mm_per_count = kMmPerCount}};
+  EXPECT_TRUE(reference.referenced());
+  reference.push(monoTime(1), 25'000);
+  EXPECT_DOUBLE_EQ(*reference.position_mm(), 2.5);
+}
+
+}  // namespace
+}  // namespace probebox::corrections

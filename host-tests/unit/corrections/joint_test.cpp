@@ -1,0 +1,294 @@
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "machine_on_a_desk.hpp"
+
+// An emulated joint under a controller that takes corrections as a careful one does: while they are valid and the
+// heartbeat goes on it follows them, else it keeps what it has. It must never be asked to jump.
+namespace probebox::corrections {
+namespace {
+
+class Joint : public testing::Test {
+ protected:
+  explicit Joint(const CorrectionsConfig& config = MachineOnADesk::usual()) : machine{config} {}
+
+  void run(double seconds) {
+    for (int i = 0; i < std::lround(seconds * 100); ++i) {
+      machine.run(0.01);
+      const auto& served = machine.snapshot();
+      const bool beats = served.heartbeat != heartbeat_;
+      if (beats) heartbeat_ = served.heartbeat, beat_at_ = machine.now;
+      if (!served.valid || machine.now - beat_at_ > milliseconds{300}) continue;
+      for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+        const double step = std::abs(served.correction_mm[axis] - joint_mm[axis]);
+        if (followed_) largest_step_mm = std::max(largest_step_mm, step);
+        joint_mm[axis] = served.correction_mm[axis];
+      }
+      followed_ = true;
+    }
+  }
+  // As after a fresh start with everything as it should be.
+  void start() {
+    run(0.3);
+    machine.home();
+    run(0.5);
+  }
+
+  MachineOnADesk machine;
+  Vector joint_mm{};
+  double largest_step_mm{};
+
+ private:
+  std::uint16_t heartbeat_{};
+  MonoTime beat_at_{};
+  bool followed_{};
+};
+
+constexpr double kStep_mm = 0.05 * 0.01 + 2e-6;  // the limit of rate over one reading
+
+TEST_F(Joint, IsNotMovedBeforeEverythingIsKnown) {
+  machine.extension_um = 40;
+  run(1);
+  EXPECT_FALSE(machine.snapshot().valid) << "no axis is referenced";
+  EXPECT_FALSE(machine.snapshot().referenced);
+  EXPECT_EQ(machine.snapshot().health[0], Health::invalid);
+  machine.home();
+  run(1);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_TRUE(machine.snapshot().referenced);
+  EXPECT_TRUE(machine.snapshot().screw_sensors_good);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_TRUE(machine.snapshot().settled);
+}
+
+TEST_F(Joint, FollowsTheScrewWithTheSignThatIsAdded) {
+  start();
+  machine.extension_um = 60;
+  run(3);
+  EXPECT_NEAR(joint_mm[0], -(300 + 100) / 800.0 * 0.060, 2e-6);
+  EXPECT_EQ(joint_mm[1], 0);
+  machine.position_mm[0] = 299;  // 1 mm within a tick is no error of the encoder at this speed
+  run(1);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, WalksAtTheLimitOfRateAndIsToldThatItDoes) {
+  start();
+  machine.extension_um = 200;  // 0.1 mm wanted
+  run(1);
+  EXPECT_NEAR(joint_mm[0], -0.05, 0.006);
+  EXPECT_FALSE(machine.snapshot().settled);
+  EXPECT_TRUE(machine.snapshot().valid);
+  run(2);
+  EXPECT_NEAR(joint_mm[0], -0.1, 2e-6);
+  EXPECT_TRUE(machine.snapshot().settled);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, StopsAtTheLimitOfSizeDegraded) {
+  machine.position_mm[0] = 700;
+  start();
+  machine.extension_um = 250;  // 0.25 mm wanted
+  run(6);
+  EXPECT_NEAR(joint_mm[0], -0.2, 1e-9);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_TRUE(machine.snapshot().saturated);
+}
+
+TEST_F(Joint, IsHeldThroughASensorsSilenceAndLeftStandingAfterIt) {
+  machine.extension_um = 50;
+  start();
+  const double before_mm = joint_mm[0];
+  machine.sensor = false;
+  run(2.5);  // stale after 1 s, held for 2
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_EQ(machine.snapshot().health[0], Health::held);
+  EXPECT_GE(machine.snapshot().age_ms, 1000U);
+  run(2);
+  EXPECT_FALSE(machine.snapshot().valid);
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_EQ(machine.snapshot().axes[0].sensor_fault, SensorFault::silent);
+  EXPECT_NEAR(machine.snapshot().correction_mm[0], joint_mm[0], 1e-12) << "frozen, not ramped to zero";
+  EXPECT_LT(joint_mm[0], 0);
+  machine.sensor = true;
+  machine.extension_um = 70;
+  run(3);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_FALSE(machine.snapshot().degraded);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+  EXPECT_NE(joint_mm[0], before_mm);
+}
+
+TEST_F(Joint, IsHeldWhileAnExtensionIsImpossible) {
+  machine.extension_um = 50;
+  start();
+  const double before_mm = joint_mm[0];
+  machine.extension_um = 5000;
+  run(1);
+  EXPECT_EQ(machine.snapshot().axes[0].sensor_fault, SensorFault::out_of_range);
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_EQ(joint_mm[0], before_mm);
+}
+
+TEST_F(Joint, StandsWhereItIsWhenTheReferenceIsLost) {
+  machine.extension_um = 50;
+  start();
+  const double before_mm = joint_mm[0];
+  machine.power_up += 20'000'000;  // counts jump by 20 mm
+  run(1);
+  EXPECT_FALSE(machine.snapshot().valid);
+  EXPECT_FALSE(machine.snapshot().referenced);
+  EXPECT_EQ(machine.snapshot().axes[0].last_fault, ReferenceFault::impossible_speed);
+  EXPECT_EQ(machine.snapshot().correction_mm[0], before_mm);
+  machine.home();
+  run(1);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, SeesTheHeartbeatStopWithTheChain) {
+  machine.extension_um = 50;
+  start();
+  const auto beats = machine.snapshot().heartbeat;
+  run(1);
+  EXPECT_NEAR(machine.snapshot().heartbeat - beats, 10, 1);
+  machine.clock = false;
+  run(1);
+  const auto stopped = machine.snapshot().heartbeat;
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_TRUE(machine.snapshot().valid) << "held";
+  run(2);
+  EXPECT_EQ(machine.snapshot().heartbeat, stopped);
+  EXPECT_FALSE(machine.snapshot().valid);
+  machine.clock = true;
+  run(1);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, IsTakenOverFromAStandingCorrection) {
+  // The axes stand 0.1 mm off from before the restart.
+  joint_mm[0] = -0.1;
+  machine.corrections.push(StandingRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now});
+  run(0.5);
+  EXPECT_FALSE(machine.snapshot().valid);
+  EXPECT_NEAR(machine.snapshot().correction_mm[0], -0.1, 1e-9) << "a value of zero would move the joint";
+  machine.home();
+  machine.extension_um = 40;  // 0.02 mm wanted
+  run(0.02);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_NEAR(machine.snapshot().correction_mm[0], -0.1, 0.005) << "it sets out from where the joint stands";
+  run(4);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, IsTakenBackWhenTheLastSourceIsSwitchedOff) {
+  machine.extension_um = 100;
+  start();
+  run(2);
+  ASSERT_LT(joint_mm[0], -0.04);
+  machine.corrections.push(SourcesEnabled{.mask = 0, .at = machine.now});
+  run(0.1);
+  EXPECT_TRUE(machine.snapshot().valid) << "on its way";
+  run(2);
+  EXPECT_EQ(joint_mm[0], 0);
+  EXPECT_TRUE(machine.snapshot().valid) << "no correction is a correction of zero";
+  EXPECT_FALSE(machine.snapshot().degraded);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, IsMovedBySourcesThatThisReleaseDoesNotComputeNever) {
+  machine.extension_um = 40;
+  start();
+  machine.corrections.push(SourcesEnabled{.mask = bitOf(SourceKind::swivel), .at = machine.now});
+  run(1);
+  EXPECT_FALSE(machine.snapshot().valid);
+}
+
+TEST_F(Joint, AddsCentrelineAndScrewAndGoesWithZ) {
+  start();
+  machine.corrections.push(SourcesEnabled{.mask = 0b1001, .at = machine.now});
+  run(0.2);
+  EXPECT_FALSE(machine.snapshot().valid) << "no centreline is known: not zero, but nothing";
+  machine.corrections.push(CentrelineActivated{.result_id = 4,
+                                               .centre_mm = {0.03, -0.02},
+                                               .slope = {1e-4, 0},
+                                               .reference_z_mm = -100,
+                                               .sd_centre_mm = {},
+                                               .sd_slope = {},
+                                               .at = machine.now});
+  machine.extension_um = 20;
+  run(3);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_TRUE(machine.snapshot().centreline_calibrated);
+  EXPECT_NEAR(joint_mm[0], 0.03 + machine.wanted_x_mm(), 2e-6);
+  EXPECT_NEAR(joint_mm[1], -0.02, 2e-6);
+  machine.position_mm[2] = -99.5;
+  run(1);
+  EXPECT_NEAR(joint_mm[0], 0.03 + 0.5e-4 + machine.wanted_x_mm(), 2e-6);
+  machine.corrections.push(CentrelineActivated{});
+  run(1);
+  EXPECT_FALSE(machine.snapshot().valid);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, IsToldOfEveryChangeBySequence) {
+  start();
+  run(1);
+  const auto quiet = machine.snapshot().sequence;
+  run(1);
+  EXPECT_EQ(machine.snapshot().sequence, quiet);
+  machine.extension_um = 30;
+  run(0.5);
+  EXPECT_NE(machine.snapshot().sequence, quiet);
+}
+
+TEST_F(Joint, IsKnownAtEveryTrigger) {
+  machine.extension_um = 100;
+  start();
+  run(2);
+  machine.corrections.push(Edge{LineRole::trigger, 0, Level::active, 1, machine.now - std::chrono::microseconds{500}});
+  run(0.1);
+  const auto& stamp = machine.snapshot().last_trigger;
+  EXPECT_EQ(stamp.number, 1U);
+  EXPECT_TRUE(stamp.has_position[0]);
+  EXPECT_NEAR(stamp.position_mm[0], machine.position_mm[0], 1e-6);
+  EXPECT_EQ(stamp.served.correction_nm[0], -50'000);
+  EXPECT_TRUE(stamp.served.valid);
+  const auto taken = machine.corrections.takeTrigger();
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->number, 1U);
+  EXPECT_FALSE(machine.corrections.takeTrigger());
+}
+
+TEST_F(Joint, IsNotReferencedByAMachineThatMoves) {
+  run(0.2);
+  for (int i = 0; i < 200; ++i) {
+    machine.position_mm[0] += 0.05;
+    machine.tick();
+  }
+  machine.home();
+  run(0.2);
+  EXPECT_EQ(machine.snapshot().refused_homings, 1U);
+  EXPECT_FALSE(machine.snapshot().axes[0].referenced);
+  EXPECT_TRUE(machine.snapshot().axes[1].referenced);
+}
+
+TEST_F(Joint, HasACutAnnouncedByLineOrWord) {
+  EXPECT_FALSE(machine.snapshot().inhibited);
+  machine.corrections.push(Edge{LineRole::inhibit, 1, Level::active, 1, machine.now});
+  machine.corrections.push(CutInhibit{.active = true, .at = machine.now});
+  machine.corrections.push(Edge{LineRole::inhibit, 1, Level::inactive, 2, machine.now});
+  EXPECT_TRUE(machine.snapshot().inhibited);
+  machine.corrections.push(CutInhibit{.active = false, .at = machine.now});
+  EXPECT_FALSE(machine.snapshot().inhibited);
+}
+
+}  // namespace
+}  // namespace probebox::corrections
