@@ -20,7 +20,7 @@ CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk&
       device_{options.line.path},
       server_{options,
               {.snapshot = [this] { return states_.newest().snapshot; },
-               .take_marker = [this](const Marker& marker) { return takeMarker(marker); },
+               .take = [this](const Event& event) { return take(event); },
                .report = [](const std::string& text) { logWarning(text); }}} {}
 
 CncLine::~CncLine() {
@@ -33,9 +33,9 @@ void CncLine::start() {
   pthread_setname_np(thread_.native_handle(), "cnc");
 }
 
-bool CncLine::takeMarker(const Marker& marker) {
-  const auto error = desk_.postMarker(marker, states_.newest());
-  if (error) logWarning("A marker from " + device_ + " was refused: " + error->what);
+bool CncLine::take(const Event& event) {
+  const auto error = desk_.post(event, states_.newest());
+  if (error) logWarning("What " + device_ + " wrote was refused: " + error->what);
   return !error;
 }
 

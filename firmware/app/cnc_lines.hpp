@@ -26,7 +26,7 @@ class CncLine {
   std::uint64_t rounds() const { return server_.rounds(); }
 
  private:
-  bool takeMarker(const Marker& marker);
+  bool take(const Event& event);
 
   StateBuffer& states_;
   ControlDesk& desk_;

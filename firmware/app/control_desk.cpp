@@ -1,6 +1,7 @@
 #include "firmware/app/control_desk.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -64,6 +65,17 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
 
 bool inProgress(procedure::State state) {
   return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
+}
+
+// Why a marker does not belong to what is being done.
+std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
+  if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
+  const auto& progress = state.procedure;
+  if (!inProgress(progress.state)) return Error{"No procedure is running: start one with probebox calibrate."};
+  if (marker.procedure == progress.run && marker.step == progress.step) return std::nullopt;
+  return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
+               ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
+               ": ask for its status and follow it."};
 }
 
 }  // namespace
@@ -213,21 +225,21 @@ Reply ControlDesk::takeMarker(std::span<const std::byte> body, const box::State&
                       .at_rest = request->at_rest,
                       .at = {}};
   if (!access_.allow_marker) return notPermitted("allow_marker");
-  if (const auto error = postMarker(marker, state)) return refused(ErrorCode::wrong_state, error->what);
+  if (const auto error = post(marker, state)) return refused(ErrorCode::wrong_state, error->what);
   return ok(messages::Nothing{});
 }
 
-std::optional<Error> ControlDesk::postMarker(Marker marker, const box::State& state) {
-  if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
-  const auto& progress = state.procedure;
-  if (!inProgress(progress.state)) return Error{"No procedure is running: start one with probebox calibrate."};
-  if (marker.procedure != progress.run || marker.step != progress.step) {
-    return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
-                 ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
-                 ": ask for its status and follow it."};
+std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
+  if (!access_.allow_marker)
+    return Error{"Markers are off on this box: set allow_marker = true in [access] of service.toml."};
+  const MonoTime now = with_.time.now();
+  if (const auto* marker = std::get_if<Marker>(&said)) {
+    if (auto error = whyStray(*marker, state)) return error;
   }
-  marker.at = with_.time.now();
-  if (!with_.commands.push(marker)) return Error{"The box is busy: send the marker again."};
+  if (const auto* homed = std::get_if<AxisHomed>(&said); homed != nullptr && !std::isfinite(homed->position_mm))
+    return Error{"The position of a homed axis is not a number."};
+  std::visit([now](auto& event) { event.at = now; }, said);
+  if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
 }
 

@@ -45,7 +45,7 @@ struct LinkVitals {
 
 // Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store
 // goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by the thread of the
-// links, except for postMarker().
+// links, except for post().
 class ControlDesk {
  public:
   struct Colleagues {
@@ -67,7 +67,8 @@ class ControlDesk {
                               const LinkVitals& vitals);
 
   // Any thread, for markers that come over other faces. nullopt when it was taken, or why not.
-  std::optional<Error> postMarker(Marker marker, const box::State& state);
+  // What a controller says: a marker, an axis that was homed, a cut. The stamp is set here.
+  std::optional<Error> post(Event said, const box::State& state);
 
  private:
   Reply answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals);

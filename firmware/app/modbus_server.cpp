@@ -193,8 +193,10 @@ void ModbusServer::write(const modbus::Request& request) {
   auto changed = writable_;
   const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
   if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
-  // A marker that the box does not want leaves no trace, so that the same request may be tried again.
-  if (*outcome && !faces_.take_marker(**outcome)) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+  // What the box does not want leaves no trace, so that the same request may be tried again.
+  for (const auto& event : *outcome) {
+    if (!faces_.take(event)) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+  }
   writable_ = changed;
   reply(request);
 }

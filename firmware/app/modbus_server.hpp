@@ -41,8 +41,8 @@ class ModbusServer {
   // All three are called on the thread of run().
   struct Faces {
     std::function<corrections::Snapshot()> snapshot;  // what the next answer shows, as a whole
-    std::function<bool(const Marker&)> take_marker;   // false refuses the write; the stamp is the receiver's to set
-    std::function<void(const std::string&)> report;   // the line was lost, or is back
+    std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
+    std::function<void(const std::string&)> report;  // the line was lost, or is back
   };
 
   ModbusServer(ModbusOptions options, Faces faces);

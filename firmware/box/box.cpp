@@ -1,5 +1,6 @@
 #include "firmware/box/box.hpp"
 
+#include <cmath>
 #include <variant>
 
 #include "firmware/clock/tick_map.hpp"
@@ -160,6 +161,17 @@ void Box::drainLatch() {
       lose(lost);
     }
   }
+}
+
+// The samples that were decided so far keep the delay that they were made with.
+void Box::on(const DelayActivated& activated) {
+  drainLatch();
+  closeBlock();
+  std::array<Nanoseconds, kLinearAxes> tau{};
+  for (std::size_t axis = 0; axis < kLinearAxes && activated.result_id != 0; ++axis)
+    tau[axis] = Nanoseconds{std::llround(activated.tau_s[axis] * 1e9)};
+  state_.delay_applied = latch_.setTau(tau);
+  corrections_.push(activated);
 }
 
 // Corrections follow the first sample of every tick.

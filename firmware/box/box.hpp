@@ -59,6 +59,7 @@ class Box {
   void on(const ProcedureStarted& started);
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
+  void on(const DelayActivated& activated);
   // What came into force, homing, cuts, which sources are summed.
   void on(const auto& for_corrections) { corrections_.push(for_corrections); }
 

@@ -52,6 +52,7 @@ struct State {
   ProbeClock probe_clock;
   latch::LatchCounters latch;
   procedure::Progress procedure;
+  bool delay_applied{true};  // the delay in force is in the samples; one that no buffer spans is not
   std::uint64_t incomplete_rows{};
   std::uint64_t stray_markers{};
   std::uint64_t events{};

@@ -47,6 +47,16 @@ Latch::Latch(const LatchConfig& config)
       probe_{config.probe},
       axes_{Source<1>{config.axes[0]}, Source<1>{config.axes[1]}, Source<1>{config.axes[2]}} {}
 
+bool Latch::setTau(const std::array<Nanoseconds, kLinearAxes>& tau) {
+  LatchConfig wanted = config_;
+  wanted.tau = tau;
+  if (whyRefused(wanted)) return false;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) axes_[axis].shift(config_.tau[axis] - tau[axis]);
+  config_ = wanted;
+  patience_ = config_.maximum_wait + longestDelay(config_);
+  return true;
+}
+
 void Latch::push(const Event& event) {
   std::visit(
       [this](const auto& e) {

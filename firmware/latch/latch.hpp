@@ -52,6 +52,10 @@ class Latch {
   void push(const Marker& marker);
   void advance(MonoTime now);
 
+  // (A20): another delay for the samples that are not decided yet. Where an axis then needs counts that have gone by,
+  // samples are lost. False, and nothing changes, for a delay that no buffer spans.
+  bool setTau(const std::array<Nanoseconds, kLinearAxes>& tau);
+
   // The clock's map after each of its decisions.
   void setClock(const TickMap& map);
 

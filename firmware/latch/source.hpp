@@ -49,6 +49,9 @@ class Source {
     return was_full ? Pushed::overwrote : Pushed::taken;
   }
 
+  // Moves what is kept in time, and what comes is stamped likewise from now on.
+  void shift(Nanoseconds by) { trace_.shift(by); }
+
   // patient: wait for the fourth stamp of a cubic. Without patience, or across a gap, it becomes linear.
   Answer at(MonoTime t, bool patient, Values& values, bool& clipped) {
     if (!fitted()) return values = {}, Answer::value;

@@ -31,6 +31,10 @@ class Trace {
     for (; place > 0 && (*this)[place - 1].at > point.at; --place) at(place) = at(place - 1);
     at(place) = point;
   }
+  // Moves every point in time.
+  void shift(Nanoseconds by) {
+    for (std::size_t i = 0; i < count_; ++i) at(i).at += by;
+  }
   void pop() { first_ = (first_ + 1) % kCapacity, --count_; }
 
  private:

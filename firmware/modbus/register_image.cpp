@@ -50,7 +50,71 @@ void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order)
   put(address::mask, snapshot.mask);
   putCorrections(snapshot);
   putDelay(snapshot.delay);
+  putSources(snapshot);
+  putCentreline(snapshot.centreline);
+  putAxes(snapshot);
+  putTrigger(snapshot.last_trigger);
   putState(snapshot);
+}
+
+void RegisterImage::putSources(const corrections::Snapshot& snapshot) {
+  using corrections::Health;
+  unsigned good = 0, held = 0, invalid = 0;
+  for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
+    const unsigned bit = 1U << kind;
+    if (snapshot.health[kind] == Health::good) good |= bit;
+    if (snapshot.health[kind] == Health::held) held |= bit;
+    if (snapshot.health[kind] == Health::invalid) invalid |= bit;
+  }
+  put(address::sources_good, good);
+  put(address::sources_held, held);
+  put(address::sources_invalid, invalid);
+  put(address::inhibited, snapshot.inhibited ? 1 : 0);
+  put(address::settled, snapshot.settled ? 1 : 0);
+  put(address::refused_homings, snapshot.refused_homings & 0xFFFFU);
+}
+
+void RegisterImage::putCentreline(const corrections::CentrelineInForce& centreline) {
+  const auto& result = centreline.result;
+  const auto putPair = [this](std::size_t address, const std::array<double, 2>& values) {
+    put(address, values[0]);
+    put(address + 2, values[1]);
+  };
+  putPair(address::centreline_here, centreline.has_z ? centreline.here_mm : std::array<double, 2>{});
+  putPair(address::centreline_slope, result.slope);
+  putPair(address::centreline_sd, result.sd_centre_mm);
+  putPair(address::centreline_slope_sd, result.sd_slope);
+  put(address::centreline_z, result.reference_z_mm);
+  put(address::centreline_result, modulo32(result.result_id));
+}
+
+void RegisterImage::putAxes(const corrections::Snapshot& snapshot) {
+  unsigned referenced = 0;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& state = snapshot.axes[axis];
+    if (state.referenced) referenced |= 1U << axis;
+    put(address::axes_fault + axis, static_cast<double>(state.last_fault));
+    put(address::screw_offset + 2 * axis, state.screw_offset_mm);
+    put(address::screw_slope + 2 * axis, state.screw_slope);
+    put(address::screw_reference + 2 * axis, 0);
+    put(address::screw_extension + axis, state.extension_um);
+    put(address::screw_fault + axis, state.has_screw ? static_cast<double>(state.sensor_fault) : 0);
+  }
+  put(address::axes_referenced, referenced);
+}
+
+void RegisterImage::putTrigger(const corrections::TriggerStamp& trigger) {
+  const auto& served = trigger.served;
+  unsigned state = served.valid ? 1U : 0U;
+  if (served.degraded) state |= 2U;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (trigger.has_position[axis]) state |= 16U << axis;
+    put(address::trigger_position + 2 * axis, trigger.has_position[axis] ? trigger.position_mm[axis] : 0);
+    put(address::trigger_correction + 2 * axis, served.correction_nm[axis]);
+  }
+  put(address::trigger_count, trigger.number);
+  put(address::trigger_state, state);
+  put(address::trigger_sequence, served.sequence);
 }
 
 void RegisterImage::putCorrections(const corrections::Snapshot& snapshot) {

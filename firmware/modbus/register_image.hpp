@@ -28,6 +28,10 @@ class RegisterImage {
   void putTriple(std::size_t address, const std::array<double, 3>& values, double factor);
   void putCorrections(const corrections::Snapshot& snapshot);
   void putDelay(const corrections::DelayInForce& delay);
+  void putSources(const corrections::Snapshot& snapshot);
+  void putCentreline(const corrections::CentrelineInForce& centreline);
+  void putAxes(const corrections::Snapshot& snapshot);
+  void putTrigger(const corrections::TriggerStamp& trigger);
   void putState(const corrections::Snapshot& snapshot);
 
   std::array<std::uint16_t, kRegisterCount> image_{};

@@ -21,21 +21,32 @@ bool writable(std::size_t address) {
 
 }  // namespace
 
-Outcome<std::optional<Marker>, WriteRefusal> WritableRegisters::write(std::uint16_t first,
-                                                                      std::span<const std::uint16_t> values) {
+Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t first,
+                                                                   std::span<const std::uint16_t> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (first + i < kRegisterCount && writable(first + i)) continue;
     return WriteRefusal{ExceptionCode::illegal_address, "a register that cannot be written"};
   }
   auto words = words_;
   std::copy(values.begin(), values.end(), words.begin() + first);
-  const bool commits = words[address::marker_commit] != words_[address::marker_commit];
+  const auto changed = [&](std::size_t address) { return words[address] != words_[address]; };
   if (const auto refusal = check(words)) return *refusal;
-  if (commits) {
-    if (const auto refusal = checkCommit(words)) return *refusal;
+  std::vector<Event> asked;
+  if (changed(address::inhibit)) asked.push_back(CutInhibit{.active = words[address::inhibit] == 1, .at = {}});
+  if (changed(address::home_commit)) {
+    if (const auto refusal = checkHoming(words)) return *refusal;
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      if ((words[address::home_axes] >> axis & 1U) == 0) continue;
+      asked.push_back(AxisHomed{
+          .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
+    }
+  }
+  if (changed(address::marker_commit)) {
+    if (const auto refusal = checkMarker(words)) return *refusal;
+    asked.push_back(markerOf(words));
   }
   words_ = words;
-  return commits ? std::optional{markerOf(words_)} : std::nullopt;
+  return asked;
 }
 
 std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
@@ -43,11 +54,21 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::word_order] > 1) return refuse("word order is 0 or 1");
   if (words[address::marker_phase] > 2) return refuse("the phase of a marker is 0, 1 or 2");
   if (words[address::marker_at_rest] > 1) return refuse("at rest is 0 or 1");
+  if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
+  if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");
+  return std::nullopt;
+}
+
+std::optional<WriteRefusal> WritableRegisters::checkHoming(const Words& words) {
+  if (words[address::home_commit] == 0)
+    return WriteRefusal{ExceptionCode::illegal_value, "a homing is committed by a number from 1 to 65535"};
+  if (words[address::home_axes] == 0)
+    return WriteRefusal{ExceptionCode::illegal_value, "register 136 names no axis that was homed"};
   return std::nullopt;
 }
 
 // What stands in two registers may be half written before, but not now.
-std::optional<WriteRefusal> WritableRegisters::checkCommit(const Words& words) {
+std::optional<WriteRefusal> WritableRegisters::checkMarker(const Words& words) {
   if (words[address::marker_commit] == 0) {
     return WriteRefusal{ExceptionCode::illegal_value, "a marker is committed by a number from 1 to 65535"};
   }

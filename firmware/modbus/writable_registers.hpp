@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "protocol/events/event.hpp"
 #include "protocol/modbus/map.hpp"
@@ -20,12 +21,12 @@ struct WriteRefusal {
   std::string_view reason;
 };
 
-// What the master of one line has written: word order and the marker that it is putting together.
+// What the master of one line has written: word order, inhibit, and the marker and homing that it is putting together.
 class WritableRegisters {
  public:
-  // Takes the whole write, or refuses it and changes nothing. A write of the commit register gives the marker, whose
-  // stamp is the caller's to set.
-  Outcome<std::optional<Marker>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
+  // Takes the whole write, or refuses it and changes nothing. Gives what it asks of the box: a marker or homed axes
+  // when their commit register was written, and a change of the inhibit register. The stamps are the caller's to set.
+  Outcome<std::vector<Event>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
 
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
 
@@ -35,7 +36,8 @@ class WritableRegisters {
  private:
   using Words = std::array<std::uint16_t, kRegisterCount>;
   static std::optional<WriteRefusal> check(const Words& words);
-  static std::optional<WriteRefusal> checkCommit(const Words& words);
+  static std::optional<WriteRefusal> checkMarker(const Words& words);
+  static std::optional<WriteRefusal> checkHoming(const Words& words);
   static Marker markerOf(const Words& words);
 
   Words words_{};

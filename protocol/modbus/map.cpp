@@ -35,6 +35,22 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::correction_i32 + 2, "Y correction", i32, 1, "nm", read, "the value of register 6"},
     {address::correction_i32 + 4, "Z correction", i32, 1, "nm", read, "the value of register 7"},
 
+    {address::sources_good, "sources good", u16, 1, "", read,
+     "bits as in register 12: all that the source needs is there"},
+    {address::sources_held, "sources held", u16, 1, "", read,
+     "bits as in register 12: in doubt, the last good value stands"},
+    {address::sources_invalid, "sources invalid", u16, 1, "", read,
+     "bits as in register 12: without an input that it needs, or in doubt for too long"},
+    {address::axes_referenced, "axes referenced", u16, 1, "", read, "bit 0 X, 1 Y, 2 Z"},
+    {address::axes_fault, "X reference fault", u16, 1, "", read,
+     "what took the reference away last: 0 nothing, 1 impossible speed, 2 index at the wrong count, 3 encoder lost"},
+    {address::axes_fault + 1, "Y reference fault", u16, 1, "", read, "as X"},
+    {address::axes_fault + 2, "Z reference fault", u16, 1, "", read, "as X"},
+    {address::inhibited, "inhibited", u16, 1, "", read,
+     "1 while a cut is on, by line or by register 138: no result comes into force"},
+    {address::settled, "settled", u16, 1, "", read, "1 when no limit of rate holds the correction back"},
+    {address::refused_homings, "refused homings", u16, 1, "", read, "of axes that did not stand still; wraps"},
+
     {address::delay_f32, "X system delay", f32, 1, "ms", read,
      "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
     {address::delay_f32 + 2, "Y system delay", f32, 1, "ms", read, "as X"},
@@ -69,6 +85,18 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::word_order, "word order", u16, 1, "", write,
      "of all 32-bit values on this line: 0 high word first (at power-on), 1 low word first"},
 
+    {address::home_position, "homing: X position", i32, 0.0001, "mm", write, "machine position where the axis stands"},
+    {address::home_position + 2, "homing: Y position", i32, 0.0001, "mm", write, "as X"},
+    {address::home_position + 4, "homing: Z position", i32, 0.0001, "mm", write, "as X"},
+    {address::home_axes, "homing: axes", u16, 1, "", write, "bit 0 X, 1 Y, 2 Z: which of them have been homed"},
+    {address::home_commit, "homing: commit", u16, 1, "", write,
+     "a number from 1 to 65535 that differs from the one that stands here references the axes of register 136 at "
+     "registers "
+     "130 to 135; they must stand still"},
+    {address::inhibit, "inhibit", u16, 1, "", write,
+     "1 while a cut is on: no result comes into force. It stays in force when this line goes silent, until a 0 is "
+     "written"},
+
     {address::marker_run, "marker: run", u32, 1, "", write, "the calibration run that the step belongs to"},
     {address::marker_step, "marker: step", u16, 1, "", write, "step of the run, from 0"},
     {address::marker_phase, "marker: phase", u16, 1, "", write,
@@ -83,6 +111,54 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "a number from 1 to 65535 that differs from the one that stands here sends registers 144 to 156 as one marker; "
      "the "
      "same number again does nothing, so a request may be repeated when its answer was lost"},
+
+    {address::centreline_here, "turning axis, X", f32, 1, "mm", read,
+     "machine position, radius, at the present Z; 0 and status bit 3 clear when none is in force, 0 too without a Z "
+     "reference"},
+    {address::centreline_here + 2, "turning axis, Y", f32, 1, "mm", read, "as X"},
+    {address::centreline_slope, "turning axis, X over Z", f32, 1, "mm/mm", read, "tilt of the turning axis, about Y"},
+    {address::centreline_slope + 2, "turning axis, Y over Z", f32, 1, "mm/mm", read, "as X, about -X"},
+    {address::centreline_sd, "turning axis, X, sd", f32, 1, "mm", read, "standard deviation (k = 1) at register 176"},
+    {address::centreline_sd + 2, "turning axis, Y, sd", f32, 1, "mm", read, "as X"},
+    {address::centreline_slope_sd, "turning axis, X over Z, sd", f32, 1, "mm/mm", read, "standard deviation (k = 1)"},
+    {address::centreline_slope_sd + 2, "turning axis, Y over Z, sd", f32, 1, "mm/mm", read, "as X"},
+    {address::centreline_z, "turning axis, reference Z", f32, 1, "mm", read, "machine Z that it was found at"},
+    {address::centreline_result, "centreline result", u32, 1, "", read,
+     "number of the result in force; 0 when there is none"},
+
+    {address::screw_offset, "X screw, offset", f32, 1, "mm", read,
+     "the screw's correction is offset + slope (position - reference position), for controllers that compensate by "
+     "position"},
+    {address::screw_offset + 2, "Y screw, offset", f32, 1, "mm", read, "as X"},
+    {address::screw_offset + 4, "Z screw, offset", f32, 1, "mm", read, "as X"},
+    {address::screw_slope, "X screw, slope", f32, 1, "mm/mm", read, "see register 192"},
+    {address::screw_slope + 2, "Y screw, slope", f32, 1, "mm/mm", read, "as X"},
+    {address::screw_slope + 4, "Z screw, slope", f32, 1, "mm/mm", read, "as X"},
+    {address::screw_reference, "X screw, reference position", f32, 1, "mm", read, "see register 192"},
+    {address::screw_reference + 2, "Y screw, reference position", f32, 1, "mm", read, "as X"},
+    {address::screw_reference + 4, "Z screw, reference position", f32, 1, "mm", read, "as X"},
+    {address::screw_extension, "X screw, extension", i16, 0.1, "um", read,
+     "of the whole screw since it was cold; 0 without a sensor"},
+    {address::screw_extension + 1, "Y screw, extension", i16, 0.1, "um", read, "as X"},
+    {address::screw_extension + 2, "Z screw, extension", i16, 0.1, "um", read, "as X"},
+    {address::screw_fault, "X screw, sensor", u16, 1, "", read,
+     "0 good or not fitted, 1 silent, 2 out of range, 3 unplugged"},
+    {address::screw_fault + 1, "Y screw, sensor", u16, 1, "", read, "as X"},
+    {address::screw_fault + 2, "Z screw, sensor", u16, 1, "", read, "as X"},
+
+    {address::trigger_count, "triggers", u32, 1, "", read,
+     "since the box started; the registers up to 231 tell the last one"},
+    {address::trigger_position, "trigger: X position", i32, 0.00001, "mm", read,
+     "machine position at the trigger, the correction in it; 0 when register 230 says that there is none"},
+    {address::trigger_position + 2, "trigger: Y position", i32, 0.00001, "mm", read, "as X"},
+    {address::trigger_position + 4, "trigger: Z position", i32, 0.00001, "mm", read, "as X"},
+    {address::trigger_correction, "trigger: X correction", i32, 1, "nm", read,
+     "what was being served then: who measures with the trigger takes it out, or it is corrected twice"},
+    {address::trigger_correction + 2, "trigger: Y correction", i32, 1, "nm", read, "as X"},
+    {address::trigger_correction + 4, "trigger: Z correction", i32, 1, "nm", read, "as X"},
+    {address::trigger_state, "trigger: state", u16, 1, "", read,
+     "bit 0 the correction was valid, 1 it was degraded, 4 X position known, 5 Y, 6 Z"},
+    {address::trigger_sequence, "trigger: sequence", u16, 1, "", read, "register 3 as it was then"},
 });
 
 constexpr bool inOrderAndInside() {

@@ -10,9 +10,9 @@
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
-inline constexpr std::uint16_t kMapVersion = 1;
+inline constexpr std::uint16_t kMapVersion = 2;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
-inline constexpr std::size_t kRegisterCount = 192;
+inline constexpr std::size_t kRegisterCount = 256;
 
 enum class Kind : std::uint8_t {
   u16,
@@ -54,6 +54,14 @@ enum : std::uint16_t {
   mask = 12,
   correction_f32 = 16,
   correction_i32 = 32,
+  sources_good = 40,
+  sources_held = 41,
+  sources_invalid = 42,
+  axes_referenced = 43,
+  axes_fault = 44,
+  inhibited = 47,
+  settled = 48,
+  refused_homings = 49,
   delay_f32 = 64,
   delay_sd_f32 = 70,
   delay_i32 = 80,
@@ -71,6 +79,10 @@ enum : std::uint16_t {
   samples_lost_at_source = 118,
   samples_lost_in_queue = 120,
   word_order = 128,
+  home_position = 130,
+  home_axes = 136,
+  home_commit = 137,
+  inhibit = 138,
   marker_run = 144,
   marker_step = 146,
   marker_phase = 147,
@@ -79,6 +91,22 @@ enum : std::uint16_t {
   marker_angle = 150,
   marker_at_rest = 156,
   marker_commit = 157,
+  centreline_here = 160,
+  centreline_slope = 164,
+  centreline_sd = 168,
+  centreline_slope_sd = 172,
+  centreline_z = 176,
+  centreline_result = 178,
+  screw_offset = 192,
+  screw_slope = 198,
+  screw_reference = 204,
+  screw_extension = 210,
+  screw_fault = 213,
+  trigger_count = 216,
+  trigger_position = 218,
+  trigger_correction = 224,
+  trigger_state = 230,
+  trigger_sequence = 231,
 };
 }  // namespace address
 

@@ -29,8 +29,8 @@ TEST(WritableRegisters, MakeAMarkerOfWhatWasWrittenBeforeTheCommit) {
   // -90 degrees, 0, 360
   ASSERT_TRUE(registers.write(150, Words{0xFFFE, 0xA070, 0, 0, 5, 32320}).ok());
   const auto committed = registers.write(157, Words{1});
-  ASSERT_TRUE(committed.ok() && committed->has_value());
-  const auto& marker = **committed;
+  ASSERT_TRUE(committed.ok() && committed->size() == 1);
+  const auto& marker = std::get<Marker>(committed->front());
   EXPECT_EQ(marker.procedure, 65538U);
   EXPECT_EQ(marker.step, 9U);
   EXPECT_EQ(marker.phase, MarkerPhase::abandon);
@@ -43,7 +43,7 @@ TEST(WritableRegisters, MakeAMarkerOfWhatWasWrittenBeforeTheCommit) {
 
 TEST(WritableRegisters, CommitOncePerNumber) {
   WritableRegisters registers;
-  const auto commits = [&](std::uint16_t number) { return registers.write(157, Words{number}).value().has_value(); };
+  const auto commits = [&](std::uint16_t number) { return !registers.write(157, Words{number}).value().empty(); };
   EXPECT_TRUE(commits(5));
   EXPECT_FALSE(commits(5));
   EXPECT_TRUE(commits(6));
@@ -67,6 +67,36 @@ TEST(WritableRegisters, RefuseToCommitAnAngleBeyondTenTurns) {
   WritableRegisters registers;
   ASSERT_TRUE(registers.write(150, Words{0x7FFF, 0xFFFF}).ok());
   EXPECT_EQ(refusalOf(registers, 157, {1}), ExceptionCode::illegal_value);
+}
+
+TEST(WritableRegisters, ReferenceTheAxesThatWereHomed) {
+  WritableRegisters registers;
+  EXPECT_EQ(refusalOf(registers, 137, {1}), ExceptionCode::illegal_value) << "no axis was named";
+  EXPECT_EQ(refusalOf(registers, 136, {8}), ExceptionCode::illegal_value);
+  // X at 12.5 mm, Z at -0.25 mm, in one request.
+  const auto committed = registers.write(130, Words{0x0001, 0xE848, 0, 0, 0xFFFF, 0xF63C, 0b101, 1});
+  ASSERT_TRUE(committed.ok());
+  ASSERT_EQ(committed->size(), 2U);
+  const auto& x = std::get<AxisHomed>((*committed)[0]);
+  const auto& z = std::get<AxisHomed>((*committed)[1]);
+  EXPECT_EQ(x.axis, Axis::x);
+  EXPECT_NEAR(x.position_mm, 12.5, 1e-9);
+  EXPECT_EQ(z.axis, Axis::z);
+  EXPECT_NEAR(z.position_mm, -0.25, 1e-9);
+  EXPECT_TRUE(registers.write(137, Words{1})->empty()) << "the same number again does nothing";
+}
+
+TEST(WritableRegisters, TellWhenACutBeginsAndEnds) {
+  WritableRegisters registers;
+  const auto asked = [&](std::uint16_t value) { return registers.write(138, Words{value}).value(); };
+  const auto begun = asked(1);
+  ASSERT_EQ(begun.size(), 1U);
+  EXPECT_TRUE(std::get<CutInhibit>(begun.front()).active);
+  EXPECT_TRUE(asked(1).empty());
+  const auto ended = asked(0);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_FALSE(std::get<CutInhibit>(ended.front()).active);
+  EXPECT_EQ(refusalOf(registers, 138, {2}), ExceptionCode::illegal_value);
 }
 
 RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t first, Words values)) {
