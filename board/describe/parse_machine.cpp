@@ -104,12 +104,13 @@ CorrectionsDescription readCorrections(Section section) {
   CorrectionsDescription corrections;
   corrections.hold_s = section.number("hold_s", kSeconds);
   corrections.joint_delay_s = section.number("joint_delay_s", {0, 2}, corrections.joint_delay_s);
-  if (const auto* node = section.node("sources")) {
+  if (section.has("sources")) {
+    const auto& node = *section.node("sources");
     for (const auto& name : section.texts("sources")) {
       const auto found = std::ranges::find(kSources, name);
       const auto bit = static_cast<unsigned>(found - kSources.begin());
       if (found == kSources.end() || name == "swivel" || name == "rotary") {
-        section.problem(*node, "'sources' names '" + name + "': this release knows \"screw\" and \"centreline\"");
+        section.problem(node, "'sources' names '" + name + "': this release knows \"screw\" and \"centreline\"");
       } else {
         corrections.mask = static_cast<std::uint16_t>(corrections.mask | 1U << bit);
       }

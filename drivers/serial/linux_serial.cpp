@@ -120,11 +120,12 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
   termios line{};
   if (tcgetattr(fd, &line) != 0) return false;
   setFormat(line, settings);
-  // A pseudo terminal has neither parity nor seven bits, and some C libraries make an error of that.
-  if (isPseudoTerminal(fd)) line.c_cflag = (line.c_cflag & ~static_cast<tcflag_t>(PARENB | CSIZE)) | CS8;
+  // These have neither parity nor seven bits, and some C libraries make an error of that.
+  const bool is_gadget = isUsbGadget(fd);
+  if (is_gadget || isPseudoTerminal(fd)) line.c_cflag = (line.c_cflag & ~static_cast<tcflag_t>(PARENB | CSIZE)) | CS8;
   if (cfsetispeed(&line, speed) != 0 || cfsetospeed(&line, speed) != 0) return false;
   if (tcsetattr(fd, TCSANOW, &line) != 0) return false;
-  if (isUsbGadget(fd)) return true;
+  if (is_gadget) return true;
   // tcsetattr succeeds when any part of it was taken.
   termios taken{};
   return tcgetattr(fd, &taken) == 0 && cfgetospeed(&taken) == speed &&

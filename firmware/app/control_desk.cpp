@@ -114,6 +114,10 @@ Reply ControlDesk::answer(const stream::PendingRequest& request, const box::Stat
       return abortProcedure(state);
     case Operation::corrections:
       return ok(correctionsAnswer(state.snapshot));
+    case Operation::home_axes:
+      return homeAxes(request.body, state);
+    case Operation::enable_sources:
+      return enableSources(request.body, state);
     default:
       return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
   }
@@ -241,6 +245,32 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
   std::visit([now](auto& event) { event.at = now; }, said);
   if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
+}
+
+Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::HomeAxes::Request>(body);
+  if (!request) return malformed(Operation::home_axes);
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if ((request->axes >> axis & 1U) == 0) continue;
+    const AxisHomed homed{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
+    if (const auto error = post(homed, state)) return refused(ErrorCode::wrong_state, error->what);
+  }
+  return ok(messages::Nothing{});
+}
+
+Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::EnableSources::Request>(body);
+  if (!request) return malformed(Operation::enable_sources);
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  using corrections::SourceKind;
+  if ((request->mask & ~(bitOf(SourceKind::screw) | bitOf(SourceKind::centreline))) != 0)
+    return refused(ErrorCode::refused, "This release computes the sources screw (bit 0) and centreline (bit 3) alone.");
+  if (state.snapshot.inhibited)
+    return refused(ErrorCode::wrong_state, "A cut is on, and nothing changes meanwhile: try again when it is over.");
+  if (!with_.commands.push(SourcesEnabled{.mask = request->mask, .at = with_.time.now()}))
+    return refused(ErrorCode::busy, "The box is busy: send the request again.");
+  return ok(messages::Nothing{});
 }
 
 Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::State& state) {

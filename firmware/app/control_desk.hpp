@@ -77,6 +77,8 @@ class ControlDesk {
   Reply takeMarker(std::span<const std::byte> body, const box::State& state);
   Reply startProcedure(std::span<const std::byte> body, const box::State& state);
   Reply abortProcedure(const box::State& state);
+  Reply homeAxes(std::span<const std::byte> body, const box::State& state);
+  Reply enableSources(std::span<const std::byte> body, const box::State& state);
   std::string procedureInWords(const box::State& state) const;
   std::optional<Reply> askWorker(std::uint64_t link, const stream::PendingRequest& request);
   Reply listResults(std::span<const std::byte> body);

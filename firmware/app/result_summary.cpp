@@ -32,6 +32,32 @@ messages::ResultState wireState(store::State state) {
   }
 }
 
+messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
+  return {.referenced = axis.referenced,
+          .position_mm = axis.position_mm,
+          .last_fault = static_cast<std::uint8_t>(axis.last_fault),
+          .reference_losses = axis.reference_losses,
+          .has_screw = axis.has_screw,
+          .sensor_fault = static_cast<std::uint8_t>(axis.sensor_fault),
+          .extension_um = axis.extension_um,
+          .screw_offset_mm = axis.screw_offset_mm,
+          .screw_slope = axis.screw_slope};
+}
+
+messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger) {
+  messages::StampedTrigger stamped{.number = trigger.number,
+                                   .has_position = {},
+                                   .position_mm = trigger.position_mm,
+                                   .correction_mm = {},
+                                   .correction_valid = trigger.served.valid,
+                                   .sequence = trigger.served.sequence};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (trigger.has_position[axis]) stamped.has_position = static_cast<std::uint8_t>(stamped.has_position | 1U << axis);
+    stamped.correction_mm[axis] = trigger.served.correction_nm[axis] * 1e-6;
+  }
+  return stamped;
+}
+
 }  // namespace
 
 messages::ResultSummary summaryOf(const store::Record& record) {
@@ -68,6 +94,19 @@ messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& sna
   answer.delay_calibrated = snapshot.delay.calibrated;
   answer.tau_s = snapshot.delay.tau_s;
   answer.tau_sd_s = snapshot.delay.sd_s;
+  answer.settled = snapshot.settled;
+  answer.referenced = snapshot.referenced;
+  answer.inhibited = snapshot.inhibited;
+  for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
+    answer.sources.push_back({.bit = static_cast<std::uint8_t>(kind),
+                              .health = static_cast<std::uint8_t>(snapshot.health[kind]),
+                              .summed = (snapshot.mask >> kind & 1U) != 0});
+  }
+  for (const auto& axis : snapshot.axes) answer.axes.push_back(axisStatus(axis));
+  answer.centreline_calibrated = snapshot.centreline_calibrated;
+  answer.centreline_mm = snapshot.centreline.here_mm;
+  answer.centreline_slope = snapshot.centreline.result.slope;
+  answer.last_trigger = stampedTrigger(snapshot.last_trigger);
   return answer;
 }
 

@@ -1,12 +1,70 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
 // What the CNC is being told.
 namespace probebox::messages {
+
+// One source of corrections. Since protocol 1.2.
+struct CorrectionSource {
+  std::uint8_t bit{};
+  std::uint8_t health{};
+  bool summed{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("bit", self.bit, "of the mask: 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    field("health", self.health, "0 not configured, 1 good, 2 held through doubt, 3 invalid");
+    field("summed", self.summed, "1 when its bit is set in the mask");
+  }
+};
+
+// A linear axis: its reference and its screw. Since protocol 1.2.
+struct AxisStatus {
+  bool referenced{};
+  double position_mm{};
+  std::uint8_t last_fault{};
+  std::uint32_t reference_losses{};
+  bool has_screw{};
+  std::uint8_t sensor_fault{};
+  double extension_um{};
+  double screw_offset_mm{};
+  double screw_slope{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("referenced", self.referenced, "1 when counts mean a machine position");
+    field("position_mm", self.position_mm, "mm, machine position, the correction in it; 0 without a reference");
+    field(
+        "last_fault", self.last_fault,
+        "what took the reference away last: 0 nothing, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
+    field("reference_losses", self.reference_losses, "times that it was lost");
+    field("has_screw", self.has_screw, "1 when machine.toml describes its screw");
+    field("sensor_fault", self.sensor_fault, "0 good, 1 silent, 2 out of range, 3 unplugged");
+    field("extension_um", self.extension_um, "um, of the whole screw since it was cold");
+    field("screw_offset_mm", self.screw_offset_mm, "mm, the screw's correction at machine position 0");
+    field("screw_slope", self.screw_slope, "mm of correction per mm of position");
+  }
+};
+
+// A trigger and what was being served then. Since protocol 1.2.
+struct StampedTrigger {
+  std::uint32_t number{};
+  std::uint8_t has_position{};
+  std::array<double, 3> position_mm{};
+  std::array<double, 3> correction_mm{};
+  bool correction_valid{};
+  std::uint16_t sequence{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("number", self.number, "of the last trigger, from 1; 0 when there was none");
+    field("has_position", self.has_position, "which positions are known: bit 0 X, 1 Y, 2 Z");
+    field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
+    field("correction_mm", self.correction_mm,
+          "mm, what was being served then: who measures with the trigger takes it out, or it is corrected twice");
+    field("correction_valid", self.correction_valid, "1 when it was valid");
+    field("sequence", self.sequence, "the corrections' sequence then");
+  }
+};
 
 struct Corrections {
   static constexpr Operation kOperation = Operation::corrections;
@@ -22,6 +80,15 @@ struct Corrections {
     bool delay_calibrated{};
     std::array<double, 3> tau_s{};
     std::array<double, 3> tau_sd_s{};
+    bool settled{};
+    bool referenced{};
+    bool inhibited{};
+    std::vector<CorrectionSource> sources{};
+    std::vector<AxisStatus> axes{};
+    bool centreline_calibrated{};
+    std::array<double, 2> centreline_mm{};
+    std::array<double, 2> centreline_slope{};
+    StampedTrigger last_trigger{};
     static constexpr void fields(auto& self, auto&& field) {
       field("valid", self.valid, "1 when the values may be used");
       field("degraded", self.degraded, "1 when a value is held or saturated");
@@ -34,8 +101,43 @@ struct Corrections {
       field("delay_calibrated", self.delay_calibrated, "1 when a result about the system delay is active");
       field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
       field("tau_sd_s", self.tau_sd_s, "s, X Y Z, standard deviation (k = 1)");
+      field("settled", self.settled, "1 when no limit of rate holds the correction back; since protocol 1.2");
+      field("referenced", self.referenced, "1 when all axes that the summed sources need are; since protocol 1.2");
+      field("inhibited", self.inhibited, "1 while a cut is on: no result comes into force; since protocol 1.2");
+      field("sources", self.sources, "by rising bit; since protocol 1.2");
+      field("axes", self.axes, "X Y Z; since protocol 1.2");
+      field("centreline_calibrated", self.centreline_calibrated,
+            "1 when a result about the turning axis is active; since protocol 1.2");
+      field("centreline_mm", self.centreline_mm,
+            "mm, X Y of the turning axis at the present Z, 0 without a Z reference; since protocol 1.2");
+      field("centreline_slope", self.centreline_slope, "mm/mm, of X and Y over Z; since protocol 1.2");
+      field("last_trigger", self.last_trigger, "since protocol 1.2");
     }
   };
+};
+
+// The controller has homed axes: they stand still at known machine positions. Since protocol 1.2.
+struct HomeAxes {
+  static constexpr Operation kOperation = Operation::home_axes;
+  struct Request {
+    std::uint8_t axes{};
+    std::array<double, 3> position_mm{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("axes", self.axes, "which were homed: bit 0 X, 1 Y, 2 Z");
+      field("position_mm", self.position_mm, "mm, machine position where it stands");
+    }
+  };
+  using Answer = Nothing;
+};
+
+// Which sources are summed from now on; until the box starts again, when machine.toml says so. Since protocol 1.2.
+struct EnableSources {
+  static constexpr Operation kOperation = Operation::enable_sources;
+  struct Request {
+    std::uint16_t mask{};
+    static constexpr void fields(auto& self, auto&& field) { field("mask", self.mask, "bit 0 screw, 3 centreline"); }
+  };
+  using Answer = Nothing;
 };
 
 }  // namespace probebox::messages

@@ -35,6 +35,9 @@ std::string structureName() {
   if constexpr (std::same_as<T, UsbPortStatus>) return "UsbPortStatus";
   if constexpr (std::same_as<T, UnusedEvents>) return "UnusedEvents";
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
+  if constexpr (std::same_as<T, CorrectionSource>) return "CorrectionSource";
+  if constexpr (std::same_as<T, AxisStatus>) return "AxisStatus";
+  if constexpr (std::same_as<T, StampedTrigger>) return "StampedTrigger";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
 }
 
@@ -221,7 +224,10 @@ std::string control() {
          operation<AbortProcedure>("Gives the procedure up.") + operation<ListResults>("Results, oldest first.") +
          operation<AcceptResult>("Accepts a proposed result; it comes into force and the one before is retired.") +
          operation<Corrections>("What the CNC is being told.") +
-         operation<GetDataset>("The data of a run, for saving.");
+         operation<GetDataset>("The data of a run, for saving.") +
+         operation<HomeAxes>("Axes were homed: they stand still at known machine positions. Allowed as markers are.") +
+         operation<EnableSources>(
+             "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.");
 }
 
 std::string structures() {
@@ -229,7 +235,8 @@ std::string structures() {
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
-         structure<ResultSummary>();
+         structure<ResultSummary>() + structure<CorrectionSource>() + structure<AxisStatus>() +
+         structure<StampedTrigger>();
 }
 
 std::string numbers() {

@@ -52,6 +52,11 @@ enum class Operation : std::uint16_t {
   accept_result = 7,
   corrections = 8,
   get_dataset = 9,
+  rollback_result = 10,
+  result_history = 11,
+  set_inhibit = 12,
+  home_axes = 13,
+  enable_sources = 14,
 };
 
 // How the columns of a block are coded.

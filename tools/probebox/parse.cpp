@@ -110,6 +110,8 @@ class CommandLine {
     auto* corrections =
         add("corrections", "the corrections that a CNC reads now", "probebox corrections --follow", corrections_);
     corrections->add_flag("--follow", corrections_.follow, "go on with one line for each update");
+    corrections->add_option("--sum", corrections_.sum,
+                            "first choose the sources that are summed, such as screw,centreline, or none");
     addUntil(corrections, corrections_.until);
   }
 

@@ -23,6 +23,7 @@ std::string page(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);
 std::string line(const messages::Corrections::Answer& corrections);
+std::string page(const messages::Corrections::Answer& corrections);
 
 // "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
 std::string readable(const messages::NamedValue& value);

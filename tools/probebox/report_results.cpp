@@ -10,15 +10,6 @@ std::string text(std::string_view view) {
   return std::string{view};
 }
 
-std::string maskOf(std::uint16_t mask) {
-  constexpr std::array<const char*, 4> kSources{"screw", "swivel", "rotary", "centreline"};
-  std::string all;
-  for (std::size_t bit = 0; bit < kSources.size(); ++bit) {
-    if ((unsigned{mask} >> bit & 1U) != 0) all += (all.empty() ? "" : "+") + text(kSources[bit]);
-  }
-  return all.empty() ? "no source" : all;
-}
-
 }  // namespace
 
 std::string readable(const messages::NamedValue& value) {
@@ -65,30 +56,6 @@ std::string line(const messages::ResultSummary& result) {
                     printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
   if (!result.values.empty()) all += "  " + readable(result.values.front());
   return result.accepted_by.empty() ? all : all + ", accepted by " + result.accepted_by;
-}
-
-Json describe(const messages::Corrections::Answer& c) {
-  return {{"valid", c.valid},
-          {"degraded", c.degraded},
-          {"correction_mm", c.correction_mm},
-          {"mask", c.mask},
-          {"sequence", c.sequence},
-          {"heartbeat", c.heartbeat},
-          {"age_ms", c.age_ms},
-          {"delay_calibrated", c.delay_calibrated},
-          {"tau_s", c.tau_s},
-          {"tau_sd_s", c.tau_sd_s}};
-}
-
-std::string line(const messages::Corrections::Answer& c) {
-  const char* state = c.valid ? (c.degraded ? "valid, degraded" : "valid") : "NOT VALID";
-  std::string all = text(state) +
-                    printed("  X %+.4f  Y %+.4f  Z %+.4f mm to be added (", c.correction_mm[0], c.correction_mm[1],
-                            c.correction_mm[2]) +
-                    maskOf(c.mask) +
-                    printed(")  age %u ms  heartbeat %u", c.age_ms, static_cast<unsigned>(c.heartbeat));
-  if (!c.delay_calibrated) return all + "  delay not calibrated";
-  return all + printed("  tau %.1f %.1f %.1f us", c.tau_s[0] * 1e6, c.tau_s[1] * 1e6, c.tau_s[2] * 1e6);
 }
 
 Json describe(const messages::ProcedureStatus::Answer& p) {

@@ -85,6 +85,7 @@ struct Accept {
   std::string by;
 };
 struct Corrections {
+  std::string sum;  // sources to be summed from now on; empty: as they are
   bool follow{};
   Until until;
 };

@@ -70,6 +70,26 @@ TEST(Latch, MovesAStaleAxisBackByItsDelay) {
   }
 }
 
+TEST(Latch, TakesANewDelayForTheSamplesThatAreNotDecidedYet) {
+  for (const std::int64_t tau_ns : {3'850'000, -400'000}) {
+    Latch latch{rigConfig()};
+    Harvest harvest;
+    feed(latch, harvest, kStartNs, kStartNs + 100 * kPeriodNs);
+    const auto decided = harvest.records.size();
+    ASSERT_TRUE(latch.setTau({Nanoseconds{tau_ns}, Nanoseconds{0}, Nanoseconds{0}}));
+    feed(latch, harvest, kStartNs + 100 * kPeriodNs, kStartNs + 200 * kPeriodNs);
+    EXPECT_TRUE(harvest.contiguous);
+    ASSERT_GT(harvest.records.size(), decided + 300);
+    for (std::size_t i = 0; i < harvest.records.size(); ++i) {
+      const Record& record = harvest.records[i];
+      const std::int64_t ns = sampleNs(record.index, 4) + (i < decided ? 0 : tau_ns);
+      EXPECT_NEAR(static_cast<double>(record[Channel::x]), static_cast<double>(rampCounts(0, ns)), 2) << i;
+    }
+    EXPECT_EQ(latch.counters().disordered, 0U);
+    EXPECT_FALSE(latch.setTau({Nanoseconds{3'000'000'000}, {}, {}})) << "no buffer spans that";
+  }
+}
+
 TEST(Latch, WaitsForTheSlowestSourceAndNoLonger) {
   Latch latch{rigConfig(1)};
   latch.setClock(perfectMap(0));

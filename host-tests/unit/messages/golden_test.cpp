@@ -81,6 +81,9 @@ const std::map<std::string_view, std::string> kGolden = {
      "f9dac1007481b760e6f5414442be89fe49f341cdc47f816b83f8c1f5f0f246ad96e541"},
     {"get_dataset request", "238d94915d4535ed7d92bc78"},
     {"get_dataset answer", "238d949198559cdb5d4535ed7d92bc7808006f6f6f6f6f6f6f6f"},
+    // Since protocol 1.2.
+    {"home_axes request", "230cc58d747a340042ef46bf2221dcf6c1a0c153ee0571fa41"},
+    {"enable_sources request", "238d"},
 };
 
 // What protocol 1.1 has behind that.
@@ -104,6 +107,10 @@ const std::map<std::string_view, std::string_view> kSince12 = {
     {"procedure_status answer",
      "a4782445003ddca47072e8fb41e075125f0f6afe4164623e0930ecf7c1856c3472a9bdc0c1e90848388ad6dac12660a5c2af"
      "04f1c1c554203232fc0042"},
+    {"corrections answer",
+     "01010102000300a478000300f241010100280000e90848388ad6dac1d01e36d1e600b91498972d3fe800c2abd86f485559f5"
+     "c1d3aa32d6a73de14100d84f4bdf7d76ffc1ea87b0eefb8dd8c1923fa4163e77e7c153e7c5a5b957fd4138009bcd47bd5578"
+     "cfcfaf4195f941c858730b30daf241b2beb85960f2f1c1d61d94d20545d4c1929f39493290f7c103508411e4afc5c1001c60"},
 };
 
 TEST(Golden, EveryMessageIsTheseBytes) {

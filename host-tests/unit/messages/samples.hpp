@@ -84,6 +84,8 @@ void forEachMessage(auto&& call) {
   call("corrections answer", Corrections::Answer{});
   call("get_dataset request", GetDataset::Request{});
   call("get_dataset answer", GetDataset::Answer{});
+  call("home_axes request", HomeAxes::Request{});
+  call("enable_sources request", EnableSources::Request{});
 }
 
 }  // namespace probebox::messages

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -39,8 +40,11 @@ Held heldBy(pid_t pid) {
   }
   for (const auto& entry : std::filesystem::directory_iterator{process + "/fd"}) {
     std::error_code gone;
-    const auto file = std::filesystem::read_symlink(entry.path(), gone).string();
-    held.files.insert(file.substr(0, file.find(":[")));  // without the inode, which may be another
+    auto file = std::filesystem::read_symlink(entry.path(), gone).string();
+    file.resize(std::min(file.size(), file.find(":[")));  // without the inode, which may be another
+    // A device gets another number each time that it is plugged in.
+    if (file.starts_with("/dev/bus/usb/")) file = "/dev/bus/usb";
+    held.files.insert(file);
   }
   return held;
 }
