@@ -35,7 +35,7 @@ struct Devices {
   std::string encoders;
   double encoder_rate_hz{};  // how often all axes are latched
   std::string probe;
-  std::string drift;  // sensors at the ends of ball screws
+  std::string drift{"none"};  // sensors at the ends of ball screws
 };
 
 // How the box shows itself on USB; its serial number is that of the box. The numbers belong to who sells the box:
