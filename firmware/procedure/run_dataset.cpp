@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kCentrelineColumns{"C_rad", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 5> kAlignmentColumns{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 10> kCentresColumns{"reading", "ball", "A_rad",   "C_rad",   "x_mm",
-                                                           "y_mm",    "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm"};
+constexpr std::array<std::string_view, 11> kCentresColumns{
+    "reading", "ball", "A_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
 
 // One place of one ball, and what was found there.
@@ -41,7 +41,7 @@ metrology::Table centresOf(const std::vector<Reading>& readings) {
   for (const auto& reading : readings) {
     const auto& [centre, sd, radius] = reading.centre;
     centres.append({reading.number, reading.ball, reading.a_rad, reading.c_rad, centre.x(), centre.y(), centre.z(),
-                    sd.x(), sd.y(), sd.z()});
+                    sd.x(), sd.y(), sd.z(), radius});
   }
   return centres;
 }
@@ -175,6 +175,7 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
     case Needs::sphere_diameter:
       if (facts.sphere_diameter_mm)
         config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+      if (method == Method::delay_known_sphere) config["feature"] = std::string{"external"};
       break;
     case Needs::plates_gap:
       if (facts.gap_mm) config["gap_mm"] = *facts.gap_mm;

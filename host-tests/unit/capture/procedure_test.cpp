@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "firmware/procedure/run_dataset.hpp"
+
 namespace probebox::procedure {
 namespace {
 
@@ -274,6 +276,21 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
   machine.angles_rad[2] = std::nan("");
   for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.mark(MarkerPhase::begin);
   EXPECT_EQ(procedure.progress().state, State::refused);
+}
+
+TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
+  using testing::HasSubstr;
+  const Facts none;
+  EXPECT_FALSE(whyUnready(Method::delay_multi_speed, none, false));
+  EXPECT_THAT(whyUnready(Method::delay_known_sphere, none, true)->what, HasSubstr("[datum_sphere] diameter_mm"));
+  EXPECT_THAT(whyUnready(Method::delay_plates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
+  EXPECT_THAT(whyUnready(Method::centreline, none, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(Method::centreline, none, true));
+  Facts told;
+  told.sphere_diameter_mm = 25;
+  told.gap_mm = 20;
+  EXPECT_FALSE(whyUnready(Method::delay_per_axis, told, false));
+  EXPECT_FALSE(whyUnready(Method::delay_plates, told, false));
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <gmock/gmock.h>
 
+#include "board/describe/sim_files.hpp"
+
 namespace probebox::board {
 namespace {
 
@@ -179,6 +181,21 @@ TEST(WorldToml, RefusesMillisecondsWrittenAsSeconds) {
               HasSubstr("'delays.tau_machine_s' = 5.45 is out of its range"));
 }
 
+TEST(WorldToml, HasNoSpindlesThatItDoesNotDescribe) {
+  const std::string world{simFile("world.toml")};
+  const auto begin = world.find("# A gap of known width"), end = world.find("# Five touches");
+  ASSERT_LT(begin, end);
+  const auto bare = parseWorld(world.substr(0, begin) + world.substr(end), "world.toml");
+  ASSERT_TRUE(bare.ok()) << bare.error().what;
+  EXPECT_FALSE(bare->plates || bare->part_spindle || bare->probe_spindle || bare->rotary);
+}
+
+TEST(WorldToml, RefusesAHalfDescribedSpindle) {
+  EXPECT_THAT(parseWorld("[part_spindle]\ntilt_x_rad = 5\n[[part_spindle.ball]]\nat_m = [0, 0, 0]\n", "w").error().what,
+              AllOf(HasSubstr("'part_spindle.tilt_x_rad' = 5 is out of its range"), HasSubstr("part_spindle.point_mm"),
+                    HasSubstr("at_mm")));
+}
+
 TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
   const auto sim = simDescriptions();
   ASSERT_TRUE(sim.ok()) << sim.error().what;
@@ -187,6 +204,10 @@ TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
   EXPECT_DOUBLE_EQ(sim->probe.rate_hz, sim->world->probe.rate_hz);
   EXPECT_DOUBLE_EQ(sim->box.devices.encoder_rate_hz, sim->world->encoders.rate_hz);
   EXPECT_DOUBLE_EQ(sim->probe.ball_diameter_mm, 2 * sim->world->sphere.stylus_ball_radius_mm);
+  EXPECT_DOUBLE_EQ(sim->machine.datum_sphere_diameter_mm.value(), 2 * sim->world->sphere.radius_mm);
+  EXPECT_DOUBLE_EQ(sim->machine.datum_gap_mm.value(), sim->world->plates.value().gap_mm);
+  EXPECT_DOUBLE_EQ(sim->machine.sigma_c_rad, sim->world->rotary.value().noise_rad);
+  EXPECT_EQ(sim->world->part_spindle.value().balls_mm.size(), 3U);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto& description = sim->machine.axes[axis];
     EXPECT_DOUBLE_EQ(description.counts_per_mm, sim->world->encoders.counts_per_mm);
