@@ -50,7 +50,8 @@ LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBu
       counters_{counters},
       wake_up_{wake_up},
       started_{time_.now()},
-      history_{options_.history_bytes, options_.history_pieces} {}
+      history_{options_.history_bytes, options_.history_pieces, {messages::Profile::fast}},
+      transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples} {}
 
 LinkService::~LinkService() {
   stop();
@@ -141,7 +142,6 @@ LinkService::Link* LinkService::adopt(io::Connection connection, Door* door) {
   if (connection.control) session.heartbeat_period = kUsbHeartbeat;
   links_.push_back(std::make_unique<Link>(
       Link{.host = {++last_link_, std::move(connection), session, history_, time_.now()}, .door = door, .watch = {}}));
-  links_.back()->host.session().setDescriptor(descriptor_);
   counters_.links = static_cast<std::uint32_t>(links_.size());
   return links_.back().get();
 }
@@ -208,14 +208,20 @@ void LinkService::flush(Link& link) {
   link.watch.wantWrite(link.host.waitsForWriting());
 }
 
+void LinkService::passOn(const stream::EncodedBlock& block) {
+  history_.push(block);
+  for (const auto& link : links_) link->host.session().offer(block);
+}
+
 void LinkService::passOn() {
+  refreshDescriptor();
   while (feed_.pop(item_)) {
     if (item_.kind == FeedItem::Kind::block) {
       const stream::EncodedBlock block{.first = item_.first,
                                        .count = static_cast<std::uint32_t>(item_.count),
                                        .bytes = std::span{item_.bytes}.first(item_.size)};
-      history_.push(block);
-      for (const auto& link : links_) link->host.session().offer(block);
+      passOn(block);
+      passOn(transcoder_.fast(block));
     } else {
       const stream::GapNotice gap{.first = item_.first, .count = item_.count, .reason = wireReason(item_)};
       history_.push(gap);
@@ -272,6 +278,7 @@ bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
          (state == stream::SessionState::waiting && now - link.host.since() > kHelloUntil);
 }
 
+// The delay in force stands in the descriptor: blocks from here on go under it.
 void LinkService::refreshDescriptor() {
   const auto& delay = states_.newest().snapshot.delay;
   if (delay.result_id == described_result_) return;
@@ -279,8 +286,7 @@ void LinkService::refreshDescriptor() {
   auto descriptor = options_.descriptor;
   descriptor.delay = {
       .calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
-  descriptor_ = messages::encoded(descriptor);
-  for (const auto& link : links_) link->host.session().setDescriptor(descriptor_);
+  history_.setDescriptor(messages::encoded(descriptor));
 }
 
 // Only marks the link: its own callback may be running.

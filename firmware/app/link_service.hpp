@@ -21,6 +21,7 @@
 #include "firmware/app/wake_up.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/session.hpp"
+#include "firmware/stream/transcoder.hpp"
 #include "protocol/messages/handshake.hpp"
 
 namespace probebox::app {
@@ -88,6 +89,7 @@ class LinkService {
   void answerRequests(Link& link);
   void flush(Link& link);
   void passOn();
+  void passOn(const stream::EncodedBlock& block);
   void passOnReplies();
   void advance();
   void refreshDescriptor();
@@ -106,6 +108,7 @@ class LinkService {
   TimeSource time_;  // hosts live in real time, whatever the emulated machine's scale
   MonoTime started_;
   stream::History history_;
+  stream::Transcoder transcoder_;
   FeedItem item_;
   EventLoop loop_;
   std::vector<tcp::Listener> listeners_;
@@ -116,7 +119,6 @@ class LinkService {
   std::uint64_t turned_away_{};
   MonoTime turned_away_said_{};
   messages::LinkCounters from_gone_hosts_;
-  std::vector<std::byte> descriptor_;
   MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};
   std::mutex replies_mutex_;

@@ -1,34 +1,58 @@
 #include "firmware/stream/history.hpp"
 
+#include <algorithm>
+
 namespace probebox::stream {
 
+History::History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others) {
+  lines_.push_back({messages::Profile::raw, SampleRing{bytes, pieces}, false});
+  for (const auto profile : others) lines_.push_back({profile, SampleRing{bytes, pieces}, false});
+}
+
+const History::Line* History::lineOf(messages::Profile profile) const {
+  const auto found = std::ranges::find(lines_, profile, &Line::profile);
+  return found == lines_.end() ? nullptr : &*found;
+}
+
+SampleIndex History::oldest(messages::Profile profile) const {
+  const auto& ring = lineOf(profile)->ring;
+  return ring.empty() ? ring.next() : ring.front().first;
+}
+
 void History::push(const EncodedBlock& block) {
-  if (!reach(block.first)) return;
-  bool kept = ring_.pushBlock(block);
-  while (!kept && !ring_.empty()) {
-    ring_.popFront();
-    kept = ring_.pushBlock(block);
+  const auto found = std::ranges::find(lines_, block.profile, &Line::profile);
+  if (found == lines_.end() || !reach(*found, block.first)) return;
+  auto& ring = found->ring;
+  const auto descriptor = descriptors_.current();
+  bool kept = ring.pushBlock(block, descriptor);
+  while (!kept && !ring.empty()) {
+    ring.popFront();
+    kept = ring.pushBlock(block, descriptor);
   }
-  if (!kept) ring_.pushGap({block.first, block.count, GapReason::ring_overrun});
+  if (!kept) ring.pushGap({block.first, block.count, GapReason::ring_overrun});
 }
 
 void History::push(const GapNotice& gap) {
+  for (auto& line : lines_) push(line, gap);
+}
+
+void History::push(Line& line, const GapNotice& gap) {
   const auto end = gap.first + static_cast<std::int64_t>(gap.count);
-  if (begun_ && end <= ring_.next()) return;
-  if (!begun_ || gap.first > ring_.next()) {
-    reach(gap.first);
-    ring_.pushGap(gap);
+  if (line.begun && end <= line.ring.next()) return;
+  if (!line.begun || gap.first > line.ring.next()) {
+    reach(line, gap.first);
+    line.ring.pushGap(gap);
   } else {
-    ring_.pushGap({ring_.next(), static_cast<std::uint64_t>(end - ring_.next()), gap.reason});
+    line.ring.pushGap({line.ring.next(), static_cast<std::uint64_t>(end - line.ring.next()), gap.reason});
   }
 }
 
-bool History::reach(SampleIndex first) {
-  if (begun_ && first < ring_.next()) return false;
-  if (begun_ && first > ring_.next()) {
-    ring_.pushGap({ring_.next(), static_cast<std::uint64_t>(first - ring_.next()), GapReason::source_clock});
-  }
-  begun_ = true;
+bool History::reach(Line& line, SampleIndex first) {
+  auto& ring = line.ring;
+  if (line.begun && first < ring.next()) return false;
+  if (line.begun && first > ring.next())
+    ring.pushGap({ring.next(), static_cast<std::uint64_t>(first - ring.next()), GapReason::source_clock});
+  line.begun = true;
   return true;
 }
 

@@ -1,34 +1,55 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <vector>
 
+#include "firmware/stream/descriptor_book.hpp"
 #include "firmware/stream/sample_ring.hpp"
+#include "protocol/messages/types.hpp"
 
 namespace probebox::stream {
 
-// The last seconds of the stream, shared by all links of a box, from which a reconnecting host resumes. The box pushes
-// every block and gap here first, and then offers it to the sessions.
+// The last seconds of the stream in every profile that the box sends, shared by all of its links, from which a
+// reconnecting host resumes; and the descriptors that they were encoded under. The box pushes every block and gap here
+// first, and then offers it to the sessions.
 class History {
  public:
-  History(std::size_t bytes, std::size_t pieces) : ring_{bytes, pieces} {}
+  // bytes, pieces: of each profile. Profile raw is always among them.
+  History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others = {});
+
+  // What the blocks that are pushed from here on are encoded under. Allocates.
+  void setDescriptor(std::span<const std::byte> encoded) { descriptors_.add(encoded); }
+  const DescriptorBook& descriptors() const { return descriptors_; }
 
   // Makes room by forgetting the oldest. A hole before the block is kept as a loss of the clock (its index jumped); a
   // block that goes back in index is ignored.
   void push(const EncodedBlock& block);
+  // In all profiles.
   void push(const GapNotice& gap);
 
-  bool empty() const { return ring_.empty(); }
-  SampleIndex oldest() const { return ring_.empty() ? ring_.next() : ring_.front().first; }
-  SampleIndex next() const { return ring_.next(); }
+  bool has(messages::Profile profile) const { return lineOf(profile) != nullptr; }
+  // Of one of the profiles that it has.
+  SampleIndex oldest(messages::Profile profile) const;
+  SampleIndex next(messages::Profile profile) const { return lineOf(profile)->ring.next(); }
   // False until the first push.
-  bool begun() const { return begun_; }
-  std::optional<Piece> find(SampleIndex sample) const { return ring_.find(sample); }
+  bool begun(messages::Profile profile = messages::Profile::raw) const { return lineOf(profile)->begun; }
+  std::optional<Piece> find(messages::Profile profile, SampleIndex sample) const {
+    return lineOf(profile)->ring.find(sample);
+  }
 
  private:
-  bool reach(SampleIndex first);
+  // One profile's.
+  struct Line {
+    messages::Profile profile{};
+    SampleRing ring;
+    bool begun{};
+  };
+  const Line* lineOf(messages::Profile profile) const;
+  static bool reach(Line& line, SampleIndex first);
+  static void push(Line& line, const GapNotice& gap);
 
-  SampleRing ring_;
-  bool begun_{};
+  std::vector<Line> lines_;
+  DescriptorBook descriptors_;
 };
 
 }  // namespace probebox::stream

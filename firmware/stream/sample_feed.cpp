@@ -12,24 +12,25 @@ std::uint64_t distance(SampleIndex from, SampleIndex to) {
 SampleFeed::SampleFeed(Limits limits, const History& history)
     : history_{history}, queue_{limits.queue_bytes, limits.queue_pieces}, limits_{limits} {}
 
-void SampleFeed::start(messages::Policy policy) {
-  begin(policy, history_.begun() ? std::optional{history_.next()} : std::nullopt);
+void SampleFeed::start(messages::Policy policy, messages::Profile profile) {
+  begin(policy, profile, history_.begun(profile) ? std::optional{history_.next(profile)} : std::nullopt);
 }
 
-bool SampleFeed::resume(messages::Policy policy, SampleIndex from) {
-  if (!history_.begun()) {
-    begin(policy, std::nullopt);
+bool SampleFeed::resume(messages::Policy policy, SampleIndex from, messages::Profile profile) {
+  if (!history_.begun(profile)) {
+    begin(policy, profile, std::nullopt);
     return true;
   }
-  if (from > history_.next() || from < SampleIndex{}) return false;
-  const auto piece = history_.find(from);
-  begin(policy, piece && piece->isBlock() ? piece->first : from);
+  if (from > history_.next(profile) || from < SampleIndex{}) return false;
+  const auto piece = history_.find(profile, from);
+  begin(policy, profile, piece && piece->isBlock() ? piece->first : from);
   catching_up_ = true;
   return true;
 }
 
-void SampleFeed::begin(messages::Policy policy, std::optional<SampleIndex> at) {
+void SampleFeed::begin(messages::Policy policy, messages::Profile profile, std::optional<SampleIndex> at) {
   policy_ = policy;
+  profile_ = profile;
   queue_.clear();
   running_ = true;
   catching_up_ = false;
@@ -59,7 +60,7 @@ bool SampleFeed::reach(SampleIndex first) {
 }
 
 void SampleFeed::offer(const EncodedBlock& block) {
-  if (!reach(block.first)) return;
+  if (block.profile != profile_ || !reach(block.first)) return;
   if (block.first < expected_) {
     ++repeated_;
     return;
@@ -83,13 +84,14 @@ void SampleFeed::offer(const GapNotice& gap) {
 void SampleFeed::enqueue(const EncodedBlock& block) {
   const bool live = policy_ == messages::Policy::live;
   const auto size = block.bytes.size();
+  const auto descriptor = history_.descriptors().current();
   const auto limit = std::min(live ? limits_.live_bytes : limits_.queue_bytes, limits_.queue_bytes);
   bool kept = false;
   if (size > 0 && size <= std::min(limit, limits_.max_block)) {
     while (live && queue_.bytes() + size > limit && queue_.giveUpOldest(GapReason::queue_full)) {
     }
-    kept = queue_.pushBlock(block);
-    while (live && !kept && queue_.giveUpOldest(GapReason::queue_full)) kept = queue_.pushBlock(block);
+    kept = queue_.pushBlock(block, descriptor);
+    while (live && !kept && queue_.giveUpOldest(GapReason::queue_full)) kept = queue_.pushBlock(block, descriptor);
   }
   if (!kept) queue_.pushGap({block.first, block.count, GapReason::queue_full});
 }
@@ -102,19 +104,19 @@ std::optional<Piece> SampleFeed::next() {
 
 std::optional<Piece> SampleFeed::nextOfHistory() {
   const auto position = ledger_.position;
-  if (position >= history_.next()) {
+  if (position >= history_.next(profile_)) {
     catching_up_ = false;
     expected_ = position;
     return std::nullopt;
   }
-  if (position < history_.oldest()) {
+  if (position < history_.oldest(profile_)) {
     const bool at_start = position == ledger_.start;
     return Piece{position,
-                 distance(position, history_.oldest()),
+                 distance(position, history_.oldest(profile_)),
                  at_start ? GapReason::resume_too_old : GapReason::ring_overrun,
                  {}};
   }
-  auto piece = history_.find(position);
+  auto piece = history_.find(profile_, position);
   if (piece && piece->first < position) {
     // A loss that has grown since its first part was sent; a block is never entered in the middle.
     piece->count = distance(position, piece->end());
@@ -139,7 +141,8 @@ void SampleFeed::take(const Piece& piece) {
 
 std::uint64_t SampleFeed::queuedSamples() const {
   if (!running_ || !begun_) return 0;
-  return catching_up_ ? distance(ledger_.position, std::max(history_.next(), ledger_.position)) : queue_.samples();
+  return catching_up_ ? distance(ledger_.position, std::max(history_.next(profile_), ledger_.position))
+                      : queue_.samples();
 }
 
 }  // namespace probebox::stream

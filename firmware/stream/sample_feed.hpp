@@ -33,11 +33,11 @@ class SampleFeed {
 
   SampleFeed(Limits limits, const History& history);
 
-  // A host wants samples, from the next one on.
-  void start(messages::Policy policy);
+  // A host wants samples, from the next one on. The history has the profile; blocks of others pass by.
+  void start(messages::Policy policy, messages::Profile profile = {});
   // A host wants what it has not seen. Begins with the block that holds the sample, hence up to a block earlier; what
   // the history no longer has is a loss. False, and not started, when the sample does not exist yet.
-  bool resume(messages::Policy policy, SampleIndex from);
+  bool resume(messages::Policy policy, SampleIndex from, messages::Profile profile = {});
   void stop();
 
   void offer(const EncodedBlock& block);
@@ -57,13 +57,14 @@ class SampleFeed {
  private:
   bool reach(SampleIndex first);
   void enqueue(const EncodedBlock& block);
-  void begin(messages::Policy policy, std::optional<SampleIndex> at);
+  void begin(messages::Policy policy, messages::Profile profile, std::optional<SampleIndex> at);
   std::optional<Piece> nextOfHistory();
 
   const History& history_;
   SampleRing queue_;
   Limits limits_;
   messages::Policy policy_{};
+  messages::Profile profile_{};
   Ledger ledger_{};
   SampleIndex expected_{};  // the next that offer() must bring
   bool running_{};

@@ -17,9 +17,9 @@ GapReason joined(GapReason a, GapReason b) {
 SampleRing::SampleRing(std::size_t bytes, std::size_t pieces)
     : blocks_{bytes, std::max<std::size_t>(pieces, 2)}, entries_(std::max<std::size_t>(pieces, 2)) {}
 
-bool SampleRing::pushBlock(const EncodedBlock& block) {
+bool SampleRing::pushBlock(const EncodedBlock& block, std::uint32_t descriptor) {
   if (count_ + 1 >= entries_.size() || !blocks_.push(block.bytes)) return false;
-  append({block.first, block.count, GapReason{}, true, oldest_serial_ + blocks_.items() - 1});
+  append({block.first, block.count, GapReason{}, true, descriptor, oldest_serial_ + blocks_.items() - 1});
   return true;
 }
 
@@ -35,7 +35,7 @@ void SampleRing::pushGap(const GapNotice& gap) {
       return;
     }
   }
-  append({gap.first, gap.count, gap.reason, false, 0});
+  append({gap.first, gap.count, gap.reason, false, 0, 0});
 }
 
 bool SampleRing::giveUpOldest(GapReason reason) {
@@ -90,7 +90,8 @@ void SampleRing::clear() {
 Piece SampleRing::piece(std::size_t k) const {
   const auto& e = entry(k);
   return {e.first, e.count, e.reason,
-          e.is_block ? blocks_.at(static_cast<std::size_t>(e.serial - oldest_serial_)) : std::span<const std::byte>{}};
+          e.is_block ? blocks_.at(static_cast<std::size_t>(e.serial - oldest_serial_)) : std::span<const std::byte>{},
+          e.descriptor};
 }
 
 void SampleRing::append(const Entry& added) {

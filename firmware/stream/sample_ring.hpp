@@ -13,11 +13,12 @@ namespace probebox::stream {
 
 using messages::GapReason;
 
-// A block of the codec, as the box closed it.
+// A block of the codec, as the box closed it, in one of the profiles that it is offered in.
 struct EncodedBlock {
   SampleIndex first{};
   std::uint32_t count{};
   std::span<const std::byte> bytes{};
+  messages::Profile profile{};
 };
 
 // Samples that no source delivered.
@@ -33,6 +34,7 @@ struct Piece {
   std::uint64_t count{};
   GapReason reason{};
   std::span<const std::byte> bytes{};
+  std::uint32_t descriptor{};  // hash of the one that the block was encoded under
 
   bool isBlock() const { return !bytes.empty(); }
   SampleIndex end() const { return first + static_cast<std::int64_t>(count); }
@@ -44,8 +46,9 @@ class SampleRing {
  public:
   SampleRing(std::size_t bytes, std::size_t pieces);
 
-  // False when there is no room; nothing has changed then.
-  bool pushBlock(const EncodedBlock& block);
+  // descriptor: hash of the one that the block was encoded under. False when there is no room; nothing has changed
+  // then.
+  bool pushBlock(const EncodedBlock& block, std::uint32_t descriptor = 0);
   // Always finds room: neighbouring losses become one.
   void pushGap(const GapNotice& gap);
 
@@ -70,6 +73,7 @@ class SampleRing {
     std::uint64_t count{};
     GapReason reason{};
     bool is_block{};
+    std::uint32_t descriptor{};
     std::uint64_t serial{};  // of the block; minus that of the oldest it is the place in blocks_
   };
   Entry& entry(std::size_t k) { return entries_[(head_ + k) % entries_.size()]; }

@@ -19,6 +19,7 @@ static_assert(static_cast<int>(codec::Profile::raw) == static_cast<int>(messages
 
 constexpr std::size_t kOutboxMessages = 32;
 constexpr int kMissedSigns = 3;
+constexpr int kDescriptorRepeats = 3;
 constexpr std::uint8_t kControlStream = 0;
 static_assert(messages::kProtocolMajor == 1, "the text of the version refusal names it");
 
@@ -32,19 +33,11 @@ Session::Session(SessionOptions options, const History& history)
       feed_{{options_.queue_bytes, options_.live_bytes, options_.queue_pieces, options_.max_payload}, history},
       outbox_{4 * options_.max_payload, kOutboxMessages},
       answers_{4 * options_.max_payload, kOutboxMessages},
+      history_{history},
       scratch_(frame::bareSize(options_.max_payload)),
       session_id_{options_.first_session_id - 1} {
-  descriptor_.reserve(options_.max_payload);
   data_out_.frame.resize(1 + frame::delimitedMaxSize(options_.max_payload));
   if (options_.two_lanes) control_out_.frame.resize(frame::bareSize(options_.max_payload));
-}
-
-bool Session::setDescriptor(std::span<const std::byte> encoded) {
-  if (encoded.size() > options_.max_payload) return false;
-  if (std::ranges::equal(encoded, descriptor_)) return true;
-  descriptor_.assign(encoded.begin(), encoded.end());
-  if (isGreeted()) sendPayload(MessageType::descriptor, descriptor_);
-  return true;
 }
 
 void Session::receive(std::span<const std::byte> bytes, MonoTime now, Lane lane) {
@@ -117,6 +110,8 @@ void Session::greet(const frame::Frame& received) {
   start_ = {};
   stream_number_ = 0;
   descriptor_hash_ = 0;
+  descriptor_repeats_ = 0;
+  descriptor_due_ = false;
   state_ = SessionState::greeted;
   lead_with_delimiter_ = framing() == frame::Framing::delimited && !data_out_.busy();
   last_heard_ = now_;
@@ -126,7 +121,8 @@ void Session::greet(const frame::Frame& received) {
   ++session_id_;
   send(
       messages::WelcomeView{messages::kProtocolMajor, minor, session_id_, options_.firmware_version, options_.boot_id});
-  if (!descriptor_.empty()) sendPayload(MessageType::descriptor, descriptor_);
+  const auto& descriptors = history_.descriptors();
+  if (descriptors.current() != 0) sendPayload(MessageType::descriptor, descriptors.find(descriptors.current()));
   send(messages::TestPattern::expected());
 }
 
@@ -140,19 +136,22 @@ void Session::begin(const frame::Frame& received) {
     if (running == *start) return;
     return refuse(ErrorCode::wrong_state, MessageType::start, "samples are flowing already; send STOP first");
   }
-  if (start->profile != messages::Profile::raw) {
-    return refuse(ErrorCode::refused, MessageType::start, "this box knows profile raw only; ask for profile 0");
+  if (!history_.has(start->profile)) {
+    return refuse(ErrorCode::refused, MessageType::start,
+                  history_.has(messages::Profile::fast)
+                      ? "this box sends profiles raw and fast only; ask for profile 0 or 1"
+                      : "this box sends profile raw only; ask for profile 0");
   }
   if (start->policy != messages::Policy::live && start->policy != messages::Policy::record) {
     return refuse(ErrorCode::malformed, MessageType::start, "unknown policy; 0 is live, 1 is record");
   }
   if (start->has_resume && resume_allowed_) {
-    if (!feed_.resume(start->policy, start->resume_from)) {
+    if (!feed_.resume(start->policy, start->resume_from, start->profile)) {
       return refuse(ErrorCode::wrong_state, MessageType::start,
                     "the sample to resume from does not exist yet; start without it");
     }
   } else {
-    feed_.start(start->policy);
+    feed_.start(start->policy, start->profile);
   }
   start_ = *start;
   sent_bytes_ = 0;
@@ -247,12 +246,39 @@ void Session::load(Lane lane) {
     loadMessage(control_out_, answers_);
   } else if (loadMessage(data_out_, outbox_)) {
     return;
+  } else if (std::exchange(descriptor_due_, false) && loadDescriptor(descriptor_hash_)) {
+    return;
   } else if (heartbeat_due_) {
     heartbeat_due_ = false;
+    descriptor_due_ = descriptor_repeats_ > 0 && descriptor_repeats_-- > 0;
     loadHeartbeat();
-  } else if (const auto piece = feed_.next()) {
-    loadPiece(*piece);
+  } else {
+    loadSamples();
   }
+}
+
+// The descriptor in force goes ahead of the first block under it; and by itself when no block waits.
+void Session::loadSamples() {
+  const auto piece = feed_.next();
+  const bool is_block = piece && piece->isBlock();
+  const auto wanted = is_block ? piece->descriptor : history_.descriptors().current();
+  if (isGreeted() && wanted != descriptor_hash_ && (is_block || !piece)) {
+    if (loadDescriptor(wanted)) {
+      descriptor_repeats_ = kDescriptorRepeats;
+      return;
+    }
+    // Nobody could read the block any more.
+    if (is_block) return loadPiece({piece->first, piece->count, messages::GapReason::ring_overrun, {}, 0});
+  }
+  if (piece) loadPiece(*piece);
+}
+
+bool Session::loadDescriptor(std::uint32_t hash) {
+  const auto encoded = history_.descriptors().find(hash);
+  if (encoded.empty() || encoded.size() > options_.max_payload) return false;
+  descriptor_hash_ = hash;
+  frameUp(data_out_, MessageType::descriptor, kControlStream, encoded);
+  return true;
 }
 
 bool Session::loadMessage(Outgoing& out, ByteFifo& from) {

@@ -49,14 +49,15 @@ struct Vitals {
 enum class SessionState : std::uint8_t { waiting, greeted, streaming, down };
 
 // One link's side of the box: bytes in, frames out, whatever the carrier. Pure: time is given. Memory is bounded and
-// taken in the constructor; setDescriptor() may allocate, nothing else does. One thread uses it.
+// taken in the constructor. One thread uses it.
+//
+// The descriptor in force is the history's. When it changes, blocks that wait still go under the one that they were
+// encoded under; the new one is sent between the last of them and the first block under it, and a few times more with
+// heartbeats, because a host that lost it could read nothing. A resumed host gets earlier descriptors in the same way.
 class Session {
  public:
   // `history` is shared by all sessions of a box and outlives them. Push there first, then offer here.
   Session(SessionOptions options, const History& history);
-
-  // The payload of DESCRIPTOR. Sent to a greeted host at once when it differs. False when it is larger than a frame.
-  bool setDescriptor(std::span<const std::byte> encoded);
 
   void receive(std::span<const std::byte> bytes, MonoTime now, Lane lane = Lane::data);
   // Drives heartbeats and the watch over the host. Call it at least every heartbeat period.
@@ -106,6 +107,8 @@ class Session {
   void sendPayload(messages::MessageType type, std::span<const std::byte> payload);
   void load(Lane lane);
   bool loadMessage(Outgoing& out, ByteFifo& from);
+  bool loadDescriptor(std::uint32_t hash);
+  void loadSamples();
   void loadPiece(const Piece& piece);
   void loadHeartbeat();
   void frameUp(Outgoing& out, messages::MessageType type, std::uint8_t stream, std::span<const std::byte> payload);
@@ -117,11 +120,13 @@ class Session {
   SampleFeed feed_;
   ByteFifo outbox_;   // u8 type, then payload: framed when their turn comes
   ByteFifo answers_;  // the same, for the control lane
-  std::vector<std::byte> descriptor_;
+  const History& history_;
   std::vector<std::byte> scratch_;
   Outgoing data_out_;
   Outgoing control_out_;
-  std::uint32_t descriptor_hash_{};
+  std::uint32_t descriptor_hash_{};  // of the one that the host was sent last
+  int descriptor_repeats_{};
+  bool descriptor_due_{};
   std::uint32_t session_id_{};
   messages::Start start_{};
   std::uint32_t stream_number_{};

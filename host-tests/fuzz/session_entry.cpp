@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/stream/session.hpp"
+#include "firmware/stream/transcoder.hpp"
 #include "protocol/codec/block.hpp"
 #include "tools/link/stream_reader.hpp"
 
@@ -30,23 +31,27 @@ struct Host : link::StreamListener {
   }
 };
 
+const std::vector<codec::ChannelFormat> kFormats{{2, true}};
+
 class Scene {
  public:
-  Scene() : history_{3000, 16}, session_{options(), history_}, reader_{host_} {
+  Scene() : history_{3000, 16, {messages::Profile::fast}}, session_{options(), history_}, reader_{host_} {
     messages::Descriptor descriptor;
     descriptor.channels = {{"a", "nm", 1.0, 2, true, ""}};
-    session_.setDescriptor(messages::encoded(descriptor));
+    history_.setDescriptor(messages::encoded(descriptor));
   }
 
   void hear(std::span<const std::byte> bytes) {
     session_.receive(bytes, now_);
-    const std::vector<codec::ChannelFormat> formats{{2, true}};
     const std::vector<std::int64_t> column(8, 1);
     std::array<std::byte, 128> block{};
-    const auto size = codec::encodeRaw({.first = next_, .count = 8}, formats, column, block);
+    const auto size = codec::encodeRaw({.first = next_, .count = 8}, kFormats, column, block);
     const stream::EncodedBlock made{next_, 8, std::span{block}.first(*size)};
     history_.push(made);
     session_.offer(made);
+    const auto fast = transcoder_.fast(made);
+    history_.push(fast);
+    session_.offer(fast);
     next_ = next_ + 8;
     now_ += Nanoseconds{30'000'000};
     session_.advance(now_, {});
@@ -88,6 +93,7 @@ class Scene {
   MonoTime now_{};
   SampleIndex next_{};
   stream::History history_;
+  stream::Transcoder transcoder_{kFormats, 8};
   stream::Session session_;
   Host host_;
   link::StreamReader reader_;

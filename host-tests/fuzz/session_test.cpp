@@ -49,7 +49,8 @@ std::vector<Bytes> corpus() {
           .bytes(),
       Conversation{}
           .say(hello)
-          .say(messages::Start{.policy = messages::Policy::record, .credit_bytes = 0})
+          .say(messages::Start{
+              .profile = messages::Profile::fast, .policy = messages::Policy::record, .credit_bytes = 0})
           .say(messages::Credit{4000})
           .say(messages::Stop{})
           .say(messages::Start{})

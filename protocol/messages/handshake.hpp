@@ -87,7 +87,9 @@ struct DelayInForce {
   }
 };
 
-// Box to host, after WELCOME and again whenever it changes. Its CRC-32C is the descriptor hash of every later frame.
+// Box to host, after WELCOME, and again where the first block under another one follows (a delay came into force, or a
+// resumed stream goes back to earlier blocks). Its CRC-32C is the descriptor hash of the frames behind it. Decode a
+// block with the descriptor whose hash is in its frame.
 struct Descriptor {
   static constexpr MessageType kType = MessageType::descriptor;
   std::string board{};
@@ -144,7 +146,7 @@ struct Start {
   SampleIndex resume_from{};
   static constexpr void fields(auto& self, auto&& field) {
     field("stream", self.stream, "stream id, 1 for the samples");
-    field("profile", self.profile, "0 raw, 1 fast, 2 tight");
+    field("profile", self.profile, "0 raw, 1 fast (since protocol 1.2), 2 tight (none sends it yet)");
     field("policy", self.policy, "when the host is too slow: 0 live (drop the oldest), 1 record (drop the newest)");
     field("credit_bytes", self.credit_bytes,
           "bytes of SAMPLES and GAP frames that may be sent at once; all ones for no limit");

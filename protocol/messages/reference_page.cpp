@@ -202,8 +202,12 @@ std::string stream() {
   return "## Handshake and stream\n\n" + message<Hello>("Host to box, first, after a zero that ends old garbage.") +
          message<Welcome>("Box to host. DESCRIPTOR and TEST_PATTERN follow.") +
          message<Descriptor>(
-             "Box to host, again whenever it changes. The CRC-32C of its payload is the descriptor hash of what "
-             "follows.") +
+             "Box to host, and again between samples where the first block under another one follows: a delay came "
+             "into "
+             "force, or a resumed stream goes back to earlier blocks. The CRC-32C of its payload is the descriptor "
+             "hash "
+             "of the frames behind it; keep the last ones and decode a block with the one whose hash is in its "
+             "frame.") +
          message<TestPattern>("Box to host.") +
          message<Start>("Host to box; sent again until a HEARTBEAT says streaming.") +
          message<Stop>("Host to box. A HEARTBEAT with streaming 0 closes the ledger.") +

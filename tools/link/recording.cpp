@@ -35,8 +35,15 @@ Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, 
     return Error{"there is no frame of a probebox recording in it; name a file that 'probebox record' wrote"};
   }
   const auto& ledger = reader.ledger();
-  return RecordingEnd{reader.counters(), reader.faults(), bytes,           reader.unfinished(),
-                      ledger.closed(),   ledger.next(),   ledger.balance()};
+  return RecordingEnd{.frames = reader.counters(),
+                      .faults = reader.faults(),
+                      .bytes = bytes,
+                      .cut_bytes = reader.unfinished(),
+                      .closed = ledger.closed(),
+                      .next = ledger.next(),
+                      .balance = ledger.balance(),
+                      .frames_missing = ledger.framesMissing(),
+                      .unexplained = ledger.unexplained()};
 }
 
 Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener,

@@ -41,6 +41,8 @@ struct RecordingEnd {
   bool closed{};            // by the ledger of a STOP; otherwise what came after `next` is unknown
   SampleIndex next{};
   std::optional<Balance> balance{};  // as of the last heartbeat
+  std::uint64_t frames_missing{};    // by the gaps in their sequences
+  std::uint64_t unexplained{};       // samples missing between frames of which none is missing
 };
 
 // Bytes read so far, of all (0 where that is not known).

@@ -25,17 +25,20 @@ bool RecordingMaker::write(MessageType type, std::span<const std::byte> payload)
 }
 
 bool RecordingMaker::begin(const messages::Descriptor& descriptor) {
-  formats_.clear();
-  for (const auto& channel : descriptor.channels) formats_.push_back({channel.bytes, channel.is_signed});
-  period_ns_ = descriptor.nominal_tick_period_ns;
   block_.resize(frame::kMaxPayload);
-  const auto payload = messages::encoded(descriptor);
   messages::Welcome welcome;
   welcome.session_id = 1;
   welcome.firmware_version = descriptor.firmware_version;
-  const bool greeted = write(welcome);
+  return write(welcome) && describe(descriptor) && write(messages::TestPattern::expected());
+}
+
+bool RecordingMaker::describe(const messages::Descriptor& descriptor) {
+  formats_.clear();
+  for (const auto& channel : descriptor.channels) formats_.push_back({channel.bytes, channel.is_signed});
+  period_ns_ = descriptor.nominal_tick_period_ns;
+  const auto payload = messages::encoded(descriptor);
   descriptor_hash_ = frame::crc32c(payload);
-  return greeted && write(MessageType::descriptor, payload) && write(messages::TestPattern::expected());
+  return write(MessageType::descriptor, payload);
 }
 
 bool RecordingMaker::add(SampleIndex first, std::span<const std::span<const std::int64_t>> columns) {
@@ -57,9 +60,10 @@ bool RecordingMaker::add(SampleIndex first, std::span<const std::span<const std:
       block_columns_.insert(block_columns_.end(), part.begin(), part.end());
     }
     const SampleIndex at = first + static_cast<std::int64_t>(done);
-    const std::size_t size = encode({.first = at,
-                                     .count = static_cast<std::uint16_t>(count),
-                                     .map = {.tick = {at.index}, .period_q32_ns = period_ns_ << 32U}});
+    const std::size_t size =
+        encode({.first = at,
+                .count = static_cast<std::uint16_t>(count),
+                .map = {.tick = {at.index}, .at = nominalTime(at), .period_q32_ns = period_ns_ << 32U}});
     if (size == 0) {
       most = count / 2;  // does not fit into a frame; a single sample always does
       continue;
@@ -71,6 +75,12 @@ bool RecordingMaker::add(SampleIndex first, std::span<const std::span<const std:
   ledger_.position = first + static_cast<std::int64_t>(done);
   ledger_.sent_samples += done;
   return true;
+}
+
+// Sample times period; wraps around for indices that mean nothing.
+MonoTime RecordingMaker::nominalTime(SampleIndex sample) const {
+  return monoTime(
+      static_cast<std::int64_t>(static_cast<std::uint64_t>(sample.index) * static_cast<std::uint64_t>(period_ns_)));
 }
 
 // Zero where there is no room.

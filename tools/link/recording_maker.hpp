@@ -21,6 +21,8 @@ class RecordingMaker {
 
   // Each is false when the output does not take it any more.
   bool begin(const messages::Descriptor& descriptor);
+  // What follows is under this one.
+  bool describe(const messages::Descriptor& descriptor);
   // The next samples, which follow each other. columns: channel by channel, each a stretch of the same length. What is
   // missing before `first` becomes a GAP. Every value fits its channel.
   bool add(SampleIndex first, std::span<const std::span<const std::int64_t>> columns);
@@ -36,6 +38,7 @@ class RecordingMaker {
   bool write(const Message& message);
   bool write(messages::MessageType type, std::span<const std::byte> payload);
   std::size_t encode(const codec::BlockHeader& header);
+  MonoTime nominalTime(SampleIndex sample) const;
 
   RecordingWriter writer_;
   messages::Profile profile_;

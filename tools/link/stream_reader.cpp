@@ -79,7 +79,7 @@ void StreamReader::onWelcome(std::span<const std::byte> payload) {
   if (!welcome) return;
   welcome_ = std::move(*welcome);
   descriptor_.reset();
-  descriptor_hash_ = 0;
+  known_.clear();
   test_pattern_seen_ = false;
   ledger_.restart();
   listener_.onWelcome(*welcome_);
@@ -93,9 +93,11 @@ void StreamReader::onDescriptor(std::span<const std::byte> payload) {
   auto descriptor = decoded<messages::Descriptor>(payload);
   if (!descriptor) return;
   descriptor_ = std::move(*descriptor);
-  descriptor_hash_ = frame::crc32c(payload);
-  formats_.clear();
-  for (const auto& channel : descriptor_->channels) formats_.push_back({channel.bytes, channel.is_signed});
+  const auto hash = frame::crc32c(payload);
+  std::erase_if(known_, [hash](const Known& known) { return known.hash == hash; });
+  auto& known = known_.emplace_back(hash, *descriptor_);
+  for (const auto& channel : descriptor_->channels) known.formats.push_back({channel.bytes, channel.is_signed});
+  if (known_.size() > kKept) known_.pop_front();
   listener_.onDescriptor(*descriptor_);
 }
 
@@ -106,17 +108,13 @@ void StreamReader::onSamples(const frame::Frame& received) {
     return;
   }
   const std::size_t count = summary->header.count;
-  const bool described = descriptor_ && received.header.descriptor_hash == descriptor_hash_;
-  bool readable = false;
-  if (described) {
-    columns_.resize(std::max(columns_.size(), formats_.size() * count));
-    readable = codec::decode(received.payload, formats_, columns_).ok();
-  }
+  const auto known = std::ranges::find(known_, received.header.descriptor_hash, &Known::hash);
+  const auto values = known == known_.end() ? 0 : known->formats.size() * count;
+  columns_.resize(std::max(columns_.size(), values));
+  const bool readable = known != known_.end() && codec::decode(received.payload, known->formats, columns_).ok();
   if (!readable) ++faults_.unreadable_blocks;
   tellHole(ledger_.samples(summary->header.first, count, readable));
-  if (readable) {
-    listener_.onBlock({*descriptor_, summary->header, std::span{columns_}.first(formats_.size() * count)});
-  }
+  if (readable) listener_.onBlock({known->descriptor, summary->header, std::span{columns_}.first(values)});
 }
 
 void StreamReader::onGap(std::span<const std::byte> payload) {

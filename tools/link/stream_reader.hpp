@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,7 +15,8 @@
 
 namespace probebox::link {
 
-// Samples as they came: columns[channel * count + k], to be multiplied by the channel's scale. Valid during the call.
+// Samples as they came: columns[channel * count + k], to be multiplied by the channel's scale; and the descriptor that
+// they were encoded under, which may not be the last that came. Valid during the call.
 struct DecodedBlock {
   const messages::Descriptor& descriptor;
   codec::BlockHeader header{};
@@ -69,6 +71,7 @@ class StreamReader {
   const frame::ReaderCounters& counters() const { return reader_.counters(); }
   const ReaderFaults& faults() const { return faults_; }
   const std::optional<messages::Welcome>& welcome() const { return welcome_; }
+  // The last that came.
   const std::optional<messages::Descriptor>& descriptor() const { return descriptor_; }
   bool testPatternSeen() const { return test_pattern_seen_; }
   // Bytes of a frame that has not ended; at the end of a file: what was cut off.
@@ -93,8 +96,14 @@ class StreamReader {
   ReaderFaults faults_{};
   std::optional<messages::Welcome> welcome_;
   std::optional<messages::Descriptor> descriptor_;
-  std::uint32_t descriptor_hash_{};
-  std::vector<codec::ChannelFormat> formats_;
+  // By hash: a resumed stream goes back to earlier ones.
+  struct Known {
+    std::uint32_t hash{};
+    messages::Descriptor descriptor;
+    std::vector<codec::ChannelFormat> formats;
+  };
+  static constexpr std::size_t kKept = 32;
+  std::deque<Known> known_;
   std::vector<std::int64_t> columns_;
   bool test_pattern_seen_{};
 };

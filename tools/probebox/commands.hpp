@@ -11,6 +11,8 @@ ExitStatus run(const Status& options, const std::string& uri, Console& console);
 ExitStatus run(const Watch& options, const std::string& uri, Console& console);
 ExitStatus run(const Record& options, const std::string& uri, Console& console);
 ExitStatus run(const Export& options, const std::string& uri, Console& console);
+ExitStatus run(const Verify& options, const std::string& uri, Console& console);
+ExitStatus run(const Replay& options, const std::string& uri, Console& console);
 ExitStatus run(const Pack& options, const std::string& uri, Console& console);
 ExitStatus run(const Unpack& options, const std::string& uri, Console& console);
 ExitStatus run(const Clock& options, const std::string& uri, Console& console);

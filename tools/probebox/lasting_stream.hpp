@@ -15,7 +15,8 @@ class LastingStream : private link::StreamListener {
  public:
   struct Options {
     messages::Policy policy{};
-    milliseconds patience{};  // with a box that has gone
+    messages::Profile profile{};  // raw from a box that does not send this one
+    milliseconds patience{};      // with a box that has gone
   };
 
   // `listener` hears what every link brings; it and `console` outlive the stream.
@@ -46,6 +47,7 @@ class LastingStream : private link::StreamListener {
   std::optional<Trouble> connect(milliseconds limit);
   void start();
   bool startAgain();
+  bool fallBack();
   void lose();
   bool search();
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <sstream>
 
 #include "tools/probebox/nearest.hpp"
@@ -42,6 +43,15 @@ CLI::Validator wholeNumber() {
     return readsAs(text, value) && value > 0 ? std::string{} : text + " is not a whole number above 0, such as 17";
   };
   return CLI::Validator{check, "", "number"};
+}
+
+CLI::Validator speed() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool good = text == "max" || (readsAs(text, value) && std::isfinite(value) && value > 0);
+    return good ? std::string{} : text + " is neither max nor a number above 0, such as 10";
+  };
+  return CLI::Validator{check, "", "speed"};
 }
 
 // Every command with its options in one place; each adder says what to run when its command was named.
@@ -86,6 +96,16 @@ class CommandLine {
     }
   }
 
+  static void addProfile(CLI::App* command, std::string& profile) {
+    command->add_option("--profile", profile, "how samples are coded: raw, or fast for about a seventh of the bytes")
+        ->check(CLI::IsMember({"raw", "fast"}))
+        ->capture_default_str();
+  }
+
+  static messages::Profile profileOf(const std::string& name) {
+    return name == "raw" ? messages::Profile::raw : messages::Profile::fast;
+  }
+
   static void addPatience(CLI::App* command, double& patience_s) {
     command->add_option("--patience", patience_s, "seconds to wait for a box that was unplugged or restarted")
         ->check(seconds())
@@ -107,6 +127,11 @@ class CommandLine {
                       "probebox watch --for 10", watch_);
     addUntil(watch, watch_.until);
     addPatience(watch, watch_.patience_s);
+    addProfile(watch, watch_profile_);
+    watch->callback([this] {
+      watch_.profile = profileOf(watch_profile_);
+      request_.job = watch_;
+    });
     auto* corrections =
         add("corrections", "the corrections that a CNC reads now", "probebox corrections --follow", corrections_);
     corrections->add_flag("--follow", corrections_.follow, "go on with one line for each update");
@@ -128,9 +153,11 @@ class CommandLine {
         ->check(CLI::IsMember({"live", "record"}))
         ->capture_default_str();
     addPatience(record, record_.patience_s);
+    addProfile(record, record_profile_);
     record->add_flag("--force", record_.force, "overwrite an existing file");
     record->callback([this] {
       record_.live = policy_ == "live";
+      record_.profile = profileOf(record_profile_);
       request_.job = record_;
     });
     auto* exporting = add("export", "turn a recording into a table (CSV, units in the column names)",
@@ -142,18 +169,34 @@ class CommandLine {
 
   // Off-line doors to what the box does: files in, files out.
   void addTables() {
+    auto* verify = add("verify", "check a recording: every frame, every sequence, every heartbeat's ledger",
+                       "probebox verify scan.pbx", verify_);
+    verify->add_option("recording", verify_.input, "the recording; - is the standard input")->required();
+    auto* replay = add("replay", "serve a recording as the box that it is from, over TCP",
+                       "probebox replay scan.pbx --speed max", replay_);
+    replay->add_option("recording", replay_.input, "the recording")->required();
+    replay->add_option("--listen", replay_.listen, "where to listen; port 0 takes a free one")
+        ->type_name("HOST:PORT")
+        ->capture_default_str();
+    replay->add_option("--speed", replay_speed_, "times the recorded pace, or max: as fast as hosts read")
+        ->check(speed())
+        ->type_name("NUMBER|max")
+        ->capture_default_str();
+    replay->add_flag("--once", replay_.once, "end when the recording has, and the hosts have all of it");
+    replay->callback([this] {
+      replay_.speed = replay_speed_ == "max" ? 0 : std::strtod(replay_speed_.c_str(), nullptr);
+      request_.job = replay_;
+    });
     auto* pack = add("pack", "turn a table of whole numbers (first column sample, rising) into a recording",
                      "probebox pack --profile fast scan.csv scan.pbx", pack_);
     addFiles(pack, pack_.input, "the table, CSV", pack_.output, "the recording to write", pack_.force);
-    pack->add_option("--profile", pack_profile_, "how samples are coded: raw, or fast for about a seventh of the bytes")
-        ->check(CLI::IsMember({"raw", "fast"}))
-        ->capture_default_str();
+    addProfile(pack, pack_profile_);
     pack->add_option("--frame", pack_.frame, "samples in a frame, at most")
         ->check(CLI::Range(std::size_t{1}, kMostFrame))
         ->type_name("NUMBER")
         ->capture_default_str();
     pack->callback([this] {
-      pack_.profile = pack_profile_ == "raw" ? messages::Profile::raw : messages::Profile::fast;
+      pack_.profile = profileOf(pack_profile_);
       request_.job = pack_;
     });
     auto* unpack = add("unpack", "turn a recording into a table of whole numbers as they were recorded",
@@ -236,12 +279,17 @@ class CommandLine {
   Request request_;
   std::string policy_{"record"};
   std::string pack_profile_{"fast"};
+  std::string record_profile_{"fast"};
+  std::string watch_profile_{"fast"};
   List list_;
   Info info_;
   Status status_;
   Watch watch_;
   Record record_;
   Export export_;
+  Verify verify_;
+  Replay replay_;
+  std::string replay_speed_{"1"};
   Pack pack_;
   Unpack unpack_;
   Clock clock_;

@@ -29,12 +29,14 @@ inline constexpr double kUsualPatience_s = 30;
 
 struct Watch {
   Until until;
+  messages::Profile profile{messages::Profile::fast};
   double patience_s{kUsualPatience_s};
 };
 struct Record {
   std::string output;  // "-" is the standard output
   std::optional<double> seconds;
   double patience_s{kUsualPatience_s};
+  messages::Profile profile{messages::Profile::fast};
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
 };
@@ -42,6 +44,15 @@ struct Export {
   std::string input;  // "-" is the standard input
   std::string output;
   bool force{};
+};
+struct Verify {
+  std::string input;  // "-" is the standard input
+};
+struct Replay {
+  std::string input;
+  std::string listen{"127.0.0.1:7627"};
+  double speed{1};  // 0: as fast as hosts read
+  bool once{};      // ends when the recording has, and hosts have it
 };
 struct Pack {
   std::string input;  // "-" is the standard input
@@ -90,8 +101,8 @@ struct Corrections {
   Until until;
 };
 
-using Job =
-    std::variant<List, Info, Status, Watch, Record, Export, Pack, Unpack, Clock, Solve, Calibrate, Accept, Corrections>;
+using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve,
+                         Calibrate, Accept, Corrections>;
 
 struct Request {
   Job job;

@@ -7,6 +7,7 @@
 #include "drivers/tcp/linux_tcp.hpp"
 #include "fake_answers.hpp"
 #include "firmware/stream/session.hpp"
+#include "firmware/stream/transcoder.hpp"
 #include "protocol/codec/encoder.hpp"
 
 namespace probebox::command {
@@ -28,10 +29,9 @@ MonoTime now() {
 class FakeBox::Loop {
  public:
   Loop(const FakeBoxOptions& options, Accept accept)
-      : options_{options},
-        next_host_{std::move(accept)},
-        answers_{options},
-        descriptor_{messages::encoded(fakeDescriptor())} {}
+      : options_{options}, next_host_{std::move(accept)}, answers_{options} {
+    history_.setDescriptor(messages::encoded(fakeDescriptor()));
+  }
 
   bool calibrating() const { return answers_.calibrating(); }
 
@@ -61,7 +61,6 @@ class FakeBox::Loop {
       options.boot_id.fill(std::byte{7});
       options.firmware_version = "0.1.0-fake";
       auto session = std::make_unique<stream::Session>(options, history_);
-      session->setDescriptor(descriptor_);
       connections_.push_back({std::move(lanes), std::move(session)});
     }
   }
@@ -78,8 +77,11 @@ class FakeBox::Loop {
     }
     const auto bytes = block(first);
     const stream::EncodedBlock encoded{first, kBlock, bytes};
-    history_.push(encoded);
-    for (auto& connection : connections_) connection.session->offer(encoded);
+    const auto fast = transcoder_.fast(encoded);
+    for (const auto& made : {encoded, fast}) {
+      history_.push(made);
+      for (auto& connection : connections_) connection.session->offer(made);
+    }
   }
 
   std::vector<std::byte> block(SampleIndex first) {
@@ -131,8 +133,8 @@ class FakeBox::Loop {
   FakeBoxOptions options_;
   Accept next_host_;
   FakeAnswers answers_;
-  std::vector<std::byte> descriptor_;
-  stream::History history_{1 << 20, 1024};
+  stream::History history_{1 << 20, 1024, {messages::Profile::fast}};
+  stream::Transcoder transcoder_{kFormats, kBlock};
   std::vector<Connection> connections_;
   std::int64_t next_{};
 };

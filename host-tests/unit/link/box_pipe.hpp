@@ -67,7 +67,7 @@ class World {
     messages::Descriptor d;
     d.board = "sim";
     d.channels = {{"a", "nm", 1.0, 4, true, ""}};
-    session.setDescriptor(messages::encoded(d));
+    history.setDescriptor(messages::encoded(d));
     auto made = std::make_unique<BoxPipe>(session, now);
     pipe = made.get();
     owned.data = std::move(made);

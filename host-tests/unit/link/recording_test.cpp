@@ -1,10 +1,12 @@
 #include "tools/link/recording.hpp"
 
 #include <gtest/gtest.h>
+#include <numeric>
 #include <sstream>
 
 #include "box_pipe.hpp"
 #include "tools/link/client.hpp"
+#include "tools/link/recording_maker.hpp"
 
 namespace probebox::link {
 namespace {
@@ -78,6 +80,49 @@ TEST(Recording, CutAtAnyByteIsReadUpToThere) {
     before = tally.samples;
   }
   EXPECT_GT(before, 0U);
+}
+
+// A table's worth in profile fast, then another descriptor, then more: whole frames are read, and what is cut is said
+// with its place.
+TEST(Recording, OfFastBlocksUnderTwoDescriptorsCutAtAnyByteIsReadUpToThere) {
+  std::ostringstream out;
+  std::vector<std::int64_t> column(90);
+  std::iota(column.begin(), column.end(), 500);
+  const std::vector<std::span<const std::int64_t>> columns{column};
+  messages::Descriptor d;
+  d.channels = {{"a", "nm", 1.0, 4, true, ""}};
+  RecordingMaker maker{out, messages::Profile::fast, 30};
+  ASSERT_TRUE(maker.begin(d));
+  ASSERT_TRUE(maker.add({500}, columns));
+  d.delay.result_id = 9;
+  ASSERT_TRUE(maker.describe(d));
+  for (auto& value : column) value += 95;
+  ASSERT_TRUE(maker.add({595}, columns));
+  ASSERT_TRUE(maker.end());
+  const auto whole = out.str();
+  struct Heard : Tally {
+    void onBlock(const DecodedBlock& block) override {
+      Tally::onBlock(block);
+      misplaced += block.descriptor.delay.result_id != (block.header.first < SampleIndex{595} ? 0U : 9U);
+    }
+    std::uint64_t misplaced{};
+  };
+  std::uint64_t before = 0;
+  for (std::size_t size = 1; size <= whole.size(); ++size) {
+    std::istringstream in{whole.substr(0, size)};
+    Heard heard;
+    const auto end = readRecording(in, heard);
+    if (!end) continue;
+    // The end of the last whole frame, told independently of the reader: behind its delimiter.
+    const auto last = whole.rfind('\0', size - 1) + 1;
+    EXPECT_EQ(end->bytes - end->cut_bytes, last) << size;
+    EXPECT_EQ(heard.wrong + heard.misplaced + heard.inexact, 0U) << size;
+    EXPECT_EQ(end->frames.bad(), 0U);
+    EXPECT_GE(heard.samples, before);
+    EXPECT_EQ(end->closed, size == whole.size());
+    before = heard.samples;
+  }
+  EXPECT_EQ(before, 180U);
 }
 
 TEST(Recording, WithAHoleInTheMiddleStillAddsUp) {

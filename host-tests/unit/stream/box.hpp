@@ -1,12 +1,14 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "firmware/stream/session.hpp"
+#include "firmware/stream/transcoder.hpp"
 #include "protocol/codec/block.hpp"
 #include "protocol/messages/fields.hpp"
 #include "tools/link/stream_reader.hpp"
@@ -36,15 +38,18 @@ inline std::vector<std::byte> block(SampleIndex first, std::uint16_t count) {
 class Box {
  public:
   explicit Box(SessionOptions options = {}, std::size_t history_bytes = 100'000)
-      : history_{history_bytes, 4096}, session{withId(std::move(options)), history_} {
-    session.setDescriptor(messages::encoded(descriptor()));
+      : history_{history_bytes, 4096, {messages::Profile::fast}}, session{withId(std::move(options)), history_} {
+    history_.setDescriptor(messages::encoded(descriptor()));
   }
 
   void produce(std::uint16_t count) {
     const auto bytes = block(next_, count);
     const EncodedBlock made{next_, count, bytes};
+    const auto fast = transcoder_.fast(made);
     history_.push(made);
+    history_.push(fast);
     session.offer(made);
+    session.offer(fast);
     next_ = next_ + count;
   }
   void lose(std::uint64_t count, GapReason reason = GapReason::source_probe) {
@@ -85,6 +90,9 @@ class Box {
     return all;
   }
 
+  // From the next block on.
+  void describe(const messages::Descriptor& changed) { history_.setDescriptor(messages::encoded(changed)); }
+
   SampleIndex next() const { return next_; }
   MonoTime now() const { return now_; }
   const History& history() const { return history_; }
@@ -100,6 +108,7 @@ class Box {
   MonoTime now_{monoTime(1'000'000'000)};
   std::uint32_t sequence_{};
   History history_;
+  Transcoder transcoder_{kFormats, 512};
 
  public:
   Session session;
@@ -126,6 +135,7 @@ class Host : public link::StreamListener {
       wrong_values += block.column(0)[k] != index % 100'000 || block.column(1)[k] != index % 60'000;
     }
     pieces.push_back({block.header.first, block.header.count, {}});
+    under[block.header.first.index] = block.descriptor.delay.result_id;
     received += block.header.count;
   }
   void onGap(const messages::Gap& gap) override {
@@ -160,6 +170,7 @@ class Host : public link::StreamListener {
   std::vector<std::optional<link::Balance>> balances;
   std::vector<messages::Refusal> refusals;
   std::vector<messages::Answer> answers;
+  std::map<std::int64_t, std::uint64_t> under;  // first sample of a block: the result in force in its descriptor
   std::uint64_t received{};
   std::uint64_t declared{};
   std::uint64_t inexact{};

@@ -172,13 +172,12 @@ TEST(Descriptor, AChangedOneIsSentAndItsHashGoesWithWhatFollows) {
   host.read(box.take());
   auto changed = descriptor();
   changed.delay = {true, {1e-3, 1e-3, 1e-3}, {1e-6, 1e-6, 1e-6}, 7};
-  EXPECT_TRUE(box.session.setDescriptor(messages::encoded(changed)));
+  box.describe(changed);
   box.produce(4);
   host.read(box.take());
   EXPECT_EQ(host.reader.descriptor()->delay.result_id, 7U);
   EXPECT_EQ(host.received, 8U);
   EXPECT_EQ(host.reader.faults().unreadable_blocks, 0U);
-  EXPECT_FALSE(box.session.setDescriptor(std::vector<std::byte>(frame::kMaxPayload + 1)));
 }
 
 TEST(Garbage, IsCountedAndTheNextHostIsServed) {

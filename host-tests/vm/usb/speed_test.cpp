@@ -121,7 +121,7 @@ EndToEnd samples() {
   SampleIndex next{0};
   messages::Descriptor described;
   for (std::size_t k = 0; k < formats().size(); ++k) described.channels.push_back({"c", "nm", 1.0, 4, true, ""});
-  const auto descriptor = messages::encoded(described);
+  history.setDescriptor(messages::encoded(described));
   const PortThread port{[&](std::optional<io::Connection> begun) {
     const MonoTime now = link::now();
     if (begun) {
@@ -130,7 +130,6 @@ EndToEnd samples() {
         link = std::make_unique<app::HostLink>(1, std::move(*begun), stream::SessionOptions{}, history, now);
     }
     if (!link) return;
-    link->session().setDescriptor(descriptor);
     link->receive(now);
     // As fast as they go out: what waits is never more than a few blocks.
     for (int k = 0; k < 64 && link->session().feed().queuedSamples() < 8 * kSamples; ++k) {

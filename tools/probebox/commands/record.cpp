@@ -58,6 +58,7 @@ class Session {
         recorder_{options, console.out()},
         stream_{std::move(uri),
                 {.policy = options.live ? messages::Policy::live : messages::Policy::record,
+                 .profile = options.profile,
                  .patience = inMilliseconds(options.patience_s)},
                 recorder_,
                 console},

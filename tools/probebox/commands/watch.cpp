@@ -127,7 +127,9 @@ class Display {
   Display(const Watch& options, link::Uri uri, Console& console)
       : console_{console},
         stream_{std::move(uri),
-                {.policy = messages::Policy::live, .patience = inMilliseconds(options.patience_s)},
+                {.policy = messages::Policy::live,
+                 .profile = options.profile,
+                 .patience = inMilliseconds(options.patience_s)},
                 latest_,
                 console},
         pace_{options.until, kPeriod} {}

@@ -1,0 +1,128 @@
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <sstream>
+#include <thread>
+
+#include "in_process.hpp"
+#include "runtime_directory.hpp"
+#include "tools/replay/replay_box.hpp"
+
+namespace probebox::command {
+namespace {
+
+using testing::HasSubstr;
+
+std::string table(int rows) {
+  std::ostringstream text;
+  text << "sample,x_nm,flags\n";
+  for (int k = 0; k < rows; ++k) {
+    if (k % 500 == 200) continue;
+    text << 1000 + k << ',' << 70'000LL * k + k % 13 << ',' << k % 3 << '\n';
+  }
+  return text.str();
+}
+
+std::string contentOf(const std::string& path) {
+  std::ifstream in{path, std::ios::binary};
+  return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+// The recording as a box, in a thread.
+class Replayed {
+ public:
+  Replayed(const std::string& file, double speed) {
+    auto recording = replay::RecordedStream::open(file);
+    auto listener = tcp::Listener::open({"127.0.0.1", 0});
+    box_ =
+        std::make_unique<replay::ReplayBox>(std::move(recording).value(), std::move(listener).value(),
+                                            replay::ReplayOptions{.speed = speed, .once = false, .name = "scan.pbx"});
+    thread_ = std::jthread{[this](const std::stop_token& stop) {
+      while (!stop.stop_requested() && box_->round()) {
+      }
+    }};
+  }
+  std::string uri() const { return "tcp:127.0.0.1:" + std::to_string(box_->address().port); }
+
+ private:
+  std::unique_ptr<replay::ReplayBox> box_;
+  std::jthread thread_;
+};
+
+class Replaying : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream{csv_} << table(3000);
+    ASSERT_EQ(probebox({"pack", csv_, file_}).status, 0);
+  }
+  RuntimeDirectory directory_;
+  std::string csv_ = directory_.file("scan.csv");
+  std::string file_ = directory_.file("scan.pbx");
+  std::string again_ = directory_.file("again.pbx");
+};
+
+TEST_F(Replaying, GivesEveryHostTheSameSamplesInEveryProfile) {
+  for (const auto* profile : {"raw", "fast"}) {
+    const Replayed box{file_, 0};
+    const auto recorded =
+        probebox({"-u", box.uri(), "record", "-o", again_, "--for", "1", "--profile", profile, "--force", "--json"});
+    ASSERT_EQ(recorded.status, 0) << recorded.err;
+    EXPECT_TRUE(recorded.object()["balanced"]);
+    EXPECT_EQ(recorded.object()["lost_at_source_samples"], 6) << "what the recording lacks";
+    EXPECT_EQ(probebox({"unpack", again_, "-"}).out, contentOf(csv_)) << profile;
+    const auto verified = probebox({"verify", again_, "--json"});
+    EXPECT_EQ(verified.status, 0) << verified.out;
+  }
+}
+
+TEST_F(Replaying, KeepsTheRecordedPace) {
+  const Replayed box{file_, 1};  // 1 ms a sample
+  const auto sums = probebox({"-u", box.uri(), "record", "-o", again_, "--for", "0.7", "--json"}).object();
+  EXPECT_GT(sums["received_samples"].get<int>(), 0);
+  EXPECT_LT(sums["produced_samples"].get<int>(), 2000) << "the whole of it takes 3 s";
+}
+
+TEST_F(Replaying, AnswersAsABoxAndRefusesByNameWhatAsksForAMeasurement) {
+  const Replayed box{file_, 1};
+  const auto status = probebox({"-u", box.uri(), "status", "--json"});
+  ASSERT_EQ(status.status, 0) << status.err;
+  EXPECT_THAT(status.out, HasSubstr("replay: scan.pbx"));
+  const auto info = probebox({"-u", box.uri(), "info"});
+  EXPECT_THAT(info.out, HasSubstr("replay of table"));
+  const auto calibrate = probebox({"-u", box.uri(), "calibrate", "delay-multi-speed"});
+  EXPECT_EQ(calibrate.status, 4);
+  EXPECT_THAT(calibrate.err, HasSubstr("recording"));
+}
+
+TEST_F(Replaying, RefusesWhatIsNoRecording) {
+  std::ofstream{again_} << "sample,x\n1,2\n";
+  EXPECT_EQ(probebox({"replay", again_}).status, 2);
+  EXPECT_EQ(probebox({"replay", directory_.file("absent.pbx")}).status, 2);
+  EXPECT_EQ(probebox({"replay", file_, "--listen", "nonsense"}).status, 2);
+  EXPECT_EQ(probebox({"replay", file_, "--speed", "0"}).status, 2);
+}
+
+class Verifying : public Replaying {};
+
+TEST_F(Verifying, SaysWholeOrWhereTheFault) {
+  EXPECT_EQ(probebox({"verify", file_}).status, 0);
+  const auto whole = contentOf(file_);
+  const auto cut = probebox({"verify", "-", "--json"}, whole.substr(0, whole.size() - 300));
+  EXPECT_EQ(cut.status, 1);
+  EXPECT_FALSE(cut.object()["whole"]);
+  EXPECT_THAT(cut.out, HasSubstr("begins at byte"));
+  EXPECT_FALSE(cut.object()["end_known"]);
+  auto damaged = whole;
+  damaged[damaged.size() / 2] ^= 0x20;
+  const auto found = probebox({"verify", "-", "--json"}, damaged);
+  EXPECT_EQ(found.status, 1);
+  EXPECT_EQ(found.object()["damaged_frames"], 1);
+  EXPECT_EQ(found.object()["missing_frames"], 1);
+  EXPECT_GT(found.object()["lost_on_link_samples"].get<int>(), 0);
+  EXPECT_EQ(found.object()["unbalanced_heartbeats"], 0) << "what is missing is known";
+  EXPECT_EQ(probebox({"verify", "-"}, "no recording").status, 2);
+}
+
+}  // namespace
+}  // namespace probebox::command

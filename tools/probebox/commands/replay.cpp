@@ -1,0 +1,38 @@
+#include <filesystem>
+#include <unistd.h>
+
+#include "drivers/io/rendezvous.hpp"
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/report.hpp"
+#include "tools/replay/replay_box.hpp"
+
+namespace probebox::command {
+
+ExitStatus run(const Replay& options, const std::string&, Console& console) {
+  const auto address = tcp::parseAddress(options.listen);
+  if (!address) return console.fail(usage("--listen: " + address.error().what));
+  auto recording = replay::RecordedStream::open(options.input);
+  if (!recording) return console.fail({ExitStatus::usage, "unreadable-recording", recording.error().what});
+  auto listener = tcp::Listener::open(*address);
+  if (!listener) return console.fail(usage(listener.error().what));
+  replay::ReplayBox box{
+      std::move(recording).value(),
+      std::move(listener).value(),
+      {.speed = options.speed, .once = options.once, .name = std::filesystem::path{options.input}.filename().string()}};
+  const std::string uri = "tcp:" + tcp::describe(box.address());
+  if (const auto announced = io::rendezvous::announce(getpid(), {uri}); !announced)
+    console.note("probebox: " + announced.error().what + " probebox list will not find this replay by itself.");
+  if (console.json()) {
+    console.object({{"uri", uri}, {"recording", options.input}});
+  } else {
+    console.line("serving " + options.input + " at " + uri + "; it begins when a host does; Ctrl-C ends it");
+  }
+  while (!console.interrupted() && box.round())
+    console.progress(printed("%llu samples%s", static_cast<unsigned long long>(box.samples()),
+                             box.ended() ? ", the recording is over" : ""));
+  io::rendezvous::withdraw(getpid());
+  return console.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,77 @@
+#include "tools/replay/recorded_stream.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace probebox::replay {
+
+Outcome<std::unique_ptr<RecordedStream>> RecordedStream::open(const std::string& path) {
+  std::ifstream file{path, std::ios::binary};
+  if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
+  std::unique_ptr<RecordedStream> stream{new RecordedStream{std::move(file)}};
+  while (!stream->first_ && stream->readMore()) {
+  }
+  if (!stream->first_)
+    return Error{path + ": does not say what its channels are: it is no recording, or its beginning is cut off"};
+  return stream;
+}
+
+std::optional<Recorded> RecordedStream::next() {
+  while (waiting_.empty() && readMore()) {
+  }
+  if (waiting_.empty()) return std::nullopt;
+  auto first = std::move(waiting_.front());
+  waiting_.pop_front();
+  return first;
+}
+
+bool RecordedStream::readMore() {
+  std::array<std::byte, 16384> buffer{};
+  if (over_ || !file_) return false;
+  file_.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
+  reader_.read(std::span{buffer}.first(static_cast<std::size_t>(file_.gcount())));
+  return true;
+}
+
+void RecordedStream::onWelcome(const messages::Welcome& welcome) {
+  over_ = over_ || (boot_id_ && *boot_id_ != welcome.boot_id);
+  boot_id_ = welcome.boot_id;
+}
+
+void RecordedStream::onDescriptor(const messages::Descriptor& descriptor) {
+  if (!first_) first_ = descriptor;
+}
+
+// The descriptor that the block belongs to goes ahead of it.
+void RecordedStream::onBlock(const link::DecodedBlock& block) {
+  if (over_ || (next_ && block.header.first < *next_)) return;
+  if (auto encoded = messages::encoded(block.descriptor); encoded != described_) {
+    described_ = std::move(encoded);
+    waiting_.emplace_back(block.descriptor);
+  }
+  std::vector<codec::ChannelFormat> formats;
+  for (const auto& channel : block.descriptor.channels) formats.push_back({channel.bytes, channel.is_signed});
+  RecordedBlock made{block.header, {}, {}};
+  made.raw.resize(codec::rawBlockSize(formats, block.header.count));
+  made.fast.resize(made.raw.size());
+  const auto raw = codec::encodeRaw(block.header, formats, block.columns, made.raw);
+  const auto fast = codec::encodeFast(block.header, formats, block.columns, made.fast);
+  made.raw.resize(raw ? *raw : 0);
+  if (fast) {
+    made.fast.resize(*fast);
+  } else {
+    made.fast = made.raw;  // longer than a box's blocks; each says for itself how it is coded
+  }
+  next_ = block.header.first + static_cast<std::int64_t>(block.header.count);
+  waiting_.emplace_back(std::move(made));
+}
+
+void RecordedStream::onGap(const messages::Gap& gap) {
+  const auto end = gap.first + static_cast<std::int64_t>(gap.count);
+  if (over_ || (next_ && end <= *next_)) return;
+  waiting_.emplace_back(gap);
+  next_ = end;
+}
+
+}  // namespace probebox::replay

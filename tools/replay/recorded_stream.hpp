@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/codec/block.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+#include "protocol/units/outcome.hpp"
+#include "tools/link/stream_reader.hpp"
+
+namespace probebox::replay {
+
+// A block in both profiles that boxes send.
+struct RecordedBlock {
+  codec::BlockHeader header{};
+  std::vector<std::byte> raw;
+  std::vector<std::byte> fast;
+};
+
+// What stands in a recording, one after the other.
+using Recorded = std::variant<messages::Descriptor, RecordedBlock, messages::Gap>;
+
+// Reads a recording piece by piece, as far as it is asked for. Samples come in rising order, each once: those that a
+// resumed link repeats are left out, and nothing is read beyond a restart of the box, where indices begin anew.
+class RecordedStream : private link::StreamListener {
+ public:
+  // Fails when the file cannot be read, or its beginning does not say what its channels are.
+  static Outcome<std::unique_ptr<RecordedStream>> open(const std::string& path);
+
+  // Nothing at the end.
+  std::optional<Recorded> next();
+
+  const messages::Descriptor& firstDescriptor() const { return *first_; }
+
+ private:
+  explicit RecordedStream(std::ifstream file) : file_{std::move(file)}, reader_{*this} {}
+
+  void onWelcome(const messages::Welcome& welcome) override;
+  void onDescriptor(const messages::Descriptor& descriptor) override;
+  void onBlock(const link::DecodedBlock& block) override;
+  void onGap(const messages::Gap& gap) override;
+  void onHole(const messages::Gap& hole) override { onGap(hole); }
+  bool readMore();
+
+  std::ifstream file_;
+  link::StreamReader reader_;
+  std::deque<Recorded> waiting_;
+  std::optional<messages::Descriptor> first_;
+  std::optional<messages::BootId> boot_id_;
+  std::vector<std::byte> described_;  // as encoded: repeated ones are left out
+  std::optional<SampleIndex> next_;
+  bool over_{};
+};
+
+}  // namespace probebox::replay

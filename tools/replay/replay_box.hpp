@@ -1,0 +1,77 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/stream/history.hpp"
+#include "firmware/stream/session.hpp"
+#include "tools/replay/recorded_stream.hpp"
+
+namespace probebox::replay {
+
+struct ReplayOptions {
+  double speed{1};  // times the recorded pace; 0: as fast as hosts read
+  bool once{};      // over when the recording is and the hosts have gone
+  std::string name;
+};
+
+// A recording served as a box: hosts shake hands, start, resume, get samples, gaps and heartbeats, and the status. It
+// begins when the first host starts. What would change a box is refused. One thread.
+class ReplayBox {
+ public:
+  ReplayBox(std::unique_ptr<RecordedStream> recording, tcp::Listener listener, const ReplayOptions& options);
+
+  const tcp::Address& address() const { return listener_.address(); }
+  // One round: waits a few milliseconds for hosts, or not at all when there is more to send. False when it is over.
+  bool round();
+
+  std::uint64_t samples() const { return samples_; }
+  bool ended() const { return ended_; }
+
+ private:
+  struct Host {
+    std::unique_ptr<io::BytePipe> pipe;
+    std::unique_ptr<stream::Session> session;
+    MonoTime since{};
+    bool closed{};
+  };
+
+  void accept(MonoTime now);
+  void serve(Host& host, MonoTime now);
+  void answer(Host& host, const stream::PendingRequest& asked, MonoTime now);
+  static void receive(Host& host, MonoTime now);
+  static void transmit(Host& host);
+  bool produce(MonoTime now);
+  bool isDue(const Recorded& recorded, MonoTime now);
+  void offer(const Recorded& recorded);
+  void offer(const stream::EncodedBlock& block);
+  bool somebodyListens() const;
+  bool everybodyHasAll() const;
+  void wait(bool briefly) const;
+  std::uint64_t uptimeMs(MonoTime now) const;
+
+  std::unique_ptr<RecordedStream> recording_;
+  tcp::Listener listener_;
+  ReplayOptions options_;
+  messages::BootId boot_id_{};
+  MonoTime started_;
+  stream::History history_;
+  std::vector<Host> hosts_;
+  std::uint32_t next_session_{1};
+  std::optional<Recorded> next_;
+  std::optional<MonoTime> began_;           // on this computer's clock
+  std::optional<MonoTime> recorded_begin_;  // on the recording's
+  TickMap map_{};
+  messages::Descriptor descriptor_;
+  std::uint64_t samples_{};
+  std::uint64_t lost_{};
+  bool had_hosts_{};
+  bool ended_{};
+};
+
+}  // namespace probebox::replay
