@@ -160,8 +160,9 @@ class CommandLine {
       record_.profile = profileOf(record_profile_);
       request_.job = record_;
     });
-    auto* exporting = add("export", "turn a recording into a table (CSV, units in the column names)",
-                          "probebox export scan.pbx -o scan.csv", export_);
+    auto* exporting = add(
+        "export", "turn a recording into a table: CSV, or for NumPy where the name ends with .npy; units in the names",
+        "probebox export scan.pbx -o scan.csv", export_);
     exporting->add_option("recording", export_.input, "the recording; - is the standard input")->required();
     exporting->add_option("-o,--output", export_.output, "the table to write; - is the standard output")->required();
     exporting->add_flag("--force", export_.force, "overwrite an existing file");
@@ -233,7 +234,8 @@ class CommandLine {
         ->delimiter(',')
         ->check(CLI::PositiveNumber)
         ->type_name("MM_PER_S");
-    calibrate->add_option("--overtravel", calibrate_.overtravel_mm, "how far into the surface")->check(CLI::PositiveNumber)
+    calibrate->add_option("--overtravel", calibrate_.overtravel_mm, "how far into the surface")
+        ->check(CLI::PositiveNumber)
         ->type_name("MM");
     calibrate->add_option("--clearance", calibrate_.clearance_mm, "how far off the surface before and after a touch")
         ->check(CLI::PositiveNumber)
@@ -241,7 +243,8 @@ class CommandLine {
     calibrate->add_option("--approach", calibrate_.approach_deg, "how far off the normal; for delay-non-normal")
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
-    calibrate->add_option("--angles", calibrate_.angles, "how many angles of C; for centreline")->check(CLI::PositiveNumber)
+    calibrate->add_option("--angles", calibrate_.angles, "how many angles of C; for centreline")
+        ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
     calibrate->add_option("--arc", calibrate_.arc_deg, "over which C can be turned, 360 without it; for centreline")
         ->check(CLI::PositiveNumber)

@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -101,6 +102,28 @@ TEST_F(Replaying, RefusesWhatIsNoRecording) {
   EXPECT_EQ(probebox({"replay", directory_.file("absent.pbx")}).status, 2);
   EXPECT_EQ(probebox({"replay", file_, "--listen", "nonsense"}).status, 2);
   EXPECT_EQ(probebox({"replay", file_, "--speed", "0"}).status, 2);
+}
+
+// The array's bytes against the table, and numpy's own reading of them where numpy is.
+TEST_F(Replaying, ExportsForNumPy) {
+  const auto array = directory_.file("scan.npy");
+  const auto exported = probebox({"export", file_, "-o", array});
+  ASSERT_EQ(exported.status, 0) << exported.err;
+  const auto bytes = contentOf(array);
+  EXPECT_EQ(bytes.substr(1, 5), "NUMPY");
+  const std::size_t header = 10 + static_cast<unsigned char>(bytes[8]) + 256U * static_cast<unsigned char>(bytes[9]);
+  EXPECT_EQ(header % 64, 0U);
+  EXPECT_THAT(bytes.substr(0, header),
+              HasSubstr("('sample', '<i8'), ('time_ns', '<i8'), ('x_nm', '<u4'), ('flags', '|u1')"));
+  constexpr std::size_t kRow = 8 + 8 + 4 + 1 + 8 + 3 * 8;
+  EXPECT_EQ((bytes.size() - header) % kRow, 0U);
+  EXPECT_EQ((bytes.size() - header) / kRow, 2994U);
+  EXPECT_EQ(probebox({"export", file_, "-o", array}).status, 2) << "nothing is overwritten";
+  if (std::system("python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "python3-numpy is not installed";
+  const std::string check = "python3 -c \"import numpy; a = numpy.load('" + array +
+                            "', allow_pickle=False); assert len(a) == 2994 and a['sample'][-1] == 3999 and "
+                            "a['x_nm'][1] == 70001 and a['delay_result_id'].max() == 0\"";
+  EXPECT_EQ(std::system(check.c_str()), 0);
 }
 
 class Verifying : public Replaying {};

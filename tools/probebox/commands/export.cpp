@@ -2,6 +2,7 @@
 
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/csv_rows.hpp"
+#include "tools/probebox/npy_rows.hpp"
 #include "tools/probebox/scale.hpp"
 
 namespace probebox::command {
@@ -51,6 +52,10 @@ class ScaledRows : public CsvRows {
 
 ExitStatus run(const Export& options, const std::string&, Console& console) {
   const TableJob job{options.input, options.output, options.force};
+  if (job.output.ends_with(".npy")) {
+    NpyRows rows{job};
+    return writeTable(job, rows, console);
+  }
   ScaledRows rows{job, console.out()};
   return writeTable(job, rows, console);
 }
