@@ -87,6 +87,17 @@ Outcome<std::optional<double>, Refusal> configPositive(const Dataset& dataset, s
   return number;
 }
 
+Outcome<std::optional<std::string>, Refusal> configWord(const Dataset& dataset, std::string_view key,
+                                                        std::span<const std::string_view> allowed) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return std::optional<std::string>{};
+  const auto* word = std::get_if<std::string>(&entry->second);
+  if (!word || std::ranges::find(allowed, *word) == allowed.end()) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be one of: " + joined(allowed)};
+  }
+  return std::optional{*word};
+}
+
 Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key) {
   const auto entry = dataset.config.find(key);
   if (entry == dataset.config.end()) return false;

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,6 +23,10 @@ Outcome<std::optional<double>, Refusal> configNumber(const Dataset& dataset, std
 
 // As configNumber, and greater than zero.
 Outcome<std::optional<double>, Refusal> configPositive(const Dataset& dataset, std::string_view key);
+
+// A word of the configuration, one of these; nothing when the key is absent. Refuses: bad-config.
+Outcome<std::optional<std::string>, Refusal> configWord(const Dataset& dataset, std::string_view key,
+                                                        std::span<const std::string_view> allowed);
 
 // A switch of the configuration, off when the key is absent. Refuses: bad-config.
 Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key);

@@ -55,10 +55,36 @@ RobustLine robustLine(std::span<const double> times, std::span<const double> val
   return line;
 }
 
-// How long before the first sample that stands out a ramp that ends at t_end may have begun to bend: with the deviation
-// a (t_end - t)^2 / 2 = limit, and a from the sample that does stand out.
+// The same line by least squares, over the samples that are on it.
+RobustLine refined(RobustLine line, std::span<const double> times, std::span<const double> values, double limit) {
+  double n = 0.0;
+  double t_sum = 0.0;
+  double e_sum = 0.0;
+  const auto each = [&](const auto& use) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const double e = values[k] - line.at(times[k]);
+      if (std::abs(e) <= limit) use(times[k] - times[0], e);
+    }
+  };
+  each([&](double t, double e) { n += 1.0, t_sum += t, e_sum += e; });
+  double sxx = 0.0;
+  double sxy = 0.0;
+  each([&](double t, double e) {
+    sxx += (t - t_sum / n) * (t - t_sum / n);
+    sxy += (t - t_sum / n) * (e - e_sum / n);
+  });
+  if (n < 3.0 || !(sxx > 0.0)) return line;
+  line.slope += sxy / sxx;
+  line.intercept += e_sum / n - sxy / sxx * (times[0] + t_sum / n);
+  return line;
+}
+
+// How long a ramp of constant acceleration that stands out up to t_out may go on bending unseen: its deviation is
+// a (t_end - t)^2 / 2, so a sample `since` before t_out that is off by `deviation` leaves it r / (1 - r) since, with
+// r^2 = limit / deviation. Each of the samples gives a bound; one that hardly stands out gives none worth having.
 double hiddenRamp(double limit, double deviation, double since) {
-  return std::sqrt(limit / std::max(deviation, limit)) * since;
+  const double r = std::sqrt(limit / std::max(deviation, limit));
+  return std::min(r / (1.0 - std::min(r, 0.9)), 2.0) * since;
 }
 
 }  // namespace
@@ -90,31 +116,42 @@ double localDeviation(std::span<const double> times, std::span<const double> val
   return trimmedDeviation(work, trim);
 }
 
-Run steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise) {
-  if (trusted.size() < 4) return trusted;
+SteadyRun steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise) {
+  if (trusted.size() < 4) return {trusted, {}};
   const auto trusted_times = times.subspan(trusted.begin, trusted.size());
   const auto trusted_values = values.subspan(trusted.begin, trusted.size());
-  const RobustLine line = robustLine(trusted_times, trusted_values);
+  const RobustLine rough = robustLine(trusted_times, trusted_values);
   const double limit =
-      4.0 * std::max({line.deviation, localDeviation(trusted_times, trusted_values, Trim::light), noise, kFinest});
+      4.0 * std::max({rough.deviation, localDeviation(trusted_times, trusted_values, Trim::light), noise, kFinest});
+  const RobustLine line = refined(rough, trusted_times, trusted_values, limit);
   const auto deviation = [&](std::size_t k) { return std::abs(values[k] - line.at(times[k])); };
-  const std::size_t middle = trusted.begin + trusted.size() / 2;
-  std::size_t begin = middle;
-  while (begin > 0 && deviation(begin - 1) <= limit) --begin;
-  std::size_t end = middle;
-  while (end < values.size() && deviation(end) <= limit) ++end;
-  if (begin >= end) return {middle, middle};
-  if (begin > 0) {
-    const double guard = hiddenRamp(limit, deviation(begin - 1), times[begin] - times[begin - 1]);
-    const double from = times[begin] + guard;
-    while (begin < end && times[begin] < from) ++begin;
+  const auto on = [&](std::size_t k) { return deviation(k) <= limit; };
+  std::size_t begin = trusted.begin + trusted.size() / 2;
+  while (begin + 1 < trusted.end && !on(begin)) ++begin;
+  std::size_t end = begin;
+  while (begin > 0 && (on(begin - 1) || (begin > 1 && on(begin - 2)))) --begin;
+  while (end < values.size() && (on(end) || (end + 1 < values.size() && on(end + 1)))) ++end;
+  if (begin >= end) return {{begin, begin}, {}};
+  constexpr std::size_t kRampSamples = 5;
+  double before = std::numeric_limits<double>::infinity();
+  for (std::size_t k = begin; k > 0 && begin - k < kRampSamples; --k) {
+    before = std::min(before, hiddenRamp(limit, deviation(k - 1), times[begin] - times[k - 1]));
   }
-  if (end < values.size()) {
-    const double guard = hiddenRamp(limit, deviation(end), times[end] - times[end - 1]);
-    const double until = times[end - 1] - guard;
-    while (end > begin && times[end - 1] > until) --end;
+  double after = std::numeric_limits<double>::infinity();
+  for (std::size_t k = end; k < values.size() && k - end < kRampSamples; ++k) {
+    after = std::min(after, hiddenRamp(limit, deviation(k), times[k] - times[end - 1]));
   }
-  return {begin, end};
+  const bool cut_before = begin > 0;
+  const bool cut_after = end < values.size();
+  const double from = times[begin] + before;
+  const double until = times[end - 1] - after;
+  while (cut_before && begin < end && times[begin] < from) ++begin;
+  while (cut_after && end > begin && times[end - 1] > until) --end;
+  SteadyRun steady{{begin, end}, {}};
+  for (std::size_t k = begin; k < end; ++k) {
+    if (deviation(k) > 1.25 * limit) steady.spikes.push_back(k);
+  }
+  return steady;
 }
 
 double resolutionOf(std::span<const double> values) {
@@ -129,7 +166,14 @@ double resolutionOf(std::span<const double> values) {
     const double steps = (value - sorted.front()) / step;
     return std::abs(steps - std::round(steps)) > 0.02;
   };
-  return std::isfinite(step) && std::ranges::none_of(sorted, off_grid) ? step : 0.0;
+  // Two values one step apart need not occur.
+  const double least_apart = step;
+  for (double parts = 1.0; std::isfinite(step) && parts <= 10.0; ++parts) {
+    step = least_apart / parts;
+    if (step < 10.0 * kFinest) break;
+    if (std::ranges::none_of(sorted, off_grid)) return step;
+  }
+  return 0.0;
 }
 
 }  // namespace probebox::metrology

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace probebox::metrology {
 
@@ -38,11 +39,18 @@ struct Run {
   std::size_t size() const { return end - begin; }
 };
 
+// Samples that lie on one straight line.
+struct SteadyRun {
+  Run run;
+  std::vector<std::size_t> spikes;  // samples within the run, each alone among good ones, that do not
+};
+
 // The longest run about the middle of `trusted` that lies on one straight line with it: what remains when ramps at
-// either end are cut away. A sample belongs to a ramp when it is more than four deviations off a robust line through
-// the trusted ones; next to a cut as many samples more are left out as a ramp of constant acceleration may hide in the
-// noise. trusted: at least three fifths of it free of ramps. resolution: step of the values, 0 for none.
-Run steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise);
+// either end are cut away. A sample belongs to a ramp when it and the next one are more than four deviations off a
+// robust line through the trusted ones; one that is off alone, by five, is a spike. Next to a cut as many samples more
+// are left out as a ramp of constant acceleration may hide in the noise. trusted: at least three fifths of it free of
+// ramps. noise: least deviation of one sample to reckon with.
+SteadyRun steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise);
 
 // Step of the encoder or converter of which all values are multiples; 0 when there is none.
 double resolutionOf(std::span<const double> values);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/spikes.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -16,17 +17,28 @@ constexpr std::size_t kLeastSamples = 5;
 constexpr double kResolution = 1e-7;  // unit of the stream: the digits of a case file
 // Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
 // stylus; above the upper the machine still gathers speed.
-constexpr double kLowest = 0.10;
-constexpr double kHighest = 0.85;
+constexpr double kAtRest = 0.85;
+constexpr double kLowest = 0.04;
+constexpr double kHighest = 0.80;
+// The window of the source. All of it must lie on the line, but where the machine still gathers speed.
+constexpr double kSourceLowest = 0.10;
+constexpr double kSourceHighest = 0.60;
+// How much of that window may miss: a spike, the guard of a cut.
+constexpr double kMissing = 0.25;
 // The machine's window in overtravels from its apex.
 constexpr double kFrom = 0.25;
 constexpr double kUntil = 3.0;
 constexpr double kTrustedFrom = 0.8;
+// The latest that the machine may reach its speed.
+constexpr double kLatestRamp = 0.7;
+// After a fast drive and a short rest the stylus still rings from the approach, and the end of a ramp hides in the
+// noise: so much later, as long as the window of the source stays.
+constexpr double kSettling_s = 0.004;
 
 struct Deflected {
   Eigen::Vector3d apex;  // deflection at rest
-  std::size_t last{};    // last sample above the upper fraction: the retract begins about here
-  std::size_t parted{};  // first sample after it below the lower fraction
+  std::size_t last{};    // last sample near rest: the retract begins about here
+  std::size_t parted{};  // first sample after it that is hardly deflected
 };
 
 Refusal refusal(const Touch& touch, std::string name, const std::string& what) {
@@ -56,10 +68,10 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
   }
   const Eigen::VectorXd share = values * found.apex / found.apex.squaredNorm();
   for (Eigen::Index k = 0; k < share.size(); ++k) {
-    if (share[k] >= kHighest) found.last = static_cast<std::size_t>(k);
+    if (share[k] >= kAtRest) found.last = static_cast<std::size_t>(k);
   }
   found.parted = found.last;
-  while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kLowest)
+  while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kSourceLowest)
     ++found.parted;
   if (found.parted == touch.probe.times.size()) {
     return refusal(touch, "truncated", "the probe's record ends before it parts from the surface; measure it again");
@@ -92,8 +104,9 @@ std::optional<Refusal> unfit(const Touch& touch, const std::string& stream, std:
   return std::nullopt;
 }
 
-// Speed change over the window, relative, where it stands out of the noise; 0 where it does not.
-double speedChange(std::span<const double> times, std::span<const double> values) {
+// Speed change over the window, relative, where it stands out of the noise; 0 where it does not. noise: least deviation
+// of one sample to reckon with, as a few residuals may be small by chance.
+double speedChange(std::span<const double> times, std::span<const double> values, double noise) {
   const auto n = static_cast<Eigen::Index>(times.size());
   const Eigen::Map<const Eigen::ArrayXd> t{times.data(), n};
   const Eigen::Map<const Eigen::ArrayXd> x{values.data(), n};
@@ -104,7 +117,7 @@ double speedChange(std::span<const double> times, std::span<const double> values
   const Eigen::MatrixXd normal = basis.transpose() * basis;
   const Eigen::Vector3d fitted = normal.ldlt().solve(basis.transpose() * (x - x[0]).matrix());
   const double variance = ((x - x[0]).matrix() - basis * fitted).squaredNorm() / static_cast<double>(n - 3);
-  const double sd = std::sqrt(variance * normal.inverse()(2, 2)) + kResolution;
+  const double sd = std::sqrt(std::max(variance, noise * noise) * normal.inverse()(2, 2)) + kResolution;
   // With few samples the sd itself is uncertain.
   const double limit = 5.0 * (1.0 + 4.0 / static_cast<double>(n - 3));
   return std::abs(fitted[2]) > limit * sd ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
@@ -118,7 +131,34 @@ struct Window {
 struct Steady {
   Line line;
   Run used;
+  std::vector<std::string> spikes;
 };
+
+std::string stampOf(const std::string& stream, double time) {
+  return stream + " at " + text(time) + " s";
+}
+
+// The line through a run without its spikes.
+Steady lineOf(const Stream& stream, const std::string& name, const SteadyRun& steady, std::size_t from) {
+  Steady result{{}, {from + steady.run.begin, from + steady.run.end}, {}};
+  if (steady.spikes.empty()) {
+    result.line = fitLine(stream.timesOf(result.used), stream.valuesOf(result.used));
+    return result;
+  }
+  std::vector<double> times;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t k = steady.run.begin; k < steady.run.end; ++k) {
+    if (std::ranges::binary_search(steady.spikes, k)) {
+      result.spikes.push_back(stampOf(name, stream.times[from + k]));
+      continue;
+    }
+    times.push_back(stream.times[from + k]);
+    rows.push_back(static_cast<Eigen::Index>(from + k));
+  }
+  const Rows3 values = stream.values(rows, Eigen::all);
+  result.line = fitLine(times, values);
+  return result;
+}
 
 // Deviation of one sample as the whole record tells it: a window alone holds too few to tell noise from a ramp.
 double noiseOf(const Stream& stream, const Eigen::Vector3d& direction) {
@@ -131,22 +171,38 @@ double noiseOf(const Stream& stream, const Eigen::Vector3d& direction) {
   return std::max(local, coarsest / std::sqrt(12.0));
 }
 
+// Slip and bounce make the residuals larger than the record's own noise, or many of the samples spikes.
+std::optional<Refusal> tooRough(const Touch& touch, const std::string& name, const Stream& stream, const Steady& steady,
+                                const Eigen::Vector3d& direction) {
+  const double rms = std::sqrt(steady.line.scatterAlong(direction) / static_cast<double>(steady.line.n - 2));
+  const double sigma =
+      std::max({noiseOf(stream, direction), kResolution,
+                localDeviation(stream.timesOf(steady.used), stream.along(direction, steady.used), Trim::light)});
+  const bool many_spikes = steady.spikes.size() > std::max<std::size_t>(1, steady.used.size() / 10);
+  if (rms <= 3.0 * sigma && !many_spikes) return std::nullopt;
+  return refusal(touch, "residual-too-large",
+                 "the " + name + " samples lie " + text(rms) + " about their line where the record's noise is " +
+                     text(sigma) + " (slip or bounce); touch again");
+}
+
 Outcome<Steady, Refusal> fitWindow(const Touch& touch, const Stream& stream, const std::string& name, Window window,
                                    const Eigen::Vector3d& direction) {
   if (auto bad = unfit(touch, name, stream.timesOf(window.trusted))) return *bad;
   const std::size_t from = window.offered.begin;
-  const Run steady = steadyRun(stream.timesOf(window.offered), stream.along(direction, window.offered),
-                               {window.trusted.begin - from, window.trusted.end - from}, noiseOf(stream, direction));
-  const Run used{from + steady.begin, from + steady.end};
+  const SteadyRun run = steadyRun(stream.timesOf(window.offered), stream.along(direction, window.offered),
+                                  {window.trusted.begin - from, window.trusted.end - from}, noiseOf(stream, direction));
+  const Run used{from + run.run.begin, from + run.run.end};
   if (auto bad = unfit(touch, name, stream.timesOf(used))) return *bad;
-  const double change = speedChange(stream.timesOf(used), stream.along(direction, used));
+  const Steady steady = lineOf(stream, name, run, from);
+  const double change = speedChange(stream.timesOf(used), stream.along(direction, used), noiseOf(stream, direction));
   if (change > 0.02) {
     return refusal(touch, "speed-not-constant",
                    "the " + name + " speed changes by " + text(100.0 * change) +
                        " % during the retract, 2 % are allowed; retract at constant feed, "
                        "with the override locked");
   }
-  return Steady{fitLine(stream.timesOf(used), stream.valuesOf(used)), used};
+  if (auto bad = tooRough(touch, name, stream, steady, direction)) return *bad;
+  return steady;
 }
 
 // The probe's line over all that falls, ramp included: to find windows with.
@@ -161,6 +217,15 @@ Outcome<Line, Refusal> roughLine(const Touch& touch, const Deflected& contact) {
   return line;
 }
 
+// Samples of the source's window that the line leaves out, below what the machine's ramp explains.
+bool interrupted(const Stream& probe, Run window, Run used) {
+  const std::size_t begin = std::max(window.begin, used.begin);
+  const std::size_t end = std::min(window.end, used.end);
+  const std::size_t missing = window.size() - (end > begin ? end - begin : 0);
+  return missing > 2 && static_cast<double>(missing) > kMissing * static_cast<double>(window.size()) &&
+         probe.times.size() > missing;
+}
+
 // The window lies between shares of the deflection as a line tells them, not the samples: noise must not choose which
 // belong.
 Outcome<Steady, Refusal> fitProbe(const Touch& touch, const Deflected& contact, const Line& rough, double highest) {
@@ -169,7 +234,14 @@ Outcome<Steady, Refusal> fitProbe(const Touch& touch, const Deflected& contact, 
     return rough.t_mean + (share * contact.apex.norm() - rough.mean.dot(direction)) / rough.slope.dot(direction);
   };
   const Run window = between(touch.probe.times, timeAt(highest), timeAt(kLowest));
-  return fitWindow(touch, touch.probe, "probe", {window, window}, direction);
+  auto steady = fitWindow(touch, touch.probe, "probe", {window, window}, direction);
+  if (!steady) return steady;
+  const Run of_source = between(touch.probe.times, timeAt(std::min(kSourceHighest, highest)), timeAt(kSourceLowest));
+  if (interrupted(touch.probe, of_source, steady->used)) {
+    return refusal(touch, "residual-too-large",
+                   "the deflection does not fall along one line during the retract (slip or bounce); touch again");
+  }
+  return steady;
 }
 
 // Travel of the machine from its apex, mm, at every sample.
@@ -187,16 +259,25 @@ Outcome<Steady, Refusal> fitMachine(const Touch& touch, std::size_t apex, const 
                    "the machine's record ends before the probe can have parted from the surface; "
                    "measure it again");
   }
-  Window window{{apex, apex}, {apex, apex}};
   const auto last_below = [&](double limit) {
     std::size_t k = apex;
     while (k < travel.size() && travel[k] < limit) ++k;
     return k;
   };
-  window.offered = {last_below(kFrom * overtravel_mm), last_below(kUntil * overtravel_mm)};
+  Window window;
+  // With some of the rest, which tells how sharply the ramp bends.
+  window.offered = {apex - std::min(apex, kLeastSamples), last_below(kUntil * overtravel_mm)};
   window.trusted = {last_below(kTrustedFrom * overtravel_mm), window.offered.end};
-  if (window.trusted.size() < kLeastSamples) window.trusted = window.offered;
-  return fitWindow(touch, touch.machine, "machine", window, touch.plan.retract);
+  if (window.trusted.size() < kLeastSamples) window.trusted = {last_below(kFrom * overtravel_mm), window.offered.end};
+  auto steady = fitWindow(touch, touch.machine, "machine", window, touch.plan.retract);
+  if (!steady) return steady;
+  const bool late = travel[steady->used.begin] > kLatestRamp * overtravel_mm;
+  if (late || travel[steady->used.end - 1] < overtravel_mm) {
+    return refusal(touch, "speed-not-constant",
+                   late ? "the machine still gathers speed when the probe parts; drive deeper, or slower"
+                        : "the machine's speed changes before the probe parts; retract further at constant feed");
+  }
+  return steady;
 }
 
 std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
@@ -213,39 +294,8 @@ std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
   return std::nullopt;
 }
 
-}  // namespace
-
-double separationTime(const Line& probe) {
-  return probe.t_mean - probe.mean.dot(probe.slope) / probe.slope.squaredNorm();
-}
-
-Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
-  return machine.at(separationTime(probe));
-}
-
-// How far the machine travels from its apex until its speed is constant. The line of the free flight reaches the apex
-// in the middle of the ramp, where a constant acceleration has covered a quarter of it. Between samples that is read
-// too large, so it may not push the window below the one of the source (60 %); only a ramp seen in the machine's own
-// window may.
-double rampOf(const Touch& touch, const Steady& machine, const std::vector<double>& travel, double overtravel_mm) {
-  const Eigen::Vector3d& u = touch.plan.retract;
-  const auto& times = touch.machine.times;
-  const auto apex = static_cast<std::size_t>(std::ranges::min_element(travel) - travel.begin());
-  const double rest = touch.machine.values.row(static_cast<Eigen::Index>(apex)).dot(u);
-  const double reached = machine.line.t_mean + (rest - machine.line.mean.dot(u)) / machine.line.slope.dot(u);
-  const auto next = std::ranges::upper_bound(times, reached);
-  double ramp_mm = 0.0;
-  if (next != times.begin() && next != times.end()) {
-    const auto k = static_cast<std::size_t>(next - times.begin());
-    const double share = (reached - times[k - 1]) / (times[k] - times[k - 1]);
-    ramp_mm = std::min(4.0 * (travel[k - 1] + share * (travel[k] - travel[k - 1])), 0.4 * overtravel_mm);
-  }
-  const double begin_mm = travel[machine.used.begin];
-  const bool seen = begin_mm - kFrom * overtravel_mm > machine.line.slope.norm() * 1.5 * touch.machine.period();
-  return seen ? std::max(ramp_mm, begin_mm) : ramp_mm;
-}
-
-Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
+// The retract's lines from streams without spikes.
+Outcome<Retract, Refusal> linesOf(const Touch& touch) {
   const auto contact = findContact(touch);
   if (!contact) return contact.error();
   const auto rough = roughLine(touch, contact.value());
@@ -258,15 +308,48 @@ Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
   const auto machine = fitMachine(touch, apex, travel, overtravel_mm);
   if (!machine) return machine.error();
   if (auto bad = wrongMotion(touch, machine->line)) return *bad;
-  const double ramp_mm = rampOf(touch, machine.value(), travel, overtravel_mm);
-  const double highest = std::min(kHighest, 1.0 - ramp_mm / overtravel_mm);
+  // Where the machine reaches its speed the deflection begins to fall evenly.
+  const double ramp = travel[machine->used.begin] / overtravel_mm;
+  const double settling = kSettling_s * machine->line.slope.norm() / overtravel_mm;
+  const double highest = std::min(kHighest, std::max(1.0 - ramp - settling, std::min(kSourceHighest, 1.0 - ramp)));
   const auto probe = fitProbe(touch, contact.value(), rough.value(), highest);
   if (!probe) return probe.error();
+  std::vector<std::string> spikes = machine->spikes;
+  spikes.insert(spikes.end(), probe->spikes.begin(), probe->spikes.end());
   return Retract{.plan = touch.plan,
                  .machine = machine->line,
                  .probe = probe->line,
                  .machine_apex = touch.machine.values.row(static_cast<Eigen::Index>(apex)),
-                 .probe_apex = contact->apex};
+                 .probe_apex = contact->apex,
+                 .spikes = std::move(spikes)};
+}
+
+// Names of the removed samples from the rest at the apex on: before it the stylus bounces.
+void nameSpikes(Retract& retract, const std::string& stream, const Line& line, const std::vector<double>& removed) {
+  const double half = std::sqrt(3.0 * line.sxx / static_cast<double>(line.n));
+  for (const double time : removed) {
+    if (std::abs(time - line.t_mean) <= half) retract.spikes.push_back(stampOf(stream, time));
+  }
+}
+
+}  // namespace
+
+double separationTime(const Line& probe) {
+  return probe.t_mean - probe.mean.dot(probe.slope) / probe.slope.squaredNorm();
+}
+
+Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
+  return machine.at(separationTime(probe));
+}
+
+Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
+  const Despiked machine = withoutSpikes(touch.machine);
+  const Despiked probe = withoutSpikes(touch.probe);
+  auto retract = linesOf({touch.plan, machine.stream, probe.stream});
+  if (!retract) return retract;
+  nameSpikes(retract.value(), "machine", retract->machine, machine.removed);
+  nameSpikes(retract.value(), "probe", retract->probe, probe.removed);
+  return retract;
 }
 
 }  // namespace probebox::metrology

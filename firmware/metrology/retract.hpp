@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
+#include <vector>
 
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/result.hpp"
@@ -17,6 +19,7 @@ struct Retract {
   // Rests at the apex, each in its own stream; for the check of full deflection.
   Eigen::Vector3d machine_apex;
   Eigen::Vector3d probe_apex;
+  std::vector<std::string> spikes;  // samples within the windows that the lines do not use
 };
 
 // Parameter of the probe's line where the deflection is zero, s (A5), (A6): principal direction of the retract's own
@@ -29,7 +32,8 @@ Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 // Finds the windows and fits the lines.
 // Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
 // five in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
-// wrong-direction, deflection-not-falling.
+// wrong-direction, deflection-not-falling, residual-too-large (slip or bounce: rms above 3 sigma of the record, or the
+// window of the source is not on one line). A sample that is off alone is left out, and named.
 Outcome<Retract, Refusal> fitRetract(const Touch& touch);
 
 }  // namespace probebox::metrology

@@ -59,4 +59,14 @@ Outcome<SizeLine, Refusal> fitSizeLine(std::span<const SizeAtSpeed> sizes) {
   return line;
 }
 
+double delayOfKnownSize(double size_mm, std::span<const SizeAtSpeed> sizes) {
+  double sxx = 0.0;
+  double sxy = 0.0;
+  for (const auto& at : sizes) {
+    sxx += at.normal_speeds_mm_s * at.normal_speeds_mm_s / at.variance;
+    sxy += at.normal_speeds_mm_s * (size_mm - at.size_mm) / at.variance;
+  }
+  return sxy / sxx;
+}
+
 }  // namespace probebox::metrology

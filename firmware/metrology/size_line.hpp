@@ -33,4 +33,7 @@ std::optional<Refusal> refuseSpeeds(double least, double greatest);
 // Refuses what refuseSpeeds does.
 Outcome<SizeLine, Refusal> fitSizeLine(std::span<const SizeAtSpeed> sizes);
 
+// The delay that a known size tells (A9), by weighted least squares: tau = (size - D) / normal speeds, s.
+double delayOfKnownSize(double size_mm, std::span<const SizeAtSpeed> sizes);
+
 }  // namespace probebox::metrology

@@ -5,7 +5,11 @@
 
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
+#include "firmware/metrology/delay_known_sphere.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
+#include "firmware/metrology/delay_non_normal.hpp"
+#include "firmware/metrology/delay_per_axis.hpp"
+#include "firmware/metrology/delay_plates.hpp"
 #include "firmware/metrology/limited_access.hpp"
 #include "firmware/metrology/periodic_check.hpp"
 #include "firmware/metrology/pivot.hpp"
@@ -34,15 +38,19 @@ constexpr auto kMethods = std::to_array<Method>({
     {"c-zero-shift", solveCZeroShift},
     {"centreline", solveCentreline},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
+    {"delay-known-sphere", solveDelayKnownSphere},
     {"delay-multi-speed", solveDelayMultiSpeed},
+    {"delay-non-normal", solveDelayNonNormal},
+    {"delay-per-axis", solveDelayPerAxis},
+    {"delay-plates", solveDelayPlates},
     {"head-pivot", solveHeadPivot},
     {"periodic-check", solvePeriodicCheck},
     {"rotary-axis-errors", solveRotaryAxisErrors},
     {"screw-calibration", solveScrewCalibration},
     {"screw-compensation", solveScrewCompensation},
+    {"sphere-fit", solveSphereFit},
     {"spindle-offset-2x2", solveSpindleOffset2x2},
     {"spindle-offset-four", solveSpindleOffsetFour},
-    {"sphere-fit", solveSphereFit},
     {"swivel-error", solveSwivelError},
     {"table-pivot", solveTablePivot},
     {"tool-assembly", solveToolAssembly},

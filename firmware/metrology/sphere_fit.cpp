@@ -26,16 +26,6 @@ struct Config {
   std::optional<double> greatest_radius;
 };
 
-Outcome<std::optional<Eigen::Vector3d>, Refusal> approximateCentre(const Dataset& dataset) {
-  const auto entry = dataset.config.find("approximate_centre_mm");
-  if (entry == dataset.config.end()) return std::optional<Eigen::Vector3d>{};
-  const auto* values = std::get_if<std::vector<double>>(&entry->second);
-  if (!values || values->size() != 3) {
-    return Refusal{"bad-config", "config key 'approximate_centre_mm' must be three numbers"};
-  }
-  return std::optional<Eigen::Vector3d>{Eigen::Vector3d{(*values)[0], (*values)[1], (*values)[2]}};
-}
-
 Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
   const auto sigma = configNumber(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
@@ -46,15 +36,17 @@ Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
   if (!least) return least.error();
   const auto greatest = configPositive(dataset, "radius_max_mm");
   if (!greatest) return greatest.error();
-  const auto centre = approximateCentre(dataset);
+  const auto centre = configVector(dataset, "approximate_centre_mm");
   if (!centre) return centre.error();
+  std::optional<Eigen::Vector3d> approximate;
+  if (centre.value()) approximate = Eigen::Vector3d::Map(centre.value()->data());
   const auto robust = configSwitch(dataset, "robust");
   if (!robust) return robust.error();
   // A stated zero says that nothing is known: the residuals tell more.
   const double stated = sigma.value().value_or(0.0);
   return Config{.question = {.sigma = stated > 0.0 ? stated : 1.0,
                              .radius = radius.value(),
-                             .approximate_centre = centre.value(),
+                             .approximate_centre = approximate,
                              .outliers = robust.value() ? Outliers::drop_once : Outliers::keep},
                 .sigma_stated = stated > 0.0,
                 .least_radius = least.value(),

@@ -1,3 +1,5 @@
+#include "firmware/metrology/touch_noise.hpp"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
-#include "firmware/metrology/touch_fit.hpp"
 
 namespace probebox::metrology {
 namespace {

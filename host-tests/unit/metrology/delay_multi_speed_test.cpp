@@ -15,6 +15,7 @@ namespace probebox::metrology {
 namespace {
 
 using simulation::measure;
+using simulation::moved;
 using simulation::Scene;
 using testing::AllOf;
 using testing::Gt;
@@ -145,22 +146,6 @@ TEST(DelayMultiSpeed, TellsTheStaticErrorOfAKnownSize) {
   ASSERT_TRUE(solved.ok());
   EXPECT_NEAR(valueOf(solved.value(), "static_error_mm"), -0.002, 6e-4);
   EXPECT_EQ(sdOf(solved.value(), "static_error_mm"), sdOf(solved.value(), "effective_diameter_mm"));
-}
-
-// Turns and moves machine and probe together.
-Dataset moved(Dataset dataset, const Eigen::Matrix3d& turn, const Eigen::Vector3d& shift) {
-  const auto apply = [&](Table& table, std::size_t first, const Eigen::Vector3d& by) {
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      Eigen::Vector3d v;
-      for (Eigen::Index k = 0; k < 3; ++k) v[k] = table.columns[first + static_cast<std::size_t>(k)].values[row];
-      v = turn * v + by;
-      for (Eigen::Index k = 0; k < 3; ++k) table.columns[first + static_cast<std::size_t>(k)].values[row] = v[k];
-    }
-  };
-  apply(dataset.tables[0], 2, shift);
-  apply(dataset.tables[2], 1, Eigen::Vector3d::Zero());
-  apply(dataset.tables[2], 4, Eigen::Vector3d::Zero());
-  return dataset;
 }
 
 TEST(DelayMultiSpeed, DoesNotDependOnWhereTheMachineStands) {

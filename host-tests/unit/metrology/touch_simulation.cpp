@@ -1,6 +1,8 @@
 #include "touch_simulation.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -39,12 +41,12 @@ class Drive {
   double cruise_{};
 };
 
-// One touch along the normal, in physical time.
+// One touch, in physical time: driven along a straight line through the touched point, which sticks to the tip.
 class Contact {
  public:
-  Contact(const Scene& scene, const Vector3d& normal, double speed)
+  Contact(const Scene& scene, const Vector3d& normal, const Vector3d& retract, double speed)
       : scene_{scene},
-        normal_{normal},
+        retract_{retract},
         surface_{scene.centre_mm + scene.radius_mm * normal},
         in_{scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, true},
         out_{2.0 * scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, false},
@@ -62,11 +64,11 @@ class Contact {
     const double back = out_.at(since - in_.duration() - scene_.dwell_s);
     return scene_.clearance_mm - in_.at(since) + back;
   }
-  Vector3d body(double t) const { return surface_ + outside(t) * normal_; }
+  Vector3d body(double t) const { return surface_ + outside(t) * retract_; }
   Vector3d deflection(double t) const {
     const double depth = -outside(t);
     if (depth <= 0.0) return Vector3d::Zero();
-    return inverse_gain_ * (normal_ * (depth + ringing(t - kLead - touched_)));
+    return inverse_gain_ * (retract_ * (depth + ringing(t - kLead - touched_)));
   }
 
  private:
@@ -75,7 +77,7 @@ class Contact {
   }
 
   const Scene& scene_;
-  Vector3d normal_;
+  Vector3d retract_;
   Vector3d surface_;
   Drive in_;
   Drive out_;
@@ -97,15 +99,16 @@ struct Sampling {
   double rate_hz{};
   double sigma{};
   double resolution{};
-  double delay_s{};
+  Vector3d delay_s;  // of each component
 };
 
 void sample(Table& table, double touch, double duration, const Scene& scene, const Sampling& sampling,
             const std::function<Vector3d(double)>& truth, Random& random) {
   const double phase = uniform(random, 0.0, 1.0);
-  for (double k = phase; k / sampling.rate_hz < duration; ++k) {
-    const double t = k / sampling.rate_hz;
-    Vector3d value = truth(t - sampling.delay_s);
+  for (double count = phase; count / sampling.rate_hz < duration; ++count) {
+    const double t = count / sampling.rate_hz;
+    Vector3d value;
+    for (Eigen::Index k = 0; k < 3; ++k) value[k] = truth(t - sampling.delay_s[k])[k];
     for (double& component : value) {
       component += gaussian(random, sampling.sigma);
       if (sampling.resolution > 0.0) component = std::round(component / sampling.resolution) * sampling.resolution;
@@ -126,7 +129,56 @@ double pointVariance(const Scene& scene, double speed) {
   return probe + std::pow(scene.machine_sigma_mm, 2) / machine_samples * (1.0 + 12.0 * q * q);
 }
 
+// A direction at `angle` from a unit vector, turned about it at random.
+Vector3d tilted(const Vector3d& axis, double angle, Random& random) {
+  const Vector3d across = axis.unitOrthogonal();
+  const double turn = uniform(random, 0.0, 2.0 * std::numbers::pi);
+  const Vector3d sideways = std::cos(turn) * across + std::sin(turn) * axis.cross(across);
+  return std::cos(angle) * axis + std::sin(angle) * sideways;
+}
+
+constexpr double kStylusBall = 6.0;  // mm
+
+void configure(Dataset& dataset, const Scene& scene) {
+  if (scene.method == "delay-plates") {
+    dataset.config["gap_mm"] = 2.0 * std::abs(scene.radius_mm) + (scene.radius_mm < 0.0 ? kStylusBall : -kStylusBall);
+    dataset.config["stylus_ball_diameter_mm"] = kStylusBall;
+  } else if (scene.method != "delay-multi-speed") {
+    dataset.config["effective_diameter_mm"] = 2.0 * std::abs(scene.radius_mm);
+  }
+}
+
 }  // namespace
+
+Scene knownSphere() {
+  Scene scene;
+  scene.method = "delay-known-sphere";
+  scene.speeds_mm_s = {25.0};
+  return scene;
+}
+
+Scene plates() {
+  Scene scene = knownSphere();
+  scene.method = "delay-plates";
+  scene.radius_mm = -21.0;
+  scene.normals = {{-1, 0, 0}, {1, 0, 0}};
+  return scene;
+}
+
+Scene perAxis() {
+  Scene scene = knownSphere();
+  scene.method = "delay-per-axis";
+  scene.normals.emplace_back(0, 0, -1);
+  scene.more_delay_s = {0.0, 0.001, -0.001};
+  return scene;
+}
+
+Scene nonNormal() {
+  Scene scene = knownSphere();
+  scene.method = "delay-non-normal";
+  scene.approach_rad = 25.0 * std::numbers::pi / 180.0;
+  return scene;
+}
 
 Scene withoutNoise(Scene scene) {
   scene.machine_sigma_mm = 0.0;
@@ -139,26 +191,32 @@ Scene shuffled(Scene scene, Random& random) {
   for (double& entry : scene.gain.reshaped()) entry += uniform(random, -0.025, 0.025);
   scene.machine_delay_s = uniform(random, 0.001, 0.008);
   scene.probe_delay_s = uniform(random, 0.0, 0.0005);
+  if (!scene.more_delay_s.isZero()) {
+    for (double& more : scene.more_delay_s) more = uniform(random, -0.001, 0.003);
+  }
   return scene;
 }
 
 Dataset measure(const Scene& scene, Random& random) {
-  Dataset dataset = touchDataset("delay-multi-speed");
+  Dataset dataset = touchDataset(scene.method);
+  configure(dataset, scene);
   Table& machine = dataset.tables[0];
   Table& probe = dataset.tables[1];
   Table& touches = dataset.tables[2];
   double touch = 0.0;
   for (const double speed : scene.speeds_mm_s) {
     for (const auto& normal : scene.normals) {
-      const Contact contact{scene, normal, speed};
-      touches.append({touch, normal.x(), normal.y(), normal.z(), normal.x(), normal.y(), normal.z(), speed});
+      const Vector3d retract = scene.approach_rad > 0.0 ? tilted(normal, scene.approach_rad, random) : normal;
+      const Contact contact{scene, normal, retract, speed};
+      touches.append({touch, normal.x(), normal.y(), normal.z(), retract.x(), retract.y(), retract.z(), speed});
       sample(
           machine, touch, contact.duration(), scene,
-          {scene.machine_rate_hz, scene.machine_sigma_mm, scene.machine_resolution_mm, scene.machine_delay_s},
+          {scene.machine_rate_hz, scene.machine_sigma_mm, scene.machine_resolution_mm,
+           scene.more_delay_s.array() + scene.machine_delay_s},
           [&](double t) { return contact.body(t); }, random);
       sample(
           probe, touch, contact.duration(), scene,
-          {scene.probe_rate_hz, scene.probe_sigma_mm, 0.0, scene.probe_delay_s},
+          {scene.probe_rate_hz, scene.probe_sigma_mm, 0.0, Vector3d::Constant(scene.probe_delay_s)},
           [&](double t) { return contact.deflection(t); }, random);
       ++touch;
     }
@@ -166,18 +224,44 @@ Dataset measure(const Scene& scene, Random& random) {
   return dataset;
 }
 
+Dataset moved(Dataset dataset, const Matrix3d& turn, const Vector3d& shift) {
+  const auto apply = [&](Table& table, std::size_t first, const Vector3d& by) {
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      Vector3d v;
+      for (Eigen::Index k = 0; k < 3; ++k) v[k] = table.columns[first + static_cast<std::size_t>(k)].values[row];
+      v = turn * v + by;
+      for (Eigen::Index k = 0; k < 3; ++k) table.columns[first + static_cast<std::size_t>(k)].values[row] = v[k];
+    }
+  };
+  apply(dataset.tables[0], 2, shift);
+  apply(dataset.tables[2], 1, Vector3d::Zero());
+  apply(dataset.tables[2], 4, Vector3d::Zero());
+  return dataset;
+}
+
 Reference referencePrecision(const Scene& scene) {
-  Eigen::Matrix<double, 5, 5> fisher = Eigen::Matrix<double, 5, 5>::Zero();
+  const bool each_axis = scene.method == "delay-per-axis";
+  const bool size_free = scene.method == "delay-multi-speed";
+  // Columns: centre, three delays (the first for all axes but where each has its own), radius.
+  Eigen::Matrix<double, 7, 7> fisher = Eigen::Matrix<double, 7, 7>::Zero();
   for (const double speed : scene.speeds_mm_s) {
     for (const auto& normal : scene.normals) {
-      Eigen::Vector<double, 5> row;
       const Vector3d arm = scene.radius_mm > 0.0 ? normal : Vector3d{-normal};
-      row << -arm, -1.0, arm.dot(normal) * speed;
-      fisher += row * row.transpose() / pointVariance(scene, speed);
+      // The point is uncertain along the motion.
+      const double seen = std::cos(scene.approach_rad);
+      Eigen::Vector<double, 7> row = Eigen::Vector<double, 7>::Zero();
+      row.head<3>() = -arm;
+      if (each_axis) {
+        row.segment<3>(3) = arm.cwiseProduct(normal) * speed;
+      } else {
+        row[3] = arm.dot(normal) * speed * seen;
+      }
+      if (size_free) row[6] = -1.0;
+      fisher += row * row.transpose() / (pointVariance(scene, speed) * seen * seen);
     }
   }
-  const Eigen::Matrix<double, 5, 5> covariance = fisher.inverse();
-  return {std::sqrt(covariance(4, 4)), 2.0 * std::sqrt(covariance(3, 3))};
+  const Eigen::MatrixXd covariance = fisher.completeOrthogonalDecomposition().pseudoInverse();
+  return {std::sqrt(covariance(3, 3)), 2.0 * std::sqrt(covariance(6, 6))};
 }
 
 }  // namespace probebox::metrology::simulation
