@@ -20,4 +20,8 @@ Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, Eigen::I
 // Adds to a result what was measured on top of the previous delay, where there was one.
 void addResidualDelay(Result& result, const Estimate& whole, const Eigen::VectorXd& previous);
 
+// "tau = ..." for a person.
+inline constexpr std::string_view kDelayConvention =
+    "tau = machine delay - probe delay; positive: the machine's stamps are late (M = P - tau v)";
+
 }  // namespace probebox::metrology

@@ -5,6 +5,7 @@
 
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
+#include "firmware/metrology/delay_in_out.hpp"
 #include "firmware/metrology/delay_known_sphere.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
 #include "firmware/metrology/delay_non_normal.hpp"
@@ -38,6 +39,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"c-zero-shift", solveCZeroShift},
     {"centreline", solveCentreline},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
+    {"delay-in-out", solveDelayInOut},
     {"delay-known-sphere", solveDelayKnownSphere},
     {"delay-multi-speed", solveDelayMultiSpeed},
     {"delay-non-normal", solveDelayNonNormal},

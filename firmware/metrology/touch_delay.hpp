@@ -49,8 +49,4 @@ class TouchDelay {
   Eigen::VectorXd previous_;  // s
 };
 
-// "tau = ..." for a person.
-inline constexpr std::string_view kDelayConvention =
-    "tau = machine delay - probe delay; positive: the machine's stamps are late (M = P - tau v)";
-
 }  // namespace probebox::metrology

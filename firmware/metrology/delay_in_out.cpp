@@ -1,0 +1,218 @@
+#include "firmware/metrology/delay_in_out.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/previous_delay.hpp"
+#include "firmware/metrology/touch.hpp"
+#include "firmware/metrology/touch_delay.hpp"
+#include "firmware/metrology/waveform_match.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 2> kKeys{"previous_tau_s", "feature"};
+constexpr double kMissing = 1.5;     // periods between samples of the contact
+constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
+constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
+constexpr double kDroppedShare = 0.10;
+constexpr double kResolution = 1e-7;
+
+Refusal refusal(const std::string& touch, std::string name, const std::string& what) {
+  return {std::move(name), touch + ": " + what};
+}
+
+// The contact of one drive, and both streams along it: they fall into the surface and come back.
+struct Contact {
+  std::string name;
+  Signal machine;  // mm, along the retract
+  Signal probe;    // raw, against the deflection, so that both have their lowest point at the apex
+  double from{};   // stamps of the first and last deflected sample, probe time, s
+  double until{};
+  double machine_apex_s{};
+  double probe_apex_s{};
+};
+
+std::size_t lowest(const Signal& signal) {
+  return static_cast<std::size_t>(std::ranges::min_element(signal.values) - signal.values.begin());
+}
+
+struct Leg {
+  double at{};  // of the line at time zero of the apex
+  double slope{};
+};
+
+// Line through the samples from 40 to 90 % of the half contact before or after the apex: 60 to 10 % of the depth.
+std::optional<Leg> legOf(const Signal& signal, double apex, double half, double side) {
+  double n = 0.0;
+  double st = 0.0;
+  double sx = 0.0;
+  double stt = 0.0;
+  double stx = 0.0;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    const double t = signal.times[k] - apex;
+    if (t * side < 0.4 * half || t * side > 0.9 * half) continue;
+    n += 1.0, st += t, sx += signal.values[k], stt += t * t, stx += t * signal.values[k];
+  }
+  const double determinant = n * stt - st * st;
+  if (n < 3.0 || !(determinant > 0.0)) return std::nullopt;
+  const double slope = (n * stx - st * sx) / determinant;
+  return Leg{(sx - slope * st) / n, slope};
+}
+
+// Where the lines of in and out meet (A18), twice: the first time tells where to look.
+std::optional<double> apexOf(const Signal& signal, double rough, double half) {
+  for (int round = 0; round < 2; ++round) {
+    const auto in = legOf(signal, rough, half, -1.0);
+    const auto out = legOf(signal, rough, half, 1.0);
+    if (!in || !out || !(in->slope < 0.0) || !(out->slope > 0.0)) return std::nullopt;
+    rough += (in->at - out->at) / (out->slope - in->slope);
+  }
+  return rough;
+}
+
+// Share of the contact that the signal spends near its lowest point.
+double apexShare(const Signal& signal, double apex, double half) {
+  const double bottom = signal.values[lowest(signal)];
+  double rim = bottom;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    if (std::abs(signal.times[k] - apex) < half) rim = std::max(rim, signal.values[k]);
+  }
+  std::size_t near = 0;
+  std::size_t all = 0;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    if (std::abs(signal.times[k] - apex) >= half) continue;
+    ++all;
+    if (signal.values[k] - bottom < kApexShare * (rim - bottom)) ++near;
+  }
+  return all == 0 ? 1.0 : static_cast<double>(near) / static_cast<double>(all);
+}
+
+bool complete(const Signal& signal, double from, double until) {
+  const double allowed = kMissing * signal.period();
+  if (signal.times.front() > from || signal.times.back() < until) return false;
+  for (std::size_t k = 1; k < signal.times.size(); ++k) {
+    const bool within = signal.times[k] > from && signal.times[k - 1] < until;
+    if (within && signal.times[k] - signal.times[k - 1] > allowed) return false;
+  }
+  return true;
+}
+
+Signal project(const Stream& stream, const Eigen::Vector3d& direction) {
+  return {stream.times, stream.along(direction, {0, stream.times.size()})};
+}
+
+Outcome<Contact, Refusal> findContact(const Touch& touch) {
+  Contact contact;
+  contact.name = touch.plan.name;
+  Eigen::Index deepest = 0;
+  const double highest = touch.probe.values.rowwise().norm().maxCoeff(&deepest);
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  for (const auto row : touch.probe.values.rowwise()) {
+    if (row.norm() > 0.5 * highest) direction += row.transpose();
+  }
+  contact.machine = project(touch.machine, touch.plan.retract);
+  contact.probe = project(touch.probe, -direction.normalized());
+  const double sigma = std::sqrt(sampleVariance(contact.probe));
+  if (highest < std::max(20.0 * sigma, 100.0 * kResolution)) {
+    return refusal(contact.name, "no-contact", "the probe was never deflected clearly; check that it was touched");
+  }
+  const double limit = -std::max(5.0 * sigma, 10.0 * kResolution);
+  const auto& depth = contact.probe.values;
+  auto first = static_cast<std::size_t>(deepest);
+  auto last = first;
+  while (first > 0 && depth[first - 1] < limit) --first;
+  while (last + 1 < depth.size() && depth[last + 1] < limit) ++last;
+  if (first == 0 || last + 1 == depth.size()) {
+    return refusal(contact.name, "truncated", "the record does not hold the whole contact; measure it again");
+  }
+  contact.from = contact.probe.times[first];
+  contact.until = contact.probe.times[last];
+  return contact;
+}
+
+std::optional<Refusal> findApexes(Contact& contact) {
+  const double half = (contact.until - contact.from) / 2.0;
+  // The middle of the lowest tenth: a rest has no lowest sample.
+  const auto middle = [](const Signal& signal) { return signal.times[lowest(signal)]; };
+  const auto in_machine = apexOf(contact.machine, middle(contact.machine), half);
+  const auto in_probe = apexOf(contact.probe, (contact.from + contact.until) / 2.0, half);
+  const double flat = apexShare(contact.machine, middle(contact.machine), half);
+  if (flat > kFlatShare + kApexShare) {
+    return refusal(contact.name, "flat-apex",
+                   "the machine rests on the surface for " + text(100.0 * flat) +
+                       " % of the contact, 20 % are allowed; drive back without a dwell");
+  }
+  if (apexShare(contact.probe, (contact.from + contact.until) / 2.0, half) > flat + 0.15) {
+    return refusal(contact.name, "clipped",
+                   "the deflection stays at its limit while the machine moves; drive less far");
+  }
+  if (!in_machine || !in_probe) {
+    return refusal(contact.name, "too-few-samples",
+                   "fewer than three samples on the way in or out; drive more slowly, or further, or sample faster");
+  }
+  contact.machine_apex_s = *in_machine;
+  contact.probe_apex_s = *in_probe;
+  const double start = contact.machine_apex_s - contact.probe_apex_s;
+  if (!complete(contact.probe, contact.from, contact.until) ||
+      !complete(contact.machine, contact.from + start, contact.until + start)) {
+    return refusal(contact.name, "gap", "samples of the contact are missing; find out why, and measure it again");
+  }
+  return std::nullopt;
+}
+
+// Shapes of a drive in and out: the rate changes its sign at the apex, the path is the distance from it.
+SeenTwice seenTwice(const Contact& contact) {
+  const double apex = contact.machine_apex_s;
+  const double start = apex - contact.probe_apex_s;
+  const double period = std::max(contact.machine.period(), contact.probe.period());
+  return {.name = contact.name,
+          .machine = contact.machine,
+          .probe = contact.probe,
+          .from = contact.from + start + 0.2 * contact.probe.period(),
+          .until = contact.until + start - 0.2 * contact.probe.period(),
+          .shapes =
+              [apex](double t) {
+                return Eigen::VectorXd{Eigen::Vector3d{t < apex ? -1.0 : 1.0, std::abs(t - apex), 1.0}};
+              },
+          .skipped = {{apex - period, apex + period}}};
+}
+
+std::optional<Refusal> poorMatch(const Match& match) {
+  if (match.dropped_share <= kDroppedShare && match.rms_mm <= 3.0 * match.expected_mm + kResolution) {
+    return std::nullopt;
+  }
+  return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
+                                           " mm where their noise promises " + text(match.expected_mm) +
+                                           " mm (slip, bounce); touch again"};
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
+  const auto previous = previousDelay(dataset, 1);
+  if (!previous) return previous.error();
+  const auto touches = readTouches(dataset);
+  if (!touches) return touches.error();
+  std::vector<SeenTwice> records;
+  double start = 0.0;
+  for (const auto& touch : touches.value()) {
+    auto contact = findContact(touch);
+    if (!contact) return contact.error();
+    if (auto bad = findApexes(contact.value())) return *bad;
+    start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
+    records.push_back(seenTwice(contact.value()));
+  }
+  const auto match = matchWaveforms(records, start, Interpolation::linear);
+  if (!match) return match.error();
+  if (auto bad = poorMatch(match.value())) return *bad;
+  return reportMatch(dataset, match.value(), previous.value(), kKeys);
+}
+
+}  // namespace probebox::metrology

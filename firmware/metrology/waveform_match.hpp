@@ -1,0 +1,67 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One signal on its own stamps. Stamps rise, s.
+struct Signal {
+  std::vector<double> times;
+  std::vector<double> values;
+
+  double period() const;  // median distance of the stamps, s
+};
+
+// Variance of one sample from what it misses its neighbours by; blind to slopes, and to a few kinks and spikes.
+double sampleVariance(const Signal& signal);
+
+// The same motion seen twice: by the machine as q (mm), and by the probe as a deflection (raw or mm).
+struct SeenTwice {
+  std::string name;
+  Signal machine;
+  Signal probe;
+  double from{};  // machine time between which the two are compared: samples of both on either side
+  double until{};
+  // At a machine time: the rate of q or what has its shape, then the shape of q itself, then 1 and further shapes
+  // that q may be off by. None of them may depend on the samples that are compared, or only as a smooth does.
+  std::function<Eigen::VectorXd(double time)> shapes;
+  // Machine time that is left out, as [from, until]: kinks that interpolation cannot follow.
+  std::vector<std::pair<double, double>> skipped{};
+};
+
+// Samples of a signal between its stamps.
+enum class Interpolation { linear = 2, cubic = 4 };
+
+struct Match {
+  double tau_s{};
+  double sd_s{};
+  double rms_mm{};       // of e
+  double expected_mm{};  // what the noise of the samples promises for it
+  std::size_t dof{};
+  std::vector<std::string> dropped;  // stretches of time, by name, in which e lies beyond 4.5 deviations
+  double dropped_share{};
+};
+
+// Least tau in e(t) = q(t) + g d(t - tau) - b . shapes(t), by the instrumental step of CN101622513 (docs/metrology.md
+// (A14), (A16), (A17), (A19)): Z'e = 0 with the shapes as instruments Z, because interpolating a noisy deflection
+// changes its noise with the fraction between the samples, which draws least squares to whole ones. g and b belong to
+// each record, tau to all. Both signals are interpolated onto one grid as fine as the finer of them. start: s, to
+// within a few samples. Refuses: gap (more than 2.5 periods between samples), too-few-samples, ill-conditioned,
+// no-convergence.
+Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, double start, Interpolation interpolation);
+
+// The answer of a method that matches waveforms: tau_s on top of the delay that the stamps were corrected by. Where the
+// residuals are worse than the noise promises by more than two fifths, the sd grows with them, with a warning.
+Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
+                   std::span<const std::string_view> keys);
+
+}  // namespace probebox::metrology
