@@ -184,15 +184,6 @@ SeenTwice seenTwice(const Contact& contact) {
           .skipped = {{apex - period, apex + period}}};
 }
 
-std::optional<Refusal> poorMatch(const Match& match) {
-  if (match.dropped_share <= kDroppedShare && match.rms_mm <= 3.0 * match.expected_mm + kResolution) {
-    return std::nullopt;
-  }
-  return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
-                                           " mm where their noise promises " + text(match.expected_mm) +
-                                           " mm (slip, bounce); touch again"};
-}
-
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
@@ -211,7 +202,7 @@ Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
   }
   const auto match = matchWaveforms(records, start, Interpolation::linear);
   if (!match) return match.error();
-  if (auto bad = poorMatch(match.value())) return *bad;
+  if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
   return reportMatch(dataset, match.value(), previous.value(), kKeys);
 }
 

@@ -17,9 +17,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kGap = 2.5;        // periods
+// periods
 constexpr double kOutlier = 4.5;    // deviations
 constexpr std::size_t kLeast = 12;  // points of the grid
+constexpr double kRounding = 1e-7;  // mm, the digits of a case file
 constexpr int kSteps = 30;
 constexpr double kWorse = 1.4;  // residuals against what the noise promises
 
@@ -190,13 +191,17 @@ class Gridded {
   double gain_{};
 };
 
-std::optional<Refusal> gapIn(const Signal& signal, double from, double until, const std::string& name) {
-  const double allowed = kGap * signal.period();
+// A gap within what is compared, which is not skipped. shift: from the signal's stamps to the machine's.
+std::optional<Refusal> gapIn(const SeenTwice& record, const Signal& signal, double shift, const std::string& stream) {
+  const double allowed = kGapPeriods * signal.period();
   for (std::size_t k = 1; k < signal.times.size(); ++k) {
-    if (signal.times[k] < from || signal.times[k - 1] > until) continue;
-    if (signal.times[k] - signal.times[k - 1] <= allowed) continue;
-    return Refusal{"gap", name + " has no samples between " + text(signal.times[k - 1]) + " and " +
-                              text(signal.times[k]) + " s; find out why samples are lost and measure again"};
+    const double from = signal.times[k - 1] + shift;
+    const double until = signal.times[k] + shift;
+    if (until - from <= allowed || until < record.from || from > record.until) continue;
+    const auto covers = [&](const auto& range) { return range.first <= from && range.second >= until; };
+    if (std::ranges::any_of(record.skipped, covers)) continue;
+    return Refusal{"gap", record.name + ": the " + stream + " has no samples for " + text(until - from) +
+                              " s; find out why samples are lost and measure again"};
   }
   return std::nullopt;
 }
@@ -291,10 +296,8 @@ double sampleVariance(const Signal& signal) {
 Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, double start, Interpolation interpolation) {
   std::vector<Gridded> grids;
   for (const auto& record : records) {
-    if (auto refusal = gapIn(record.machine, record.from, record.until, record.name + ": machine")) return *refusal;
-    if (auto refusal = gapIn(record.probe, record.from - start, record.until - start, record.name + ": probe")) {
-      return *refusal;
-    }
+    if (auto refusal = gapIn(record, record.machine, 0.0, "machine")) return *refusal;
+    if (auto refusal = gapIn(record, record.probe, start, "probe")) return *refusal;
     grids.emplace_back(record, interpolation);
     if (grids.back().size() < kLeast) {
       return Refusal{"too-few-samples", record.name +
@@ -316,6 +319,13 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   match.tau_s = tau.value();
   describe(match, grids);
   return match;
+}
+
+std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
+  if (match.dropped_share <= dropped_share && match.rms_mm <= 3.0 * match.expected_mm + kRounding) return std::nullopt;
+  return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
+                                           " mm where their noise promises " + text(match.expected_mm) +
+                                           " mm (slip, bounce); measure again"};
 }
 
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -58,6 +59,12 @@ struct Match {
 // within a few samples. Refuses: gap (more than 2.5 periods between samples), too-few-samples, ill-conditioned,
 // no-convergence.
 Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, double start, Interpolation interpolation);
+
+// Samples further apart than this leave no value between them.
+inline constexpr double kGapPeriods = 2.5;
+
+// Refuses residual-too-large: rms above three times what the noise promises, or more dropped than this share.
+std::optional<Refusal> poorMatch(const Match& match, double dropped_share);
 
 // The answer of a method that matches waveforms: tau_s on top of the delay that the stamps were corrected by. Where the
 // residuals are worse than the noise promises by more than two fifths, the sd grows with them, with a warning.

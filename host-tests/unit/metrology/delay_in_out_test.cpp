@@ -52,7 +52,7 @@ std::string refusalOf(const Dataset& dataset) {
 
 TEST(DelayInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   std::mt19937_64 random{41};
-  for (const auto [machine_hz, probe_hz, noise] : {std::tuple{500.0, 1000.0, 1.0}, {1000.0, 787.0, 3.0}}) {
+  for (const auto& [machine_hz, probe_hz, noise] : {std::tuple{500.0, 1000.0, 1.0}, {1000.0, 787.0, 3.0}}) {
     Moments tau;
     Scene scene = inOut();
     scene.machine_rate_hz = machine_hz;

@@ -258,11 +258,11 @@ TEST(DelayOfKnownSizeIsRefused, WhenTheConfigurationDoesNotFit) {
   }
   sphere.config.erase("feature");
   sphere.config.erase("effective_diameter_mm");
-  EXPECT_EQ(refusal(sphere), "bad-config");
+  EXPECT_EQ(refusal(sphere), "missing-key");
   gap.config["gap_mm"] = 5.0;
   EXPECT_EQ(refusal(gap), "bad-config");
   gap.config.erase("gap_mm");
-  EXPECT_EQ(refusal(gap), "bad-config");
+  EXPECT_EQ(refusal(gap), "missing-key");
   axes.config["previous_tau_axis_s"] = 0.003;
   EXPECT_EQ(refusal(axes), "bad-config");
   axes.config.erase("previous_tau_axis_s");
