@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "pulls.hpp"
 #include "scenario.hpp"
 
 // Every touch method for the delay, run on the emulated machine: its controller drives where the box prompts.
@@ -12,6 +15,74 @@ namespace {
 
 using namespace std::chrono_literals;
 using procedure::Method;
+
+constexpr std::uint64_t kSeeds = 40;
+
+// A machine whose delay differs from seed to seed; with `each_axis` also from axis to axis.
+world::Config worldOf(std::uint64_t seed, bool each_axis) {
+  world::Config config = usualWorld();
+  const double tau_s = 0.002 + 0.0001 * static_cast<double>(seed);
+  config.delays.tau_machine_s = {tau_s, tau_s, tau_s};
+  if (each_axis) config.delays.tau_machine_s = {tau_s, tau_s + 0.0007, tau_s - 0.0004};
+  return config;
+}
+
+// The machine does all steps of the method, each once, without touching anything else.
+std::optional<metrology::Result> run(Scenario& scenario, Method method) {
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  const auto solved = scenario.calibrate(method);
+  const auto& progress = scenario.state().procedure;
+  if (!solved) {
+    ADD_FAILURE() << procedure::nameOf(method) << " stopped in step " << progress.step;
+    return std::nullopt;
+  }
+  EXPECT_EQ(scenario.machine().stylus().contactCount(), progress.steps);
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+  EXPECT_EQ(scenario.controller().abandonedSteps(), 0U);
+  if (!solved->ok()) {
+    ADD_FAILURE() << procedure::nameOf(method) << ": " << solved->error().reason;
+    return std::nullopt;
+  }
+  return solved->value();
+}
+
+// bounce_mm: of the stylus at contact, where it is not the usual one.
+void expectHonest(Method method, std::optional<double> bounce_mm = {}) {
+  const auto solvers = metrology::methods();
+  if (std::ranges::find(solvers, procedure::nameOf(method)) == solvers.end())
+    GTEST_SKIP() << "nothing solves " << procedure::nameOf(method) << " in this release";
+  const bool each_axis = method == Method::delay_per_axis;
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    world::Config config = worldOf(seed, each_axis);
+    if (bounce_mm) config.probe.bounce_mm = *bounce_mm;
+    Scenario scenario{config, seed};
+    const auto result = run(scenario, method);
+    ASSERT_TRUE(result);
+    const auto* tau = result->find(each_axis ? "tau_axis_s" : "tau_s");
+    ASSERT_NE(tau, nullptr);
+    for (std::size_t i = 0; i < tau->values.size(); ++i) {
+      EXPECT_LT(tau->sd[i], 3e-5);
+      pulls.add(tau->values[i], scenario.truth().tau_s[i], tau->sd[i]);
+    }
+  }
+  pulls.expectHonest();
+}
+
+TEST(LiveKnownSphere, FindsTheDelayWithTheUncertaintyThatItStates) {
+  expectHonest(Method::delay_known_sphere);
+}
+TEST(LivePlates, FindsTheDelayWithTheUncertaintyThatItStates) {
+  expectHonest(Method::delay_plates);
+}
+TEST(LiveNonNormal, FindsTheDelayWithTheUncertaintyThatItStates) {
+  expectHonest(Method::delay_non_normal);
+}
+// The method compares the streams over the whole contact, so a bounce, which the probe alone feels, would bias it.
+TEST(LiveInOut, FindsTheDelayWithTheUncertaintyThatItStates) {
+  expectHonest(Method::delay_in_out, 0);
+}
 
 TEST(LiveInOut, GoesInAndAtOnceBackOut) {
   Scenario scenario{usualWorld(), 2};
