@@ -106,11 +106,14 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
 bool TouchModel::oneSided() const {
   const bool each_axis = question_.delays == Delays::each_axis;
   MatrixXd rows{size(), dimensions() + (each_axis ? 3 : 1)};
+  double fastest = 0.0;
+  for (Index i = 0; i < size(); ++i) fastest = std::max(fastest, touch(i).plan.speed_mm_s);
   for (Index i = 0; i < size(); ++i) {
     const TouchPlan& plan = touch(i).plan;
     rows.row(i).head(dimensions()) = (span_.transpose() * plan.normal).transpose();
     if (each_axis) {
-      rows.row(i).tail<3>() = plan.normal.cwiseProduct(plan.retract).transpose();
+      // Two speeds serve as well as two sides (A11).
+      rows.row(i).tail<3>() = plan.speed_mm_s / fastest * plan.normal.cwiseProduct(plan.retract).transpose();
     } else {
       rows(i, dimensions()) = 1.0;
     }
@@ -125,7 +128,7 @@ Outcome<VectorXd, Refusal> TouchModel::start() const {
   const bool each_axis = question_.delays == Delays::each_axis;
   if (oneSided()) {
     return Refusal{"one-sided", each_axis ? "the touched normals do not determine the delay of every axis: touch both "
-                                            "sides on x, y and z"
+                                            "sides on x, y and z, or at two speeds what has no other side"
                                           : "the touched normals do not determine a size: touch opposite sides, or "
                                             "five sides of a sphere"};
   }
