@@ -29,6 +29,7 @@ constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm"};
 constexpr double kSameAngle = 1e-8;      // rad
+constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kLeastSector = kTurn / 6.0;
@@ -138,10 +139,10 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
   if (!sigma.stated) return std::nullopt;
   for (std::size_t k = 0; k < station.ideal.size(); ++k) {
     const double off = (station.read[k] - plate(station.ideal[k])).cwiseAbs().maxCoeff();
-    if (off > std::max(4.0 * sigma.value, kResidualFloor)) {
+    if (off > std::max(kWorstResidual * sigma.value, kResidualFloor)) {
       return Refusal{"residual-too-large", "row " + std::to_string(k + 1) + " of table 'second', by ball, is " +
                                                text(off) +
-                                               " mm off the certificate, more than 4 sigma: measure it again"};
+                                               " mm off the certificate, more than 5 sigma: measure it again"};
     }
   }
   return std::nullopt;
