@@ -11,6 +11,7 @@
 #include "firmware/metrology/delay_non_normal.hpp"
 #include "firmware/metrology/delay_per_axis.hpp"
 #include "firmware/metrology/delay_plates.hpp"
+#include "firmware/metrology/delay_stepped_scan.hpp"
 #include "firmware/metrology/limited_access.hpp"
 #include "firmware/metrology/periodic_check.hpp"
 #include "firmware/metrology/pivot.hpp"
@@ -45,6 +46,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"delay-non-normal", solveDelayNonNormal},
     {"delay-per-axis", solveDelayPerAxis},
     {"delay-plates", solveDelayPlates},
+    {"delay-stepped-scan", solveDelaySteppedScan},
     {"head-pivot", solveHeadPivot},
     {"periodic-check", solvePeriodicCheck},
     {"rotary-axis-errors", solveRotaryAxisErrors},
