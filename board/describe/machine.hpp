@@ -13,6 +13,7 @@ enum class ReferenceBy { absolute, index, homing };
 
 struct ReferenceDescription {
   ReferenceBy by{ReferenceBy::homing};
+  bool has_index{};         // there is a mark
   double index_mm{};        // machine position where the mark begins for an axis that moves up
   double index_width_mm{};  // it begins this much higher for an axis that moves down
   double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
@@ -68,9 +69,8 @@ struct CentrelineDescription {
 
 // Sources of corrections, by the bits of the mask that the CNC reads.
 struct CorrectionsDescription {
-  double hold_s{};             // T_hold: how long a doubtful source is held, where it says nothing else
-  std::uint16_t mask{};        // which are summed
-  double joint_delay_s{0.02};  // from a value that is served until the axes stand there
+  double hold_s{};       // T_hold: how long a doubtful source is held, where it says nothing else
+  std::uint16_t mask{};  // which are summed
 };
 
 struct Machine {

@@ -23,6 +23,7 @@ ReferenceDescription readReference(Section& axis) {
     reference.maximum_speed_mm_s = axis.number("maximum_speed_mm_s", {1, 1e5}, reference.maximum_speed_mm_s);
     return reference;
   }
+  reference.has_index = true;
   reference.index_mm = axis.number("index_mm", kPosition_mm);
   reference.index_width_mm = axis.number("index_width_mm", {0, 100}, 0);
   reference.index_pitch_mm = axis.number("index_pitch_mm", {0, 1e4}, 0);
@@ -103,7 +104,6 @@ CorrectionsDescription readCorrections(Section section) {
   constexpr std::array<std::string_view, 4> kSources{"screw", "swivel", "rotary", "centreline"};
   CorrectionsDescription corrections;
   corrections.hold_s = section.number("hold_s", kSeconds);
-  corrections.joint_delay_s = section.number("joint_delay_s", {0, 2}, corrections.joint_delay_s);
   if (section.has("sources")) {
     const auto& node = *section.node("sources");
     for (const auto& name : section.texts("sources")) {

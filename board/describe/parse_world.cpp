@@ -40,6 +40,7 @@ WorldEncoders readEncoders(Section section) {
   encoders.noise_um = section.number("noise_um", {0, 1000});
   encoders.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
   encoders.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
+  if (section.has("power_up_mm")) encoders.power_up_mm = section.vector("power_up_mm", kAnywhere);
   section.finish();
   return encoders;
 }
@@ -101,8 +102,7 @@ WorldPartSpindle readPartSpindle(Section section) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
     ball.finish();
   }
-  if (spindle.balls_mm.size() > kMostBalls)
-    section.problem(*section.node("ball"), "more than 8 balls: remove some");
+  if (spindle.balls_mm.size() > kMostBalls) section.problem(*section.node("ball"), "more than 8 balls: remove some");
   section.finish();
   return spindle;
 }
@@ -123,6 +123,28 @@ WorldRotary readRotary(Section section) {
   rotary.noise_rad = section.number("noise_rad", {0, 0.01});
   section.finish();
   return rotary;
+}
+
+WorldScrew readScrew(Section section) {
+  WorldScrew screw;
+  screw.cold_um = section.number("cold_um", {-1000, 1000}, 0.0);
+  screw.warm_um = section.number("warm_um", {-1000, 1000});
+  screw.time_constant_s = section.number("time_constant_s", {0.1, 1e6});
+  screw.face_um = {section.number("face_once_um", {0, 100}, 0.0), section.number("face_twice_um", {0, 100}, 0.0)};
+  screw.noise_um = section.number("noise_um", {0, 100}, 0.0);
+  screw.sensor_time_constant_s = section.number("sensor_time_constant_s", {0, 10}, 0.0);
+  section.finish();
+  return screw;
+}
+
+void readScrews(Section section, World& world) {
+  for (std::size_t axis = 0; axis < world.screws.size(); ++axis) {
+    const std::string name{"XYZ"[axis]};
+    const bool described = section.has(name);
+    auto screw = section.section(name, false);
+    if (described) world.screws[axis] = readScrew(std::move(screw));
+  }
+  section.finish();
 }
 
 WorldCycle readCycle(Section section) {
@@ -150,6 +172,7 @@ World readWorld(Section& root) {
   if (root.has("part_spindle")) world.part_spindle = readPartSpindle(root.section("part_spindle"));
   if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
   if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
+  readScrews(root.section("screw", false), world);
   world.cycle = readCycle(root.section("cycle"));
   return world;
 }

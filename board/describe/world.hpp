@@ -39,6 +39,7 @@ struct WorldEncoders {
   double noise_um{};             // k = 1
   double counts_per_mm{};        // the true scale of all three axes
   double dropout_probability{};  // per reading
+  Vector3 power_up_mm{};         // what the counters show at machine position 0
 };
 
 struct WorldAxes {
@@ -74,10 +75,10 @@ struct WorldPlates {
 
 // The spindle of the part: rotary axis C, and balls that stand on it.
 struct WorldPartSpindle {
-  Vector3 point_mm{};                // of the axis
-  std::array<double, 2> tilt{};      // dx/dz and dy/dz of the axis
+  Vector3 point_mm{};            // of the axis
+  std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
   double ball_radius_mm{};
-  std::vector<Vector3> balls_mm;     // at C = 0, relative to the point
+  std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
 };
 
 // The spindle of the probe: rotary axis A.
@@ -90,6 +91,17 @@ struct WorldProbeSpindle {
 struct WorldRotary {
   double speed_rad_s{};
   double noise_rad{};  // of every stop (k = 1)
+};
+
+// A ball screw that warms up from the start on, with a sensor at its free end. Its pitch, its length and where it is
+// held are what machine.toml says.
+struct WorldScrew {
+  double cold_um{};  // longer than the reference by this at the start, and by `warm_um` in the end
+  double warm_um{};
+  double time_constant_s{};
+  std::array<double, 2> face_um{};  // of the face that the sensor looks at: once and twice a turn
+  double noise_um{};                // k = 1
+  double sensor_time_constant_s{};
 };
 
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
@@ -114,6 +126,7 @@ struct World {
   std::optional<WorldPartSpindle> part_spindle;
   std::optional<WorldProbeSpindle> probe_spindle;
   std::optional<WorldRotary> rotary;
+  std::array<std::optional<WorldScrew>, 3> screws;
   WorldCycle cycle;
 };
 

@@ -43,6 +43,7 @@ struct Prompt {
   std::uint16_t ball{};         // of the part, from 1
   bool turns{};                 // the rotary axes have to stand as below
   Vector3 rotary_angles_rad{};  // A B C
+  bool referenced{true};        // the box knows where all axes stand
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.
@@ -55,6 +56,10 @@ class BoxLink {
   // The box's answer to the marker that was posted last: true when it was taken, false when the box refused it (another
   // run or step, not allowed). Nothing while no answer has come; the answer stays until the next post.
   virtual std::optional<bool> markerAnswer() = 0;
+
+  // Tells the box that the axes have been homed and stand there, machine position. Nothing answers; the status shows
+  // it.
+  virtual void home(const Vector3& position_mm) = 0;
 
   // Asks where the procedure stands.
   virtual void askProcedureStatus() = 0;

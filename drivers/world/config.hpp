@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
@@ -40,6 +41,7 @@ struct EncoderConfig {
   double counts_per_mm{1e6};
   std::array<int, 3> sense{1, 1, 1};  // -1 when counts fall in the positive direction of the axis
   double dropout_probability{0};      // per latch of one axis
+  Vector3 power_up_mm{};              // what the counters show at machine position 0: nobody knows after power-up
 };
 
 struct AxesConfig {
@@ -72,11 +74,11 @@ struct SphereConfig {
 // Two parallel plates across X with a gap between them, each a block.
 struct PlatesConfig {
   bool fitted{false};
-  Vector3 middle_mm{};    // of the gap
+  Vector3 middle_mm{};  // of the gap
   double gap_mm{20};
-  double width_mm{30};      // along Y
-  double height_mm{30};     // along Z
-  double thickness_mm{8};   // along X
+  double width_mm{30};     // along Y
+  double height_mm{30};    // along Z
+  double thickness_mm{8};  // along X
 };
 
 // The part spindle: rotary axis C through `point_mm` along `direction`, and what stands on it. Balls are given where
@@ -103,6 +105,22 @@ struct RotaryConfig {
   double noise_rad{0};  // of every stop, k = 1, of A and of C
 };
 
+// A ball screw that warms up from the world's start on, with a sensor at its free end.
+struct ScrewConfig {
+  bool fitted{false};
+  double length_mm{800};
+  double offset_mm{100};  // axis zero to the fixed bearing
+  double pitch_mm{10};
+  bool reversed{false};  // the fixed bearing is at the high end of the axis
+  double cold_um{0};     // longer than the reference by this at the start, and by `warm_um` in the end
+  double warm_um{60};
+  double time_constant_s{600};
+  std::array<double, 2> face_um{3, 0.8};  // of the face against a plane one: once and twice a turn
+  double noise_um{0.1};                   // k = 1, of one reading
+  double sensor_zero_um{0};               // what it reads on the cold screw
+  double sensor_time_constant_s{0.15};
+};
+
 struct Config {
   MonoTime start{};  // the world begins here
   DelayConfig delays;
@@ -115,6 +133,9 @@ struct Config {
   PartSpindleConfig part_spindle;
   ProbeSpindleConfig probe_spindle;
   RotaryConfig rotary;
+  std::array<ScrewConfig, 3> screws;
+  double drift_rate_hz{20};                       // of each sensor
+  std::array<std::optional<double>, 3> marks_mm;  // reference marks; nothing on an axis without one
   // False: edges do not come as events; they are asked for as physical edges, for a line that somebody else stamps.
   bool edges_as_events{true};
 };

@@ -12,8 +12,9 @@ constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
-  const bool approaches = prompt.approach_direction == Vector3{} || (isDirection(prompt.approach_direction) &&
-                          dot(prompt.outward_normal, prompt.approach_direction) < 0);
+  const bool approaches =
+      prompt.approach_direction == Vector3{} ||
+      (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) && prompt.rotary_angles_rad[1] == 0;
   return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
          prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
@@ -107,8 +108,18 @@ void Controller::askAnew() {
   enter(Activity::asking);
 }
 
+// Only a box without a run behind it: one that has lost a reference since has to be homed by a person's decision.
+void Controller::home() {
+  constexpr Nanoseconds kAgain = std::chrono::milliseconds{500};
+  const bool due = homed_ == MonoTime::min() || now_ - homed_ >= kAgain;
+  if (!config_.homes || status_->referenced || status_->run != 0 || !due || !machine_.atRest(now_)) return;
+  link_.home(machine_.commandedPosition());
+  homed_ = now_;
+}
+
 void Controller::ask() {
   if (!status_) return;
+  home();
   switch (status_->state) {
     case RunState::waiting:
       if (canBeFollowed(*status_) && known(*status_)) follow(*status_);

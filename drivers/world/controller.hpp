@@ -29,9 +29,10 @@ struct ControllerConfig {
     std::size_t ball_count{0};
     double effective_radius_mm{};
   } part;
-  double safe_distance_mm{2};                // traverses stay this far from the surface
+  double safe_distance_mm{2};     // traverses stay this far from the surface
   Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere
-  double run_out_mm{1.5};  // the retract keeps its speed until the clearance, and stops this far beyond
+  bool homes{true};               // tells a box that has just started where the axes stand
+  double run_out_mm{1.5};         // the retract keeps its speed until the clearance, and stops this far beyond
   std::uint32_t tool{1};
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
   Nanoseconds dwell{std::chrono::milliseconds{100}};  // at overtravel
@@ -82,6 +83,7 @@ class Controller {
   bool procedureHasGone() const;
   void leave();
 
+  void home();
   void ask();
   void follow(const Prompt& prompt);
   bool known(const Prompt& prompt) const;
@@ -112,7 +114,8 @@ class Controller {
   Prompt step_;                   // what is being done
   Marker marker_;                 // the one that was posted last
   MonoTime posted_{};
-  std::optional<Place> near_;     // where the probe is, unless at the free height
+  MonoTime homed_{MonoTime::min()};  // when the box was told
+  std::optional<Place> near_;        // where the probe is, unless at the free height
   Route route_;
   std::uint64_t finished_steps_{};
   std::uint64_t abandoned_steps_{};

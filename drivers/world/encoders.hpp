@@ -7,25 +7,28 @@
 #include "drivers/world/machine.hpp"
 #include "drivers/world/random.hpp"
 #include "drivers/world/sampling.hpp"
+#include "drivers/world/screws.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::world {
 
-// Latches the counts of three incremental encoders at their own rate, stale by the machine's delay.
+// Latches the counts of three incremental encoders, on the motors of the ball screws, at their own rate, stale by the
+// machine's delay.
 class Encoders {
  public:
   Encoders(const Config& config, std::uint64_t seed);
 
   MonoTime nextAt() const { return sampling_.at(latch_); }
   // The next count; false when it is dropped.
-  bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
+  bool take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults, Ledger& ledger);
 
  private:
   EncoderConfig config_;
   Vector3 tau_s_;
   Random random_;
   Sampling sampling_;
+  Vector3 position_mm_{};  // as last seen
   std::int64_t latch_{};
   std::size_t axis_{};
 };

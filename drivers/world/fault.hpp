@@ -6,12 +6,16 @@
 namespace probebox::world {
 
 enum class FaultKind : std::uint8_t {
-  drop_probe,     // no probe samples: their sequence numbers run on
-  drop_encoders,  // no encoder latches: their sequence numbers run on
-  stop_sync,      // the master clock's line is silent
-  lose_edges,     // the kernel's buffer overruns: edges come, but are lost with their sequence numbers
-  double_edges,   // every tick comes twice
-  jump_clock,     // once: the master clock's phase steps by `jump`
+  drop_probe,      // no probe samples: their sequence numbers run on
+  drop_encoders,   // no encoder latches: their sequence numbers run on
+  stop_sync,       // the master clock's line is silent
+  lose_edges,      // the kernel's buffer overruns: edges come, but are lost with their sequence numbers
+  double_edges,    // every tick comes twice
+  drop_drift,      // the sensors of the screws are silent
+  stick_encoders,  // the counts stand still while the axes move
+  freeze_probe,    // every sample is the one before
+  shake_probe,     // a hundred times the noise
+  jump_clock,      // once: the master clock's phase steps by `jump`
 };
 
 // What goes wrong, from `at` on and for `duration`.

@@ -52,6 +52,21 @@ PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
   return spindle;
 }
 
+ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescription& screw) {
+  return {.fitted = true,
+          .length_mm = screw.length_mm,
+          .offset_mm = screw.offset_mm,
+          .pitch_mm = screw.pitch_mm,
+          .reversed = screw.fixed_bearing == board::FixedBearing::high,
+          .cold_um = described.cold_um,
+          .warm_um = described.warm_um,
+          .time_constant_s = described.time_constant_s,
+          .face_um = described.face_um,
+          .noise_um = described.noise_um,
+          .sensor_zero_um = screw.reference_um,
+          .sensor_time_constant_s = described.sensor_time_constant_s};
+}
+
 void addFeatures(Config& config, const board::World& description) {
   if (const auto& plates = description.plates) {
     config.plates = {.fitted = true,
@@ -81,6 +96,7 @@ Config fromDescription(const board::World& description) {
   config.encoders.noise_um = description.encoders.noise_um;
   config.encoders.counts_per_mm = description.encoders.counts_per_mm;
   config.encoders.dropout_probability = description.encoders.dropout_probability;
+  config.encoders.power_up_mm = description.encoders.power_up_mm;
   config.axes.acceleration_mm_s2 = description.axes.acceleration_mm_s2;
   config.axes.traverse_mm_s = description.axes.traverse_mm_s;
   config.axes.home_mm = description.axes.home_mm;
@@ -93,7 +109,13 @@ Config fromDescription(const board::World& description) {
 
 Config fromDescription(const board::World& description, const board::Machine& machine) {
   Config config = fromDescription(description);
-  for (std::size_t i = 0; i < machine.axes.size(); ++i) config.encoders.sense[i] = machine.axes[i].sense;
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) {
+    const auto& axis = machine.axes[i];
+    config.encoders.sense[i] = axis.sense;
+    if (axis.reference.has_index) config.marks_mm[i] = axis.reference.index_mm;
+    if (description.screws[i] && machine.screws[i])
+      config.screws[i] = screwOf(*description.screws[i], *machine.screws[i]);
+  }
   return config;
 }
 

@@ -51,7 +51,6 @@ class Machine {
   double stopAt(double angle_rad) { return angle_rad + rotary_.noise_rad * random_.normal(); }
   Hold holdAt(double a_rad) const;
 
-
   AxesConfig axes_;
   RotaryConfig rotary_;
   ProbeSpindleConfig probe_spindle_;

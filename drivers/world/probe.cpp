@@ -22,10 +22,16 @@ bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faul
       .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
   const Vector3 channels_mm = channels_of_displacement_ * machine.probeDisplacementAt(deflection.at, tau_s_);
   for (std::size_t i = 0; i < channels_mm.size(); ++i) {
-    const double read_mm = channels_mm[i] + 1e-3 * config_.noise_um * random_.normal();
+    const double noise_um = config_.noise_um * (faults.active(FaultKind::shake_probe, deflection.at) ? 100 : 1);
+    const double read_mm = channels_mm[i] + 1e-3 * noise_um * random_.normal();
     const double clipped_mm = std::clamp(read_mm, -config_.range_mm, config_.range_mm);
     deflection.clipped |= clipped_mm != read_mm;
     deflection.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e6 * clipped_mm));
+  }
+  if (faults.active(FaultKind::freeze_probe, deflection.at)) {
+    deflection.channels_nm = last_nm_;
+  } else {
+    last_nm_ = deflection.channels_nm;
   }
   const bool dropped =
       random_.happens(config_.dropout_probability) || faults.active(FaultKind::drop_probe, deflection.at);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 
 #include "drivers/world/config.hpp"
@@ -26,6 +27,7 @@ class Probe {
   Matrix3 channels_of_displacement_;  // inverse of the gain
   Random random_;
   Sampling sampling_;
+  std::array<std::int32_t, 3> last_nm_{};
   std::int64_t sample_{};
 };
 

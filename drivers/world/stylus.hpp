@@ -34,7 +34,8 @@ struct Contact {
   double ring_mm{};
 };
 
-// How the probe's spindle stands: where it holds the stylus ball's centre against the body, and how the probe is turned.
+// How the probe's spindle stands: where it holds the stylus ball's centre against the body, and how the probe is
+// turned.
 struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};

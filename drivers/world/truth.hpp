@@ -25,6 +25,9 @@ struct Ledger {
   std::uint64_t dropped_probe{};
   std::uint64_t encoder_latches{};  // each axis counts
   std::uint64_t dropped_encoders{};
+  std::uint64_t drift_readings{};
+  std::uint64_t dropped_drift{};
+  std::uint64_t index_edges{};
 };
 
 struct Truth {

@@ -8,9 +8,11 @@
 #include "drivers/world/encoders.hpp"
 #include "drivers/world/fault.hpp"
 #include "drivers/world/fault_schedule.hpp"
+#include "drivers/world/index_lines.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/probe.hpp"
+#include "drivers/world/screws.hpp"
 #include "drivers/world/sync_line.hpp"
 #include "drivers/world/trigger_line.hpp"
 #include "drivers/world/truth.hpp"
@@ -46,6 +48,7 @@ class World {
   // For tests and the demo.
   Truth truth() const;
   const Machine& machine() const { return machine_; }
+  const Screws& screws() const { return screws_; }
   // One of the latest SyncLine::kRemembered ticks; nothing for others.
   std::optional<TrueTick> trueTick(Tick tick) const { return sync_.trueTick(tick); }
   std::optional<TrueEdge> trueEdge(std::uint32_t line_sequence) const { return sync_.trueEdge(line_sequence); }
@@ -60,6 +63,8 @@ class World {
   Probe probe_;
   SyncLine sync_;
   TriggerLine trigger_;
+  IndexLines indexes_;
+  Screws screws_;
 };
 
 }  // namespace probebox::world

@@ -190,6 +190,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
 Reply ControlDesk::describeProcedure(const box::State& state) const {
   const auto& progress = state.procedure;
   messages::ProcedureStatus::Answer answer;
+  answer.referenced = state.snapshot.referenced;
   if (last_run_ > progress.run) {
     // Started, and the core has not published it yet: nobody may take the run before for this one.
     answer.run = last_run_;

@@ -29,7 +29,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .feature = static_cast<world::StepFeature>(answer.feature),
           .ball = answer.ball,
           .turns = answer.turns,
-          .rotary_angles_rad = answer.rotary_angles_rad};
+          .rotary_angles_rad = answer.rotary_angles_rad,
+          .referenced = answer.referenced};
 }
 
 }  // namespace
@@ -52,6 +53,10 @@ void ControllerLink::postMarker(const Marker& marker) {
                                               .at_rest = marker.at_rest};
   marker_body_ = messages::encoded(request);
   marker_id_ = ask(messages::Operation::post_marker, marker_body_);
+}
+
+void ControllerLink::home(const world::Vector3& position_mm) {
+  ask(messages::Operation::home_axes, messages::encoded(messages::HomeAxes::Request{0b111, position_mm}));
 }
 
 std::optional<bool> ControllerLink::markerAnswer() {

@@ -21,6 +21,7 @@ class ControllerLink : public world::BoxLink {
   ~ControllerLink() override;
 
   void postMarker(const Marker& marker) override;
+  void home(const world::Vector3& position_mm) override;
   std::optional<bool> markerAnswer() override;
   void askProcedureStatus() override;
   std::optional<world::Prompt> procedureStatus() override;

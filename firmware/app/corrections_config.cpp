@@ -57,7 +57,6 @@ corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine) 
                        .corrected = {centreline.correct_x, centreline.correct_y},
                        .hold = nanoseconds(centreline.hold_s)};
   config.mask = machine.corrections.mask;
-  config.joint_delay = nanoseconds(machine.corrections.joint_delay_s);
   return config;
 }
 

@@ -101,7 +101,9 @@ void Box::on(const Count& count) {
   state_.lost.counts += watch.missingBefore(count.sequence);
   latch_.push(count);
   corrections_.push(count);
-  procedure_.push(count);
+  // The encoders sit on the motors, so a warm screw puts the tool elsewhere than they say: what is measured is where
+  // the tool was. A correction that the machine was moved by is in its counts already, and is not taken out again.
+  procedure_.push(count, corrections_.screws_nm());
 }
 
 void Box::on(const Deflection& deflection) {
@@ -131,8 +133,11 @@ void Box::take(const Deflection& deflection) {
 
 void Box::on(const ProcedureStarted& started) {
   const auto& delay = corrections_.snapshot().delay;
-  procedure_.start(started,
-                   {.result_id = delay.result_id, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .at = started.at});
+  std::array<double, kLinearAxes> offset_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+    offset_mm[axis] = corrections_.reference(axis).position_mm(0.0).value_or(0.0);
+  procedure_.start(started, {.result_id = delay.result_id, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .at = started.at},
+                   offset_mm);
 }
 
 void Box::on(const Marker& marker) {

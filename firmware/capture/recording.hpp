@@ -60,6 +60,9 @@ class Recording {
   // The system delay that is in force while the run is recorded; result_id 0 for none.
   void setDelay(const DelayActivated& delay) { delay_ = delay; }
   const DelayActivated& delay() const { return delay_; }
+  // Machine position where the counts are 0, by the references as the run began; 0 for an axis without one.
+  void setOffsets(const std::array<double, kLinearAxes>& offset_mm) { offset_mm_ = offset_mm; }
+  const std::array<double, kLinearAxes>& offset_mm() const { return offset_mm_; }
   bool append(const MachineRow& row);  // false: full
   bool append(const ProbeRow& row);
   bool append(const Touch& touch);
@@ -76,6 +79,7 @@ class Recording {
   std::vector<MachineRow> machine_rows_;
   std::vector<ProbeRow> probe_rows_;
   std::vector<Touch> touches_;
+  std::array<double, kLinearAxes> offset_mm_{};
   DelayActivated delay_{};
 };
 

@@ -31,8 +31,9 @@ const char* explain(TouchFault fault) {
   return "";
 }
 
-void TouchCapture::clear(const DelayActivated& delay) {
+void TouchCapture::clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm) {
   recording_.clear();
+  recording_.setOffsets(offset_mm);
   recording_.setDelay(delay);
   running_ = false;
 }
@@ -50,7 +51,7 @@ void TouchCapture::begin(const TouchRequest& request) {
   running_ = true;
 }
 
-void TouchCapture::push(const Count& count) {
+void TouchCapture::push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm) {
   if (!running_) return;
   if (axes_in_row_ != 0 && count.at != row_.at) {
     ++incomplete_rows_;
@@ -59,6 +60,7 @@ void TouchCapture::push(const Count& count) {
   const auto axis = static_cast<std::size_t>(count.axis);
   row_.at = count.at;
   row_.counts[axis] = count.counts;
+  row_.correction_nm = correction_nm;
   axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
   if (axes_in_row_ != kAllAxes) return;
   axes_in_row_ = 0;

@@ -26,10 +26,12 @@ class TouchCapture {
  public:
   explicit TouchCapture(Capacity capacity) : recording_{capacity} {}
 
-  // Empties the recording for a run during which this delay is in force; result_id 0 for none.
-  void clear(const DelayActivated& delay);
+  // Empties the recording for a run during which this delay is in force (result_id 0 for none), and the axes are
+  // referenced like this.
+  void clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm);
   void begin(const TouchRequest& request);
-  void push(const Count& count);
+  // correction_nm: what to take out of the position, because the machine stood there by a correction.
+  void push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm = {});
   void push(const Deflection& deflection);
   void push(const SourceLost& lost);
   TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault

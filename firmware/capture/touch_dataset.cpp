@@ -16,8 +16,8 @@ double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
 }
 
 // Of the machine without a correction: results must not depend on the corrections that were in force.
-double millimetres(const MachineRow& row, const Scales& scales, std::size_t axis) {
-  return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] -
+double millimetres(const MachineRow& row, const Scales& scales, double offset_mm, std::size_t axis) {
+  return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm -
          row.correction_nm[axis] * kMillimetresPerNanometre;
 }
 
@@ -36,8 +36,10 @@ metrology::Dataset touchDataset(const Recording& recording, const Scales& scales
     const auto seconds = [&](MonoTime at) { return static_cast<double>((at - origin).count()) * rate; };
     const double number = touch.request.step;
     for (const MachineRow& row : machine_rows) {
-      machine.append({number, seconds(row.at), millimetres(row, scales, 0), millimetres(row, scales, 1),
-                      millimetres(row, scales, 2)});
+      const auto position = [&](std::size_t axis) {
+        return millimetres(row, scales, recording.offset_mm()[axis], axis);
+      };
+      machine.append({number, seconds(row.at), position(0), position(1), position(2)});
     }
     for (const ProbeRow& row : probe_rows) {
       const auto channel = [&row](std::size_t i) { return row.channels_nm[i] * kMillimetresPerNanometre; };

@@ -1,5 +1,6 @@
 #include "firmware/corrections/axis_reference.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace probebox::corrections {
@@ -26,7 +27,7 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
   if (!has_count_) {
     has_count_ = true;
     still_since_.reset();
-    next_anchor_ = Anchor{at, u_mm};
+    next_anchor_ = Anchor{.at = at, .u_mm = u_mm, .sum_mm = 0, .counts = 0};
   } else if (at > at_) {
     const double dt_s = toSeconds(at - at_);
     const double moved_mm = u_mm - u_mm_;
@@ -43,9 +44,14 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
           ++unused_indexes_;
       }
     }
+    for (auto* anchor : {&still_since_, &next_anchor_}) {
+      if (!*anchor) continue;
+      (*anchor)->sum_mm += u_mm - (*anchor)->u_mm;
+      ++(*anchor)->counts;
+    }
     if (at - next_anchor_->at >= kAnchorAge) {
       still_since_ = next_anchor_;
-      next_anchor_ = Anchor{at, u_mm};
+      next_anchor_ = Anchor{.at = at, .u_mm = u_mm, .sum_mm = 0, .counts = 0};
     }
   }
   at_ = at;
@@ -82,7 +88,9 @@ double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) con
 bool AxisReference::homed(double position_mm) {
   if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
   if (!still_since_ || std::abs(u_mm_ - still_since_->u_mm) > kStill_mm) return false;
-  offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - u_mm_;
+  // The mean of what it showed while it stood still.
+  const double mean_mm = still_since_->u_mm + still_since_->sum_mm / std::max(1, still_since_->counts);
+  offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - mean_mm;
   return true;
 }
 
@@ -100,7 +108,7 @@ void AxisReference::lose(ReferenceFault fault) {
   last_fault_ = fault;
   pending_index_.reset();
   still_since_.reset();
-  if (has_count_) next_anchor_ = Anchor{at_, u_mm_};
+  if (has_count_) next_anchor_ = Anchor{.at = at_, .u_mm = u_mm_, .sum_mm = 0, .counts = 0};
   if (!offset_mm_) return;
   offset_mm_.reset();
   ++losses_;

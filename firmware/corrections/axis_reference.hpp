@@ -77,6 +77,8 @@ class AxisReference {
   struct Anchor {
     MonoTime at{};
     double u_mm{};
+    double sum_mm{};  // of how far the counts since were from it
+    int counts{};
   };
   std::optional<Anchor> still_since_, next_anchor_;
   std::optional<MonoTime> pending_index_;

@@ -50,6 +50,16 @@ void Corrections::push(const Count& count) {
   references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
 }
 
+Nanometres Corrections::screws_nm() const {
+  Nanometres all{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto position_mm = references_[axis].position_mm();
+    if (position_mm && screws_[axis].held().health() == Health::good)
+      all[axis] = nanometres(screws_[axis].offset_mm() + screws_[axis].slope() * *position_mm);
+  }
+  return all;
+}
+
 void Corrections::push(const Edge& edge) {
   if (edge.role == LineRole::index && edge.line < kLinearAxes && edge.level == Level::active) {
     references_[edge.line].index(edge.at);
@@ -163,16 +173,14 @@ void Corrections::serve(MonoTime now, const Sum& sum) {
   const bool changed = value_nm != last.correction_nm;
   if (changed) ++snapshot_.sequence;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) snapshot_.correction_mm[axis] = value_nm[axis] * 1e-6;
-  const bool centreline_is_summed = (mask_ & bitOf(SourceKind::centreline)) != 0 && centreline_.calibrated();
   const Served served{.from = now,
                       .correction_nm = value_nm,
-                      .centreline_nm = centreline_is_summed ? nanometres(centreline_.held().value()) : Nanometres{},
                       .sequence = snapshot_.sequence,
                       .mask = mask_,
                       .valid = snapshot_.valid,
                       .degraded = snapshot_.degraded};
-  const bool told_otherwise = changed || served.centreline_nm != last.centreline_nm || served.valid != last.valid ||
-                              served.degraded != last.degraded || served.mask != last.mask;
+  const bool told_otherwise =
+      changed || served.valid != last.valid || served.degraded != last.degraded || served.mask != last.mask;
   if (told_otherwise) history_.push(served);
   if (tick_since_advance_ && !sum.any_invalid && !sum.any_held) fresh_at_ = now;
   snapshot_.age_ms =

@@ -28,8 +28,6 @@ struct CorrectionsConfig {
   std::array<ScrewConfig, kLinearAxes> screws{};
   CentrelineConfig centreline{};
   std::uint16_t mask{};  // sources that are summed at the start
-  // From a value that is served until the axes stand where it asks them to.
-  Nanoseconds joint_delay{std::chrono::milliseconds{20}};
 };
 
 // Says which value cannot be used and what could be; nothing when the configuration is good.
@@ -67,9 +65,9 @@ class Corrections {
 
   const Snapshot& snapshot() const { return snapshot_; }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
-  // What the axes had been asked to add by then, as far as they had followed.
-  const Served& followedAt(MonoTime at) const { return history_.at(at - config_.joint_delay); }
-  std::optional<TriggerStamp> takeTrigger() { return triggers_.take(); }
+  // What the warm screws ask for where the axes are now, whether it is summed and served or not; 0 for an axis without
+  // a reference or a good sensor.
+  Nanometres screws_nm() const;
 
  private:
   struct Sum {

@@ -14,7 +14,6 @@ using Nanometres = std::array<std::int32_t, kLinearAxes>;
 struct Served {
   MonoTime from{};
   Nanometres correction_nm{};
-  Nanometres centreline_nm{};  // the part of it that the centreline asked for
   std::uint16_t sequence{};
   std::uint16_t mask{};
   bool valid{};

@@ -29,8 +29,8 @@ void TriggerLog::tick(const MachineTick& tick) {
 void TriggerLog::placeWaiting() {
   if (tick_count_ == 0) return;
   const MonoTime newest_tick = ticks_[(tick_count_ - 1) % kTicks].at;
-  for (; placed_ < end_ && waiting_[placed_ % kWaiting].at <= newest_tick; ++placed_) {
-    TriggerStamp& stamp = waiting_[placed_ % kWaiting];
+  for (; first_ < end_ && waiting_[first_ % kWaiting].at <= newest_tick; ++first_) {
+    TriggerStamp& stamp = waiting_[first_ % kWaiting];
     if (!place(stamp)) ++unplaced_;
     newest_ = stamp;
   }
@@ -54,11 +54,6 @@ bool TriggerLog::place(TriggerStamp& stamp) const {
     return true;
   }
   return false;
-}
-
-std::optional<TriggerStamp> TriggerLog::take() {
-  if (first_ == placed_) return std::nullopt;
-  return waiting_[first_++ % kWaiting];
 }
 
 }  // namespace probebox::corrections

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <optional>
 
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
@@ -26,8 +25,7 @@ class TriggerLog {
   void push(const Edge& edge, const Served& served);
   void tick(const MachineTick& tick);
 
-  // The next one whose position is known, in their order.
-  std::optional<TriggerStamp> take();
+  // The last one that could be placed, or could not for good.
   const TriggerStamp& newest() const { return newest_; }
   std::uint32_t unplaced() const { return unplaced_; }  // too many between two ticks, or no ticks around them
 
@@ -39,7 +37,7 @@ class TriggerLog {
   bool place(TriggerStamp& stamp) const;
 
   std::array<TriggerStamp, kWaiting> waiting_{};
-  std::size_t first_{}, placed_{}, end_{};  // [first, placed) can be taken, [placed, end) waits for ticks
+  std::size_t first_{}, end_{};
   std::uint32_t count_{};
   std::uint32_t unplaced_{};
   TriggerStamp newest_;

@@ -18,7 +18,8 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
 
 }  // namespace
 
-void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay) {
+void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay,
+                      const std::array<double, kLinearAxes>& offset_mm) {
   // A run is given up by abort only, and the worker may still be reading the recording.
   const bool in_progress =
       progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
@@ -27,7 +28,7 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   // Whoever starts a run has looked at the probe's limit.
   if (whyRefused(method, started.options, std::numeric_limits<double>::infinity())) return;
   fill(plan_, method, started.options);
-  capture_.clear(delay);
+  capture_.clear(delay, offset_mm);
   progress_ = Progress{};
   progress_.run = started.run;
   progress_.method = plan_.method;

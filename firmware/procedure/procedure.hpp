@@ -43,13 +43,16 @@ class Procedure {
 
   explicit Procedure(capture::Capacity capacity) : capture_{capacity} {}
 
-  // Ignored while a run is in progress, and for a method or options that cannot be planned. `delay` is the one in force,
-  // result_id 0 for none.
-  void start(const ProcedureStarted& started, const DelayActivated& delay = {});
+  // Ignored while a run is in progress, and for a method or options that cannot be planned. `delay` is the one in
+  // force, result_id 0 for none; `offset_mm` the machine position where the counts are 0.
+  void start(const ProcedureStarted& started, const DelayActivated& delay = {},
+             const std::array<double, kLinearAxes>& offset_mm = {});
   void abort(const ProcedureAborted& aborted);
   // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.
   void mark(const Marker& marker, const TickMap& map);
-  void push(const Count& count) { capture_.push(count); }
+  void push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm = {}) {
+    capture_.push(count, correction_nm);
+  }
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const SourceLost& lost) { capture_.push(lost); }
   void advance(MonoTime now);

@@ -152,15 +152,17 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
       return std::nullopt;
     case Needs::sphere_diameter:
       if (facts.sphere_diameter_mm) return std::nullopt;
-      return Error{name + " needs the size of the sphere: give [datum_sphere] diameter_mm in machine.toml, or use "
-                          "delay-multi-speed, which finds it."};
+      return Error{name +
+                   " needs the size of the sphere: give [datum_sphere] diameter_mm in machine.toml, or use "
+                   "delay-multi-speed, which finds it."};
     case Needs::plates_gap:
       if (facts.gap_mm) return std::nullopt;
       return Error{name + " needs the distance of the plates: give [datum_plates] gap_mm in machine.toml."};
     case Needs::delay_in_force:
       if (delay_in_force) return std::nullopt;
-      return Error{name + " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
-                          "delay-multi-speed) and accept it."};
+      return Error{name +
+                   " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
+                   "delay-multi-speed) and accept it."};
   }
   return std::nullopt;
 }

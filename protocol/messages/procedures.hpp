@@ -86,6 +86,7 @@ struct ProcedureStatus {
     std::array<double, 3> rotary_angles_rad{};
     std::array<double, 3> approach_direction{};
     double run_out_mm{};
+    bool referenced{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -107,6 +108,7 @@ struct ProcedureStatus {
       field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C: turn there before the step, and say so in its markers");
       field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
       field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
+      field("referenced", self.referenced, "1 when the box knows where the axes stand");
     }
   };
 };

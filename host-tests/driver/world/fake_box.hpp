@@ -30,6 +30,7 @@ class FakeBox : public BoxLink {
     send({.at = {}, .id = ++marker_id_, .marker = marker, .prompt = {}, .taken = false});
   }
   std::optional<bool> markerAnswer() override { return marker_answer_; }
+  void home(const Vector3&) override {}
   void askProcedureStatus() override {
     status_answer_.reset();
     send({.at = {}, .id = ++status_id_, .marker = std::nullopt, .prompt = {}, .taken = false});

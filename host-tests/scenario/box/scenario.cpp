@@ -6,6 +6,7 @@
 
 #include "board/describe/parse.hpp"
 #include "drivers/world/from_description.hpp"
+#include "firmware/app/corrections_config.hpp"
 
 namespace probebox::scenario {
 namespace {
@@ -24,8 +25,15 @@ Nanoseconds interval(double rate_hz) {
 
 }  // namespace
 
-world::Config usualWorld() {
+world::Config warmingWorld() {
   return world::fromDescription(*sim().world, sim().machine);
+}
+
+world::Config usualWorld() {
+  auto config = warmingWorld();
+  config.screws = {};
+  config.encoders.power_up_mm = {};
+  return config;
 }
 
 box::BoxConfig usualBox(const world::Config& config) {
@@ -39,6 +47,15 @@ box::BoxConfig usualBox(const world::Config& config) {
   box.probe_clock.rate_hz = config.probe.rate_hz * (1 + 60e-6);
   for (std::size_t i = 0; i < kLinearAxes; ++i)
     box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
+  box.corrections = app::correctionsConfig(sim().machine);
+  for (std::size_t i = 0; i < kLinearAxes; ++i) {
+    auto& reference = box.corrections.references[i];
+    reference.mm_per_count = box.mm_per_count[i];
+    // Where nothing has to be found out, nothing is.
+    if (config.encoders.power_up_mm == world::Vector3{}) reference.by = corrections::ReferenceBy::absolute;
+    box.corrections.screws[i].fitted = config.screws[i].fitted;
+    if (!config.screws[i].fitted) box.corrections.mask = 0;
+  }
   return box;
 }
 
@@ -90,11 +107,16 @@ class Scenario::DirectLink : public world::BoxLink {
     if (*taken_) scenario_.push(stamped);
   }
   std::optional<bool> markerAnswer() override { return taken_; }
+  void home(const world::Vector3& position_mm) override {
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      scenario_.push(AxisHomed{static_cast<Axis>(axis), position_mm[axis], scenario_.now_});
+  }
   void askProcedureStatus() override {}
   std::optional<world::Prompt> procedureStatus() override {
     const auto& progress = scenario_.state().procedure;
     world::Prompt prompt{
         .run = progress.run, .state = static_cast<world::RunState>(progress.state), .step = progress.step};
+    prompt.referenced = scenario_.state().snapshot.referenced;
     if (progress.step < progress.steps) {
       const auto& step = scenario_.box_->plan().steps[progress.step];
       prompt.outward_normal = step.touch.outward_normal;
@@ -180,6 +202,7 @@ std::optional<metrology::Solved> Scenario::calibrate(procedure::Method method, c
 
 std::uint32_t Scenario::start(procedure::Method method, const ProcedureOptions& options) {
   recorder_.run_to_solve.reset();
+  runUntil([this] { return state().snapshot.referenced; }, std::chrono::seconds{5});
   push(ProcedureStarted{
       .run = ++last_run_, .method = static_cast<std::uint16_t>(method), .at = now_, .options = options});
   return last_run_;

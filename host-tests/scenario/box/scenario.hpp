@@ -40,6 +40,9 @@ class Recorder : public box::Outputs {
   std::uint64_t calls_{};
 };
 
+// The emulated board: screws that warm up, counters that have to be referenced.
+world::Config warmingWorld();
+// The same with cold screws and absolute encoders.
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
 // What the emulated board's descriptions tell about features and rotary axes.
@@ -76,6 +79,7 @@ class Scenario {
   const Recorder& recorded() const { return recorder_; }
   const world::Controller& controller() const { return controller_; }
   const world::Machine& machine() const { return std::as_const(world_).machine(); }
+  world::World& world() { return world_; }
   world::Truth truth() const { return world_.truth(); }
   const std::vector<Event>& events() const { return events_; }
   void keepEvents(bool keep) { keeps_events_ = keep; }

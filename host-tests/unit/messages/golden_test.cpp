@@ -106,7 +106,7 @@ const std::map<std::string_view, std::string_view> kSince12 = {
      "0fa9870ea89eef416de3e0a7"},
     {"procedure_status answer",
      "a4782445003ddca47072e8fb41e075125f0f6afe4164623e0930ecf7c1856c3472a9bdc0c1e90848388ad6dac12660a5c2af"
-     "04f1c1c554203232fc0042"},
+     "04f1c1c554203232fc004200"},
     {"corrections answer",
      "01010102000300a478000300f241010100280000e90848388ad6dac1d01e36d1e600b91498972d3fe800c2abd86f485559f5"
      "c1d3aa32d6a73de14100d84f4bdf7d76ffc1ea87b0eefb8dd8c1923fa4163e77e7c153e7c5a5b957fd4138009bcd47bd5578"

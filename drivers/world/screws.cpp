@@ -1,0 +1,68 @@
+#include "drivers/world/screws.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace probebox::world {
+namespace {
+
+constexpr std::uint64_t kStream = 7;
+
+}  // namespace
+
+Screws::Screws(const Config& config, std::uint64_t seed)
+    : screws_{config.screws},
+      start_{config.start},
+      interval_{std::llround(1e9 / config.drift_rate_hz)},
+      random_{seed, kStream},
+      any_{std::ranges::any_of(config.screws, &ScrewConfig::fitted)} {}
+
+MonoTime Screws::nextAt() const {
+  return any_ ? start_ + interval_ * (reading_ + 1) : MonoTime::max();
+}
+
+double Screws::extension_um(std::size_t axis, MonoTime at) const {
+  const auto& screw = screws_[axis];
+  if (!screw.fitted) return 0;
+  const double warm = 1 - std::exp(-toSeconds(at - start_) / screw.time_constant_s);
+  return screw.cold_um + (screw.warm_um - screw.cold_um) * warm;
+}
+
+double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) const {
+  const auto& screw = screws_[axis];
+  if (!screw.fitted) return 0;
+  const double lever = screw.reversed ? -(screw.offset_mm - position_mm) / screw.length_mm
+                                      : (position_mm + screw.offset_mm) / screw.length_mm;
+  return lever * extension_um(axis, at) * 1e-3;
+}
+
+// The sum of two harmonics of the screw's turn, as a face that is cut askew and a little bent gives.
+double Screws::face_um(const ScrewConfig& screw, double position_mm) const {
+  const double turn = 2 * std::numbers::pi * position_mm / screw.pitch_mm;
+  return screw.face_um[0] * std::cos(turn - 0.4) + screw.face_um[1] * std::cos(2 * turn - 1.9);
+}
+
+bool Screws::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {
+  const MonoTime at = nextAt();
+  const auto& screw = screws_[axis_];
+  bool given = screw.fitted;
+  if (given) {
+    const double position_mm = machine.positionAt(at)[axis_];
+    // A sensor that cannot follow the turns sees their mean.
+    const double turns_s = machine.speedAt(at) / screw.pitch_mm;
+    const double seen = 1 / std::hypot(1.0, 2 * std::numbers::pi * turns_s * screw.sensor_time_constant_s);
+    const double reading_um = screw.sensor_zero_um + extension_um(axis_, at) + seen * face_um(screw, position_mm) +
+                              screw.noise_um * random_.normal();
+    event = Drift{static_cast<Axis>(axis_), static_cast<std::int32_t>(std::lround(reading_um * 1e3)), at};
+    ++ledger.drift_readings;
+    if (faults.active(FaultKind::drop_drift, at)) {
+      ++ledger.dropped_drift;
+      given = false;
+    }
+  }
+  if (++axis_ == screws_.size()) axis_ = 0, ++reading_;
+  return given;
+}
+
+}  // namespace probebox::world

@@ -1,0 +1,144 @@
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "scenario.hpp"
+
+// Corrections on the emulated machine: screws that warm up, references that get lost, and what the CNC then reads.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using corrections::Health;
+using world::FaultKind;
+
+world::Config warmingUp() {
+  auto config = warmingWorld();
+  // A plane face, so that what is left is the noise.
+  for (auto& screw : config.screws) {
+    screw.face_um = {};
+    screw.time_constant_s = 60;
+  }
+  return config;
+}
+
+class Screws : public testing::Test {
+ protected:
+  // The nut's error beside what is served against it, mm.
+  double leftOver_mm(std::size_t axis) {
+    const double position_mm = scenario.machine().positionAt(scenario.now())[axis];
+    const double error_mm = scenario.world().screws().nutError_mm(axis, position_mm, scenario.now());
+    return error_mm + scenario.state().snapshot.correction_mm[axis];
+  }
+  const corrections::Snapshot& served() const { return scenario.state().snapshot; }
+
+  Scenario scenario{warmingUp()};
+};
+
+TEST_F(Screws, AreCompensatedOnEveryAxisAsTheyWarmUp) {
+  scenario.run(1s);
+  ASSERT_TRUE(served().valid);
+  EXPECT_TRUE(served().referenced);
+  for (int round = 0; round < 12; ++round) {
+    scenario.run(10s);
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(leftOver_mm(axis), 0, 0.6e-3) << axis << " at " << round;
+  }
+  EXPECT_LT(served().correction_mm[0], -0.015) << "there was something to compensate";
+  EXPECT_LT(served().correction_mm[2], -0.0005);
+}
+
+TEST_F(Screws, FollowTheAxisThroughAMeasuringRun) {
+  scenario.run(60s);
+  const auto solved = scenario.calibrate();
+  ASSERT_TRUE(solved.has_value() && solved->ok()) << (solved ? solved->error().reason : "the run did not end");
+  EXPECT_TRUE(served().valid);
+  EXPECT_EQ(served().axes[0].reference_losses, 0U) << "the mark was passed at the right count";
+  scenario.run(1s);
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(leftOver_mm(axis), 0, 0.6e-3) << axis;
+}
+
+TEST_F(Screws, AreHeldThroughASilenceOfTheirSensors) {
+  scenario.run(30s);
+  ASSERT_TRUE(served().valid);
+  scenario.inject(FaultKind::drop_drift, 0s, 20s);
+  scenario.run(3s);
+  EXPECT_TRUE(served().valid);
+  EXPECT_TRUE(served().degraded);
+  EXPECT_EQ(served().health[0], Health::held);
+  EXPECT_FALSE(served().screw_sensors_good);
+  const auto held_mm = served().correction_mm;
+  scenario.run(10s);
+  EXPECT_FALSE(served().valid);
+  EXPECT_EQ(served().correction_mm, held_mm) << "frozen, never back to zero";
+  scenario.run(12s);
+  EXPECT_TRUE(served().valid);
+  EXPECT_FALSE(served().degraded);
+  EXPECT_NEAR(leftOver_mm(0), 0, 0.6e-3);
+}
+
+TEST_F(Screws, SayNothingWithoutAReference) {
+  scenario.run(20s);
+  ASSERT_TRUE(served().valid);
+  // The counts stand still while the machine measures: its marks then come where the counts know of none.
+  scenario.start(procedure::Method::delay_multi_speed);
+  scenario.inject(FaultKind::stick_encoders, 0s, 30s);
+  ASSERT_TRUE(scenario.runUntil([this] { return !served().valid; }, 60s));
+  const auto& axes = served().axes;
+  EXPECT_GT(axes[0].reference_losses + axes[1].reference_losses + axes[2].reference_losses, 0U);
+  EXPECT_FALSE(served().referenced);
+  const auto frozen_mm = served().correction_mm;
+  scenario.run(5s);
+  EXPECT_EQ(served().correction_mm, frozen_mm);
+}
+
+TEST_F(Screws, GoOnFromWhereTheMachineStandsAfterARestart) {
+  scenario.run(90s);
+  const auto standing_mm = served().correction_mm;
+  ASSERT_LT(standing_mm[0], -0.01);
+  scenario.restartBox();
+  scenario.push(StandingRestored{.correction_mm = standing_mm, .at = scenario.now()});
+  double furthest_mm = 0;
+  bool was_invalid = false;
+  for (int i = 0; i < 500; ++i) {
+    scenario.run(10ms);
+    was_invalid = was_invalid || !served().valid;
+    furthest_mm = std::max(furthest_mm, std::abs(served().correction_mm[0] - standing_mm[0]));
+  }
+  EXPECT_TRUE(was_invalid) << "nothing is known right after a start";
+  EXPECT_TRUE(served().valid) << "homed by the controller";
+  EXPECT_LT(furthest_mm, 2e-3) << "never by way of zero";
+}
+
+TEST(Delay, InForceIsInTheSamples) {
+  // What a touch looks like in the stream: machine and probe turn round at the same sample once the delay is known.
+  Scenario scenario;
+  scenario.run(2s);
+  const auto truth = scenario.truth();
+  EXPECT_TRUE(scenario.state().delay_applied);
+  scenario.activateDelay(truth.tau_s);
+  scenario.run(1s);
+  EXPECT_TRUE(scenario.state().delay_applied);
+  EXPECT_TRUE(scenario.recorded().contiguous);
+  scenario.activateDelay({5.0, 5.0, 5.0});
+  EXPECT_FALSE(scenario.state().delay_applied) << "no buffer spans five seconds";
+}
+
+TEST(Triggers, AreStampedWithPlaceAndCorrection) {
+  Scenario scenario{warmingWorld()};
+  const auto solved = scenario.calibrate();
+  ASSERT_TRUE(solved.has_value() && solved->ok());
+  scenario.run(1s);
+  const auto& stamp = scenario.state().snapshot.last_trigger;
+  EXPECT_GE(stamp.number, 25U);
+  const auto truth = scenario.truth();
+  double distance_mm = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    ASSERT_TRUE(stamp.has_position[axis]);
+    distance_mm = std::hypot(distance_mm, stamp.position_mm[axis] - truth.sphere_centre_mm[axis]);
+  }
+  // The last touch came in at 40 mm/s, and no delay is in force: up to 0.25 mm away from the surface.
+  EXPECT_NEAR(distance_mm, truth.effective_radius_mm, 0.3);
+  EXPECT_TRUE(stamp.served.valid);
+}
+
+}  // namespace
+}  // namespace probebox::scenario
