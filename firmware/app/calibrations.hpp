@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results_in_force.hpp"
+#include "firmware/app/standing_keeper.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -14,15 +16,8 @@
 
 namespace probebox::app {
 
-// What a calibration belongs to.
-struct Mounting {
-  std::string probe_serial_number;
-  std::string machine;
-  std::string mounting;
-};
-
-// Solves recorded runs, keeps the results and brings accepted ones into force. Lives on the worker's thread, except for
-// lastRefusal() and activeResults(), which any thread may ask.
+// Solves recorded runs, keeps the results, and all that comes of them later. Lives on the worker's thread, except for
+// lastRefusal() and what ResultsInForce allows, which any thread may ask.
 class Calibrations {
  public:
   // `tell_core` hands a command to the core; false when its queue is full.
@@ -30,35 +25,40 @@ class Calibrations {
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                TellCore tell_core);
 
-  // The result in force from earlier runs of the daemon, if there is one.
-  std::optional<DelayActivated> restore();
+  // What the core must hear before anything else: the correction that stands, then the results in force.
+  std::vector<Event> restore();
+  // What the core says now; called again and again. finish(): for the last time.
+  void look(const box::State& state);
+  void finish(const box::State& state) { standing_.finish(state.snapshot); }
 
   void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
              const capture::Scales& scales);
-  Outcome<store::Record, store::Failure> accept(std::uint64_t id, const std::string& by);
+  ResultsInForce& inForce() { return in_force_; }
+  const ResultsInForce& inForce() const { return in_force_; }
   Outcome<std::vector<store::Record>, store::Failure> newest(std::size_t count) { return store_.newest(count); }
+  Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
+    return store_.history(range);
+  }
   // The data of a run of this process, as JSON text; empty when there is none.
   const std::string& dataset(std::uint32_t run) const;
 
   std::string lastRefusal() const;
-  std::vector<std::uint64_t> activeResults() const;
 
  private:
-  store::Binding bindingFor(const std::string& method) const;
-  std::optional<store::Id> keep(const store::Binding& binding, const metrology::Solved& solved);
+  std::optional<store::Id> keep(const metrology::Dataset& dataset, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
   void insist(const Event& command);
 
   store::Store store_;
-  Mounting mounting_;
   procedure::Facts facts_;
   std::function<MonoTime()> now_;
   TellCore tell_core_;
+  ResultsInForce in_force_;
+  StandingKeeper standing_{store_};
   std::uint32_t dataset_run_{};
   std::string dataset_;
   mutable std::mutex mutex_;
   std::string last_refusal_;
-  std::vector<std::uint64_t> active_results_;
 };
 
 }  // namespace probebox::app

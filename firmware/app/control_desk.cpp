@@ -14,25 +14,6 @@ namespace {
 using messages::ErrorCode;
 using messages::Operation;
 
-Reply refused(ErrorCode code, std::string text) {
-  return {.link = 0, .ticket = 0, .code = code, .text = std::move(text), .body = {}};
-}
-
-template <class Answer>
-Reply ok(const Answer& answer) {
-  return {.link = 0, .ticket = 0, .code = ErrorCode::ok, .text = {}, .body = messages::encoded(answer)};
-}
-
-Reply malformed(Operation operation) {
-  return refused(ErrorCode::malformed, "The request " + std::string{messages::nameOf(operation)} +
-                                           " ends within a field: is it encoded by this protocol version?");
-}
-
-Reply notPermitted(const char* key) {
-  return refused(ErrorCode::not_permitted,
-                 std::string{"This is off on this box: set "} + key + " = true in [access] of service.toml.");
-}
-
 void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
   answer.outward_normal = step.touch.outward_normal;
   answer.retract_direction = step.touch.retract_direction;
@@ -86,14 +67,7 @@ ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagu
 
 std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
                                          const box::State& state, const LinkVitals& vitals) {
-  switch (request.operation) {
-    case Operation::list_results:
-    case Operation::accept_result:
-    case Operation::get_dataset:
-      return askWorker(link, request);
-    default:
-      break;
-  }
+  if (ResultsDesk::answers(request.operation)) return askWorker(link, request);
   Reply reply = answer(request, state, vitals);
   reply.link = link;
   reply.ticket = request.ticket;
@@ -140,7 +114,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.deadline_misses = with_.counters.deadline_misses;
   answer.events = eventCounts(state);
   answer.procedure = procedureInWords(state);
-  answer.active_results = with_.calibrations.activeResults();
+  answer.active_results = with_.calibrations.inForce().active();
   answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
   answer.cnc_lines = with_.cnc_lines();
   for (const auto& line : answer.cnc_lines) {
@@ -177,14 +151,20 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
     case procedure::State::solving:
       return "solving";
     case procedure::State::proposed:
-      return "result " + std::to_string(progress.result_id) +
-             (state.snapshot.delay.result_id == progress.result_id ? " is in force" : " waits to be accepted");
+      return "result " + std::to_string(progress.result_id) + whereItStands(progress.result_id);
     case procedure::State::refused:
       return "refused";
     case procedure::State::aborted:
       return "aborted";
   }
   return {};
+}
+
+std::string ControlDesk::whereItStands(std::uint64_t result) const {
+  const auto& in_force = with_.calibrations.inForce();
+  if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
+  const auto active = in_force.active();
+  return std::ranges::find(active, result) != active.end() ? " is in force" : " waits to be accepted";
 }
 
 Reply ControlDesk::describeProcedure(const box::State& state) const {
@@ -322,9 +302,7 @@ Reply ControlDesk::abortProcedure(const box::State& state) {
 std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
   const bool posted = with_.worker.post([this, link, body, ticket = request.ticket, operation = request.operation] {
-    Reply reply = operation == Operation::list_results    ? listResults(*body)
-                  : operation == Operation::accept_result ? acceptResult(*body)
-                                                          : getDataset(*body);
+    Reply reply = with_.results.answer(operation, *body);
     reply.link = link;
     reply.ticket = ticket;
     reply_later_(std::move(reply));
@@ -334,56 +312,6 @@ std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::Pe
   busy.link = link;
   busy.ticket = request.ticket;
   return busy;
-}
-
-Reply ControlDesk::listResults(std::span<const std::byte> body) {
-  constexpr std::size_t kMostResults = 1000;
-  constexpr std::size_t kMostBytes = 12'000;
-  const auto request = messages::decode<messages::ListResults::Request>(body);
-  if (!request) return malformed(Operation::list_results);
-  auto records = with_.calibrations.newest(kMostResults);
-  if (!records) return refused(ErrorCode::refused, records.error().what);
-  messages::ListResults::Answer answer;
-  std::size_t bytes = 0;
-  for (auto record = records->rbegin(); record != records->rend(); ++record) {
-    if (record->id <= request->after_id || record->result() == nullptr) continue;
-    auto summary = summaryOf(*record);
-    bytes += messages::encodedSize(summary);
-    answer.more = bytes > kMostBytes;
-    if (answer.more) break;
-    answer.results.push_back(std::move(summary));
-  }
-  return ok(answer);
-}
-
-Reply ControlDesk::acceptResult(std::span<const std::byte> body) {
-  const auto request = messages::decode<messages::AcceptResult::Request>(body);
-  if (!request) return malformed(Operation::accept_result);
-  if (!access_.allow_accept) return notPermitted("allow_accept");
-  const auto accepted = with_.calibrations.accept(request->id, request->by);
-  if (accepted) return ok(messages::Nothing{});
-  switch (accepted.error().reason) {
-    case store::Reason::unknown_result:
-      return refused(ErrorCode::not_found, accepted.error().what);
-    case store::Reason::not_possible_now:
-      return refused(ErrorCode::wrong_state, accepted.error().what);
-    default:
-      return refused(ErrorCode::refused, accepted.error().what);
-  }
-}
-
-Reply ControlDesk::getDataset(std::span<const std::byte> body) {
-  constexpr std::size_t kPiece = 12'000;
-  const auto request = messages::decode<messages::GetDataset::Request>(body);
-  if (!request) return malformed(Operation::get_dataset);
-  const std::string& all = with_.calibrations.dataset(request->run);
-  if (all.empty()) {
-    return refused(ErrorCode::not_found, "The data of run " + std::to_string(request->run) +
-                                             " are not here: only those of the latest run that was solved are kept.");
-  }
-  if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
-  return ok(messages::GetDataset::Answer{
-      .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kPiece)});
 }
 
 }  // namespace probebox::app

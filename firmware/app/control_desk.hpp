@@ -9,6 +9,8 @@
 #include "firmware/app/calibrations.hpp"
 #include "firmware/app/command_queue.hpp"
 #include "firmware/app/counters.hpp"
+#include "firmware/app/reply.hpp"
+#include "firmware/app/results_desk.hpp"
 #include "firmware/app/source_table.hpp"
 #include "firmware/app/time_source.hpp"
 #include "firmware/app/worker.hpp"
@@ -19,15 +21,6 @@
 #include "protocol/messages/types.hpp"
 
 namespace probebox::app {
-
-// What became of a request: goes back to the link and ticket that it came from.
-struct Reply {
-  std::uint64_t link{};
-  std::uint64_t ticket{};
-  messages::ErrorCode code{};
-  std::string text;
-  std::vector<std::byte> body;
-};
 
 // What a box says about itself when asked.
 struct Identity {
@@ -54,7 +47,8 @@ class ControlDesk {
     const TimeSource& time;
     CommandQueue& commands;
     Worker& worker;
-    Calibrations& calibrations;
+    const Calibrations& calibrations;
+    ResultsDesk& results;
     Counters& counters;
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
@@ -80,10 +74,8 @@ class ControlDesk {
   Reply homeAxes(std::span<const std::byte> body, const box::State& state);
   Reply enableSources(std::span<const std::byte> body, const box::State& state);
   std::string procedureInWords(const box::State& state) const;
+  std::string whereItStands(std::uint64_t result) const;
   std::optional<Reply> askWorker(std::uint64_t link, const stream::PendingRequest& request);
-  Reply listResults(std::span<const std::byte> body);
-  Reply acceptResult(std::span<const std::byte> body);
-  Reply getDataset(std::span<const std::byte> body);
 
   Identity identity_;
   board::Access access_;

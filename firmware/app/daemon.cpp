@@ -81,15 +81,16 @@ struct Daemon::Parts {
         std::optional<JournalWriter> journal_writer)
       : time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
-        calibrations{std::move(store), mountingOf(descriptions), procedureFacts(descriptions), [this] { return time.now(); },
-                     [this](const Event& command) { return tellCore(command); }},
+        calibrations{std::move(store), mountingOf(descriptions), procedureFacts(descriptions),
+                     [this] { return time.now(); }, [this](const Event& command) { return tellCore(command); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
+        results_desk{descriptions.service.access, calibrations, core_view, time},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
-             {procedureFacts(descriptions), descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, counters, source_table,
-              [this] { return cncLineStatus(); }},
+             {procedureFacts(descriptions), descriptions.probe.deflection_limit_mm, time, commands, worker,
+              calibrations, results_desk, counters, source_table, [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -100,6 +101,7 @@ struct Daemon::Parts {
     cnc_lines.clear();
     worker.stop();  // while the core still takes what it has to say
     core.stop();
+    calibrations.finish(core_view.newest());
     writeJournal();
     writeLogHere();
   }
@@ -114,6 +116,7 @@ struct Daemon::Parts {
     ++counters.progress.worker;
     writeJournal();
     drainLog();
+    calibrations.look(core_view.newest());
     if (const auto run = core.takeRunToSolve())
       calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
   }
@@ -168,10 +171,12 @@ struct Daemon::Parts {
   WakeUp links_wake_up;
   CoreThread core;
   StateBuffer& state_for_watch{core.addStateReader()};
+  CoreView core_view{core.addStateReader(), [this](const Event& command) { return tellCore(command); }};
   Calibrations calibrations;
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
+  ResultsDesk results_desk;
   Worker worker;
   ControlDesk desk;
   LinkService links;
@@ -255,7 +260,7 @@ void Daemon::Parts::announce() {
 
 void Daemon::Parts::run() {
   leaveLogToWorker();
-  if (const auto delay = calibrations.restore()) tellCore(*delay);
+  for (const auto& event : calibrations.restore()) tellCore(event);
   core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();

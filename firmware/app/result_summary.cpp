@@ -19,19 +19,6 @@ void appendValues(const metrology::Estimate& estimate, std::vector<messages::Nam
   }
 }
 
-messages::ResultState wireState(store::State state) {
-  switch (state) {
-    case store::State::accepted:
-      return messages::ResultState::accepted;
-    case store::State::active:
-      return messages::ResultState::active;
-    case store::State::retired:
-      return messages::ResultState::retired;
-    default:
-      return messages::ResultState::proposed;
-  }
-}
-
 messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
   return {.referenced = axis.referenced,
           .position_mm = axis.position_mm,
@@ -60,14 +47,20 @@ messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger
 
 }  // namespace
 
+messages::ResultState wireState(store::State state) {
+  return static_cast<messages::ResultState>(state);  // the store keeps the numbers of the wire
+}
+
 messages::ResultSummary summaryOf(const store::Record& record) {
   messages::ResultSummary summary;
   summary.id = record.id;
   summary.state = wireState(record.state);
-  summary.method = record.binding.method;
+  summary.method = record.method;
+  summary.subject = record.binding.subject;
   summary.proposed_utc = record.proposed_utc;
   summary.accepted_utc = record.accepted_utc;
   summary.accepted_by = record.accepted_by;
+  summary.retired_utc = record.retired_utc;
   summary.probe = record.binding.probe_serial_number;
   summary.machine = record.binding.machine;
   summary.mounting = record.binding.mounting;
@@ -80,6 +73,20 @@ messages::ResultSummary summaryOf(const store::Record& record) {
     summary.warnings = result->warnings;
   }
   return summary;
+}
+
+messages::ResultTransition wireTransition(const store::Transition& transition) {
+  const auto& binding = transition.binding;
+  return {.number = transition.number,
+          .result_id = transition.result,
+          .method = transition.method,
+          .subject = binding.subject,
+          .probe = binding.probe_serial_number,
+          .machine = binding.machine,
+          .mounting = binding.mounting,
+          .state = wireState(transition.to),
+          .utc = transition.utc,
+          .by = transition.by};
 }
 
 messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot) {

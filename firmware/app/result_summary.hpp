@@ -8,7 +8,9 @@
 // What the box knows, in the words of the wire.
 namespace probebox::app {
 
+messages::ResultState wireState(store::State state);
 messages::ResultSummary summaryOf(const store::Record& record);
+messages::ResultTransition wireTransition(const store::Transition& transition);
 messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::ReceiverStatus receiverStatus(const box::State& state);

@@ -90,6 +90,11 @@ Statement& Statement::bind(std::string_view value) {
   return *this;
 }
 
+Statement& Statement::bind(double value) {
+  if (code_ == SQLITE_OK) code_ = sqlite3_bind_double(handle_.get(), ++bound_, value);
+  return *this;
+}
+
 Outcome<bool, Failure> Statement::step() {
   if (code_ == SQLITE_OK || code_ == SQLITE_ROW) code_ = sqlite3_step(handle_.get());
   if (code_ == SQLITE_ROW) return true;

@@ -48,6 +48,7 @@ class Statement {
 
   Statement& bind(std::int64_t value);
   Statement& bind(std::string_view value);
+  Statement& bind(double value);
 
   // True: a row is there. False: no further row.
   Outcome<bool, Failure> step();
@@ -55,6 +56,7 @@ class Statement {
   Outcome<Done, Failure> run();
 
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
+  double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
 
  private:

@@ -7,6 +7,8 @@ namespace probebox::store {
 enum class Reason {
   unknown_result,    // no result of this id
   not_possible_now,  // the result's state does not allow it: a refusal cannot be accepted
+  other_binding,     // the result holds for another probe, machine or mounting
+  cut_is_on,         // nothing may come into force now
   bad_argument,      // an acceptance without a name, a stamp that is empty
   unavailable,       // locked, full, read-only, no permission: nothing was changed
   damaged,           // the file's content contradicts itself

@@ -32,6 +32,46 @@ constexpr std::array kSteps{
       ) STRICT;
       CREATE INDEX transitions_of_a_result ON transitions (result_id);
     )sql",
+    // Several methods answer one question: what retires what goes by the subject. Of results that were active side by
+    // side for one subject, the one accepted last stays.
+    R"sql(
+      ALTER TABLE results ADD COLUMN subject TEXT NOT NULL DEFAULT '';
+      UPDATE results SET subject = CASE
+        WHEN method LIKE 'delay-%' THEN 'delay'
+        WHEN method IN ('centreline', 'centreline-limited-access', 'c-axis-alignment') THEN 'centreline'
+        ELSE method END;
+      INSERT INTO transitions (result_id, state, utc, by_whom)
+        SELECT older.id, 3, max(newer.accepted_utc), '' FROM results older JOIN results newer
+          ON older.state = 2 AND newer.state = 2 AND newer.subject = older.subject AND newer.probe = older.probe
+          AND newer.machine = older.machine AND newer.mounting = older.mounting
+          AND (newer.accepted_utc, newer.id) > (older.accepted_utc, older.id)
+        GROUP BY older.id;
+      UPDATE results SET state = 3,
+        retired_utc = (SELECT utc FROM transitions t WHERE t.result_id = results.id AND t.state = 3)
+        WHERE state = 2 AND id IN (SELECT result_id FROM transitions WHERE state = 3);
+      DROP INDEX one_active_result;
+      CREATE UNIQUE INDEX one_active_result ON results (subject, probe, machine, mounting) WHERE state = 2;
+      CREATE UNIQUE INDEX one_waiting_result ON results (subject, probe, machine, mounting) WHERE state = 1;
+    )sql",
+    // What was measured goes into a table of its own: it is large, read seldom and not kept for ever.
+    R"sql(
+      CREATE TABLE datasets (
+        result_id INTEGER PRIMARY KEY REFERENCES results (id),
+        json TEXT NOT NULL
+      ) STRICT;
+      INSERT INTO datasets SELECT id, dataset_json FROM results WHERE dataset_json <> '';
+      ALTER TABLE results DROP COLUMN dataset_json;
+    )sql",
+    // The correction that was served last: one row.
+    R"sql(
+      CREATE TABLE standing (
+        id INTEGER PRIMARY KEY CHECK (id = 1),
+        x_mm REAL NOT NULL,
+        y_mm REAL NOT NULL,
+        z_mm REAL NOT NULL,
+        utc TEXT NOT NULL
+      ) STRICT;
+    )sql",
 };
 
 Failure foreign(const Database& database) {
@@ -49,6 +89,11 @@ Outcome<Done, Failure> checkPages(Database& database) {
   const auto verdict = database.text("PRAGMA integrity_check(1)");
   if (!verdict) return verdict.error();
   if (verdict.value() == "ok") return Done{};
+  // A page that cannot be read is the disk's fault, and says nothing about the file: it may be sound tomorrow.
+  if (verdict.value().find("error code=") != std::string::npos) {
+    return Failure{Reason::unavailable,
+                   database.path() + " cannot be read (" + verdict.value() + "); check the disk; nothing was changed"};
+  }
   return Failure{Reason::damaged, database.path() + " is damaged (" + verdict.value() + ")"};
 }
 

@@ -39,6 +39,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, AxisStatus>) return "AxisStatus";
   if constexpr (std::same_as<T, StampedTrigger>) return "StampedTrigger";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
+  if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
 }
 
 template <class T>
@@ -226,9 +227,14 @@ std::string control() {
          operation<StartProcedure>("Begins a measuring procedure.") +
          operation<ProcedureStatus>("Where the procedure stands.") +
          operation<AbortProcedure>("Gives the procedure up.") + operation<ListResults>("Results, oldest first.") +
-         operation<AcceptResult>("Accepts a proposed result; it comes into force and the one before is retired.") +
+         operation<AcceptResult>(
+             "Accepts a proposed result. It comes into force and the one before is retired: at once, or when the cut "
+             "is over.") +
          operation<Corrections>("What the CNC is being told.") +
          operation<GetDataset>("The data of a run, for saving.") +
+         operation<RollbackResult>("Goes back to the result that was in force before. Since protocol 1.2.") +
+         operation<ResultHistory>("What happened to results, and who did it. Since protocol 1.2.") +
+         operation<SetInhibit>("Says that a cut is on, or over; answered once the box holds it. Since protocol 1.2.") +
          operation<HomeAxes>("Axes were homed: they stand still at known machine positions. Allowed as markers are.") +
          operation<EnableSources>(
              "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.");
@@ -239,14 +245,14 @@ std::string structures() {
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
-         structure<ResultSummary>() + structure<CorrectionSource>() + structure<AxisStatus>() +
+         structure<ResultSummary>() + structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>();
 }
 
 std::string numbers() {
   return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 10) + names<GapReason>("gap reasons", 0, 6) +
          names<Profile>("profiles", 0, 3) + names<Policy>("policies", 0, 2) + names<ClockState>("clock states", 0, 4) +
-         names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 4) +
+         names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 5) +
          names<StepPhase>("step phases", 0, 3);
 }
 

@@ -38,6 +38,9 @@ struct ResultSummary {
   double condition{};
   double chi2_reduced{};
   std::vector<std::string> warnings{};
+  std::string retired_utc{};
+  std::string subject{};
+  bool waiting_for_cut{};
   static constexpr void fields(auto& self, auto&& field) {
     field("id", self.id, "of the result, never used twice");
     field("state", self.state, "0 proposed, 1 accepted, 2 active, 3 retired");
@@ -54,6 +57,10 @@ struct ResultSummary {
     field("condition", self.condition, "condition number of the solved system");
     field("chi2_reduced", self.chi2_reduced, "near 1 when the residuals are as large as stated");
     field("warnings", self.warnings, "what a person should know before accepting");
+    field("retired_utc", self.retired_utc, "ISO 8601, empty unless it is retired; since protocol 1.2");
+    field("subject", self.subject, "what the result is about, such as delay or screw-x; since protocol 1.2");
+    field("waiting_for_cut", self.waiting_for_cut,
+          "1 when it is accepted and comes into force at the end of the cut; since protocol 1.2");
   }
 };
 
@@ -83,6 +90,103 @@ struct AcceptResult {
     static constexpr void fields(auto& self, auto&& field) {
       field("id", self.id, "of a proposed result");
       field("by", self.by, "who accepts it");
+    }
+  };
+  // A box of protocol 1.1 answers nothing, and has put the result into force.
+  struct Answer {
+    ResultState state{ResultState::active};
+    bool waiting_for_cut{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("state", self.state, "2 active: in force now; 1 accepted: not yet; since protocol 1.2");
+      field("waiting_for_cut", self.waiting_for_cut,
+            "1 when it comes into force by itself at the end of the cut; since protocol 1.2");
+    }
+  };
+};
+
+// Since protocol 1.2.
+struct RollbackResult {
+  static constexpr Operation kOperation = Operation::rollback_result;
+  struct Request {
+    std::uint64_t id{};
+    std::string subject{};
+    std::string by{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("id", self.id, "of the result to go back from, active or waiting; 0: the subject says which");
+      field("subject", self.subject, "such as delay, or a method that answers it, such as delay-multi-speed");
+      field("by", self.by, "who goes back");
+    }
+  };
+  struct Answer {
+    std::string subject{};
+    std::uint64_t retired_id{};
+    std::uint64_t active_id{};
+    bool withdrawn{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("subject", self.subject, "what was asked about");
+      field("retired_id", self.retired_id, "the result that is retired now; 0 for none");
+      field("active_id", self.active_id, "the result that came back into force; 0: none about the subject is in force");
+      field("withdrawn", self.withdrawn, "1 when the retired result only waited: nothing in force has changed");
+    }
+  };
+};
+
+// Since protocol 1.2.
+struct ResultTransition {
+  std::uint64_t number{};
+  std::uint64_t result_id{};
+  std::string method{};
+  std::string subject{};
+  std::string probe{};
+  std::string machine{};
+  std::string mounting{};
+  ResultState state{};
+  std::string utc{};
+  std::string by{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("number", self.number, "rises with time, over all results");
+    field("result_id", self.result_id, "whose state changed");
+    field("method", self.method, "such as delay-multi-speed");
+    field("subject", self.subject, "what the result is about");
+    field("probe", self.probe, "the probe that the result is bound to");
+    field("machine", self.machine, "the machine that the result is bound to");
+    field("mounting", self.mounting, "the mounting that the result is bound to");
+    field("state", self.state, "the state that it came into: 0 proposed, 1 accepted, 2 active, 3 retired, 4 refused");
+    field("utc", self.utc, "ISO 8601");
+    field("by", self.by, "who; empty for the box itself");
+  }
+};
+
+// Since protocol 1.2.
+struct ResultHistory {
+  static constexpr Operation kOperation = Operation::result_history;
+  struct Request {
+    std::uint64_t id{};
+    std::string subject{};
+    std::uint64_t after_number{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("id", self.id, "of one result; 0 for all");
+      field("subject", self.subject, "or a method that answers it; empty for all");
+      field("after_number", self.after_number, "only later than this transition; 0 from the beginning");
+    }
+  };
+  struct Answer {
+    std::vector<ResultTransition> transitions{};
+    bool more{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("transitions", self.transitions, "in the order in which they happened, as many as one answer holds");
+      field("more", self.more, "1 when there are more: ask again with the last number");
+    }
+  };
+};
+
+// The controller's word about a cut. Since protocol 1.2.
+struct SetInhibit {
+  static constexpr Operation kOperation = Operation::set_inhibit;
+  struct Request {
+    bool active{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("active", self.active, "1 while a cut is on: no result comes into force; 0 when it is over");
     }
   };
   using Answer = Nothing;

@@ -27,7 +27,8 @@ constexpr auto kGapReasons = std::to_array<std::string_view>(
     {"source_clock", "source_probe", "source_encoders", "queue_full", "ring_overrun", "resume_too_old"});
 constexpr auto kProcedureStates =
     std::to_array<std::string_view>({"idle", "waiting", "running", "solving", "proposed", "refused", "aborted"});
-constexpr auto kResultStates = std::to_array<std::string_view>({"proposed", "accepted", "active", "retired"});
+constexpr auto kResultStates =
+    std::to_array<std::string_view>({"proposed", "accepted", "active", "retired", "refused"});
 constexpr auto kStepFeatures = std::to_array<std::string_view>({"datum_sphere", "plates", "part_ball"});
 constexpr auto kStepKinds = std::to_array<std::string_view>({"touch", "in_out"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});

@@ -89,7 +89,7 @@ enum class ProcedureState : std::uint8_t {
   aborted = 6,
 };
 
-enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3 };
+enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 

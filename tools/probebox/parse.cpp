@@ -267,6 +267,21 @@ class CommandLine {
         ->type_name("NUMBER")
         ->required();
     accept->add_option("--by", accept_.by, "the name of the person who accepts")->required();
+    addGoingBack();
+  }
+
+  void addGoingBack() {
+    auto* rollback = add("rollback", "go back to the result that was in force before",
+                         "probebox rollback delay --by Ada", rollback_);
+    rollback
+        ->add_option("what", rollback_.what,
+                     "what the results are about (delay, centreline, screw-x, ...), a method that answers it, or the "
+                     "number of the result to go back from")
+        ->required();
+    rollback->add_option("--by", rollback_.by, "the name of the person who goes back")->required();
+    auto* history =
+        add("history", "every change of stored results, with who and when", "probebox history delay", history_);
+    history->add_option("what", history_.what, "only of one result (its number), or about one subject or method");
   }
 
   static void checkCalibrate(const Calibrate& options) {
@@ -299,6 +314,8 @@ class CommandLine {
   Solve solve_;
   Calibrate calibrate_;
   Accept accept_;
+  Rollback rollback_;
+  History history_;
   Corrections corrections_;
 };
 

@@ -16,6 +16,7 @@ Json describe(const messages::Corrections::Answer& corrections);
 Json describe(const messages::ProcedureStatus::Answer& procedure);
 Json describe(const messages::ResultSummary& result);
 Json describe(const messages::EdgeCounters& edges);
+Json describe(const messages::ResultTransition& transition);
 
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
@@ -24,6 +25,11 @@ std::string page(const messages::ResultSummary& result);
 std::string line(const messages::ResultSummary& result);
 std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);
+std::string line(const messages::ResultTransition& transition);
+
+// What became of a result that was accepted just now.
+void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+                  Console& console);
 
 // "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
 std::string readable(const messages::NamedValue& value);

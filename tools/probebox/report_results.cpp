@@ -39,7 +39,10 @@ Json describe(const messages::ResultSummary& result) {
           {"mounting", result.mounting},
           {"proposed_utc", result.proposed_utc},
           {"accepted_utc", result.accepted_utc},
-          {"accepted_by", result.accepted_by}};
+          {"accepted_by", result.accepted_by},
+          {"retired_utc", result.retired_utc},
+          {"subject", result.subject},
+          {"waiting_for_cut", result.waiting_for_cut}};
 }
 
 std::string page(const messages::ResultSummary& result) {
@@ -55,7 +58,37 @@ std::string line(const messages::ResultSummary& result) {
   std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
                     printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
   if (!result.values.empty()) all += "  " + readable(result.values.front());
-  return result.accepted_by.empty() ? all : all + ", accepted by " + result.accepted_by;
+  if (!result.accepted_by.empty()) all += ", accepted by " + result.accepted_by;
+  return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;
+}
+
+Json describe(const messages::ResultTransition& transition) {
+  return {{"number", transition.number},    {"id", transition.result_id}, {"state", text(nameOf(transition.state))},
+          {"utc", transition.utc},          {"by", transition.by},        {"method", transition.method},
+          {"subject", transition.subject},  {"probe", transition.probe},  {"machine", transition.machine},
+          {"mounting", transition.mounting}};
+}
+
+std::string line(const messages::ResultTransition& transition) {
+  const std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
+                          printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
+  return transition.by.empty() ? all : all + "  by " + transition.by;
+}
+
+void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+                  Console& console) {
+  if (console.json()) {
+    return console.object({{"accepted_id", id},
+                           {"accepted_by", by},
+                           {"state", text(nameOf(answer.state))},
+                           {"waiting_for_cut", answer.waiting_for_cut}});
+  }
+  const std::string which = "result " + std::to_string(id);
+  if (answer.waiting_for_cut) {
+    console.line(which + " is accepted by " + by + "; a cut is on, and it comes into force when that is over");
+  } else {
+    console.line(which + " is in force, accepted by " + by);
+  }
 }
 
 Json describe(const messages::ProcedureStatus::Answer& p) {

@@ -95,6 +95,13 @@ struct Accept {
   std::uint64_t id{};
   std::string by;
 };
+struct Rollback {
+  std::string what;  // the number of a result, a subject, or a method
+  std::string by;
+};
+struct History {
+  std::string what;  // the same; empty: everything
+};
 struct Corrections {
   std::string sum;  // sources to be summed from now on; empty: as they are
   bool follow{};
@@ -102,7 +109,7 @@ struct Corrections {
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve,
-                         Calibrate, Accept, Corrections>;
+                         Calibrate, Accept, Rollback, History, Corrections>;
 
 struct Request {
   Job job;

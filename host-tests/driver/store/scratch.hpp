@@ -29,7 +29,7 @@ class Scratch {
   std::filesystem::path directory_;
 };
 
-inline const Binding kBinding{"delay-multi-speed", "P-1001", "mill 3", "spindle"};
+inline const Binding kBinding{"delay", "P-1001", "mill 3", "spindle"};
 
 inline metrology::Result delayOf(double tau_s) {
   metrology::Result result;

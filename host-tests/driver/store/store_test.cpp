@@ -80,12 +80,11 @@ TEST_F(StoreTest, RetiresThePreviousResultOfTheSameBinding) {
   EXPECT_EQ(store_.active(kBinding).value()->id, next);
 }
 
-TEST_F(StoreTest, LeavesOtherProbesMachinesAndMountingsAlone) {
+TEST_F(StoreTest, LeavesOtherSubjectsProbesMachinesAndMountingsAlone) {
   std::vector<Id> others;
-  for (Binding other : {Binding{"sphere-fit", "P-1001", "mill 3", "spindle"},
-                        Binding{"delay-multi-speed", "P-1002", "mill 3", "spindle"},
-                        Binding{"delay-multi-speed", "P-1001", "mill 4", "spindle"},
-                        Binding{"delay-multi-speed", "P-1001", "mill 3", "table"}}) {
+  for (Binding other :
+       {Binding{"sphere-fit", "P-1001", "mill 3", "spindle"}, Binding{"delay", "P-1002", "mill 3", "spindle"},
+        Binding{"delay", "P-1001", "mill 4", "spindle"}, Binding{"delay", "P-1001", "mill 3", "table"}}) {
     others.push_back(propose(4e-3, other));
     ASSERT_TRUE(store_.accept(others.back(), "Ada", "t1"));
   }
@@ -113,7 +112,8 @@ TEST_F(StoreTest, AcceptingTwiceIsTheSameAsOnce) {
 }
 
 TEST_F(StoreTest, RefusesToAcceptWhatCannotBeAccepted) {
-  const auto refusal = store_.refuse(kBinding, {"single-speed", "one speed only"}, "", "t0").value();
+  const auto refusal =
+      store_.refuse(kBinding, "delay-multi-speed", {"single-speed", "one speed only"}, "", "t0").value();
   const auto refused = store_.accept(refusal, "Ada", "t1");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
@@ -129,7 +129,8 @@ TEST_F(StoreTest, RefusesToAcceptWhatCannotBeAccepted) {
 }
 
 TEST_F(StoreTest, RemembersRefusalsToo) {
-  const auto id = store_.refuse(kBinding, {"single-speed", "one speed only: \xff"}, "{\"a\":1}", "t0").value();
+  const auto id =
+      store_.refuse(kBinding, "delay-multi-speed", {"single-speed", "one speed only: \xff"}, "{\"a\":1}", "t0").value();
   reopen();
   const auto record = store_.find(id).value();
   EXPECT_EQ(record.state, State::refused);
@@ -150,7 +151,7 @@ TEST_F(StoreTest, NumbersResultsUpwards) {
 }
 
 TEST_F(StoreTest, TakesTextAsItIsAndNeverAsSql) {
-  const Binding hostile{"delay-multi-speed", "'); DROP TABLE results; --", "mill \"3\"", ""};
+  const Binding hostile{"delay", "'); DROP TABLE results; --", "mill \"3\"", ""};
   const auto id = propose(4e-3, hostile);
   ASSERT_TRUE(store_.accept(id, "O'Brien", "t1"));
   EXPECT_EQ(store_.active(hostile).value()->accepted_by, "O'Brien");

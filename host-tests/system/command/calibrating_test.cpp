@@ -142,6 +142,56 @@ TEST(Accepting, PassesOnWhatTheBoxRefuses) {
   EXPECT_EQ(at(box, {"accept", "12", "--by", "Ada"}).status, 4);
 }
 
+TEST(Accepting, SaysWhenTheResultHasToWaitForTheEndOfACut) {
+  const FakeBox cutting{{.cut_is_on = true}};
+  const auto done = at(cutting, {"accept", "4711", "--by", "Ada"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("comes into force when that is over"), testing::Not(HasSubstr("is in force"))));
+  const auto object = at(cutting, {"accept", "4711", "--by", "Ada", "--json"}).object();
+  EXPECT_EQ(object["state"], "accepted");
+  EXPECT_EQ(object["waiting_for_cut"], true);
+}
+
+TEST(GoingBack, NamesWhatGoesAndWhatComesBack) {
+  const FakeBox box;
+  for (const auto* what : {"delay", "4711"}) {
+    const auto done = at(box, {"rollback", what, "--by", "Grace"});
+    EXPECT_EQ(done.status, 0) << done.err;
+    EXPECT_THAT(done.out,
+                AllOf(HasSubstr("result 4711 is retired by Grace"), HasSubstr("result 4710 is in force again")));
+  }
+  const auto object = at(box, {"rollback", "delay", "--by", "Grace", "--json"}).object();
+  EXPECT_EQ(object["schema_version"], 1);
+  EXPECT_EQ(object["retired_id"], 4711);
+  EXPECT_EQ(object["active_id"], 4710);
+}
+
+TEST(GoingBack, PassesOnWhatTheBoxRefuses) {
+  const FakeBox box;
+  const auto unknown = at(box, {"rollback", "swivel", "--by", "Grace", "--json"});
+  EXPECT_EQ(unknown.status, 4);
+  EXPECT_EQ(unknown.object()["error"], "wrong_state");
+  EXPECT_THAT(unknown.err, HasSubstr("'swivel'"));
+  const FakeBox cutting{{.cut_is_on = true}};
+  EXPECT_EQ(at(cutting, {"rollback", "delay", "--by", "Grace"}).status, 4);
+}
+
+TEST(LookingBack, TellsEveryTransitionWithWhoAndWhen) {
+  const FakeBox box;
+  const auto objects = at(box, {"history", "--json"}).objects();
+  ASSERT_EQ(objects.size(), 20U) << "over as many answers as it takes";
+  for (std::size_t i = 0; i < objects.size(); ++i) EXPECT_EQ(objects[i]["number"], i + 1);
+  EXPECT_EQ(objects[1]["by"], "Ada");
+  EXPECT_EQ(objects[1]["utc"], "2026-11-21T06:00:00Z");
+  EXPECT_EQ(objects[1]["state"], "active");
+
+  EXPECT_EQ(at(box, {"history", "7", "--json"}).objects().size(), 2U);
+  EXPECT_THAT(at(box, {"history", "7"}).out, AllOf(HasSubstr("proposed"), HasSubstr("active"), HasSubstr("by Ada")));
+  const auto nothing = at(box, {"history", "swivel"});
+  EXPECT_EQ(nothing.status, 0);
+  EXPECT_THAT(nothing.err, HasSubstr("no result about swivel is stored"));
+}
+
 class Solving : public testing::Test {
  protected:
   std::string folder(const std::string& name, const std::string& config, const std::string& points) {

@@ -63,6 +63,10 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
       return results(body);
     case Operation::accept_result:
       return accept(body);
+    case Operation::rollback_result:
+      return rollBack(body);
+    case Operation::result_history:
+      return history(body);
     case Operation::get_dataset:
       return dataset(body);
     case Operation::corrections: {
@@ -154,7 +158,43 @@ Reply FakeAnswers::accept(std::span<const std::byte> body) {
   if (options_.forbids_accepting) return no(ErrorCode::not_permitted, "accepting over a link is off; see service.toml");
   if (request.id != FakeBox::kResultId || !proposed_) return no(ErrorCode::not_found, "there is no such result");
   accepted_by_ = request.by;
-  return ok(messages::Nothing{});
+  if (options_.cut_is_on) return ok(messages::AcceptResult::Answer{messages::ResultState::accepted, true});
+  return ok(messages::AcceptResult::Answer{});
+}
+
+// Delay alone: 4711 goes, 4710 comes back.
+Reply FakeAnswers::rollBack(std::span<const std::byte> body) const {
+  const auto request = read<messages::RollbackResult::Request>(body);
+  if (options_.cut_is_on) return no(ErrorCode::wrong_state, "a cut is on; repeat the rollback when it is over");
+  if (request.id != FakeBox::kResultId && request.subject != "delay") {
+    return no(ErrorCode::wrong_state, "no result about '" + request.subject + "' has ever been in force here");
+  }
+  return ok(messages::RollbackResult::Answer{"delay", FakeBox::kResultId, FakeBox::kResultId - 1, false});
+}
+
+// Two transitions of each of ten results, three in an answer.
+Reply FakeAnswers::history(std::span<const std::byte> body) const {
+  constexpr std::size_t kMostInOne = 3;
+  const auto request = read<messages::ResultHistory::Request>(body);
+  messages::ResultHistory::Answer answer;
+  for (std::uint64_t number = request.after_number + 1; number <= 20; ++number) {
+    const std::uint64_t id = (number + 1) / 2;
+    if (request.id != 0 && request.id != id) continue;
+    if (!request.subject.empty() && request.subject != "delay") continue;
+    if (answer.transitions.size() == kMostInOne) return answer.more = true, ok(answer);
+    const bool is_first = number % 2 == 1;
+    answer.transitions.push_back({.number = number,
+                                  .result_id = id,
+                                  .method = "delay-multi-speed",
+                                  .subject = "delay",
+                                  .probe = "P-1",
+                                  .machine = "mill",
+                                  .mounting = "spindle",
+                                  .state = is_first ? messages::ResultState::proposed : messages::ResultState::active,
+                                  .utc = "2026-11-21T06:00:00Z",
+                                  .by = is_first ? "" : "Ada"});
+  }
+  return ok(answer);
 }
 
 Reply FakeAnswers::dataset(std::span<const std::byte> body) const {

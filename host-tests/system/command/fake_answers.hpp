@@ -38,6 +38,8 @@ class FakeAnswers {
   Reply procedure();
   Reply results(std::span<const std::byte> body) const;
   Reply accept(std::span<const std::byte> body);
+  Reply rollBack(std::span<const std::byte> body) const;
+  Reply history(std::span<const std::byte> body) const;
   Reply dataset(std::span<const std::byte> body) const;
 
   static constexpr unsigned kSteps = 3;

@@ -83,6 +83,8 @@ TEST(CommandLine, NamesWhatIsMissing) {
   EXPECT_THAT(complaint(""), HasSubstr("name a command"));
   EXPECT_THAT(complaint("record"), HasSubstr("--output"));
   EXPECT_THAT(complaint("accept 3"), HasSubstr("--by"));
+  EXPECT_THAT(complaint("rollback delay"), HasSubstr("--by"));
+  EXPECT_THAT(complaint("rollback --by Ada"), HasSubstr("what"));
   EXPECT_THAT(complaint("solve"), HasSubstr("case"));
   EXPECT_THAT(complaint("calibrate delay-multi-speed --accept"), HasSubstr("--by NAME"));
   EXPECT_THAT(complaint("calibrate delay-multi-speed --abort"), HasSubstr("--abort"));
@@ -98,8 +100,8 @@ TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
 }
 
 TEST(CommandLine, GivesAnExampleInEveryHelp) {
-  for (const std::string command :
-       {"", "list", "info", "status", "watch", "record", "export", "solve", "calibrate", "accept", "corrections"}) {
+  for (const std::string command : {"", "list", "info", "status", "watch", "record", "export", "solve", "calibrate",
+                                    "accept", "rollback", "history", "corrections"}) {
     const auto answer = std::get<Answer>(parsed(command + " --help"));
     EXPECT_EQ(answer.status, ExitStatus::ok);
     EXPECT_THAT(answer.text, AllOf(HasSubstr("Example:\n  probebox "), HasSubstr(command)));

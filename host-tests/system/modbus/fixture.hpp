@@ -98,9 +98,10 @@ class ModbusOnCable : public ::testing::Test {
               const std::lock_guard lock{mutex_};
               return snapshot_;
             },
-            [this](const Marker& marker) {
+            [this](const Event& event) {
               const std::lock_guard lock{mutex_};
-              if (markers_allowed_) markers_.push_back(marker);
+              const auto* marker = std::get_if<Marker>(&event);
+              if (markers_allowed_ && marker != nullptr) markers_.push_back(*marker);
               return markers_allowed_.load();
             },
             [](const std::string&) {}};

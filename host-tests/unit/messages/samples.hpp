@@ -81,6 +81,12 @@ void forEachMessage(auto&& call) {
   call("list_results request", ListResults::Request{});
   call("list_results answer", ListResults::Answer{});
   call("accept_result request", AcceptResult::Request{});
+  call("accept_result answer", AcceptResult::Answer{});
+  call("rollback_result request", RollbackResult::Request{});
+  call("rollback_result answer", RollbackResult::Answer{});
+  call("result_history request", ResultHistory::Request{});
+  call("result_history answer", ResultHistory::Answer{});
+  call("set_inhibit request", SetInhibit::Request{});
   call("corrections answer", Corrections::Answer{});
   call("get_dataset request", GetDataset::Request{});
   call("get_dataset answer", GetDataset::Answer{});

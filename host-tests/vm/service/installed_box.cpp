@@ -76,7 +76,7 @@ std::uint64_t InstalledBox::propose() const {
   metrology::Result result;
   result.method = "delay-multi-speed";
   result.estimates = {metrology::Estimate::scalar("tau_s", 0.005, 2e-6)};
-  const auto id = store->propose({.method = result.method,
+  const auto id = store->propose({.subject = "delay",
                                   .probe_serial_number = descriptions->probe.serial_number,
                                   .machine = descriptions->machine.name,
                                   .mounting = descriptions->machine.mounting},

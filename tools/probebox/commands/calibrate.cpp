@@ -157,11 +157,7 @@ class Run {
     }
     const auto accepted = ask<messages::AcceptResult>(*box_, console_, {result.id, options_.by});
     if (!accepted) return console_.fail(accepted.error());
-    if (console_.json()) {
-      console_.object({{"accepted_id", result.id}, {"accepted_by", options_.by}});
-    } else {
-      console_.line("result " + id + " is in force, accepted by " + options_.by);
-    }
+    tellAccepted(result.id, options_.by, *accepted, console_);
     return ExitStatus::ok;
   }
 

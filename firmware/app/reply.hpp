@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/messages/fields.hpp"
+#include "protocol/messages/types.hpp"
+
+namespace probebox::app {
+
+// What became of a request: goes back to the link and ticket that it came from.
+struct Reply {
+  std::uint64_t link{};
+  std::uint64_t ticket{};
+  messages::ErrorCode code{};
+  std::string text;
+  std::vector<std::byte> body;
+};
+
+inline Reply refused(messages::ErrorCode code, std::string text) {
+  return {.link = 0, .ticket = 0, .code = code, .text = std::move(text), .body = {}};
+}
+
+template <class Answer>
+Reply ok(const Answer& answer) {
+  return {.link = 0, .ticket = 0, .code = messages::ErrorCode::ok, .text = {}, .body = messages::encoded(answer)};
+}
+
+inline Reply malformed(messages::Operation operation) {
+  return refused(messages::ErrorCode::malformed, "The request " + std::string{messages::nameOf(operation)} +
+                                                     " ends within a field: is it encoded by this protocol version?");
+}
+
+// key: of [access] in service.toml.
+inline Reply notPermitted(const char* key) {
+  return refused(messages::ErrorCode::not_permitted,
+                 std::string{"This is off on this box: set "} + key + " = true in [access] of service.toml.");
+}
+
+}  // namespace probebox::app

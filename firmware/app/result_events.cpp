@@ -1,0 +1,168 @@
+#include "firmware/app/result_events.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <span>
+#include <utility>
+
+namespace probebox::app {
+namespace {
+
+constexpr std::string_view kDelay = "delay";
+constexpr std::string_view kCentreline = "centreline";
+constexpr std::string_view kScrewOf = "screw-";
+
+constexpr std::array<std::string_view, 3> kTurningAxisMethods{"c-axis-alignment", "centreline",
+                                                              "centreline-limited-access"};
+
+std::string axisIn(const metrology::Dataset& dataset) {
+  const auto found = dataset.config.find("axis");
+  const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (axis == nullptr) return {};
+  std::string lower = *axis;
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::optional<Axis> screwAxis(std::string_view subject) {
+  if (subject == "screw-x") return Axis::x;
+  if (subject == "screw-y") return Axis::y;
+  if (subject == "screw-z") return Axis::z;
+  return std::nullopt;
+}
+
+// Values of one key with their standard deviations, 0 where there is none. The error names the key.
+struct Values {
+  std::span<const double> values;
+  std::span<const double> sd;
+
+  double sdOf(std::size_t i) const { return i < sd.size() ? sd[i] : 0.0; }
+};
+Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count) {
+  const metrology::Estimate* found = result.find(key);
+  const std::string whose = "The result of " + result.method;
+  if (found == nullptr) return Error{whose + " says nothing about " + std::string{key} + "."};
+  if (count != 0 && found->values.size() != count) {
+    return Error{whose + " has " + std::to_string(found->values.size()) + " values of " + std::string{key} + ", not " +
+                 std::to_string(count) + "."};
+  }
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(found->sd, is_finite))
+    return Error{whose + " has a value of " + std::string{key} + " that is not a number: calibrate again."};
+  return Values{found->values, found->sd};
+}
+
+Outcome<std::optional<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  const bool per_axis = result.find("tau_axis_s") != nullptr;
+  const auto tau = per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1);
+  if (!tau) return tau.error();
+  DelayActivated event{.result_id = id, .tau_s = {}, .sd_s = {}, .at = now};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const std::size_t i = per_axis ? axis : 0;
+    event.tau_s[axis] = tau->values[i];
+    event.sd_s[axis] = tau->sdOf(i);
+  }
+  return std::optional<Event>{event};
+}
+
+// (B14). A method that finds the centre at one height says nothing about the tilt: slope 0.
+Outcome<std::optional<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  CentrelineActivated event{.result_id = id,
+                            .centre_mm = {},
+                            .slope = {},
+                            .reference_z_mm = 0,
+                            .sd_centre_mm = {},
+                            .sd_slope = {},
+                            .at = now};
+  const auto centre = valuesOf(result, "centre_mm", 2);
+  if (!centre) return centre.error();
+  for (std::size_t i = 0; i < 2; ++i) {
+    event.centre_mm[i] = centre->values[i];
+    event.sd_centre_mm[i] = centre->sdOf(i);
+  }
+  if (result.find("C_tilt_rad") == nullptr) return std::optional<Event>{event};
+  const auto tilt = valuesOf(result, "C_tilt_rad", 2);
+  if (!tilt) return tilt.error();
+  const auto reference = valuesOf(result, "mean_z_mm", 1);
+  if (!reference) return reference.error();
+  event.reference_z_mm = reference->values[0];
+  for (std::size_t i = 0; i < 2; ++i) {
+    event.slope[i] = tilt->values[i];  // small: the tangent is the angle
+    event.sd_slope[i] = tilt->sdOf(i);
+  }
+  return std::optional<Event>{event};
+}
+
+Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
+  const auto gain = valuesOf(result, "K", 1);
+  if (!gain) return gain.error();
+  ScrewActivated event{.result_id = id,
+                       .axis = axis,
+                       .gain = gain->values[0],
+                       .sd_gain = gain->sdOf(0),
+                       .sectors = 0,
+                       .first_sector = 0,
+                       .sector_nm = {},
+                       .at = now};
+  if (result.find("sector_table_um") == nullptr) return std::optional<Event>{event};
+  const auto table = valuesOf(result, "sector_table_um", 0);
+  if (!table) return table.error();
+  if (table->values.size() > kScrewSectorsATime) {
+    return Error{"The box holds a table of " + std::to_string(kScrewSectorsATime) + " sectors, and this result has " +
+                 std::to_string(table->values.size()) + ": calibrate again with fewer."};
+  }
+  event.sectors = static_cast<std::uint8_t>(table->values.size());
+  constexpr double kMost_um = 1e6;  // a metre of extension is no reading
+  for (std::size_t i = 0; i < table->values.size(); ++i) {
+    const double value_um = table->values[i];
+    if (std::abs(value_um) > kMost_um) return Error{"A sector of the screw's table is longer than a metre."};
+    event.sector_nm[i] = static_cast<std::int32_t>(std::lround(value_um * 1e3));
+  }
+  return std::optional<Event>{event};
+}
+
+}  // namespace
+
+std::string subjectOf(const metrology::Dataset& dataset) {
+  const std::string axis = axisIn(dataset);
+  if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
+  if (dataset.method == "rotary-axis-errors" && !axis.empty()) return "rotary-" + axis;
+  return subjectNamed(dataset.method);
+}
+
+std::string subjectNamed(std::string_view subject_or_method) {
+  if (subject_or_method.starts_with("delay-")) return std::string{kDelay};
+  if (std::ranges::find(kTurningAxisMethods, subject_or_method) != kTurningAxisMethods.end())
+    return std::string{kCentreline};
+  return std::string{subject_or_method};
+}
+
+Outcome<std::optional<Event>> activationOf(const store::Record& record, MonoTime now) {
+  const metrology::Result* result = record.result();
+  if (result == nullptr) return Error{"Result " + std::to_string(record.id) + " is a refusal."};
+  const auto& subject = record.binding.subject;
+  if (subject == kDelay) return delay(*result, record.id, now);
+  if (subject == kCentreline) return centreline(*result, record.id, now);
+  if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
+  return std::optional<Event>{};
+}
+
+std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
+  if (subject == kDelay) return DelayActivated{.result_id = 0, .tau_s = {}, .sd_s = {}, .at = now};
+  if (subject == kCentreline) {
+    CentrelineActivated none{};
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = screwAxis(subject)) {
+    ScrewActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,190 @@
+#include "firmware/app/results_in_force.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+#include "firmware/app/log.hpp"
+#include "firmware/app/result_events.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr Nanoseconds kSettling = std::chrono::seconds{1};
+constexpr Nanoseconds kPatience = std::chrono::seconds{1};
+
+std::string named(store::Id id) {
+  return "Result " + std::to_string(id);
+}
+
+store::Failure cutIsOn(const std::string& what) {
+  return {store::Reason::cut_is_on, "A cut is on, and nothing may change while it is: " + what};
+}
+
+}  // namespace
+
+std::string utcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
+                               std::function<void(const Event&)> tell_core)
+    : store_{store}, mounting_{std::move(mounting)}, now_{std::move(now)}, tell_core_{std::move(tell_core)} {}
+
+store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
+  return {.subject = subject,
+          .probe_serial_number = mounting_.probe_serial_number,
+          .machine = mounting_.machine,
+          .mounting = mounting_.mounting};
+}
+
+std::vector<Event> ResultsInForce::restore() {
+  readStore();
+  std::vector<Event> events;
+  for (const auto id : active()) {
+    const auto record = store_.find(id);
+    if (!record) {
+      logError("A result in force could not be read: " + record.error().what);
+      continue;
+    }
+    const auto event = activationOf(*record, now_());
+    if (!event) {
+      logError(named(id) + " is not in force: " + event.error().what);
+      continue;
+    }
+    if (*event) events.push_back(**event);
+  }
+  return events;
+}
+
+void ResultsInForce::look(const box::State& state) {
+  if (state.events == 0) return;  // the core has not published yet
+  if (!first_state_at_) first_state_at_ = state.at;
+  state_at_ = state.at;
+  inhibited_ = state.snapshot.inhibited;
+  if (mayChange()) activateWaiting();
+}
+
+bool ResultsInForce::mayChange() const {
+  return !inhibited_ && first_state_at_ && state_at_ - *first_state_at_ >= kSettling;
+}
+
+std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
+  const auto& binding = record.binding;
+  if (binding != bindingFor(binding.subject)) {
+    return store::Failure{store::Reason::other_binding,
+                          named(record.id) + " is for probe " + binding.probe_serial_number + " in " +
+                              binding.mounting + " of " + binding.machine +
+                              ", which is not what this box describes now: change the descriptions, or calibrate "
+                              "again."};
+  }
+  if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
+  if (const auto event = activationOf(record, now_()); !event)
+    return store::Failure{store::Reason::not_possible_now, event.error().what};
+  return std::nullopt;
+}
+
+ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by) {
+  const auto found = store_.find(id);
+  if (!found) return found.error();
+  if (auto objection = objectionTo(*found)) return *objection;
+  const bool was_active = found->state == store::State::active;
+  auto accepted = store_.accept(id, by, utcNow(), mayChange() ? store::Activation::at_once : store::Activation::later);
+  if (!accepted) return accepted;
+  readStore();
+  if (was_active || accepted->state != store::State::active) return accepted;
+  if (const auto event = activationOf(*accepted, now_()); event && *event) tell_core_(**event);
+  return accepted;
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, const std::string& by) {
+  return rollBack(bindingFor(subjectNamed(subject)), by);
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::string& by) {
+  const auto found = store_.find(id);
+  if (!found) return found.error();
+  if (auto objection = objectionTo(*found)) return *objection;
+  if (found->state == store::State::accepted) {
+    auto withdrawn = store_.withdraw(id, by, utcNow());
+    readStore();
+    if (!withdrawn) return withdrawn.error();
+    return store::RolledBack{.retired = std::move(*withdrawn), .active = std::nullopt};
+  }
+  if (found->state != store::State::active) {
+    return store::Failure{store::Reason::not_possible_now,
+                          named(id) + " is " + std::string{store::name(found->state)} +
+                              ", not in force: name the result that is, or its subject (" + found->binding.subject +
+                              ")."};
+  }
+  return rollBack(found->binding, by);
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
+  if (!mayChange()) return cutIsOn("repeat the rollback when it is over.");
+  auto changed = store_.rollBack(binding, by, utcNow());
+  if (!changed) return changed;
+  readStore();
+  if (!changed->active) {
+    if (const auto none = noneInForce(binding.subject, now_())) tell_core_(*none);
+    return changed;
+  }
+  // What could be activated once can be activated again.
+  if (const auto event = activationOf(*changed->active, now_()); event && *event) tell_core_(**event);
+  return changed;
+}
+
+void ResultsInForce::activateWaiting() {
+  if (now_() < patient_until_) return;
+  std::vector<std::uint64_t> waiting;
+  {
+    const std::lock_guard lock{mutex_};
+    waiting = waiting_;
+  }
+  if (waiting.empty()) return;
+  for (const auto id : waiting) {
+    const auto activated = store_.activate(id, utcNow());
+    if (!activated) {
+      logError(named(id) + " waits and cannot come into force: " + activated.error().what);
+      patient_until_ = now_() + kPatience;
+      continue;
+    }
+    logInfo("the cut is over: result " + std::to_string(id) + " is in force, accepted by " + activated->accepted_by);
+    if (const auto event = activationOf(*activated, now_()); event && *event) tell_core_(**event);
+  }
+  readStore();
+}
+
+void ResultsInForce::readStore() {
+  std::vector<std::uint64_t> found[2];
+  for (const auto state : {store::State::active, store::State::accepted}) {
+    const auto records = store_.inState(state);
+    if (!records) return logError("The results in force could not be read: " + records.error().what);
+    for (const auto& record : *records) {
+      if (record.binding == bindingFor(record.binding.subject))
+        found[state == store::State::active ? 0 : 1].push_back(record.id);
+    }
+  }
+  const std::lock_guard lock{mutex_};
+  active_ = std::move(found[0]);
+  waiting_ = std::move(found[1]);
+}
+
+std::vector<std::uint64_t> ResultsInForce::active() const {
+  const std::lock_guard lock{mutex_};
+  return active_;
+}
+
+bool ResultsInForce::isWaiting(store::Id id) const {
+  const std::lock_guard lock{mutex_};
+  return std::ranges::find(waiting_, id) != waiting_.end();
+}
+
+}  // namespace probebox::app

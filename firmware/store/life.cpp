@@ -1,0 +1,155 @@
+#include <string>
+#include <utility>
+
+#include "firmware/store/rows.hpp"
+#include "firmware/store/store.hpp"
+
+// How a result changes its state: PROPOSED -> ACCEPTED -> ACTIVE -> RETIRED, and back into force by a rollback.
+namespace probebox::store {
+namespace {
+
+std::string which(const Record& record) {
+  return "result " + std::to_string(record.id);
+}
+
+Failure notAcceptable(const Record& record) {
+  if (record.state == State::refused) {
+    return {Reason::not_possible_now, which(record) + " is a refusal (" + record.refusal()->name + ": " +
+                                          record.refusal()->reason + "); calibrate again"};
+  }
+  return {Reason::not_possible_now, which(record) + " is " + std::string{name(record.state)} +
+                                        ", and only a proposed one can be accepted; calibrate again, or go back to the "
+                                        "result before with `probebox rollback`"};
+}
+
+Failure notWaiting(const Record& record) {
+  return {Reason::not_possible_now,
+          which(record) + " is " + std::string{name(record.state)} + " and does not wait to come into force"};
+}
+
+std::optional<Failure> objectionTo(std::string_view what, std::string_view by, std::string_view utc) {
+  if (by.empty()) return Failure{Reason::bad_argument, std::string{what} + " needs the name of the person who does it"};
+  if (utc.empty()) return Failure{Reason::bad_argument, std::string{what} + " needs its time (UTC)"};
+  return std::nullopt;
+}
+
+Outcome<Done, Failure> retire(Database& database, Id id, std::string_view utc, std::string_view by) {
+  if (const auto done = note(database, id, State::retired, utc, by); !done) return done.error();
+  Statement statement{database, "UPDATE results SET state = 3, retired_utc = ? WHERE id = ?"};
+  return statement.bind(utc).bind(stored(id)).run();
+}
+
+// Whatever of the binding is in one of these states gives way.
+Outcome<Done, Failure> makeRoom(Database& database, const Binding& binding, std::string_view states,
+                                std::string_view utc, std::string_view by) {
+  Statement statement{database, select("WHERE state IN (").append(states).append(") AND ").append(kOfBinding)};
+  const auto in_the_way = readRecords(bind(statement, binding));
+  if (!in_the_way) return in_the_way.error();
+  for (const auto& record : *in_the_way) {
+    if (const auto done = retire(database, record.id, utc, by); !done) return done.error();
+  }
+  return Done{};
+}
+
+Outcome<Done, Failure> putIntoForce(Database& database, Id id, std::string_view utc, std::string_view by) {
+  if (const auto done = note(database, id, State::active, utc, by); !done) return done.error();
+  Statement statement{database, "UPDATE results SET state = 2, retired_utc = '' WHERE id = ?"};
+  return statement.bind(stored(id)).run();
+}
+
+Outcome<Done, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by) {
+  if (const auto done = note(database, id, State::accepted, utc, by); !done) return done.error();
+  Statement statement{database, "UPDATE results SET state = 1, accepted_utc = ?, accepted_by = ? WHERE id = ?"};
+  return statement.bind(utc).bind(by).bind(stored(id)).run();
+}
+
+// Of those that were in force at some time, not of those that were withdrawn before.
+Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Binding& binding) {
+  Statement statement{
+      database, select("WHERE state = 3 AND ")
+                    .append(kOfBinding)
+                    .append(" AND EXISTS (SELECT 1 FROM transitions t WHERE t.result_id = results.id AND t.state = 2) "
+                            "ORDER BY (SELECT max(t.id) FROM transitions t WHERE t.result_id = results.id) DESC "
+                            "LIMIT 1")};
+  return readAtMostOne(bind(statement, binding));
+}
+
+}  // namespace
+
+Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation) {
+  if (auto objection = objectionTo("an acceptance", by, utc)) return *objection;
+  auto transaction = Transaction::begin(*database_);
+  if (!transaction) return transaction.error();
+  auto record = find(id);
+  if (!record || record->state == State::accepted || record->state == State::active) return record;
+  if (record->state != State::proposed) return notAcceptable(*record);
+  const bool at_once = activation == Activation::at_once;
+  const auto room = makeRoom(*database_, record->binding, at_once ? "1, 2" : "1", utc, by);
+  if (!room) return room.error();
+  if (const auto done = markAccepted(*database_, id, utc, by); !done) return done.error();
+  if (at_once) {
+    if (const auto done = putIntoForce(*database_, id, utc, by); !done) return done.error();
+  }
+  if (const auto done = transaction->commit(); !done) return done.error();
+  record->state = at_once ? State::active : State::accepted;
+  record->accepted_utc = utc;
+  record->accepted_by = by;
+  return record;
+}
+
+Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {
+  if (utc.empty()) return Failure{Reason::bad_argument, "an activation needs its time (UTC)"};
+  auto transaction = Transaction::begin(*database_);
+  if (!transaction) return transaction.error();
+  auto record = find(id);
+  if (!record || record->state == State::active) return record;
+  if (record->state != State::accepted) return notWaiting(*record);
+  const auto room = makeRoom(*database_, record->binding, "2", utc, record->accepted_by);
+  if (!room) return room.error();
+  if (const auto done = putIntoForce(*database_, id, utc, record->accepted_by); !done) return done.error();
+  if (const auto done = transaction->commit(); !done) return done.error();
+  record->state = State::active;
+  return record;
+}
+
+Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string_view by, std::string_view utc) {
+  if (auto objection = objectionTo("a rollback", by, utc)) return *objection;
+  auto transaction = Transaction::begin(*database_);
+  if (!transaction) return transaction.error();
+  auto present = active(binding);
+  if (!present) return present.error();
+  auto before = retiredLast(*database_, binding);
+  if (!before) return before.error();
+  if (!*present && !*before) {
+    return Failure{Reason::not_possible_now, "no result about '" + binding.subject +
+                                                 "' has ever been in force here; there is nothing to go back to"};
+  }
+  if (*present) {
+    if (const auto done = retire(*database_, (*present)->id, utc, by); !done) return done.error();
+    (*present)->state = State::retired;
+    (*present)->retired_utc = utc;
+  }
+  if (*before) {
+    if (const auto done = putIntoForce(*database_, (*before)->id, utc, by); !done) return done.error();
+    (*before)->state = State::active;
+    (*before)->retired_utc.clear();
+  }
+  if (const auto done = transaction->commit(); !done) return done.error();
+  return RolledBack{.retired = std::move(*present), .active = std::move(*before)};
+}
+
+Outcome<Record, Failure> Store::withdraw(Id id, std::string_view by, std::string_view utc) {
+  if (auto objection = objectionTo("a withdrawal", by, utc)) return *objection;
+  auto transaction = Transaction::begin(*database_);
+  if (!transaction) return transaction.error();
+  auto record = find(id);
+  if (!record) return record;
+  if (record->state != State::accepted) return notWaiting(*record);
+  if (const auto done = retire(*database_, id, utc, by); !done) return done.error();
+  if (const auto done = transaction->commit(); !done) return done.error();
+  record->state = State::retired;
+  record->retired_utc = utc;
+  return record;
+}
+
+}  // namespace probebox::store

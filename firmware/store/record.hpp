@@ -1,0 +1,64 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "firmware/metrology/result.hpp"
+
+// What the store keeps of one result.
+namespace probebox::store {
+
+// As stored in the file and sent on the wire: never renumber.
+enum class State : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
+std::string_view name(State state);
+
+using Id = std::uint64_t;  // opaque; a later result has a higher one
+
+// What a result is about, and what it holds for. At most one result is active, and at most one waits, for each
+// combination.
+struct Binding {
+  std::string subject;  // the question that it answers, such as "delay": several methods may answer the same one
+  std::string probe_serial_number;
+  std::string machine;
+  std::string mounting;
+
+  friend bool operator==(const Binding&, const Binding&) = default;
+};
+
+struct Record {
+  Id id{};
+  State state{};
+  std::string method;
+  Binding binding;
+  std::variant<metrology::Result, metrology::Refusal> content;
+  std::string proposed_utc;  // ISO 8601, as the caller gave it; empty when it did not happen
+  std::string accepted_utc;
+  std::string accepted_by;
+  std::string retired_utc;  // empty again when it came back into force
+
+  const metrology::Result* result() const { return std::get_if<metrology::Result>(&content); }
+  const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&content); }
+};
+
+// One change of state, for the history of a result.
+struct Transition {
+  std::uint64_t number{};  // rises with time, over all results
+  Id result{};
+  std::string method;
+  Binding binding;
+  State to{};
+  std::string utc;
+  std::string by;  // empty: by the box itself
+};
+
+// Which transitions are asked for.
+struct HistoryRange {
+  Id result{};             // 0: of all results
+  std::string subject{};   // empty: about everything
+  std::uint64_t after{};   // only later than this number
+  std::size_t count{100};  // at most so many
+};
+
+}  // namespace probebox::store

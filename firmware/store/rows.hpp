@@ -1,0 +1,27 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/store/database.hpp"
+#include "firmware/store/record.hpp"
+
+// How records and transitions lie in the tables; for the store alone.
+namespace probebox::store {
+
+std::int64_t stored(State state);
+std::int64_t stored(Id id);
+
+// A query for whole records.
+std::string select(std::string_view condition);
+Outcome<std::vector<Record>, Failure> readRecords(Statement& statement);
+Outcome<std::optional<Record>, Failure> readAtMostOne(Statement& statement);
+
+// The condition for one binding, and its values.
+inline constexpr std::string_view kOfBinding = "subject = ? AND probe = ? AND machine = ? AND mounting = ?";
+Statement& bind(Statement& statement, const Binding& binding);
+
+Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by);
+
+}  // namespace probebox::store

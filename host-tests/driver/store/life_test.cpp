@@ -1,0 +1,304 @@
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+#include <sqlite3.h>
+
+#include "firmware/store/store.hpp"
+#include "old_schema.hpp"
+#include "scratch.hpp"
+
+namespace probebox::store {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class ResultsLife : public testing::Test {
+ protected:
+  Id propose(double tau_s, const Binding& binding = kBinding) {
+    return store_.propose(binding, delayOf(tau_s), "{}", "t0").value();
+  }
+  Id accepted(double tau_s, std::string_view by = "Ada") {
+    const auto id = propose(tau_s);
+    EXPECT_TRUE(store_.accept(id, by, "t1"));
+    return id;
+  }
+  State stateOf(Id id) { return store_.find(id).value().state; }
+  Id activeId() {
+    const auto active = store_.active(kBinding).value();
+    return active ? active->id : 0;
+  }
+  std::vector<State> states(Id id) {
+    std::vector<State> all;
+    const auto history = store_.history(id).value();
+    for (const auto& transition : history) all.push_back(transition.to);
+    return all;
+  }
+
+  Scratch scratch_;
+  Store store_{Store::open(scratch_.file()).value()};
+};
+
+TEST_F(ResultsLife, AnAcceptedResultWaitsUntilItIsActivated) {
+  const auto old = accepted(1e-3);
+  const auto next = propose(2e-3);
+  const auto waiting = store_.accept(next, "Grace", "t2", Activation::later).value();
+  EXPECT_EQ(waiting.state, State::accepted);
+  EXPECT_EQ(waiting.accepted_by, "Grace");
+  EXPECT_EQ(waiting.accepted_utc, "t2");
+  EXPECT_EQ(activeId(), old);
+
+  const auto active = store_.activate(next, "t3").value();
+  EXPECT_EQ(active.state, State::active);
+  EXPECT_EQ(active.accepted_utc, "t2");
+  EXPECT_EQ(activeId(), next);
+  const auto history = store_.history(next).value();
+  EXPECT_THAT(states(next), ElementsAre(State::proposed, State::accepted, State::active));
+  EXPECT_EQ(history.back().utc, "t3");
+  EXPECT_EQ(history.back().by, "Grace") << "in the name of the person who decided";
+  EXPECT_EQ(store_.find(old)->retired_utc, "t3");
+}
+
+TEST_F(ResultsLife, TheRecordThatACallGivesIsTheOneThatIsStored) {
+  const auto one = propose(1e-3);
+  const auto same = [&](const Record& given) {
+    const auto kept = store_.find(given.id).value();
+    EXPECT_EQ(given.state, kept.state);
+    EXPECT_EQ(given.accepted_by, kept.accepted_by);
+    EXPECT_EQ(given.accepted_utc, kept.accepted_utc);
+    EXPECT_EQ(given.retired_utc, kept.retired_utc);
+  };
+  same(store_.accept(one, "Ada", "t1", Activation::later).value());
+  same(store_.activate(one, "t2").value());
+  const auto two = accepted(2e-3);
+  const auto changed = store_.rollBack(kBinding, "Grace", "t3").value();
+  same(*changed.retired);
+  same(*changed.active);
+  EXPECT_EQ(changed.retired->id, two);
+  same(store_.accept(propose(3e-3), "Ada", "t4", Activation::later).value());
+  same(store_.withdraw(3, "Ada", "t5").value());
+}
+
+TEST_F(ResultsLife, OnlyTheLastAcceptedResultWaits) {
+  const auto first = propose(1e-3);
+  const auto second = propose(2e-3);
+  ASSERT_TRUE(store_.accept(first, "Ada", "t1", Activation::later));
+  ASSERT_TRUE(store_.accept(second, "Ada", "t2", Activation::later));
+  EXPECT_EQ(stateOf(first), State::retired);
+  const auto third = accepted(3e-3);
+  EXPECT_EQ(stateOf(second), State::retired) << "it would replace a later decision";
+  EXPECT_EQ(activeId(), third);
+}
+
+TEST_F(ResultsLife, DifferentMethodsReplaceOneAnotherWhenTheyAnswerTheSameQuestion) {
+  const auto old = accepted(1e-3);
+  auto other = delayOf(2e-3);
+  other.method = "delay-per-axis";
+  const auto next = store_.propose(kBinding, other, "", "t0").value();
+  ASSERT_TRUE(store_.accept(next, "Ada", "t1"));
+  EXPECT_EQ(stateOf(old), State::retired);
+  EXPECT_EQ(store_.active(kBinding).value()->method, "delay-per-axis");
+}
+
+TEST_F(ResultsLife, ARollbackBringsBackWhatWasInForceBefore) {
+  const auto first = accepted(1e-3);
+  const auto second = accepted(2e-3);
+  const auto changed = store_.rollBack(kBinding, "Grace", "t5").value();
+  EXPECT_EQ(changed.retired->id, second);
+  EXPECT_EQ(changed.active->id, first);
+  EXPECT_EQ(activeId(), first);
+  EXPECT_EQ(store_.find(first)->retired_utc, "");
+  EXPECT_EQ(store_.history(first)->back().by, "Grace");
+  EXPECT_EQ(store_.history(second)->back().utc, "t5");
+
+  ASSERT_TRUE(store_.rollBack(kBinding, "Grace", "t6"));
+  EXPECT_EQ(activeId(), second) << "a second rollback undoes the first";
+}
+
+TEST_F(ResultsLife, ARollbackOfTheFirstResultLeavesNone) {
+  const auto only = accepted(1e-3);
+  const auto changed = store_.rollBack(kBinding, "Grace", "t5").value();
+  EXPECT_EQ(changed.retired->id, only);
+  EXPECT_FALSE(changed.active);
+  EXPECT_EQ(activeId(), 0U);
+}
+
+TEST_F(ResultsLife, ARollbackPassesOverWhatNeverWasInForce) {
+  const auto first = accepted(1e-3);
+  const auto second = accepted(2e-3);
+  const auto withdrawn = propose(3e-3);
+  ASSERT_TRUE(store_.accept(withdrawn, "Ada", "t3", Activation::later));
+  ASSERT_TRUE(store_.withdraw(withdrawn, "Ada", "t4"));
+  EXPECT_EQ(activeId(), second) << "nothing in force has changed";
+  EXPECT_EQ(store_.rollBack(kBinding, "Ada", "t5")->active->id, first);
+}
+
+TEST_F(ResultsLife, ARollbackOfAnotherMountingTouchesNothingHere) {
+  const auto here = accepted(1e-3);
+  auto elsewhere = kBinding;
+  elsewhere.mounting = "table";
+  const auto refused = store_.rollBack(elsewhere, "Ada", "t2");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, Reason::not_possible_now);
+  EXPECT_THAT(refused.error().what, HasSubstr("'delay'"));
+  EXPECT_EQ(activeId(), here);
+}
+
+TEST_F(ResultsLife, EveryChangeNeedsANameAndATime) {
+  accepted(1e-3);
+  const auto waiting = propose(2e-3);
+  ASSERT_TRUE(store_.accept(waiting, "Ada", "t1", Activation::later));
+  EXPECT_EQ(store_.rollBack(kBinding, "", "t").error().reason, Reason::bad_argument);
+  EXPECT_EQ(store_.rollBack(kBinding, "Ada", "").error().reason, Reason::bad_argument);
+  EXPECT_EQ(store_.withdraw(waiting, "", "t").error().reason, Reason::bad_argument);
+  EXPECT_EQ(store_.activate(waiting, "").error().reason, Reason::bad_argument);
+  EXPECT_EQ(store_.activate(propose(3e-3), "t").error().reason, Reason::not_possible_now);
+  EXPECT_EQ(store_.withdraw(1, "Ada", "t").error().reason, Reason::not_possible_now);
+}
+
+// Whatever people do, in any order: at most one result of a binding is active and at most one waits, the history says
+// the same as the records, and it can be read piece by piece.
+TEST_F(ResultsLife, StaysConsistentUnderAnySequenceOfDecisions) {
+  std::mt19937 random{20261121};
+  const std::vector<Binding> bindings{
+      kBinding, {"centreline", "P-1001", "mill 3", "spindle"}, {"delay", "P-1002", "mill 3", "spindle"}};
+  for (int step = 0; step < 150; ++step) {
+    const auto& binding = bindings[random() % bindings.size()];
+    const Id some = 1 + random() % (1 + store_.newest(1)->size() * 20);
+    switch (random() % 6) {
+      case 0:
+        propose(1e-3, binding);
+        break;
+      case 1:
+        (void)store_.accept(some, "Ada", "t", Activation::at_once);
+        break;
+      case 2:
+        (void)store_.accept(some, "Ada", "t", Activation::later);
+        break;
+      case 3:
+        (void)store_.activate(some, "t");
+        break;
+      case 4:
+        (void)store_.rollBack(binding, "Grace", "t");
+        break;
+      default:
+        (void)store_.withdraw(some, "Grace", "t");
+        break;
+    }
+    for (const auto& each : bindings) {
+      const auto all = store_.newest(1000).value();
+      const auto count = [&](State state) {
+        return std::ranges::count_if(all, [&](const Record& r) { return r.state == state && r.binding == each; });
+      };
+      ASSERT_LE(count(State::active), 1);
+      ASSERT_LE(count(State::accepted), 1);
+    }
+  }
+  std::vector<Transition> pieces;
+  for (bool more = true; more;) {
+    const auto piece = store_.history({.after = pieces.empty() ? 0 : pieces.back().number, .count = 7}).value();
+    more = !piece.empty();
+    pieces.insert(pieces.end(), piece.begin(), piece.end());
+  }
+  const auto records = store_.newest(1000).value();
+  for (const auto& record : records) {
+    const auto own = store_.history(record.id).value();
+    EXPECT_EQ(own.back().to, record.state);
+    EXPECT_EQ(std::ranges::count(pieces, record.id, &Transition::result), std::ssize(own));
+  }
+}
+
+TEST_F(ResultsLife, TellsTheHistoryOfOneSubject) {
+  accepted(1e-3);
+  propose(2e-3, {"centreline", "P-1001", "mill 3", "spindle"});
+  const auto about = store_.history({.subject = "centreline"}).value();
+  ASSERT_EQ(about.size(), 1U);
+  EXPECT_EQ(about[0].result, 2U);
+  EXPECT_EQ(about[0].binding.subject, "centreline");
+  EXPECT_THAT(store_.history({.subject = "swivel"}).value(), IsEmpty());
+}
+
+TEST_F(ResultsLife, KeepsTheDatasetsOfAcceptedResultsAndOfTheNewestOthers) {
+  const auto dear = store_.propose(kBinding, delayOf(1e-3), "dear", "t0").value();
+  ASSERT_TRUE(store_.accept(dear, "Ada", "t1"));
+  const std::string large(200'000, 'x');
+  std::vector<Id> others;
+  std::uintmax_t size_after_30 = 0;
+  for (int i = 0; i < 90; ++i) {
+    others.push_back(i % 2 == 0 ? store_.propose(kBinding, delayOf(2e-3), large, "t2").value()
+                                : store_.refuse(kBinding, "delay-multi-speed", {"a", "b"}, large, "t2").value());
+    if (i == 30) size_after_30 = std::filesystem::file_size(scratch_.file());
+  }
+  ASSERT_TRUE(store_.rollBack(kBinding, "Ada", "t3"));
+  EXPECT_EQ(store_.dataset(dear).value(), "dear") << "accepted once, kept for ever";
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const bool is_new = i + Store::kOtherDatasets >= others.size();
+    EXPECT_EQ(store_.dataset(others[i]).value(), is_new ? large : "") << i;
+    EXPECT_TRUE(store_.find(others[i])) << "the result itself stays";
+  }
+  EXPECT_LT(std::filesystem::file_size(scratch_.file()), size_after_30 + 400'000) << "the file does not grow for ever";
+}
+
+TEST_F(ResultsLife, RemembersTheCorrectionThatWasServedLast) {
+  EXPECT_FALSE(store_.standing().value());
+  ASSERT_TRUE(store_.keepStanding({1.0 / 3, -2e-7, 0}, "t1"));
+  ASSERT_TRUE(store_.keepStanding({-1.0 / 3, 2e-7, 1e300}, "t2"));
+  store_ = Store::open(scratch_.file()).value();
+  const auto standing = store_.standing().value();
+  ASSERT_TRUE(standing);
+  EXPECT_EQ(standing->correction_mm, (std::array<double, 3>{-1.0 / 3, 2e-7, 1e300}));
+  EXPECT_EQ(standing->utc, "t2");
+}
+
+// A file as the first release wrote it.
+class OldFile : public testing::Test {
+ protected:
+  OldFile() { sqlite3_open(scratch_.file().c_str(), &hand_); }
+  ~OldFile() override { sqlite3_close(hand_); }
+  void run(const std::string& sql) {
+    ASSERT_EQ(sqlite3_exec(hand_, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(hand_);
+  }
+  Scratch scratch_;
+  sqlite3* hand_{};
+};
+
+TEST_F(OldFile, IsBroughtToTheNewSchemaWithAllThatItHolds) {
+  run(kSchema1);
+  run(insertOld(1, 3, "delay-multi-speed", "measured 1"));
+  run(insertOld(2, 2, "delay-multi-speed", "measured 2"));
+  run(insertOld(3, 0, "sphere-fit", ""));
+  auto store = Store::open(scratch_.file()).value();
+  EXPECT_EQ(store.notice(), "");
+  const auto active = store.active(kBinding).value();
+  ASSERT_TRUE(active);
+  EXPECT_EQ(active->id, 2U);
+  EXPECT_EQ(active->method, "delay-multi-speed");
+  EXPECT_EQ(active->accepted_by, "Ada");
+  EXPECT_EQ(active->result()->find("tau_s")->value(), 0.1 / 3);
+  EXPECT_EQ(store.dataset(1).value(), "measured 1");
+  EXPECT_EQ(store.dataset(3).value(), "");
+  EXPECT_EQ(store.find(3)->binding.subject, "sphere-fit");
+  EXPECT_EQ(store.history(2)->size(), 3U);
+  EXPECT_EQ(store.rollBack(kBinding, "Grace", "t9")->active->id, 1U);
+  EXPECT_EQ(store.propose(kBinding, delayOf(1), "", "t9").value(), 4U) << "no number is given twice";
+}
+
+TEST_F(OldFile, KeepsOneActiveResultWhereSeveralMethodsAnsweredTheSameQuestion) {
+  run(kSchema1);
+  run(insertOld(1, 2, "delay-multi-speed", ""));
+  run(insertOld(2, 2, "delay-plates", ""));
+  run(insertOld(3, 2, "delay-per-axis", ""));
+  run("UPDATE results SET accepted_utc = '2026-11-21T09:00:00Z' WHERE id = 2");
+  auto store = Store::open(scratch_.file()).value();
+  EXPECT_EQ(store.active(kBinding).value()->id, 2U) << "the one accepted last";
+  for (const Id id : {Id{1}, Id{3}}) {
+    EXPECT_EQ(store.find(id)->state, State::retired);
+    EXPECT_EQ(store.find(id)->retired_utc, "2026-11-21T09:00:00Z");
+    EXPECT_EQ(store.history(id)->back().to, State::retired);
+  }
+}
+
+}  // namespace
+}  // namespace probebox::store

@@ -1,0 +1,37 @@
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/report.hpp"
+#include "tools/probebox/result_number.hpp"
+
+namespace probebox::command {
+namespace {
+
+void show(const messages::ResultTransition& transition, Console& console) {
+  if (console.json()) {
+    console.object(describe(transition));
+  } else {
+    console.line(line(transition));
+  }
+}
+
+}  // namespace
+
+ExitStatus run(const History& options, const std::string& uri, Console& console) {
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  const auto id = resultNumber(options.what);
+  messages::ResultHistory::Request request{id.value_or(0), id ? "" : options.what, 0};
+  bool more = true, nothing = true;
+  while (more) {
+    const auto history = ask<messages::ResultHistory>(**box, console, request);
+    if (!history) return console.fail(history.error());
+    for (const auto& transition : history->transitions) show(transition, console);
+    nothing = nothing && history->transitions.empty();
+    more = history->more && !history->transitions.empty();
+    if (more) request.after_number = history->transitions.back().number;
+  }
+  if (nothing) console.note("no result" + (options.what.empty() ? "" : " about " + options.what) + " is stored");
+  return ExitStatus::ok;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,37 @@
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/result_number.hpp"
+
+namespace probebox::command {
+namespace {
+
+std::string inWords(const messages::RollbackResult::Answer& answer, const std::string& by) {
+  const auto which = [](std::uint64_t id) { return "result " + std::to_string(id); };
+  if (answer.withdrawn) return which(answer.retired_id) + " will not come into force, withdrawn by " + by;
+  const std::string retired = answer.retired_id == 0 ? "" : which(answer.retired_id) + " is retired by " + by + "; ";
+  return retired + (answer.active_id == 0 ? "no result about " + answer.subject + " is in force any more"
+                                          : which(answer.active_id) + " is in force again");
+}
+
+}  // namespace
+
+ExitStatus run(const Rollback& options, const std::string& uri, Console& console) {
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  const auto id = resultNumber(options.what);
+  const auto rolled_back =
+      ask<messages::RollbackResult>(**box, console, {id.value_or(0), id ? "" : options.what, options.by});
+  if (!rolled_back) return console.fail(rolled_back.error());
+  if (console.json()) {
+    console.object({{"subject", rolled_back->subject},
+                    {"retired_id", rolled_back->retired_id},
+                    {"active_id", rolled_back->active_id},
+                    {"withdrawn", rolled_back->withdrawn},
+                    {"by", options.by}});
+  } else {
+    console.line(inWords(*rolled_back, options.by));
+  }
+  return ExitStatus::ok;
+}
+
+}  // namespace probebox::command
