@@ -11,7 +11,8 @@ namespace probebox::metrology {
 // `scan,t_s,a,b,c`, scans `scan,speed_mm_s`. Config: centre_mm (may be off by 0.2 mm), search_window_s; gain_matrix;
 // effective_radius_mm, r1_mm, r2_mm, arcs_rad, centre_is_approximate (for the record); previous_tau_s.
 // Gives tau_s. Refuses what checkedTable and matchWaveforms refuse; unknown-scan, time-not-rising, too-few-samples,
-// contact-lost, constant-radius, rival-peak, no-peak, window-too-small, window-too-large, centre-error, gap, residual-too-large.
+// contact-lost, constant-radius, rival-peak, no-peak, window-too-small, window-too-large, centre-error, gap,
+// residual-too-large.
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -105,7 +105,8 @@ struct ProcedureStatus {
       field("feature", self.feature, "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part");
       field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
       field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
-      field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C: turn there before the step, and say so in its markers");
+      field("rotary_angles_rad", self.rotary_angles_rad,
+            "rad, A B C: turn there before the step, and say so in its markers");
       field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
       field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
       field("referenced", self.referenced, "1 when the box knows where the axes stand");

@@ -245,8 +245,8 @@ std::string structures() {
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
-         structure<ResultSummary>() + structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
-         structure<StampedTrigger>();
+         structure<ResultSummary>() + structure<ResultTransition>() + structure<CorrectionSource>() +
+         structure<AxisStatus>() + structure<StampedTrigger>();
 }
 
 std::string numbers() {

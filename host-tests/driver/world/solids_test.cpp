@@ -30,9 +30,7 @@ class Driver {
  public:
   explicit Driver(const Config& config) : machine{config} {}
 
-  void turn(double a_rad, double c_rad) {
-    EXPECT_TRUE(machine.turnTo(a_rad, c_rad, next()));
-  }
+  void turn(double a_rad, double c_rad) { EXPECT_TRUE(machine.turnTo(a_rad, c_rad, next())); }
   void go(const Vector3& target) { EXPECT_TRUE(machine.moveTo(target, 50, next())); }
   // The contact of a drive from one place to another and back; nothing when the way was free.
   std::optional<Contact> touch(const Vector3& from, const Vector3& to) {

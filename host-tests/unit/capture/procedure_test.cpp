@@ -82,8 +82,10 @@ TEST_F(MultiSpeedProcedure, AsksForFivePointsAtEachSpeed) {
   }
   EXPECT_EQ(speeds, (std::set<double>{5, 10, 20, 30, 40}));
   EXPECT_EQ(normals.size(), 5U);
-  EXPECT_EQ(promptFor(plan, 6), "touch 7 of 25: -X side of the sphere, 0.5 mm deep, retract at 10 mm/s until 1.5 mm beyond the clearance of "
-            "0.6 mm");
+  EXPECT_EQ(
+      promptFor(plan, 6),
+      "touch 7 of 25: -X side of the sphere, 0.5 mm deep, retract at 10 mm/s until 1.5 mm beyond the clearance of "
+      "0.6 mm");
 }
 
 TEST_F(MultiSpeedProcedure, HandsOverTheRecordingOnceWhenAllStepsAreDone) {

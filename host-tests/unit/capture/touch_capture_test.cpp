@@ -123,8 +123,8 @@ TEST(TouchDataset, GivesPositionsOfTheUncorrectedMachine) {
     recording.append(MachineRow{monoTime(1000 * i), {100, 200, 300}, {0, -2'500'000, static_cast<std::int32_t>(i)}});
     recording.append(ProbeRow{monoTime(1000 * i), {}});
   }
-  recording.append(Touch{.request = kTouch, .map = kLocked, .machine_begin = 0, .machine_end = 5, .probe_begin = 0,
-                         .probe_end = 5});
+  recording.append(
+      Touch{.request = kTouch, .map = kLocked, .machine_begin = 0, .machine_end = 5, .probe_begin = 0, .probe_end = 5});
   const auto dataset =
       touchDataset(recording, {.mm_per_count = {0.01, 0.01, 0.01}, .nominal_period = kPeriod}, "delay-multi-speed");
   const auto& machine = *dataset.table("machine");

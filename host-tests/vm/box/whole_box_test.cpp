@@ -224,8 +224,8 @@ TEST(WholeBox, AccountsForEverythingThroughFiveMinutesOfTrouble) {
   EXPECT_GE(sums.value("reconnections", 0), 4) << sums.dump();
   const double produced = sums.value("produced_samples", 0.0);
   EXPECT_GT(produced, 0.95 * 300 * 2000) << sums.dump();
-  // What was lost was lost with its source: the troubles take about 30 s, and each new beginning of the receiver's clock up
-  // to half a minute, until 1 ms frames tell when a sample was within 20 us.
+  // What was lost was lost with its source: the troubles take about 30 s, and each new beginning of the receiver's
+  // clock up to half a minute, until 1 ms frames tell when a sample was within 20 us.
   EXPECT_GT(sums.value("received_samples", 0.0), 0.5 * produced) << sums.dump();
 
   EXPECT_GT(seen.answers, 100);
