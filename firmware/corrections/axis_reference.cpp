@@ -6,7 +6,7 @@
 namespace probebox::corrections {
 namespace {
 
-constexpr Nanoseconds kAnchorAge = std::chrono::milliseconds{50};
+constexpr Nanoseconds kAnchorAge = std::chrono::milliseconds{100};
 // Noise and quantisation of two counts that lie close together in time are no speed.
 constexpr double kCountNoise_mm = 0.02;
 

@@ -40,7 +40,7 @@ class AxisReference {
   static constexpr double kUnknownDelay_s = 0.01;
   // Of the index line's edge against the trigger line that the delay was measured with.
   static constexpr double kEdgeUncertainty_s = 50e-6;
-  // An axis that moved less than this in the last 50 ms stands still.
+  // An axis that moved less than this in the last 100 ms stands still.
   static constexpr double kStill_mm = 0.01;
 
   explicit AxisReference(const ReferenceConfig& config);
@@ -73,7 +73,7 @@ class AxisReference {
   bool has_count_{};
   MonoTime at_{};
   double u_mm_{};  // counts times mm_per_count
-  // Where the axis was at least 50 ms ago, and the one that will take its place.
+  // Where the axis was at least 100 ms ago, and the one that will take its place.
   struct Anchor {
     MonoTime at{};
     double u_mm{};

@@ -1,4 +1,6 @@
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <sstream>
 #include <vector>
@@ -33,6 +35,17 @@ class Mbpoll {
   // Prints the command and what it says, and returns the values.
   Outcome<std::vector<double>> read(const std::string& format, unsigned first, unsigned count,
                                     const std::string& about) {
+    const auto values = ask(format, first, count, about);
+    if (!values) return values;
+    std::printf("   mbpoll -t %-8s -r %-3u %-34s", format.c_str(), first, about.c_str());
+    for (const double value : *values) std::printf(" %.8g", value);
+    std::puts("");
+    return values;
+  }
+
+  // The same without a word.
+  Outcome<std::vector<double>> ask(const std::string& format, unsigned first, unsigned count,
+                                   const std::string& about) {
     std::vector<std::string> command{"mbpoll", "-m", "rtu", "-a", "1", "-b", "19200", "-P", "none", "-0", "-1", "-q"};
     command.insert(command.end(), {"-t", format, "-r", std::to_string(first), "-c", std::to_string(count)});
     if (format != "4") command.emplace_back("-B");
@@ -41,15 +54,31 @@ class Mbpoll {
     if (!output) return output.error();
     const auto values = valuesOf(*output);
     if (values.size() != count) return Error{"mbpoll did not read " + about + ":\n" + *output};
-    std::printf("   mbpoll -t %-8s -r %-3u %-34s", format.c_str(), first, about.c_str());
-    for (const double value : values) std::printf(" %.8g", value);
-    std::puts("");
     return values;
   }
 
  private:
   std::filesystem::path port_;
 };
+
+// The corrections move all the time, so whether their formats agree shows in one read alone: it is of one instant.
+bool formatsAgree(const std::vector<double>& from_correction_i16) {
+  namespace address = modbus::address;
+  std::array<std::uint16_t, modbus::kRegisterCount> words{};
+  for (std::size_t i = 0; i < from_correction_i16.size(); ++i)
+    words[address::correction_i16 + i] = static_cast<std::uint16_t>(static_cast<int>(from_correction_i16[i]));
+  const auto valueAt = [&](std::size_t place) {
+    return modbus::decode(*modbus::find(static_cast<std::uint16_t>(place)), modbus::WordOrder::high_first, words);
+  };
+  bool same = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double mm = valueAt(address::correction_i32 + 2 * axis) * 1e-6;
+    same = same && std::abs(valueAt(address::correction_f32 + 2 * axis) - mm) < 1e-6 &&
+           std::abs(valueAt(address::correction_i16 + axis) * 1e-3 - mm) < 1e-4 &&
+           std::abs(valueAt(address::correction_offset + axis) * 1e-3 - mm) < 1e-4;
+  }
+  return same;
+}
 
 }  // namespace
 
@@ -63,13 +92,16 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   Mbpoll mbpoll{port};
   const auto first = mbpoll.read("4", address::magic, 13, "first block, 16 bit");
   if (!first) return first.error();
-  std::puts("   (valid is 0: no source of corrections is summed yet, and then nothing may be used)");
+  std::puts("   (status bit 0, valid: the screws warm up, and their corrections are summed; they move while you read)");
   const auto i16 = mbpoll.read("4", address::correction_i16, 3, "corrections X Y Z, 0.1 um");
   if (!i16) return i16.error();
   const auto f32 = mbpoll.read("4:float", address::correction_f32, 3, "corrections X Y Z, mm");
   if (!f32) return f32.error();
   const auto i32 = mbpoll.read("4:int", address::correction_i32, 3, "corrections X Y Z, nm");
   if (!i32) return i32.error();
+  const auto block = mbpoll.ask("4", address::correction_i16, address::correction_i32 + 6 - address::correction_i16,
+                                "all formats in one read");
+  if (!block) return block.error();
   const auto delay_ms = mbpoll.read("4:float", address::delay_f32, 3, "system delay X Y Z, ms");
   if (!delay_ms) return delay_ms.error();
   const auto delay_ns = mbpoll.read("4:int", address::delay_i32, 3, "system delay X Y Z, ns");
@@ -77,13 +109,16 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
 
   const auto in_force = (*client)->request<messages::Corrections>({}, link::patience(5s));
   if (!in_force) return Error{in_force.error().what};
-  bool same = (*first)[0] == modbus::kMagic && (static_cast<unsigned>((*first)[2]) & 6U) == 6U;
+  // Corrections valid, clock locked, delay calibrated, screw sensors good, axes referenced.
+  constexpr unsigned kWanted = modbus::kValid | modbus::kClockLocked | modbus::kDelayCalibrated |
+                               modbus::kScrewSensorsGood | modbus::kReferenced;
+  const auto status = static_cast<unsigned>((*first)[2]);
+  bool same = (*first)[0] == modbus::kMagic && (status & kWanted) == kWanted && formatsAgree(*block);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double tau_s = in_force->tau_s[axis];
     same = same && std::abs((*delay_ms)[axis] - tau_s * 1e3) < 1e-5 && std::abs((*delay_ns)[axis] - tau_s * 1e9) < 1;
-    const double mm = in_force->correction_mm[axis];
-    same = same && std::abs((*i16)[axis] * 1e-4 - mm) < 1e-4 && std::abs((*f32)[axis] - mm) < 1e-6 &&
-           std::abs((*i32)[axis] * 1e-6 - mm) < 1e-6;
+    // Some seconds later: a screw moves by less than this meanwhile.
+    same = same && std::abs((*i32)[axis] * 1e-6 - in_force->correction_mm[axis]) < 2e-3;
   }
   stage.table.exact("registers", "delay in force, formats agree", same);
   return {};
