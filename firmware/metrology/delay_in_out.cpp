@@ -23,6 +23,8 @@ constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
 constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
 constexpr double kDroppedShare = 0.10;
 constexpr double kResolution = 1e-7;
+constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
+constexpr double kUneasy = 1.2;       // residuals that much above the noise: it did bounce
 
 Refusal refusal(const std::string& touch, std::string name, const std::string& what) {
   return {std::move(name), touch + ": " + what};
@@ -184,6 +186,24 @@ SeenTwice seenTwice(const Contact& contact) {
           .skipped = {{apex - period, apex + period}}};
 }
 
+struct Matched {
+  Match match;
+  bool without_contact{};  // the time right after contact is left out
+};
+
+// Over the whole contact; where the stylus bounced, without the time that it took to settle.
+Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double start) {
+  auto whole = matchWaveforms(records, start, Interpolation::linear);
+  const bool is_calm = whole && whole->rms_mm <= kUneasy * whole->expected_mm && whole->dropped.empty();
+  if (is_calm) return Matched{std::move(whole).value(), false};
+  // At least the second half of the way in stays.
+  for (auto& record : records) record.from += std::min(kSettling_s, 0.35 * (record.until - record.from));
+  auto settled = matchWaveforms(records, start, Interpolation::linear);
+  if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value(), false}} : settled.error();
+  if (whole && settled->rms_mm > 0.9 * whole->rms_mm) return Matched{std::move(whole).value(), false};
+  return Matched{std::move(settled).value(), true};
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
@@ -200,10 +220,17 @@ Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
     start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
     records.push_back(seenTwice(contact.value()));
   }
-  const auto match = matchWaveforms(records, start, Interpolation::linear);
-  if (!match) return match.error();
-  if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
-  return reportMatch(dataset, match.value(), previous.value(), kKeys);
+  const auto matched = matchContacts(std::move(records), start);
+  if (!matched) return matched.error();
+  const Match& match = matched->match;
+  if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
+  Result result = reportMatch(dataset, match, previous.value(), kKeys);
+  if (matched->without_contact) {
+    result.warnings.push_back(
+        "the stylus bounced at contact: the time right after it is left out, and the standard "
+        "deviation is larger for it");
+  }
+  return result;
 }
 
 }  // namespace probebox::metrology

@@ -59,6 +59,8 @@ inline constexpr std::span<const Side, 1> kOneSide{kSphereSides.begin(), 1};
 inline constexpr std::array<double, 5> kFiveSpeeds{5, 10, 20, 30, 40};
 inline constexpr std::array<double, 2> kTwoSpeeds{10, 40};
 inline constexpr std::array<double, 1> kOneSpeed{25};
+// Slow enough that a bounce is over early on the way in.
+inline constexpr std::array<double, 1> kInOutSpeed{10};
 inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
@@ -74,7 +76,7 @@ inline constexpr std::array<MethodRow, 8> kMethods{{
      Needs::sphere_diameter, false},
     {Method::delay_non_normal, "delay-non-normal", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
      Poses::one, Needs::sphere_diameter, true},
-    {Method::delay_in_out, "delay-in-out", Feature::datum_sphere, Kind::in_out, kOneSide, kOneSpeed, Poses::one,
+    {Method::delay_in_out, "delay-in-out", Feature::datum_sphere, Kind::in_out, kOneSide, kInOutSpeed, Poses::one,
      Needs::nothing, false},
     {Method::centreline, "centreline", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::around_c,
      Needs::delay_in_force, false},
