@@ -88,7 +88,53 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   host = connect();
   ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().delay_calibrated; }));
   EXPECT_EQ(host->ask<messages::Corrections>().tau_s[0], tau.value);
-  EXPECT_FALSE(host->ask<messages::Corrections>().valid);  // nothing is summed, so nothing may be used
+}
+
+TEST_F(RunningDaemon, LetsAnAcceptedResultWaitForTheEndOfACut) {
+  start();
+  auto host = connect();
+  ASSERT_TRUE(host->waitForLock());
+  const auto status = host->calibrate();
+  ASSERT_EQ(status.state, ProcedureState::proposed) << status.refusal;
+  const auto calibrated = [&] { return host->ask<messages::Corrections>().delay_calibrated; };
+
+  host->ask<messages::SetInhibit>({.active = true});
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().inhibited; }));
+  const auto accepted = host->ask<messages::AcceptResult>({.id = status.result_id, .by = "a machinist"});
+  EXPECT_EQ(accepted.state, messages::ResultState::accepted);
+  EXPECT_TRUE(accepted.waiting_for_cut);
+  EXPECT_FALSE(calibrated());
+  EXPECT_THAT(host->refusal<messages::EnableSources>({.mask = 1}).what, testing::HasSubstr("cut"));
+  host->ask<messages::SetInhibit>({.active = false});
+  ASSERT_TRUE(host->eventually(calibrated)) << "it comes into force by itself";
+
+  const auto back = host->ask<messages::RollbackResult>({.id = 0, .subject = "delay", .by = "somebody else"});
+  EXPECT_EQ(back.retired_id, status.result_id);
+  EXPECT_EQ(back.active_id, 0U);
+  ASSERT_TRUE(host->eventually([&] { return !calibrated(); }));
+  std::vector<messages::ResultState> states;
+  for (const auto& transition : host->ask<messages::ResultHistory>().transitions) states.push_back(transition.state);
+  using State = messages::ResultState;
+  EXPECT_THAT(states, testing::ElementsAre(State::proposed, State::accepted, State::active, State::retired));
+}
+
+TEST_F(RunningDaemon, CorrectsScrewsThatWarmUpOnceTheMachineIsHomed) {
+  start();
+  auto host = connect();
+  messages::Corrections::Answer now;
+  ASSERT_TRUE(host->eventually([&] {
+    now = host->ask<messages::Corrections>();
+    return now.valid && std::abs(now.correction_mm[0]) > 1e-5;
+  }));
+  EXPECT_TRUE(now.referenced);
+  EXPECT_EQ(now.mask, 1);
+  EXPECT_LT(now.correction_mm[0], 0) << "a screw that is too long pushes the nut ahead";
+  ASSERT_EQ(now.axes.size(), 3U);
+  EXPECT_GT(now.axes[0].extension_um, 0);
+  const auto frozen = [&] {
+    return host->ask<messages::EnableSources>({.mask = 0}), host->ask<messages::Corrections>();
+  };
+  EXPECT_TRUE(frozen().valid) << "on its way back";
 }
 
 TEST_F(RunningDaemon, StreamsSamplesWithALedgerThatBalancesAtEveryHeartbeat) {
