@@ -271,6 +271,14 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     return refused(ErrorCode::refused, error->what);
   if (const auto error = procedure::whyUnready(*method, with_.facts, state.snapshot.delay.calibrated))
     return refused(ErrorCode::wrong_state, error->what);
+  if (procedure::findsAPlace(*method)) {
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      if (state.snapshot.axes[axis].referenced) continue;
+      return refused(ErrorCode::wrong_state, std::string{"This method finds a place of the machine, and the axis "} +
+                                                 "XYZ"[axis] +
+                                                 " is not referenced: home it, or drive it over its mark.");
+    }
+  }
   const bool starting = last_run_ > state.procedure.run;
   if (starting || inProgress(state.procedure.state)) {
     return refused(ErrorCode::busy, "Run " + std::to_string(std::max(last_run_, state.procedure.run)) +

@@ -167,6 +167,10 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
   return std::nullopt;
 }
 
+bool findsAPlace(Method method) {
+  return method == Method::centreline || method == Method::c_axis_alignment;
+}
+
 RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), std::nullopt};

@@ -19,6 +19,8 @@ struct Facts {
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
 // the system delay is.
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
+// Its result is a place in machine positions, so the axes have to be referenced.
+bool findsAPlace(Method method);
 
 // What a run measured, as the case of its method: the same tables and keys, so that a saved run solves to the same
 // digits. A reading of a ball is the centre of its touches with the delay in force taken out; the touches stay in the

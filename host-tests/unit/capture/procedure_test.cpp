@@ -288,6 +288,8 @@ TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   EXPECT_THAT(whyUnready(Method::delay_plates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
   EXPECT_THAT(whyUnready(Method::centreline, none, false)->what, HasSubstr("calibrate it first"));
   EXPECT_FALSE(whyUnready(Method::centreline, none, true));
+  EXPECT_TRUE(findsAPlace(Method::centreline));
+  EXPECT_FALSE(findsAPlace(Method::delay_multi_speed)) << "a delay is the same wherever the axes are";
   Facts told;
   told.sphere_diameter_mm = 25;
   told.gap_mm = 20;
