@@ -1,0 +1,64 @@
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "scenario.hpp"
+
+// A machine or a probe that goes wrong in the middle of a calibration: an answer that is right within what it states,
+// or a refusal with its reason. Never a wrong number.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using world::FaultKind;
+
+struct Trouble {
+  const char* name;
+  FaultKind kind;
+  Nanoseconds lasts;
+  Nanoseconds jump{};
+};
+
+void PrintTo(const Trouble& trouble, std::ostream* out) {
+  *out << trouble.name;
+}
+
+class InMidCalibration : public testing::TestWithParam<Trouble> {};
+
+TEST_P(InMidCalibration, IsRefusedOrStillRight) {
+  std::size_t answers = 0;
+  for (int round = 0; round < 8; ++round) {
+    Scenario scenario{usualWorld(), static_cast<std::uint64_t>(round) + 1};
+    scenario.recorder().keeps_bytes = false;
+    scenario.run(2s);
+    const auto run = scenario.start(procedure::Method::delay_multi_speed);
+    scenario.inject(GetParam().kind, 1s + round * 437ms, GetParam().lasts, GetParam().jump);
+    const auto solved = scenario.finish(run);
+    EXPECT_TRUE(scenario.recorded().contiguous);
+    if (!solved) continue;  // the run was given up, which says why in the status
+    if (!solved->ok()) {
+      EXPECT_FALSE(solved->error().reason.empty());
+      continue;
+    }
+    ++answers;
+    const auto* tau = solved->value().find("tau_s");
+    ASSERT_NE(tau, nullptr);
+    EXPECT_LT(std::abs(tau->value() - scenario.truth().tau_s[0]), 5 * tau->standardDeviation().value()) << round;
+  }
+  RecordProperty("answers", static_cast<int>(answers));
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults, InMidCalibration,
+                         testing::Values(Trouble{"SilentProbe", FaultKind::drop_probe, 120ms},
+                                         Trouble{"FrozenProbe", FaultKind::freeze_probe, 60ms},
+                                         Trouble{"NoisyProbe", FaultKind::shake_probe, 300ms},
+                                         Trouble{"SilentEncoders", FaultKind::drop_encoders, 120ms},
+                                         Trouble{"StuckEncoders", FaultKind::stick_encoders, 150ms},
+                                         Trouble{"SilentSync", FaultKind::stop_sync, 2s},
+                                         Trouble{"LostEdges", FaultKind::lose_edges, 500ms},
+                                         Trouble{"DoubledEdges", FaultKind::double_edges, 500ms},
+                                         Trouble{"JumpingClock", FaultKind::jump_clock, 1s, 300us}),
+                         [](const auto& of_one) { return std::string{of_one.param.name}; });
+
+}  // namespace
+}  // namespace probebox::scenario
