@@ -233,7 +233,7 @@ Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& s
   if (!request) return malformed(Operation::home_axes);
   if (!access_.allow_marker) return notPermitted("allow_marker");
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    if ((request->axes >> axis & 1U) == 0) continue;
+    if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
     const AxisHomed homed{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
     if (const auto error = post(homed, state)) return refused(ErrorCode::wrong_state, error->what);
   }

@@ -107,7 +107,7 @@ messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& sna
   for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
     answer.sources.push_back({.bit = static_cast<std::uint8_t>(kind),
                               .health = static_cast<std::uint8_t>(snapshot.health[kind]),
-                              .summed = (snapshot.mask >> kind & 1U) != 0});
+                              .summed = (unsigned{snapshot.mask} >> kind & 1U) != 0});
   }
   for (const auto& axis : snapshot.axes) answer.axes.push_back(axisStatus(axis));
   answer.centreline_calibrated = snapshot.centreline_calibrated;

@@ -36,7 +36,7 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
   if (changed(address::home_commit)) {
     if (const auto refusal = checkHoming(words)) return *refusal;
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-      if ((words[address::home_axes] >> axis & 1U) == 0) continue;
+      if ((unsigned{words[address::home_axes]} >> axis & 1U) == 0) continue;
       asked.push_back(AxisHomed{
           .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
     }

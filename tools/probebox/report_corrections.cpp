@@ -46,7 +46,7 @@ Json triggerOf(const messages::StampedTrigger& trigger) {
   if (trigger.number == 0) return nullptr;
   Json position = Json::array();
   for (std::size_t axis = 0; axis < trigger.position_mm.size(); ++axis)
-    position.push_back((trigger.has_position >> axis & 1U) != 0 ? Json(trigger.position_mm[axis]) : Json());
+    position.push_back((unsigned{trigger.has_position} >> axis & 1U) != 0 ? Json(trigger.position_mm[axis]) : Json());
   return {{"number", trigger.number},
           {"position_mm", position},
           {"correction_mm", trigger.correction_mm},
