@@ -23,7 +23,7 @@ using Values = std::vector<std::int64_t>;
 Formats formatsOf(std::uint8_t seed) {
   Formats formats;
   for (int k = 0; k <= seed % 4; ++k) {
-    const unsigned bits = (seed >> (2 * k)) % 8U;
+    const unsigned bits = (unsigned{seed} >> (2 * k)) % 8U;
     formats.push_back({static_cast<std::uint8_t>(1U << (bits / 2)), bits % 2 == 0});
   }
   return formats;
