@@ -194,7 +194,9 @@ struct Matched {
 // Over the whole contact; where the stylus bounced, without the time that it took to settle.
 Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double start) {
   auto whole = matchWaveforms(records, start, Interpolation::linear);
-  const bool is_calm = whole && whole->rms_mm <= kUneasy * whole->expected_mm && whole->dropped.empty();
+  // Without noise, what is left are the kinks of the motion.
+  const bool is_calm = whole && (whole->rms_mm <= kResolution ||
+                                 (whole->rms_mm <= kUneasy * whole->expected_mm && whole->dropped.empty()));
   if (is_calm) return Matched{std::move(whole).value(), false};
   // At least the second half of the way in stays.
   for (auto& record : records) record.from += std::min(kSettling_s, 0.35 * (record.until - record.from));
