@@ -11,12 +11,13 @@
 namespace probebox::app {
 
 Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-                           TellCore tell_core)
+                           ResultsInForce::WhyUnfit why_unfit, TellCore tell_core)
     : store_{std::move(store)},
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
-      in_force_{store_, std::move(mounting), now_, [this](const Event& event) { insist(event); }} {}
+      in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
+                [this](const Event& event) { insist(event); }} {}
 
 std::vector<Event> Calibrations::restore() {
   std::vector<Event> events;

@@ -23,7 +23,7 @@ class Calibrations {
   // `tell_core` hands a command to the core; false when its queue is full.
   using TellCore = std::function<bool(const Event&)>;
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-               TellCore tell_core);
+               ResultsInForce::WhyUnfit why_unfit, TellCore tell_core);
 
   // What the core must hear before anything else: the correction that stands, then the results in force.
   std::vector<Event> restore();

@@ -87,7 +87,7 @@ Reply ControlDesk::answer(const stream::PendingRequest& request, const box::Stat
     case Operation::abort_procedure:
       return abortProcedure(state);
     case Operation::corrections:
-      return ok(correctionsAnswer(state.snapshot));
+      return ok(correctionsAnswer(state));
     case Operation::home_axes:
       return homeAxes(request.body, state);
     case Operation::enable_sources:
@@ -221,8 +221,6 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
   if (const auto* marker = std::get_if<Marker>(&said)) {
     if (auto error = whyStray(*marker, state)) return error;
   }
-  if (const auto* homed = std::get_if<AxisHomed>(&said); homed != nullptr && !std::isfinite(homed->position_mm))
-    return Error{"The position of a homed axis is not a number."};
   std::visit([now](auto& event) { event.at = now; }, said);
   if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
@@ -232,6 +230,8 @@ Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& s
   const auto request = messages::decode<messages::HomeAxes::Request>(body);
   if (!request) return malformed(Operation::home_axes);
   if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
+    return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
     const AxisHomed homed{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};

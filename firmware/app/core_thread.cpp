@@ -66,6 +66,7 @@ bool CoreThread::block(SampleIndex first, std::uint32_t count, std::span<const s
   item_.kind = FeedItem::Kind::block;
   item_.first = first;
   item_.count = count;
+  item_.delay = box_.delayInSamples();
   item_.size = static_cast<std::uint32_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), item_.bytes.begin());
   return feedItem();

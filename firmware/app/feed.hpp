@@ -5,6 +5,7 @@
 
 #include "firmware/app/spsc_queue.hpp"
 #include "firmware/box/block_builder.hpp"
+#include "firmware/corrections/snapshot.hpp"
 #include "firmware/latch/record.hpp"
 #include "protocol/units/time.hpp"
 
@@ -19,6 +20,7 @@ struct FeedItem {
   SampleIndex first{};
   std::uint64_t count{};
   std::uint32_t size{};
+  corrections::DelayInForce delay;  // in the samples of the block
   std::array<std::byte, box::BlockBuilder::kMostBytes> bytes{};
 };
 using Feed = SpscQueue<FeedItem>;

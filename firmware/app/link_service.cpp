@@ -214,9 +214,10 @@ void LinkService::passOn(const stream::EncodedBlock& block) {
 }
 
 void LinkService::passOn() {
-  refreshDescriptor();
   while (feed_.pop(item_)) {
     if (item_.kind == FeedItem::Kind::block) {
+      describe(item_.delay);
+      a_block_has_come_ = true;
       const stream::EncodedBlock block{.first = item_.first,
                                        .count = static_cast<std::uint32_t>(item_.count),
                                        .bytes = std::span{item_.bytes}.first(item_.size)};
@@ -251,8 +252,8 @@ void LinkService::passOnReplies() {
 
 void LinkService::advance() {
   const MonoTime now = time_.now();
-  refreshDescriptor();
   const box::State& state = states_.newest();
+  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : corrections::DelayInForce{});
   if (std::exchange(state_seen_, state.at) != state.at) ++counters_.progress.links;
   const stream::Vitals of_box{.uptime_ms = uptimeMs(),
                               .clock_state = state.map.state,
@@ -278,9 +279,8 @@ bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
          (state == stream::SessionState::waiting && now - link.host.since() > kHelloUntil);
 }
 
-// The delay in force stands in the descriptor: blocks from here on go under it.
-void LinkService::refreshDescriptor() {
-  const auto& delay = states_.newest().snapshot.delay;
+// The delay that is in the samples stands in the descriptor: blocks from here on go under it.
+void LinkService::describe(const corrections::DelayInForce& delay) {
   if (delay.result_id == described_result_) return;
   described_result_ = delay.result_id;
   auto descriptor = options_.descriptor;

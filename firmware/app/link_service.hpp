@@ -92,7 +92,7 @@ class LinkService {
   void passOn(const stream::EncodedBlock& block);
   void passOnReplies();
   void advance();
-  void refreshDescriptor();
+  void describe(const corrections::DelayInForce& delay);
   void dropClosed();
   void close(Link& link);
   static bool hasNothingToSay(const Link& link, MonoTime now);
@@ -121,6 +121,7 @@ class LinkService {
   messages::LinkCounters from_gone_hosts_;
   MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};
+  bool a_block_has_come_{};  // until then the state tells what the first one will have
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;
   bool stopping_{};

@@ -103,14 +103,13 @@ Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, 
                        .gain = gain->values[0],
                        .sd_gain = gain->sdOf(0),
                        .sectors = 0,
-                       .first_sector = 0,
                        .sector_nm = {},
                        .at = now};
   if (result.find("sector_table_um") == nullptr) return std::optional<Event>{event};
   const auto table = valuesOf(result, "sector_table_um", 0);
   if (!table) return table.error();
-  if (table->values.size() > kScrewSectorsATime) {
-    return Error{"The box holds a table of " + std::to_string(kScrewSectorsATime) + " sectors, and this result has " +
+  if (table->values.size() > kMostScrewSectors) {
+    return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, and this result has " +
                  std::to_string(table->values.size()) + ": calibrate again with fewer."};
   }
   event.sectors = static_cast<std::uint8_t>(table->values.size());

@@ -24,6 +24,7 @@ messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
           .position_mm = axis.position_mm,
           .last_fault = static_cast<std::uint8_t>(axis.last_fault),
           .reference_losses = axis.reference_losses,
+          .unused_indexes = axis.unused_indexes,
           .has_screw = axis.has_screw,
           .sensor_fault = static_cast<std::uint8_t>(axis.sensor_fault),
           .extension_um = axis.extension_um,
@@ -89,7 +90,8 @@ messages::ResultTransition wireTransition(const store::Transition& transition) {
           .by = transition.by};
 }
 
-messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot) {
+messages::Corrections::Answer correctionsAnswer(const box::State& state) {
+  const auto& snapshot = state.snapshot;
   messages::Corrections::Answer answer;
   answer.valid = snapshot.valid;
   answer.degraded = snapshot.degraded;
@@ -114,6 +116,9 @@ messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& sna
   answer.centreline_mm = snapshot.centreline.here_mm;
   answer.centreline_slope = snapshot.centreline.result.slope;
   answer.last_trigger = stampedTrigger(snapshot.last_trigger);
+  answer.unplaced_triggers = snapshot.unplaced_triggers;
+  answer.refused_homings = snapshot.refused_homings;
+  answer.delay_applied = snapshot.delay.calibrated && state.delay_applied;
   return answer;
 }
 

@@ -11,7 +11,7 @@ namespace probebox::app {
 messages::ResultState wireState(store::State state);
 messages::ResultSummary summaryOf(const store::Record& record);
 messages::ResultTransition wireTransition(const store::Transition& transition);
-messages::Corrections::Answer correctionsAnswer(const corrections::Snapshot& snapshot);
+messages::Corrections::Answer correctionsAnswer(const box::State& state);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::ReceiverStatus receiverStatus(const box::State& state);
 messages::UnusedEvents unusedEvents(const box::State& state);

@@ -35,8 +35,20 @@ std::string utcNow() {
 }
 
 ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
-                               std::function<void(const Event&)> tell_core)
-    : store_{store}, mounting_{std::move(mounting)}, now_{std::move(now)}, tell_core_{std::move(tell_core)} {}
+                               WhyUnfit why_unfit, std::function<void(const Event&)> tell_core)
+    : store_{store},
+      mounting_{std::move(mounting)},
+      now_{std::move(now)},
+      why_unfit_{std::move(why_unfit)},
+      tell_core_{std::move(tell_core)} {}
+
+Outcome<std::optional<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
+  auto event = activationOf(record, now_());
+  if (event && *event) {
+    if (auto unfit = why_unfit_(**event)) return *unfit;
+  }
+  return event;
+}
 
 store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
   return {.subject = subject,
@@ -54,7 +66,7 @@ std::vector<Event> ResultsInForce::restore() {
       logError("A result in force could not be read: " + record.error().what);
       continue;
     }
-    const auto event = activationOf(*record, now_());
+    const auto event = fitActivation(*record);
     if (!event) {
       logError(named(id) + " is not in force: " + event.error().what);
       continue;
@@ -86,7 +98,7 @@ std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& r
                               "again."};
   }
   if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
-  if (const auto event = activationOf(record, now_()); !event)
+  if (const auto event = fitActivation(record); !event)
     return store::Failure{store::Reason::not_possible_now, event.error().what};
   return std::nullopt;
 }

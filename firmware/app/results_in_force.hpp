@@ -28,11 +28,13 @@ std::string utcNow();
 // ask.
 class ResultsInForce {
  public:
+  using WhyUnfit = std::function<std::optional<Error>(const Event&)>;
   using Accepted = Outcome<store::Record, store::Failure>;
   using RolledBack = Outcome<store::RolledBack, store::Failure>;
 
-  // `tell_core` hands an event to the core, however long that takes. `store` outlives this.
-  ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
+  // `why_unfit` says what keeps the core from following an event. `tell_core` hands one to it, however long that takes.
+  // `store` outlives this.
+  ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
                  std::function<void(const Event&)> tell_core);
 
   store::Binding bindingFor(const std::string& subject) const;
@@ -59,6 +61,7 @@ class ResultsInForce {
 
  private:
   bool mayChange() const;
+  Outcome<std::optional<Event>> fitActivation(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   void activateWaiting();
   void readStore();
@@ -67,6 +70,7 @@ class ResultsInForce {
   store::Store& store_;
   Mounting mounting_;
   std::function<MonoTime()> now_;
+  WhyUnfit why_unfit_;
   std::function<void(const Event&)> tell_core_;
   std::optional<MonoTime> first_state_at_;
   MonoTime state_at_{};

@@ -27,7 +27,24 @@ corrections::CalibrationState calibrationState(procedure::State state) {
   return CalibrationState::idle;
 }
 
+std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
+  std::array<Nanoseconds, kLinearAxes> tau{};
+  for (std::size_t axis = 0; axis < kLinearAxes && activated.result_id != 0; ++axis)
+    tau[axis] = Nanoseconds{std::llround(activated.tau_s[axis] * 1e9)};
+  return tau;
+}
+
 }  // namespace
+
+std::optional<Error> whyUnfit(const BoxConfig& config, const Event& event) {
+  const auto* delay = std::get_if<DelayActivated>(&event);
+  if (delay == nullptr) return std::nullopt;
+  latch::LatchConfig with_delay = config.latch;
+  with_delay.tau = tauOf(*delay);
+  const auto refused = latch::whyRefused(with_delay);
+  if (!refused) return std::nullopt;
+  return Error{"The box cannot move its samples by this delay: " + refused->what};
+}
 
 std::optional<Error> whyRefused(const BoxConfig& config) {
   if (auto error = clock::whyRefused(config.clock)) return error;
@@ -56,6 +73,10 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
 
 capture::Scales Box::scales() const {
   return {config_.mm_per_count, config_.clock.nominal_period};
+}
+
+corrections::DelayInForce Box::delayInSamples() const {
+  return state_.delay_applied ? corrections_.snapshot().delay : corrections::DelayInForce{};
 }
 
 void Box::push(const Event& event) {
@@ -103,7 +124,7 @@ void Box::on(const Count& count) {
   corrections_.push(count);
   // The encoders sit on the motors, so a warm screw puts the tool elsewhere than they say: what is measured is where
   // the tool was. A correction that the machine was moved by is in its counts already, and is not taken out again.
-  procedure_.push(count, corrections_.screws_nm());
+  procedure_.push(count, corrections_.screw_nm(count.axis));
 }
 
 void Box::on(const Deflection& deflection) {
@@ -172,10 +193,7 @@ void Box::drainLatch() {
 void Box::on(const DelayActivated& activated) {
   drainLatch();
   closeBlock();
-  std::array<Nanoseconds, kLinearAxes> tau{};
-  for (std::size_t axis = 0; axis < kLinearAxes && activated.result_id != 0; ++axis)
-    tau[axis] = Nanoseconds{std::llround(activated.tau_s[axis] * 1e9)};
-  state_.delay_applied = latch_.setTau(tau);
+  state_.delay_applied = latch_.setTau(tauOf(activated));
   corrections_.push(activated);
 }
 

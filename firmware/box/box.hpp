@@ -32,6 +32,9 @@ struct BoxConfig {
 // Says which value cannot be used and what could be; nothing when the configuration is good.
 std::optional<Error> whyRefused(const BoxConfig& config);
 
+// Why what a result asks for cannot be done by a box that is configured so; nothing when it can.
+std::optional<Error> whyUnfit(const BoxConfig& config, const Event& event);
+
 // The whole core: a function of stamped events. Reads no clock, makes no system call, and allocates nothing after
 // construction: the same events give the same bytes.
 class Box {
@@ -46,6 +49,8 @@ class Box {
   // Stable between Outputs::solve() and the Solved event that answers it.
   const capture::Recording& recording() const { return procedure_.recording(); }
   capture::Scales scales() const;
+  // What the samples of the block that is being given have been moved by; not calibrated when by nothing.
+  corrections::DelayInForce delayInSamples() const;
 
  private:
   void on(const TimeAdvanced& time);

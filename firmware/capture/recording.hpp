@@ -14,8 +14,8 @@ namespace probebox::capture {
 struct MachineRow {
   MonoTime at{};
   std::array<std::int64_t, kLinearAxes> counts{};
-  // The correction that the machine was served at that time: it stood by so much beside where it would have stood.
-  std::array<std::int32_t, kLinearAxes> correction_nm{};
+  // What a warm screw asked to be added at that time (D1): the tool stood by so much below where the counts say.
+  std::array<std::int32_t, kLinearAxes> screw_nm{};
 };
 
 // One sample of the probe's channels.

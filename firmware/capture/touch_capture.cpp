@@ -51,7 +51,7 @@ void TouchCapture::begin(const TouchRequest& request) {
   running_ = true;
 }
 
-void TouchCapture::push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm) {
+void TouchCapture::push(const Count& count, std::int32_t screw_nm) {
   if (!running_) return;
   if (axes_in_row_ != 0 && count.at != row_.at) {
     ++incomplete_rows_;
@@ -60,7 +60,7 @@ void TouchCapture::push(const Count& count, const std::array<std::int32_t, kLine
   const auto axis = static_cast<std::size_t>(count.axis);
   row_.at = count.at;
   row_.counts[axis] = count.counts;
-  row_.correction_nm = correction_nm;
+  row_.screw_nm[axis] = screw_nm;
   axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
   if (axes_in_row_ != kAllAxes) return;
   axes_in_row_ = 0;

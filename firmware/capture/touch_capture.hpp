@@ -30,8 +30,8 @@ class TouchCapture {
   // referenced like this.
   void clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm);
   void begin(const TouchRequest& request);
-  // correction_nm: what to take out of the position, because the machine stood there by a correction.
-  void push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm = {});
+  // screw_nm: as in MachineRow, of the axis of the count.
+  void push(const Count& count, std::int32_t screw_nm = 0);
   void push(const Deflection& deflection);
   void push(const SourceLost& lost);
   TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault

@@ -15,10 +15,10 @@ double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
   return static_cast<double>(nominal_period.count()) / period_ns * 1e-9;
 }
 
-// Of the machine without a correction: results must not depend on the corrections that were in force.
+// Of the tool: the encoders sit on the motors, and a warm screw lies between.
 double millimetres(const MachineRow& row, const Scales& scales, double offset_mm, std::size_t axis) {
   return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm -
-         row.correction_nm[axis] * kMillimetresPerNanometre;
+         row.screw_nm[axis] * kMillimetresPerNanometre;
 }
 
 }  // namespace

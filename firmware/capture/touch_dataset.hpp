@@ -13,7 +13,7 @@ struct Scales {
   Nanoseconds nominal_period{};                    // of the master clock
 };
 
-// The recorded touches as a case: positions of the uncorrected machine in mm, deflection channels in mm at unit gain,
+// The recorded touches as a case: positions of the tool in mm, deflection channels in mm at unit gain,
 // times in seconds of the master clock counted from the first row of their touch. Nothing is resampled.
 metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method);
 

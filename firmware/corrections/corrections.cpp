@@ -50,14 +50,10 @@ void Corrections::push(const Count& count) {
   references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
 }
 
-Nanometres Corrections::screws_nm() const {
-  Nanometres all{};
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const auto position_mm = references_[axis].position_mm();
-    if (position_mm && screws_[axis].held().health() == Health::good)
-      all[axis] = nanometres(screws_[axis].offset_mm() + screws_[axis].slope() * *position_mm);
-  }
-  return all;
+std::int32_t Corrections::screw_nm(Axis axis) const {
+  const auto i = static_cast<std::size_t>(axis);
+  const auto position_mm = references_[i].position_mm();
+  return position_mm ? nanometres(screws_[i].offset_mm() + screws_[i].slope() * *position_mm) : 0;
 }
 
 void Corrections::push(const Edge& edge) {
@@ -216,6 +212,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   describeAxes();
   snapshot_.at = now;
   snapshot_.last_trigger = triggers_.newest();
+  snapshot_.unplaced_triggers = triggers_.unplaced();
   snapshot_.refused_homings = refused_homings_;
   snapshot_.clock_state = map.state;
   snapshot_.clock_sigma_ns = map.sigma_ns;

@@ -65,9 +65,9 @@ class Corrections {
 
   const Snapshot& snapshot() const { return snapshot_; }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
-  // What the warm screws ask for where the axes are now, whether it is summed and served or not; 0 for an axis without
-  // a reference or a good sensor.
-  Nanometres screws_nm() const;
+  // What its warm screw asks for where the axis is now, by the last extension that was believed, whether it is summed
+  // and served or not; 0 for an axis without a screw or a reference.
+  std::int32_t screw_nm(Axis axis) const;
 
  private:
   struct Sum {

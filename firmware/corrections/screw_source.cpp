@@ -10,7 +10,6 @@ ScrewSource::ScrewSource(const ScrewConfig& config, std::size_t axis)
     : config_{config},
       axis_{axis},
       model_{config.model},
-      incoming_{config.model},
       compensator_{config.model, config.limits},
       held_{config.hold} {
   if (config.fitted) held_.invalid();
@@ -22,18 +21,12 @@ void ScrewSource::push(const Drift& drift) {
 }
 
 void ScrewSource::push(const ScrewActivated& activated) {
-  if (activated.result_id == 0) {
-    incoming_ = config_.model;
-  } else {
-    incoming_.gain = -activated.gain;
-    incoming_.sector_count = std::min<std::size_t>(activated.sectors, metrology::kMostSectors);
-    for (std::size_t i = 0; i < kScrewSectorsATime; ++i) {
-      const std::size_t sector = activated.first_sector + i;
-      if (sector < incoming_.sector_count) incoming_.sector_um[sector] = activated.sector_nm[i] * 1e-3;
-    }
-    if (activated.first_sector + kScrewSectorsATime < incoming_.sector_count) return;
+  model_ = config_.model;
+  if (activated.result_id != 0) {
+    model_.gain = -activated.gain;
+    model_.sector_count = std::min<std::size_t>(activated.sectors, kMostScrewSectors);
+    for (std::size_t i = 0; i < model_.sector_count; ++i) model_.sector_um[i] = activated.sector_nm[i] * 1e-3;
   }
-  model_ = incoming_;
   compensator_ = metrology::ScrewCompensator{model_, config_.limits};
 }
 
@@ -50,7 +43,9 @@ std::optional<double> ScrewSource::freshReading(MonoTime now) {
   const bool inside =
       extension_um >= config_.limits.least_extension_um && extension_um <= config_.limits.greatest_extension_um;
   fault_ = inside ? SensorFault::none : SensorFault::out_of_range;
-  return inside ? reading_um_ : std::nullopt;
+  if (!inside) return std::nullopt;
+  extension_um_ = extension_um;
+  return reading_um_;
 }
 
 void ScrewSource::tick(const MachineTick& tick) {
@@ -71,12 +66,12 @@ void ScrewSource::tick(const MachineTick& tick) {
 }
 
 double ScrewSource::offset_mm() const {
-  return config_.fitted ? metrology::compensationUm(model_, 0, extension_um()) * 1e-3 : 0;
+  return config_.fitted ? metrology::compensationUm(model_, 0, extension_um_) * 1e-3 : 0;
 }
 
 double ScrewSource::slope() const {
   if (!config_.fitted) return 0;
-  return metrology::compensationUm(model_, 1, extension_um()) * 1e-3 - offset_mm();
+  return metrology::compensationUm(model_, 1, extension_um_) * 1e-3 - offset_mm();
 }
 
 }  // namespace probebox::corrections

@@ -40,7 +40,8 @@ class ScrewSource {
   bool fitted() const { return config_.fitted; }
   SensorFault fault() const { return fault_; }
   bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
-  double extension_um() const { return reading_um_.value_or(0) - model_.reference_um; }
+  // The last one that was believed; 0 before.
+  double extension_um() const { return extension_um_; }
   // The correction as a line over the axis position, for controllers that compensate by position: at 0 mm, and per mm.
   double offset_mm() const;
   double slope() const;
@@ -50,11 +51,11 @@ class ScrewSource {
 
   ScrewConfig config_;
   std::size_t axis_;
-  metrology::ScrewModel model_;     // in force
-  metrology::ScrewModel incoming_;  // a table that is not whole yet
+  metrology::ScrewModel model_;  // in force
   metrology::ScrewCompensator compensator_;
   HeldSource held_;
   std::optional<double> reading_um_;
+  double extension_um_{};
   MonoTime reading_at_{};
   SensorFault fault_{};
 };

@@ -80,6 +80,7 @@ struct Snapshot {
   DelayInForce delay{};
   CentrelineInForce centreline{};
   TriggerStamp last_trigger{};
+  std::uint32_t unplaced_triggers{};
   std::uint32_t refused_homings{};
   ClockState clock_state{};
   std::uint32_t clock_sigma_ns{};

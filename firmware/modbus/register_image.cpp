@@ -54,6 +54,7 @@ void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order)
   putCentreline(snapshot.centreline);
   putAxes(snapshot);
   putTrigger(snapshot.last_trigger);
+  put(address::triggers_unplaced, snapshot.unplaced_triggers & 0xFFFFU);
   putState(snapshot);
 }
 

@@ -31,7 +31,12 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
   std::copy(values.begin(), values.end(), words.begin() + first);
   const auto changed = [&](std::size_t address) { return words[address] != words_[address]; };
   if (const auto refusal = check(words)) return *refusal;
+  // The marker first: it alone may be one that the box does not want.
   std::vector<Event> asked;
+  if (changed(address::marker_commit)) {
+    if (const auto refusal = checkMarker(words)) return *refusal;
+    asked.push_back(markerOf(words));
+  }
   if (changed(address::inhibit)) asked.push_back(CutInhibit{.active = words[address::inhibit] == 1, .at = {}});
   if (changed(address::home_commit)) {
     if (const auto refusal = checkHoming(words)) return *refusal;
@@ -40,10 +45,6 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
       asked.push_back(AxisHomed{
           .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
     }
-  }
-  if (changed(address::marker_commit)) {
-    if (const auto refusal = checkMarker(words)) return *refusal;
-    asked.push_back(markerOf(words));
   }
   words_ = words;
   return asked;

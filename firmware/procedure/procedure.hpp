@@ -50,9 +50,7 @@ class Procedure {
   void abort(const ProcedureAborted& aborted);
   // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.
   void mark(const Marker& marker, const TickMap& map);
-  void push(const Count& count, const std::array<std::int32_t, kLinearAxes>& correction_nm = {}) {
-    capture_.push(count, correction_nm);
-  }
+  void push(const Count& count, std::int32_t screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const SourceLost& lost) { capture_.push(lost); }
   void advance(MonoTime now);

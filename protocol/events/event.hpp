@@ -240,18 +240,16 @@ struct CentrelineActivated {
   }
 };
 
-inline constexpr std::size_t kScrewSectorsATime = 24;
+inline constexpr std::size_t kMostScrewSectors = 24;
 
-// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force. A table of
-// more sectors comes in several events, in order; the last one puts it all into force.
+// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force.
 struct ScrewActivated {
   std::uint64_t result_id{};
   Axis axis{};
   double gain{};
   double sd_gain{};
   std::uint8_t sectors{};
-  std::uint8_t first_sector{};
-  std::array<std::int32_t, kScrewSectorsATime> sector_nm{};
+  std::array<std::int32_t, kMostScrewSectors> sector_nm{};
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) {
     field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
@@ -259,7 +257,6 @@ struct ScrewActivated {
     field("gain", self.gain, "K of (D2): it predicts the error, so the correction is its negative");
     field("sd_gain", self.sd_gain, "standard deviation (k = 1)");
     field("sectors", self.sectors, "equal sectors of a turn in the whole table, 0 for no table");
-    field("first_sector", self.first_sector, "of those in this event");
     field("sector_nm", self.sector_nm, "nm, the sensor's reading that each sector of the screw's face adds (D3)");
     field("at", self.at, "ns, monotonic, of this boot");
   }

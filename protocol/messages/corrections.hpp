@@ -27,6 +27,7 @@ struct AxisStatus {
   double position_mm{};
   std::uint8_t last_fault{};
   std::uint32_t reference_losses{};
+  std::uint32_t unused_indexes{};
   bool has_screw{};
   std::uint8_t sensor_fault{};
   double extension_um{};
@@ -39,9 +40,10 @@ struct AxisStatus {
         "last_fault", self.last_fault,
         "what took the reference away last: 0 nothing, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
     field("reference_losses", self.reference_losses, "times that it was lost");
+    field("unused_indexes", self.unused_indexes, "marks that said nothing: passed too fast, or two at once");
     field("has_screw", self.has_screw, "1 when machine.toml describes its screw");
     field("sensor_fault", self.sensor_fault, "0 good, 1 silent, 2 out of range, 3 unplugged");
-    field("extension_um", self.extension_um, "um, of the whole screw since it was cold");
+    field("extension_um", self.extension_um, "um, of the whole screw since it was cold, as last believed");
     field("screw_offset_mm", self.screw_offset_mm, "mm, the screw's correction at machine position 0");
     field("screw_slope", self.screw_slope, "mm of correction per mm of position");
   }
@@ -89,6 +91,9 @@ struct Corrections {
     std::array<double, 2> centreline_mm{};
     std::array<double, 2> centreline_slope{};
     StampedTrigger last_trigger{};
+    std::uint32_t unplaced_triggers{};
+    std::uint32_t refused_homings{};
+    bool delay_applied{};
     static constexpr void fields(auto& self, auto&& field) {
       field("valid", self.valid, "1 when the values may be used");
       field("degraded", self.degraded, "1 when a value is held or saturated");
@@ -112,6 +117,11 @@ struct Corrections {
             "mm, X Y of the turning axis at the present Z, 0 without a Z reference; since protocol 1.2");
       field("centreline_slope", self.centreline_slope, "mm/mm, of X and Y over Z; since protocol 1.2");
       field("last_trigger", self.last_trigger, "since protocol 1.2");
+      field("unplaced_triggers", self.unplaced_triggers,
+            "triggers whose machine position nobody can tell: no sample around them, or too many at once; since "
+            "protocol 1.2");
+      field("refused_homings", self.refused_homings, "of axes that did not stand still; since protocol 1.2");
+      field("delay_applied", self.delay_applied, "1 when the samples have the delay in force; since protocol 1.2");
     }
   };
 };

@@ -159,6 +159,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::trigger_state, "trigger: state", u16, 1, "", read,
      "bit 0 the correction was valid, 1 it was degraded, 4 X position known, 5 Y, 6 Z"},
     {address::trigger_sequence, "trigger: sequence", u16, 1, "", read, "register 3 as it was then"},
+    {address::triggers_unplaced, "triggers unplaced", u16, 1, "", read,
+     "triggers whose machine position nobody can tell; wraps"},
 });
 
 constexpr bool inOrderAndInside() {

@@ -107,6 +107,7 @@ enum : std::uint16_t {
   trigger_correction = 224,
   trigger_state = 230,
   trigger_sequence = 231,
+  triggers_unplaced = 232,
 };
 }  // namespace address
 

@@ -30,7 +30,8 @@ Json axesOf(const std::vector<messages::AxisStatus>& axes) {
     Json object{{"referenced", axis.referenced},
                 {"position_mm", axis.referenced ? Json(axis.position_mm) : Json()},
                 {"last_reference_fault", named(kReferenceFaults, axis.last_fault)},
-                {"reference_losses", axis.reference_losses}};
+                {"reference_losses", axis.reference_losses},
+                {"unused_indexes", axis.unused_indexes}};
     if (axis.has_screw) {
       object["screw"] = {{"sensor_fault", named(kSensorFaults, axis.sensor_fault)},
                          {"extension_um", axis.extension_um},
@@ -96,7 +97,10 @@ Json describe(const messages::Corrections::Answer& c) {
           {"centreline_calibrated", c.centreline_calibrated},
           {"centreline_mm", c.centreline_mm},
           {"centreline_slope_mm_mm", c.centreline_slope},
-          {"last_trigger", triggerOf(c.last_trigger)}};
+          {"last_trigger", triggerOf(c.last_trigger)},
+          {"unplaced_triggers", c.unplaced_triggers},
+          {"refused_homings", c.refused_homings},
+          {"delay_applied", c.delay_applied}};
 }
 
 std::string line(const messages::Corrections::Answer& c) {
@@ -113,6 +117,9 @@ std::string line(const messages::Corrections::Answer& c) {
 std::string page(const messages::Corrections::Answer& c) {
   std::string all = line(c);
   if (c.inhibited) all += "\n  a cut is on: no result comes into force";
+  if (c.delay_calibrated && !c.delay_applied) all += "\n  the delay in force is NOT in the samples: no buffer spans it";
+  if (c.refused_homings > 0) all += printed("\n  %u homings refused: the axis did not stand still", c.refused_homings);
+  if (c.unplaced_triggers > 0) all += printed("\n  %u triggers without a machine position", c.unplaced_triggers);
   if (c.valid && !c.settled) all += "\n  on its way: the limit of rate holds it back";
   for (const auto& source : c.sources) {
     if (source.health == 0) continue;

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "host-tests/support/no_alloc.hpp"
 #include "scenario.hpp"
 
 // Corrections on the emulated machine: screws that warm up, references that get lost, and what the CNC then reads.
@@ -108,36 +109,60 @@ TEST_F(Screws, GoOnFromWhereTheMachineStandsAfterARestart) {
   EXPECT_LT(furthest_mm, 2e-3) << "never by way of zero";
 }
 
-TEST(Delay, InForceIsInTheSamples) {
-  // What a touch looks like in the stream: machine and probe turn round at the same sample once the delay is known.
-  Scenario scenario;
-  scenario.run(2s);
-  const auto truth = scenario.truth();
-  EXPECT_TRUE(scenario.state().delay_applied);
-  scenario.activateDelay(truth.tau_s);
-  scenario.run(1s);
-  EXPECT_TRUE(scenario.state().delay_applied);
-  EXPECT_TRUE(scenario.recorded().contiguous);
-  scenario.activateDelay({5.0, 5.0, 5.0});
-  EXPECT_FALSE(scenario.state().delay_applied) << "no buffer spans five seconds";
-}
-
-TEST(Triggers, AreStampedWithPlaceAndCorrection) {
-  Scenario scenario{warmingWorld()};
+// How far from the surface the last trigger of a run shows the ball's centre, mm: it came in at 40 mm/s.
+double offTheSurface(Scenario& scenario) {
   const auto solved = scenario.calibrate();
-  ASSERT_TRUE(solved.has_value() && solved->ok());
+  EXPECT_TRUE(solved.has_value() && solved->ok());
   scenario.run(1s);
   const auto& stamp = scenario.state().snapshot.last_trigger;
   EXPECT_GE(stamp.number, 25U);
+  EXPECT_TRUE(stamp.served.valid);
   const auto truth = scenario.truth();
   double distance_mm = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    ASSERT_TRUE(stamp.has_position[axis]);
+    EXPECT_TRUE(stamp.has_position[axis]);
     distance_mm = std::hypot(distance_mm, stamp.position_mm[axis] - truth.sphere_centre_mm[axis]);
   }
-  // The last touch came in at 40 mm/s, and no delay is in force: up to 0.25 mm away from the surface.
-  EXPECT_NEAR(distance_mm, truth.effective_radius_mm, 0.3);
-  EXPECT_TRUE(stamp.served.valid);
+  return distance_mm - truth.effective_radius_mm;
+}
+
+TEST(Delay, InForceIsInTheSamplesThatPlaceATrigger) {
+  Scenario late{warmingWorld()}, right{warmingWorld()};
+  EXPECT_NEAR(offTheSurface(late), 40 * late.truth().tau_s[2], 0.02) << "the positions are stale by the delay";
+  right.run(2s);
+  right.activateDelay(right.truth().tau_s);
+  EXPECT_TRUE(right.state().delay_applied);
+  EXPECT_NEAR(offTheSurface(right), 0, 0.005);
+  EXPECT_EQ(right.state().snapshot.unplaced_triggers, 0U);
+  EXPECT_TRUE(right.recorded().contiguous);
+}
+
+TEST(Delay, ThatNoBufferSpansIsNotTakenForApplied) {
+  Scenario scenario;
+  scenario.run(2s);
+  scenario.activateDelay({5.0, 5.0, 5.0});
+  EXPECT_FALSE(scenario.state().delay_applied);
+  const DelayActivated five_seconds{.result_id = 3, .tau_s = {5, 5, 5}, .sd_s = {}, .at = {}};
+  const auto unfit = box::whyUnfit(usualBox(usualWorld()), five_seconds);
+  ASSERT_TRUE(unfit);
+  EXPECT_NE(unfit->what.find("cannot move its samples"), std::string::npos);
+}
+
+TEST_F(Screws, TakeNoMemoryOnTheTickPath) {
+  Recorder quiet;
+  quiet.keeps_bytes = false;
+  box::Box twin{usualBox(warmingUp()), quiet};
+  std::uint64_t allocations = 0;
+  scenario.around = [&](const Event& event) {
+    const support::NoAlloc guard;
+    twin.push(event);
+    allocations += guard.allocations();
+  };
+  ASSERT_TRUE(scenario.calibrate());
+  scenario.activateDelay(scenario.truth().tau_s);
+  scenario.run(2s);
+  EXPECT_TRUE(twin.state().snapshot.valid);
+  EXPECT_EQ(allocations, 0U);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST_P(InMidCalibration, IsRefusedOrStillRight) {
     ASSERT_NE(tau, nullptr);
     EXPECT_LT(std::abs(tau->value() - scenario.truth().tau_s[0]), 5 * tau->standardDeviation().value()) << round;
   }
-  RecordProperty("answers", static_cast<int>(answers));
+  EXPECT_GE(answers, 6U);  // of eight: troubles this short cost a touch, seldom the run
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, InMidCalibration,

@@ -130,6 +130,8 @@ TEST_F(Joint, IsHeldWhileAnExtensionIsImpossible) {
   machine.extension_um = 5000;
   run(1);
   EXPECT_EQ(machine.snapshot().axes[0].sensor_fault, SensorFault::out_of_range);
+  EXPECT_EQ(machine.snapshot().axes[0].extension_um, 50) << "nor does the line over the position believe it";
+  EXPECT_NEAR(machine.snapshot().axes[0].screw_slope, -50e-3 / 800, 1e-12);
   EXPECT_TRUE(machine.snapshot().degraded);
   EXPECT_EQ(joint_mm[0], before_mm);
 }
