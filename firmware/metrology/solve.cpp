@@ -5,6 +5,7 @@
 
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
+#include "firmware/metrology/circle_fit.hpp"
 #include "firmware/metrology/delay_in_out.hpp"
 #include "firmware/metrology/delay_known_sphere.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
@@ -12,6 +13,7 @@
 #include "firmware/metrology/delay_per_axis.hpp"
 #include "firmware/metrology/delay_plates.hpp"
 #include "firmware/metrology/delay_stepped_scan.hpp"
+#include "firmware/metrology/face_fit.hpp"
 #include "firmware/metrology/limited_access.hpp"
 #include "firmware/metrology/periodic_check.hpp"
 #include "firmware/metrology/pivot.hpp"
@@ -36,10 +38,13 @@ struct Method {
 // In alphabetical order.
 constexpr auto kMethods = std::to_array<Method>({
     {"a-axis-alignment", solveAAxisAlignment},
+    {"bore-fit", solveBoreFit},
+    {"boss-fit", solveBossFit},
     {"c-axis-alignment", solveCAxisAlignment},
     {"c-zero-shift", solveCZeroShift},
     {"centreline", solveCentreline},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
+    {"corner-fit", solveCornerFit},
     {"delay-in-out", solveDelayInOut},
     {"delay-known-sphere", solveDelayKnownSphere},
     {"delay-multi-speed", solveDelayMultiSpeed},
@@ -49,6 +54,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"delay-stepped-scan", solveDelaySteppedScan},
     {"head-pivot", solveHeadPivot},
     {"periodic-check", solvePeriodicCheck},
+    {"pocket-fit", solvePocketFit},
     {"rotary-axis-errors", solveRotaryAxisErrors},
     {"screw-calibration", solveScrewCalibration},
     {"screw-compensation", solveScrewCompensation},
@@ -59,6 +65,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"table-pivot", solveTablePivot},
     {"tool-assembly", solveToolAssembly},
     {"tool-setter", solveToolSetter},
+    {"web-fit", solveWebFit},
 });
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/feature_points.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,7 +18,6 @@ constexpr std::array<std::string_view, 6> kKeys{"sigma_mm",      "radius_mm",   
 // Thickness against width below which points count as one plane: at 1 % the centre is a hundred times less certain than
 // a point, and the side on which it lies is a guess.
 constexpr double kFlat = 0.01;
-constexpr double kResidualFloor = 1e-6;  // mm; what the digits of a case file may round away
 
 struct Config {
   SphereQuestion question;
@@ -62,14 +62,7 @@ std::optional<Refusal> badGeometry(const Eigen::Ref<const Rows3>& points, const 
                                            std::to_string(needed) +
                                            ": touch more (five are usual: +x, -x, +y, -y, +z)"};
   }
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    for (Eigen::Index k = i + 1; k < points.rows(); ++k) {
-      if (points.row(i) == points.row(k)) {
-        return Refusal{"duplicated-reading", "points " + std::to_string(i + 1) + " and " + std::to_string(k + 1) +
-                                                 " are equal to the last digit: a copy is not a reading; remove it"};
-      }
-    }
-  }
+  if (auto refusal = equalPoints(points)) return refusal;
   const Rows3 centred = points.rowwise() - points.colwise().mean();
   const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
   const bool side_known = radius_known && question.approximate_centre;
@@ -83,16 +76,6 @@ std::optional<Refusal> badGeometry(const Eigen::Ref<const Rows3>& points, const 
   return std::nullopt;
 }
 
-Rows3 pointsOf(const Table& table) {
-  Rows3 points{static_cast<Eigen::Index>(table.rows()), 3};
-  for (std::size_t k = 0; k < kColumns.size(); ++k) {
-    const auto& column = *table.column(kColumns[k]);
-    points.col(static_cast<Eigen::Index>(k)) =
-        Eigen::Map<const Eigen::VectorXd>{column.data(), static_cast<Eigen::Index>(column.size())};
-  }
-  return points;
-}
-
 std::optional<Refusal> wrongRadius(double radius, const Config& config) {
   if ((!config.least_radius || radius >= *config.least_radius) &&
       (!config.greatest_radius || radius <= *config.greatest_radius)) {
@@ -100,15 +83,6 @@ std::optional<Refusal> wrongRadius(double radius, const Config& config) {
   }
   return Refusal{"radius-out-of-limits", "the radius is " + text(radius) +
                                              " mm, outside radius_min_mm to radius_max_mm: is it the right sphere?"};
-}
-
-std::optional<Refusal> tooLarge(const Fit& fit, double sigma) {
-  Eigen::Index worst = 0;
-  const double largest = fit.residuals.cwiseAbs().maxCoeff(&worst) * sigma;
-  if (largest <= std::max(4.0 * sigma, kResidualFloor)) return std::nullopt;
-  return Refusal{"residual-too-large", "point " + std::to_string(worst + 1) + " lies " + text(largest) +
-                                           " mm off the sphere, more than 4 sigma = " + text(4.0 * sigma) +
-                                           " mm: touch it again, or set robust to drop it"};
 }
 
 // scale: factor on the standard deviations that the fit was weighted with.
@@ -177,13 +151,13 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   const auto table = checkedTable(dataset, "points", kColumns);
   if (!table) return table.error();
   const SphereQuestion& question = config->question;
-  const auto fit = fitSphere(pointsOf(*table.value()), question);
+  const auto fit = fitSphere(pointRows(*table.value()), question);
   if (!fit) return fit.error();
   const bool radius_known = question.radius.has_value();
   const double radius = radius_known ? *question.radius : fit->parameters[3];
   if (auto refusal = wrongRadius(radius, config.value())) return *refusal;
   if (config->sigma_stated && question.outliers == Outliers::keep) {
-    if (auto refusal = tooLarge(fit.value(), question.sigma)) return *refusal;
+    if (auto refusal = pointOff(fit.value(), question.sigma, "the sphere")) return *refusal;
   }
 
   Result result;

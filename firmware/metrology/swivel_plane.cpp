@@ -1,6 +1,5 @@
 #include "firmware/metrology/swivel_plane.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "firmware/metrology/checks.hpp"
@@ -9,8 +8,7 @@ namespace probebox::metrology {
 
 std::string SwivelPlane::name() const {
   constexpr std::string_view kLetters = "xyz";
-  const auto [low, high] = std::minmax(first, second);
-  return {kLetters[static_cast<std::size_t>(low)], kLetters[static_cast<std::size_t>(high)]};
+  return {kLetters[static_cast<std::size_t>(low())], kLetters[static_cast<std::size_t>(high())]};
 }
 
 Outcome<SwivelPlane, Refusal> swivelPlane(const Dataset& dataset, std::string_view key) {
@@ -29,6 +27,11 @@ Outcome<SwivelPlane, Refusal> swivelPlane(const Dataset& dataset, std::string_vi
   return Refusal{"bad-axis", "config key '" + std::string{key} +
                                  "' must be 1 or -1 along one of X, Y, Z and 0 along the "
                                  "others"};
+}
+
+Outcome<SwivelPlane, Refusal> planeAcross(const Dataset& dataset, std::string_view key) {
+  if (!dataset.config.contains(key)) return SwivelPlane{.axis = 2, .first = 0, .second = 1, .sense = 1.0};
+  return swivelPlane(dataset, key);
 }
 
 }  // namespace probebox::metrology

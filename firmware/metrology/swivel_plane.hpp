@@ -21,9 +21,15 @@ struct SwivelPlane {
   // "yz", "xz" or "xy", and whether that is the plane's own order.
   std::string name() const;
   bool alphabetical() const { return first < second; }
+  // Its machine axes in the order of the name.
+  Eigen::Index low() const { return first < second ? first : second; }
+  Eigen::Index high() const { return first < second ? second : first; }
 };
 
 // From three numbers of the configuration, along X, Y or Z. Refuses: missing-key, bad-config, bad-axis.
 Outcome<SwivelPlane, Refusal> swivelPlane(const Dataset& dataset, std::string_view key);
+
+// The same for a feature, across +Z where the key is absent. Refuses: bad-config, bad-axis.
+Outcome<SwivelPlane, Refusal> planeAcross(const Dataset& dataset, std::string_view key);
 
 }  // namespace probebox::metrology

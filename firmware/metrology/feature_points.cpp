@@ -1,0 +1,46 @@
+#include "firmware/metrology/feature_points.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kResidualFloor = 1e-6;  // mm; what the digits of a case file may round away
+
+}  // namespace
+
+Rows3 pointRows(const Table& table) {
+  constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
+  Rows3 points{static_cast<Eigen::Index>(table.rows()), 3};
+  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
+    const auto& column = *table.column(kCoordinates[k]);
+    points.col(static_cast<Eigen::Index>(k)) =
+        Eigen::Map<const Eigen::VectorXd>{column.data(), static_cast<Eigen::Index>(column.size())};
+  }
+  return points;
+}
+
+std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    for (Eigen::Index k = i + 1; k < points.rows(); ++k) {
+      if (points.row(i) == points.row(k)) {
+        return Refusal{"duplicated-reading", "points " + std::to_string(i + 1) + " and " + std::to_string(k + 1) +
+                                                 " are equal to the last digit: a copy is not a reading; remove it"};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what) {
+  Eigen::Index worst = 0;
+  const double largest = fit.residuals.cwiseAbs().maxCoeff(&worst) * sigma;
+  if (largest <= std::max(4.0 * sigma, kResidualFloor)) return std::nullopt;
+  return Refusal{"residual-too-large", "point " + std::to_string(worst + 1) + " lies " + text(largest) + " mm off " +
+                                           std::string{off_what} + ", more than 4 sigma = " + text(4.0 * sigma) +
+                                           " mm: touch it again, or set robust to drop it"};
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,26 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string_view>
+
+#include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/least_squares.hpp"
+#include "firmware/metrology/line.hpp"
+#include "firmware/metrology/result.hpp"
+
+namespace probebox::metrology {
+
+// What the datum features have in common (docs/metrology.md B.0 and B.0b): points that are centres of the stylus ball.
+
+// Columns x_mm, y_mm, z_mm of a table, a row a point.
+Rows3 pointRows(const Table& table);
+
+// Refuses two points that are equal to the last digit (duplicated-reading): a copy is not a reading.
+std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points);
+
+// Refuses the worst point of a fit, one residual a point, when it lies more than 4 sigma off (residual-too-large).
+// off_what: "the sphere".
+std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what);
+
+}  // namespace probebox::metrology
