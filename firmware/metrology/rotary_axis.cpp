@@ -365,6 +365,7 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
                                            : Estimate::vector(key, list, std::move(sd)));
   };
   add("six_errors", 6, Eigen::MatrixXd::Identity(errors->values.size(), errors->values.size()));
+  result.also.push_back(Estimate::vector("angle_rad", errors->angles, {}));
   if (locationKnown(errors->angles)) {
     add("location_mm", 1, locationMap(errors.value(), axis.value(), 0));
     add("tilt_rad", 1, locationMap(errors.value(), axis.value(), 3));

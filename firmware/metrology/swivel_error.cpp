@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -40,25 +41,36 @@ struct SwivelModel {
     return kind == Kind::free ? 12 : one_minus_cosine ? 8 : 6;
   }
 
-  Eigen::MatrixXd terms(double swivel_deg, double length) const {
-    const double angle = plane.sense * swivel_deg * kDegree;
-    const double sine = std::sin(angle);
-    const double rest = 1.0 - std::cos(angle);
-    Eigen::MatrixXd terms = Eigen::MatrixXd::Zero(3, parameters());
+  // The common form of all three models, as a linear map of the parameters: for x, y and z the factors of sin B,
+  // L sin B, 1 - cos B and L (1 - cos B).
+  Eigen::MatrixXd map() const {
+    Eigen::MatrixXd map = Eigen::MatrixXd::Zero(12, parameters());
     if (kind != Kind::rigid) {
       const Eigen::Index each = kind == Kind::sine ? 2 : 4;
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        terms.row(k).segment(each * k, 2) << sine, sine * length;
-        if (each == 4) terms.row(k).segment(each * k + 2, 2) << rest, rest * length;
+      for (Eigen::Index k = 0; k < 3; ++k) map.block(4 * k, each * k, each, each).setIdentity();
+    } else {
+      // -(R2(B) - I) (q + L t): q in 0 and 1, t in 2 and 3.
+      for (const Eigen::Index l : {0, 1}) {
+        map(4 * plane.first + l, 2 * l + 1) = 1.0;
+        map(4 * plane.first + 2 + l, 2 * l) = 1.0;
+        map(4 * plane.second + l, 2 * l) = -1.0;
+        map(4 * plane.second + 2 + l, 2 * l + 1) = 1.0;
       }
-      return terms;
+      const Eigen::Index along = one_minus_cosine ? 4 : 2;
+      map.block(4 * plane.axis, 4, along, along).setIdentity();
     }
-    const Eigen::Matrix2d moved = Eigen::Matrix2d::Identity() - turn(angle);  // -(R2(B) - I)
-    terms.row(plane.first).head(4) << moved.row(0), moved.row(0) * length;
-    terms.row(plane.second).head(4) << moved.row(1), moved.row(1) * length;
-    terms.row(plane.axis).segment(4, 2) << sine, sine * length;
-    if (one_minus_cosine) terms.row(plane.axis).segment(6, 2) << rest, rest * length;
-    return terms;
+    for (Eigen::Index k = 0; k < 3; ++k) map.middleRows(4 * k, 2) *= plane.sense;  // sin of the turned sense
+    return map;
+  }
+
+  Eigen::MatrixXd terms(double swivel_deg, double length) const {
+    const double sine = std::sin(swivel_deg * kDegree);
+    const double rest = 1.0 - std::cos(swivel_deg * kDegree);
+    Eigen::MatrixXd factors = Eigen::MatrixXd::Zero(3, 12);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      factors.row(k).segment<4>(4 * k) << sine, sine * length, rest, rest * length;
+    }
+    return factors * map();
   }
 };
 
@@ -130,37 +142,128 @@ Outcome<std::optional<Kind>, Refusal> statedKind(const Dataset& dataset) {
   return Refusal{"bad-config", "config key 'model' must be \"sine\", \"rigid\" or \"free\""};
 }
 
-struct Chosen {
-  SwivelModel model;
-  Fit fit;
-  std::string warning;  // empty: nothing to say
+constexpr std::array<std::string_view, 3> kNames{"sine", "rigid", "free"};
+
+// Every model that the readings determine, fitted.
+struct Candidates {
+  std::array<std::optional<Fit>, 3> fits;
+  std::optional<Refusal> rigid_refused;
+
+  const std::optional<Fit>& of(Kind kind) const { return fits[static_cast<std::size_t>(kind)]; }
+  // Of a residual, mm; nothing without redundancy.
+  std::optional<double> rms(Kind kind, double sigma) const {
+    const auto& fit = of(kind);
+    if (!fit || fit->dof == 0) return std::nullopt;
+    return sigma * std::sqrt(fit->sumOfSquares() / static_cast<double>(fit->dof));
+  }
 };
 
-// Rigid unless two or more angles contradict it.
-Outcome<Chosen, Refusal> choose(const std::vector<SwivelReading>& readings, SwivelModel model, const Sigma& sigma,
-                                std::optional<Kind> stated) {
-  model.kind = stated.value_or(Kind::rigid);
-  auto fit = fitSwivel(readings, model, sigma.value);
-  if (!fit) return fit.error();
-  Chosen chosen{model, std::move(fit).value(), {}};
-  if (model.kind == Kind::sine) {
-    chosen.warning =
-        "the sine rule leaves out 1 - cos B: between the measured angles it may be wrong by tens of um; use rigid";
-  } else if (model.kind == Kind::rigid && !model.one_minus_cosine) {
-    chosen.warning =
-        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B: measure "
-        "at 45 degrees too";
-  }
-  if (stated || !model.one_minus_cosine) return chosen;
-  model.kind = Kind::free;
-  auto free = fitSwivel(readings, model, sigma.value);
-  if (!free) return chosen;
+// Whether the readings contradict a rigid head: chi-square of the four parameters that free has more.
+bool rigidContradicted(const Candidates& candidates, const Sigma& sigma) {
+  const auto& rigid = candidates.of(Kind::rigid);
+  const auto& free = candidates.of(Kind::free);
+  if (!rigid || !free) return false;
   const double scale = sigma.stated     ? 1.0
                        : free->dof >= 4 ? free->sumOfSquares() / static_cast<double>(free->dof)
                                         : std::numeric_limits<double>::infinity();
-  if ((chosen.fit.sumOfSquares() - free->sumOfSquares()) / scale <= kContradiction) return chosen;
-  return Chosen{model, std::move(free).value(),
-                "the readings contradict a rigid head: sin B and 1 - cos B are fitted for each coordinate"};
+  return (rigid->sumOfSquares() - free->sumOfSquares()) / scale > kContradiction;
+}
+
+struct Chosen {
+  SwivelModel model;
+  Fit fit;
+  Kind recommended{Kind::rigid};
+  std::vector<std::string> warnings;
+};
+
+void explain(Chosen& chosen, const Candidates& candidates, double sigma, bool stated) {
+  const Kind kind = chosen.model.kind;
+  if (kind == Kind::sine) {
+    chosen.warnings.emplace_back(
+        "the sine rule leaves out 1 - cos B: between the measured angles it may be wrong by tens of um; use rigid");
+  } else if (kind == Kind::rigid && !chosen.model.one_minus_cosine) {
+    chosen.warnings.emplace_back(
+        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B: measure "
+        "at 45 degrees too");
+  }
+  if (chosen.recommended != Kind::free) return;
+  if (!stated) {
+    chosen.warnings.emplace_back(
+        "the readings contradict a rigid head: sin B and 1 - cos B are fitted for each coordinate");
+  } else if (kind != Kind::free) {
+    const auto name = std::string{kNames[static_cast<std::size_t>(kind)]};
+    chosen.warnings.push_back("the readings contradict model " + name + " (rms " +
+                              text(candidates.rms(kind, sigma).value_or(0.0)) + " mm): they support free (rms " +
+                              text(candidates.rms(Kind::free, sigma).value_or(0.0)) + " mm)");
+  }
+}
+
+// Rigid, unless two or more angles contradict it.
+Outcome<Chosen, Refusal> choose(const Candidates& candidates, SwivelModel model, const Sigma& sigma,
+                                std::optional<Kind> stated) {
+  const Kind recommended = model.one_minus_cosine && rigidContradicted(candidates, sigma) ? Kind::free : Kind::rigid;
+  model.kind = stated.value_or(recommended);
+  const auto& fit = candidates.of(model.kind);
+  if (!fit) {
+    if (candidates.rigid_refused) return *candidates.rigid_refused;
+    return Refusal{"ill-conditioned", "the readings do not determine model free: it needs two angles other than zero"};
+  }
+  Chosen chosen{model, *fit, recommended, {}};
+  explain(chosen, candidates, sigma.value, stated.has_value());
+  return chosen;
+}
+
+Candidates fitAll(const std::vector<SwivelReading>& readings, SwivelModel model, double sigma) {
+  Candidates candidates;
+  for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
+    if (kind == Kind::free && !model.one_minus_cosine) continue;
+    model.kind = kind;
+    auto fit = fitSwivel(readings, model, sigma);
+    if (fit) candidates.fits[static_cast<std::size_t>(kind)] = std::move(fit).value();
+    if (!fit && kind == Kind::rigid) candidates.rigid_refused = fit.error();
+  }
+  return candidates;
+}
+
+// What the model leaves at each angle, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
+// index error of B shows here.
+Estimate leftByAngle(const std::vector<SwivelReading>& readings, const Fit& fit, double sigma) {
+  std::map<double, std::pair<Eigen::Vector3d, double>> sums;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    auto& [sum, count] = sums.try_emplace(readings[k].swivel_deg, Eigen::Vector3d::Zero(), 0.0).first->second;
+    sum -= sigma * fit.residuals.segment<3>(static_cast<Eigen::Index>(3 * k));
+    count += 1.0;
+  }
+  const auto zero = sums.find(0.0);
+  const Eigen::Vector3d at_zero =
+      zero == sums.end() ? Eigen::Vector3d::Zero() : Eigen::Vector3d{zero->second.first / zero->second.second};
+  std::vector<double> values;
+  for (const auto& [angle, mean] : sums) {
+    const Eigen::Vector3d left = mean.first / mean.second - at_zero;
+    values.insert(values.end(), {angle, left.x(), left.y(), left.z()});
+  }
+  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), {});
+}
+
+// What stands beside the answer: which model it is and how well each fits, and all that live corrections need.
+void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates,
+              const std::vector<SwivelReading>& readings, double sigma) {
+  const auto& parameters = chosen.fit.parameters;
+  auto& also = answer.result().also;
+  also.push_back(Estimate::scalar("model", static_cast<double>(chosen.model.kind), std::nullopt));
+  also.push_back(Estimate::scalar("recommended_model", static_cast<double>(chosen.recommended), std::nullopt));
+  for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
+    const auto rms = candidates.rms(kind, sigma);
+    const auto name = "rms_" + std::string{kNames[static_cast<std::size_t>(kind)]} + "_mm";
+    if (rms) also.push_back(Estimate::scalar(name, *rms, std::nullopt));
+  }
+  if (chosen.model.kind == Kind::rigid) {
+    answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
+    answer.alsoVector("tool_direction_rad", parameters.segment(2, 2), pick(2, 2, parameters.size()));
+  }
+  const Eigen::VectorXd terms = chosen.model.map() * parameters.head(chosen.model.parameters());
+  also.push_back(Estimate::matrix("swivel_terms_mm", 4, {terms.begin(), terms.end()}, {}));
+  also.push_back(leftByAngle(readings, chosen.fit, sigma));
 }
 
 }  // namespace
@@ -179,7 +282,8 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   const auto readings = readingsOf(**table);
   if (auto refusal = badReadings(readings)) return *refusal;
   const SwivelModel model{.kind = Kind::rigid, .plane = plane.value(), .one_minus_cosine = swivelAngles(readings) >= 2};
-  const auto chosen = choose(readings, model, sigma.value(), stated.value());
+  const Candidates candidates = fitAll(readings, model, sigma->value);
+  const auto chosen = choose(candidates, model, sigma.value(), stated.value());
   if (!chosen) return chosen.error();
 
   const auto& parameters = chosen->fit.parameters;
@@ -192,12 +296,8 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   }
   Answer answer{dataset, chosen->fit, sigma.value()};
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
-  answer.result().also.push_back(Estimate::scalar("model", static_cast<double>(chosen->model.kind), std::nullopt));
-  if (chosen->model.kind == Kind::rigid) {
-    answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
-    answer.alsoVector("tool_direction_rad", parameters.segment(2, 2), pick(2, 2, parameters.size()));
-  }
-  if (!chosen->warning.empty()) answer.warn(chosen->warning);
+  addModel(answer, chosen.value(), candidates, readings, sigma->value);
+  for (const auto& warning : chosen->warnings) answer.warn(warning);
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";

@@ -12,9 +12,11 @@ namespace probebox::metrology {
 // axis; "free" (B21), sin B and 1 - cos B for every coordinate; "sine", the source's (B17)-(B19), right only where the
 // 1 - cos B terms vanish. Without `model`: rigid, or free where two or more angles contradict rigid by 4 deviations of
 // chi-square and more. What the control adds for each length cancels. Gives error_at_queries_mm, a row a query; also
-// model (0 sine, 1 rigid, 2 free), and for rigid gauge_line_mm and tool_direction_rad, in the plane's order (z, x) for
-// Y. Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm), swivel-angle-too-small (|sin B| < 0.2),
-// and what linearLeastSquares refuses.
+// model and recommended_model (0 sine, 1 rigid, 2 free); rms_sine_mm, rms_rigid_mm, rms_free_mm, what each leaves of a
+// reading; for rigid gauge_line_mm and tool_direction_rad, in the plane's order (z, x) for Y; and for live corrections
+// (SwivelCorrection) swivel_terms_mm, for x, y, z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B), and
+// left_by_angle_mm, rows B_deg, x, y, z. Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm),
+// swivel-angle-too-small (|sin B| < 0.2), and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -15,6 +15,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -201,6 +202,29 @@ TEST(SwivelError, SineIsWrongBetweenTheAnglesThatRigidIsRightAt) {
   Dataset dataset = swivelDataset(head, {0, 90}, {100, 200}, 0.0, random);
   dataset.config["model"] = std::string{"sine"};
   EXPECT_GT(worst(solve(dataset).value(), head), 0.01);
+}
+
+TEST(SwivelError, RecommendsTheModelThatTheReadingsSupport) {
+  std::mt19937_64 random{8};
+  Head head;
+  for (const char* model : {"sine", "rigid", "free"}) {
+    Dataset dataset = swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, 0.0005, random);
+    dataset.config["model"] = std::string{model};
+    const auto solved = solve(dataset);
+    EXPECT_EQ(solved->find("recommended_model")->value(), 1.0) << model;
+    EXPECT_GT(solved->find("rms_sine_mm")->value(), 5.0 * solved->find("rms_rigid_mm")->value());
+    EXPECT_NEAR(solved->find("rms_free_mm")->value(), solved->find("rms_rigid_mm")->value(), 0.0003);
+    EXPECT_THAT(solved->warnings, Not(Contains(HasSubstr("contradict model"))));
+  }
+  Dataset sheared = swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, 0.0005, random);
+  const auto b = columnNamed(sheared, "readings", "B_deg");
+  auto& x = columnNamed(sheared, "readings", "x_mm");
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] += 0.02 * std::sin(b[k] * kDegree);
+  sheared.config["model"] = std::string{"rigid"};
+  const auto solved = solve(sheared);
+  EXPECT_EQ(solved->find("model")->value(), 1.0) << "what was asked for is what is answered";
+  EXPECT_EQ(solved->find("recommended_model")->value(), 2.0);
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("they support free")));
 }
 
 TEST(SwivelError, GivesUpRigidOnlyWhereTheReadingsContradictIt) {
