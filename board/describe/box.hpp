@@ -16,7 +16,7 @@ using LineAddress = std::variant<unsigned, std::string>;
 
 enum class ActiveLevel : std::uint8_t { high, low };
 
-// One digital input of the box.
+// One digital line of the box: an input, but for the output of the loop-back.
 struct GpioLine {
   std::string name;  // for messages to a person: "sync", "trigger 1"
   std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
@@ -28,6 +28,13 @@ struct GpioLine {
 struct IndexLine {
   GpioLine line;
   std::uint8_t axis{};  // 0 X, 1 Y, 2 Z
+};
+
+// Two lines of their own, joined by a wire. The box pulses the one and reads the other: how late edges are stamped on
+// this board cannot be seen from edges that others make.
+struct LoopBack {
+  GpioLine output;  // rests at the level that is not active
+  GpioLine input;   // its active edge answers the output's
 };
 
 // Where a kind of data comes from: "sim" is the emulated machine, "none" nowhere; a probe also "usb" or "usb:SERIAL".
@@ -57,6 +64,7 @@ struct Box {
   std::vector<IndexLine> indexes;
   std::vector<GpioLine> skips;
   std::vector<GpioLine> inhibits;  // active while a cut is on: no result comes into force then
+  std::optional<LoopBack> loop_back;
   Devices devices;
   UsbIdentity usb;
 };

@@ -32,8 +32,8 @@ GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines&
   line.active = section.choice("active", {"high", "low"}, 0) == 0 ? ActiveLevel::high : ActiveLevel::low;
   const auto [place, is_new] = taken.try_emplace({line.chip, line.line}, line.name);
   if (!is_new && section.has("line")) {
-    section.problem(*section.node("line"), "'" + line.name + "' is on the line of '" + place->second +
-                                               "': give every input a line of its own");
+    section.problem(*section.node("line"),
+                    "'" + line.name + "' is on the line of '" + place->second + "': give each a line of its own");
   }
   return line;
 }
@@ -54,6 +54,21 @@ std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
     lines.push_back({gpioLine(section, std::string{"index "} + "XYZ"[axis], taken), axis});
     section.finish();
   }
+  return lines;
+}
+
+GpioLine lineOfPair(Section& pair, const std::string& key, TakenLines& taken) {
+  auto section = pair.section(key);
+  auto line = gpioLine(section, "loop-back " + key, taken);
+  section.finish();
+  return line;
+}
+
+LoopBack loopBack(Section pair, TakenLines& taken) {
+  LoopBack lines;
+  lines.output = lineOfPair(pair, "output", taken);
+  lines.input = lineOfPair(pair, "input", taken);
+  pair.finish();
   return lines;
 }
 
@@ -97,6 +112,9 @@ Box readBox(Section& root) {
   box.indexes = indexLines(root, taken);
   box.skips = gpioLines(root, "skip", taken);
   box.inhibits = gpioLines(root, "inhibit", taken);
+
+  auto pair = root.section("loop_back", false);
+  if (root.has("loop_back")) box.loop_back = loopBack(std::move(pair), taken);
 
   auto devices = root.section("devices");
   box.devices.encoders = devices.text("encoders");

@@ -9,6 +9,16 @@ ChipLines alone(const board::GpioLine& line, LineRole role, std::uint8_t index) 
 
 }  // namespace
 
+std::string lineText(const board::LineAddress& address, const std::string& name) {
+  const auto* const offset = std::get_if<unsigned>(&address);
+  const auto place = offset != nullptr ? std::to_string(*offset) : "\"" + std::get<std::string>(address) + "\"";
+  return "line " + place + " (" + name + ")";
+}
+
+std::string describe(const board::GpioLine& line) {
+  return line.chip + " " + lineText(line.line, line.name);
+}
+
 std::vector<ChipLines> linesApart(const board::Box& box) {
   std::vector<ChipLines> lines{alone(box.sync, LineRole::sync, 0)};
   std::uint8_t index = 0;

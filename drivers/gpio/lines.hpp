@@ -14,6 +14,14 @@ struct RequestedLine {
   WatchedLine watched;  // its offset is filled in when the chip is open
 };
 
+// "line 4 (sync)", for messages to a person.
+std::string lineText(const board::LineAddress& address, const std::string& name);
+inline std::string lineText(const RequestedLine& line) {
+  return lineText(line.address, line.name);
+}
+// "gpiochip0 line 4 (sync)"
+std::string describe(const board::GpioLine& line);
+
 struct ChipLines {
   std::string chip;
   std::vector<RequestedLine> lines;

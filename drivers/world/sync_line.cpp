@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/world/lateness.hpp"
+
 namespace probebox::world {
 namespace {
 
@@ -10,8 +12,6 @@ constexpr std::uint64_t kStream = 3;
 // A double is a reflection or a bounce of the pulse.
 constexpr double kDoubledEarliestNs = 5e3;
 constexpr double kDoubledLatestNs = 50e3;
-// Beyond this a normal deviate is not believed, so that a stamp can be too early by so much and no more.
-constexpr double kLargestDeviate = 6;
 
 Nanoseconds wholeNs(double ns) {
   return Nanoseconds{std::llround(ns)};
@@ -45,7 +45,7 @@ void SyncLine::decideTick(FaultSchedule& faults, Ledger& ledger) {
     add(tick_at_, Fate::missing, faults);
   } else {
     bool outlier = false;
-    const MonoTime edge_at = tick_at_ + wholeNs(latenessNs(outlier));
+    const MonoTime edge_at = tick_at_ + wholeNs(latenessNs(config_, random_, outlier));
     add(edge_at, outlier ? Fate::outlier : Fate::tick, faults);
     decideExtraEdges(edge_at, faults);
   }
@@ -73,18 +73,6 @@ void SyncLine::advanceTick(FaultSchedule& faults, Ledger& ledger) {
     tick_at_ += jump->jump;
     ++ledger.clock_jumps;
   }
-}
-
-double SyncLine::latenessNs(bool& outlier) {
-  double late_us = config_.bias_us;
-  if (config_.jitter == Jitter::gauss) {
-    late_us += config_.jitter_us * std::clamp(random_.normal(), -kLargestDeviate, kLargestDeviate);
-  } else if (config_.jitter == Jitter::lognormal) {
-    late_us += config_.jitter_us * std::exp(config_.jitter_shape * random_.normal());
-  }
-  outlier = random_.happens(config_.outlier_probability);
-  if (outlier) late_us += random_.uniform() * config_.outlier_us;
-  return 1e3 * late_us;
 }
 
 void SyncLine::add(MonoTime at, Fate fate, const FaultSchedule& faults) {

@@ -47,7 +47,6 @@ class SyncLine {
   void decideTick(FaultSchedule& faults, Ledger& ledger);
   void decideExtraEdges(MonoTime edge_at, const FaultSchedule& faults);
   void advanceTick(FaultSchedule& faults, Ledger& ledger);
-  double latenessNs(bool& outlier);
   void add(MonoTime at, Fate fate, const FaultSchedule& faults);
   std::size_t earliest() const;  // index of the pending edge with the smallest stamp
 

@@ -1,10 +1,14 @@
 #include "firmware/app/board_sources.hpp"
 
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "drivers/gpio/lines.hpp"
+#include "drivers/gpio/loop_back_emulator.hpp"
+#include "drivers/world/from_description.hpp"
+#include "drivers/world/lateness.hpp"
 #include "firmware/app/controller_link.hpp"
 #include "firmware/app/gpio_line.hpp"
 #include "firmware/app/probe_receiver.hpp"
@@ -29,6 +33,17 @@ Sources openReal(const board::Box& box, Counters& counters) {
   if (auto receiver = receiverOf(box.devices))
     sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counters));
   return sources;
+}
+
+// Stamps as late as those of the emulated machine's sync line are, of a stream of their own.
+gpio::EmulatedLoopBack::NextLateness emulatedLateness(const board::World& world) {
+  constexpr std::uint64_t kStream = 17;
+  return [sync = world::fromDescription(world).sync,
+          random = world::Random{world.seed, kStream}]() mutable -> std::optional<Nanoseconds> {
+    if (random.happens(sync.missing_probability)) return std::nullopt;
+    bool outlier = false;
+    return Nanoseconds{std::llround(world::latenessNs(sync, random, outlier))};
+  };
 }
 
 }  // namespace
@@ -64,6 +79,13 @@ Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp:
                              Counters& counters) {
   if (auto refused = whyUnsupported(descriptions)) return *refused;
   return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions.box, counters);
+}
+
+std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions) {
+  const auto& lines = descriptions.box.loop_back;
+  if (!lines) return nullptr;
+  if (isEmulated(descriptions)) return std::make_unique<gpio::EmulatedLoopBack>(emulatedLateness(*descriptions.world));
+  return std::make_unique<gpio::LinuxLoopBack>(*lines);
 }
 
 }  // namespace probebox::app

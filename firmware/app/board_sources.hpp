@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
+#include "drivers/gpio/loop_back.hpp"
 #include "drivers/io/event_source.hpp"
 #include "drivers/tcp/address.hpp"
 #include "firmware/app/counters.hpp"
@@ -27,5 +28,8 @@ std::optional<std::string> receiverOf(const board::Devices& devices);
 Outcome<std::vector<std::unique_ptr<io::EventSource>>> openSources(const board::Descriptions& descriptions,
                                                                    const tcp::Address& box, MonoTime now,
                                                                    Counters& counters);
+
+// The wire of [loop_back], real or emulated; null where the board has none.
+std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions);
 
 }  // namespace probebox::app

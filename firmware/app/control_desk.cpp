@@ -67,7 +67,8 @@ ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagu
 
 std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
                                          const box::State& state, const LinkVitals& vitals) {
-  if (ResultsDesk::answers(request.operation)) return askWorker(link, request);
+  if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
+    return askWorker(link, request);
   Reply reply = answer(request, state, vitals);
   reply.link = link;
   reply.ticket = request.ticket;
@@ -310,13 +311,14 @@ Reply ControlDesk::abortProcedure(const box::State& state) {
 std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
   const bool posted = with_.worker.post([this, link, body, ticket = request.ticket, operation = request.operation] {
-    Reply reply = with_.results.answer(operation, *body);
+    Reply reply =
+        operation == Operation::loop_back ? with_.loop_back.answer(*body) : with_.results.answer(operation, *body);
     reply.link = link;
     reply.ticket = ticket;
     reply_later_(std::move(reply));
   });
   if (posted) return std::nullopt;
-  Reply busy = refused(ErrorCode::busy, "Too much is waiting for the store: try again.");
+  Reply busy = refused(ErrorCode::busy, "Too much is waiting already: try again.");
   busy.link = link;
   busy.ticket = request.ticket;
   return busy;

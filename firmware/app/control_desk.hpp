@@ -9,6 +9,7 @@
 #include "firmware/app/calibrations.hpp"
 #include "firmware/app/command_queue.hpp"
 #include "firmware/app/counters.hpp"
+#include "firmware/app/loop_back_desk.hpp"
 #include "firmware/app/reply.hpp"
 #include "firmware/app/results_desk.hpp"
 #include "firmware/app/source_table.hpp"
@@ -37,8 +38,8 @@ struct LinkVitals {
 };
 
 // Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store
-// goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by the thread of the
-// links, except for post().
+// or takes its time goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by
+// the thread of the links, except for post().
 class ControlDesk {
  public:
   struct Colleagues {
@@ -49,6 +50,7 @@ class ControlDesk {
     Worker& worker;
     const Calibrations& calibrations;
     ResultsDesk& results;
+    LoopBackDesk& loop_back;
     Counters& counters;
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;

@@ -90,11 +90,12 @@ struct Daemon::Parts {
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
         results_desk{descriptions.service.access, calibrations, core_view, time},
+        loop_back_desk{descriptions.service.access, descriptions.box.loop_back, loopBackOf(descriptions)},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
              {procedureFacts(descriptions), descriptions.probe.deflection_limit_mm, time, commands, worker,
-              calibrations, results_desk, counters, source_table, [this] { return cncLineStatus(); }},
+              calibrations, results_desk, loop_back_desk, counters, source_table, [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -181,6 +182,7 @@ struct Daemon::Parts {
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
   ResultsDesk results_desk;
+  LoopBackDesk loop_back_desk;
   Worker worker;
   ControlDesk desk;
   LinkService links;

@@ -8,6 +8,7 @@
 #include <string>
 #include <time.h>
 
+#include "drivers/gpio/lines.hpp"
 #include "firmware/app/daemon.hpp"
 #include "firmware/app/log.hpp"
 #include "firmware/app/real_time.hpp"
@@ -51,6 +52,16 @@ void printUsbIdentity(const probebox::board::Box& box) {
   std::printf("vendor_id 0x%04x\nproduct_id 0x%04x\nmanufacturer %s\nproduct %s\nserial_number %s\n",
               unsigned{box.usb.vendor_id}, unsigned{box.usb.product_id}, box.usb.manufacturer.c_str(),
               box.usb.product.c_str(), box.serial_number.c_str());
+}
+
+void sayLoopBack(const probebox::board::Box& box) {
+  using probebox::gpio::describe;
+  if (box.loop_back) {
+    std::printf("Loop-back: from %s to %s.\n", describe(box.loop_back->output).c_str(),
+                describe(box.loop_back->input).c_str());
+  } else {
+    std::puts("Loop-back: none; how late this board stamps edges cannot be measured.");
+  }
 }
 
 std::string scaleText(double scale) {
@@ -107,6 +118,7 @@ int run(const probebox::app::Options& options) {
   }
   if (options.check) {
     std::puts("The descriptions are good.");
+    sayLoopBack(descriptions->box);
     return 0;
   }
   blockSignals();

@@ -2,6 +2,7 @@
 #include "protocol/messages/corrections.hpp"
 #include "protocol/messages/procedures.hpp"
 #include "protocol/messages/results.hpp"
+#include "protocol/messages/self_test.hpp"
 #include "protocol/messages/status.hpp"
 
 // Everything that can be asked of a box. Each operation has its number, a Request and an Answer. Since protocol 1.0.

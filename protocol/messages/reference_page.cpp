@@ -237,7 +237,11 @@ std::string control() {
          operation<SetInhibit>("Says that a cut is on, or over; answered once the box holds it. Since protocol 1.2.") +
          operation<HomeAxes>("Axes were homed: they stand still at known machine positions. Allowed as markers are.") +
          operation<EnableSources>(
-             "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.");
+             "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.") +
+         operation<LoopBack>(
+             "Measures how late the box stamps edges, over a wire from one of its outputs to one of its inputs. "
+             "Allowed as "
+             "calibrating is. Since protocol 1.2.");
 }
 
 std::string structures() {

@@ -57,6 +57,7 @@ enum class Operation : std::uint16_t {
   set_inhibit = 12,
   home_axes = 13,
   enable_sources = 14,
+  loop_back = 15,
 };
 
 // How the columns of a block are coded.

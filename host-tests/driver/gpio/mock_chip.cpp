@@ -10,6 +10,7 @@
 #include <span>
 #include <stdexcept>
 #include <sys/socket.h>
+#include <time.h>
 #include <umockdev.h>
 #include <unistd.h>
 #include <utility>
@@ -84,6 +85,16 @@ class UmockdevChip final : public MockChip {
     event.seqno = ++sequence_;
     event.line_seqno = line_sequence;
     if (send(wire(), &event, sizeof(event), MSG_NOSIGNAL) != sizeof(event)) throw std::runtime_error{"nobody listens"};
+  }
+
+  void join(Lateness late_ns) override {
+    const std::lock_guard lock{mutex_};
+    late_ns_ = std::move(late_ns);
+  }
+
+  int risesDriven() const override {
+    const std::lock_guard lock{mutex_};
+    return rises_driven_;
   }
 
   void unplug(int code) override {
@@ -162,6 +173,8 @@ class UmockdevChip final : public MockChip {
         return answered<gpio_v2_line_request>(client, [this](gpio_v2_line_request& wanted) { return take(wanted); });
       case GPIO_V2_LINE_GET_VALUES_IOCTL:
         return answered<gpio_v2_line_values>(client, [this](gpio_v2_line_values& values) { return measure(values); });
+      case GPIO_V2_LINE_SET_VALUES_IOCTL:
+        return answered<gpio_v2_line_values>(client, [this](gpio_v2_line_values& values) { return drive(values); });
       default:
         return ENOTTY;
     }
@@ -184,6 +197,7 @@ class UmockdevChip final : public MockChip {
     }
     if (used_ == kRequests) return EMFILE;
     request_ = wanted;
+    if ((flagsOf(wanted) & GPIO_V2_LINE_FLAG_OUTPUT) != 0) output_flags_ = flagsOf(wanted);
     wanted.fd = requests_[used_++].first;
     return 0;
   }
@@ -197,6 +211,32 @@ class UmockdevChip final : public MockChip {
     return 0;
   }
 
+  // Of a request for one line.
+  static std::uint64_t flagsOf(const gpio_v2_line_request& wanted) {
+    for (unsigned a = 0; a < wanted.config.num_attrs; ++a) {
+      const auto& [attribute, mask] = wanted.config.attrs[a];
+      if (attribute.id == GPIO_V2_LINE_ATTR_ID_FLAGS && (mask & 1U) != 0) return attribute.flags;
+    }
+    return wanted.config.flags;
+  }
+
+  int drive(const gpio_v2_line_values& values) {
+    const bool high = ((values.bits & 1U) != 0) != ((output_flags_ & GPIO_V2_LINE_FLAG_ACTIVE_LOW) != 0);
+    rises_driven_ += high ? 1 : 0;
+    const std::uint64_t asked = high ? GPIO_V2_LINE_FLAG_EDGE_RISING : GPIO_V2_LINE_FLAG_EDGE_FALLING;
+    if (!late_ns_ || (flagsOf(request_) & asked) == 0) return 0;
+    const auto late_ns = late_ns_();
+    if (!late_ns) return 0;
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    gpio_v2_line_event event{};
+    event.timestamp_ns = static_cast<__u64>(now.tv_sec * 1'000'000'000 + now.tv_nsec + *late_ns);
+    event.id = high ? GPIO_V2_LINE_EVENT_RISING_EDGE : GPIO_V2_LINE_EVENT_FALLING_EDGE;
+    event.offset = request_.offsets[0];
+    const auto sent = send(requests_[used_ - 1].second, &event, sizeof(event), MSG_NOSIGNAL);
+    return sent == sizeof(event) ? 0 : EIO;
+  }
+
   mutable std::mutex mutex_;  // the handler answers on a thread of its own
   std::vector<Line> lines_;
   UMockdevTestbed* bed_;
@@ -205,6 +245,9 @@ class UmockdevChip final : public MockChip {
   std::array<std::pair<int, int>, kRequests> requests_{};
   std::size_t used_{};
   gpio_v2_line_request request_{};
+  std::uint64_t output_flags_{};
+  Lateness late_ns_;
+  int rises_driven_{};
   std::uint32_t sequence_{};
   int read_failure_{};
 };

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <linux/gpio.h>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,13 @@ class MockChip {
 
   // What the driver's descriptor gives to read next.
   virtual void tell(unsigned offset, bool rising, std::uint64_t timestamp_ns, std::uint32_t line_sequence) = 0;
+
+  // A wire from a line that is driven to one that is watched, the line asked for last: the kernel stamps its edges so
+  // much after (or before) they were made, or misses those for which `late_ns` says nothing.
+  using Lateness = std::function<std::optional<std::int64_t>()>;
+  virtual void join(Lateness late_ns) = 0;
+  // How often the driven line came to be high.
+  virtual int risesDriven() const = 0;
 
   // The chip's node is gone; reads of its lines give the end of the file, or fail with `code` where it is not 0.
   virtual void unplug(int code) = 0;

@@ -12,6 +12,7 @@
 #include <thread>
 #include <unistd.h>
 
+#include "board/describe/sim_files.hpp"
 #include "drivers/serial/emulator.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
 #include "host-tests/host/test_host.hpp"
@@ -46,6 +47,15 @@ class RunningDaemon : public testing::Test {
     auto started = Daemon::start(options, descriptions, std::move(passed));
     ASSERT_TRUE(started) << started.error().what;
     daemon = std::move(*started);
+  }
+  // The emulated board with one text exchanged for another.
+  void overrule(const char* file, const std::string& from, const std::string& to) {
+    options.config = folder / "config";
+    std::filesystem::create_directories(options.config);
+    std::string text{board::simFile(file)};
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    std::ofstream{options.config / file} << text.replace(at, from.size(), to);
   }
   std::unique_ptr<TestHost> connect(link::StreamListener* listener = nullptr) {
     return TestHost::connect(daemon->uris().front(), listener);
@@ -149,6 +159,43 @@ TEST_F(RunningDaemon, StreamsSamplesWithALedgerThatBalancesAtEveryHeartbeat) {
   EXPECT_TRUE(closing.exact);
   EXPECT_EQ(closing.account.total(), closing.produced);
   EXPECT_EQ(balances.exact, balances.heartbeats);
+}
+
+TEST_F(RunningDaemon, MeasuresHowLateItStampsItsOwnPulses) {
+  start();
+  auto host = connect();
+  const auto late = host->ask<messages::LoopBack>({.pulses = 2000});
+  EXPECT_EQ(late.pulses, 2000U);
+  EXPECT_EQ(late.output, "gpiochip0 line 10 (loop-back output)");
+  // The median of what the emulated kernel adds: its bias and the median of its jitter, with half of the write.
+  const auto& clock = descriptions.world->clock;
+  const double expected_ns = 1e3 * (clock.bias_us + clock.jitter_us) + static_cast<double>(late.bracket_ns) / 2;
+  EXPECT_NEAR(static_cast<double>(late.median_ns), expected_ns, 500);
+  EXPECT_GT(late.p99_ns, late.median_ns + 2 * late.sigma_ns);
+  EXPECT_GE(late.largest_ns, late.p99_ns);
+  EXPECT_NE(host->ask<messages::LoopBack>().median_ns, late.median_ns) << "measured anew, 500 pulses";
+
+  EXPECT_THAT(host->refusal<messages::LoopBack>({.pulses = 2001}).what, testing::HasSubstr("ask for 10 to 2000"));
+  EXPECT_EQ(host->refusal<messages::LoopBack>({.pulses = 9}).code, messages::ErrorCode::refused);
+}
+
+TEST_F(RunningDaemon, SaysWhyItCannotMeasureItsOwnPulses) {
+  overrule("world.toml", "missing_probability = 0.0005", "missing_probability = 0.7");
+  start();
+  EXPECT_THAT(connect()->refusal<messages::LoopBack>().what,
+              testing::HasSubstr("is the jumper from gpiochip0 line 10 (loop-back output) to gpiochip0 line 11"));
+  daemon.reset();
+
+  overrule("box.toml", "[loop_back]\noutput = { chip = \"gpiochip0\", line = 10 }\ninput = {", "# {");
+  start();
+  const auto none = connect()->refusal<messages::LoopBack>();
+  EXPECT_EQ(none.code, messages::ErrorCode::not_found);
+  EXPECT_THAT(none.what, testing::HasSubstr("name both in [loop_back] of box.toml"));
+  daemon.reset();
+
+  overrule("service.toml", "allow_calibrate = true", "allow_calibrate = false");
+  start();
+  EXPECT_EQ(connect()->refusal<messages::LoopBack>().code, messages::ErrorCode::not_permitted);
 }
 
 TEST_F(RunningDaemon, RefusesWithAReasonWhatServiceTomlDoesNotAllow) {

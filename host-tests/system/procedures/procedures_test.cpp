@@ -6,6 +6,7 @@
 #include "firmware/app/daemon.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
+#include "tools/probebox/report_loop_back.hpp"
 
 namespace probebox::command {
 namespace {
@@ -86,6 +87,37 @@ TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   EXPECT_THAT(box({"calibrate", "delay-plates", "--angles", "4"}).err, HasSubstr("takes no rotary angles"));
   EXPECT_EQ(box({"calibrate", "centreline", "--angles", "-3"}).status, 2);
   EXPECT_THAT(box({"calibrate", "centre-line"}).err, HasSubstr("c-axis-alignment"));
+}
+
+TEST_F(OnTheMachine, SaysHowLateTheBoxStampsItsOwnPulses) {
+  for (const bool json : {false, true}) {
+    std::istringstream in;
+    std::ostringstream out, err;
+    const std::atomic<bool> never{false};
+    Console console{{in, out, err, false, false, 0, never}, json};
+    const auto opened = openBox(daemon_->uris().front(), console);
+    ASSERT_TRUE(opened);
+    ASSERT_EQ(loopBack(**opened, console, 100), ExitStatus::ok) << err.str();
+    if (json) {
+      const auto late = Json::parse(out.str())["loop_back"];
+      EXPECT_EQ(late["pulses"], 100);
+      EXPECT_EQ(late["input"], "gpiochip0 line 11 (loop-back input)");
+      EXPECT_GT(late["median_lateness_ns"], 12'000) << "the bias of world.toml alone";
+      EXPECT_GT(late["sigma_ns"], 0);
+    } else {
+      EXPECT_THAT(out.str(),
+                  testing::AllOf(HasSubstr("to gpiochip0 line 11 (loop-back input): 100 pulses"),
+                                 HasSubstr("us late (median)"), HasSubstr("the write itself takes 4000 ns")));
+    }
+  }
+  std::istringstream in;
+  std::ostringstream out, err;
+  const std::atomic<bool> never{false};
+  Console console{{in, out, err, false, false, 0, never}, false};
+  const auto opened = openBox(daemon_->uris().front(), console);
+  ASSERT_TRUE(opened);
+  EXPECT_EQ(loopBack(**opened, console, 3), ExitStatus::box_refused);
+  EXPECT_THAT(err.str(), HasSubstr("ask for 10 to 2000"));
 }
 
 }  // namespace

@@ -120,7 +120,40 @@ TEST(BoxToml, RefusesValuesOutOfRangeAndSaysTheRange) {
 
 TEST(BoxToml, RefusesTwoInputsOnOneLine) {
   EXPECT_THAT(problemOf(boxWith("line = \"TOUCH\"", "line = 4")),
-              HasSubstr("'trigger 1' is on the line of 'sync': give every input a line of its own"));
+              HasSubstr("'trigger 1' is on the line of 'sync': give each a line of its own"));
+}
+
+constexpr std::string_view kLoopBack = R"([loop_back]
+output = { chip = "gpiochip0", line = 20 }
+input = { chip = "gpiochip1", line = "BACK", active = "low" }
+)";
+
+TEST(BoxToml, MayHaveALineThatLoopsBack) {
+  EXPECT_FALSE(parseBox(kBox, "box.toml")->loop_back);
+  const auto box = parseBox(std::string{kBox}.append(kLoopBack), "box.toml");
+  ASSERT_TRUE(box.ok()) << box.error().what;
+  ASSERT_TRUE(box->loop_back);
+  EXPECT_EQ(box->loop_back->output.name, "loop-back output");
+  EXPECT_EQ(box->loop_back->output.chip, "gpiochip0");
+  EXPECT_EQ(std::get<unsigned>(box->loop_back->output.line), 20U);
+  EXPECT_EQ(box->loop_back->output.active, ActiveLevel::high);
+  EXPECT_EQ(std::get<std::string>(box->loop_back->input.line), "BACK");
+  EXPECT_EQ(box->loop_back->input.active, ActiveLevel::low);
+}
+
+TEST(BoxToml, RefusesALoopBackThatIsHalfThereOrOnALineInUse) {
+  const auto with = [](std::string_view output, std::string_view input) {
+    return std::string{kBox} + "[loop_back]\n" + std::string{output} + "\n" + std::string{input} + "\n";
+  };
+  constexpr std::string_view kOutput = "output = { chip = \"gpiochip0\", line = 20 }";
+  EXPECT_THAT(problemOf(with(kOutput, "")), HasSubstr("missing key 'loop_back.input'"));
+  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 4 }")),
+              AllOf(HasSubstr("box.toml:22:"), HasSubstr("'loop-back input' is on the line of 'sync'")));
+  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 20 }")),
+              HasSubstr("'loop-back input' is on the line of 'loop-back output'"));
+  EXPECT_THAT(problemOf(with(kOutput, "input = { chip = \"gpiochip0\", line = 21, pull = \"up\" }")),
+              HasSubstr("unknown key 'loop_back.input.pull'"));
+  EXPECT_THAT(problemOf(with("output = 20", "input = 21")), HasSubstr("write a table"));
 }
 
 TEST(BoxToml, TellsAllProblemsInTheOrderOfTheFile) {

@@ -92,6 +92,10 @@ const std::map<std::string_view, std::string> kGolden = {
     // Since protocol 1.2.
     {"home_axes request", "230cc58d747a340042ef46bf2221dcf6c1a0c153ee0571fa41"},
     {"enable_sources request", "238d"},
+    {"loop_back request", "238d9491"},
+    {"loop_back answer",
+     "01007008006f6f6f6f6f6f6f6f49ff9807035a6476ae3967651c75f8f32de2d863e5c4f6cdf412201a7171b8554247e814fd"
+     "78e53a6de3a3b3d6a8cb55"},
 };
 
 // What protocol 1.1 has behind that.

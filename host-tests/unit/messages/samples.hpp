@@ -92,6 +92,8 @@ void forEachMessage(auto&& call) {
   call("get_dataset answer", GetDataset::Answer{});
   call("home_axes request", HomeAxes::Request{});
   call("enable_sources request", EnableSources::Request{});
+  call("loop_back request", LoopBack::Request{});
+  call("loop_back answer", LoopBack::Answer{});
 }
 
 }  // namespace probebox::messages

@@ -21,7 +21,9 @@ inline constexpr unsigned kTouch = 1;
 inline constexpr unsigned kOvertravel = 2;
 inline constexpr unsigned kIndexX = 3;
 inline constexpr unsigned kSkip = 4;
-inline const std::vector<std::string> kLines{"", "TOUCH", "OVERTRAVEL", "INDEX_X", ""};
+inline constexpr unsigned kLoopOut = 5;
+inline constexpr unsigned kLoopIn = 6;
+inline const std::vector<std::string> kLines{"", "TOUCH", "OVERTRAVEL", "INDEX_X", "", "LOOP_OUT", "LOOP_IN"};
 
 inline constexpr const char* kUri = "tcp:127.0.0.1:7627";
 inline constexpr std::chrono::milliseconds kTick{1};

@@ -1,0 +1,151 @@
+#include "drivers/gpio/loop_back.hpp"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fcntl.h>
+#include <thread>
+#include <time.h>
+#include <utility>
+
+#include "drivers/gpio/libgpiod.hpp"
+
+namespace probebox::gpio {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanoseconds kTimeout = 10ms;  // for one edge: a thousand times what is usual
+constexpr Nanoseconds kRest = 500us;    // between pulses, so that the input rests too
+constexpr Nanoseconds kLongest = 3s;
+constexpr int kHopeless = 25;  // lost one after the other: nothing will come
+constexpr std::size_t kReadEdges = 16;
+
+MonoTime now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return monoTime(time.tv_sec * 1'000'000'000 + time.tv_nsec);
+}
+
+// A line and the chip that it is of.
+struct HeldLine {
+  Chip chip;
+  LineRequest request;
+  unsigned offset{};
+};
+
+bool addOutput(gpiod_line_config& config, unsigned offset, board::ActiveLevel active) {
+  const LineSettings settings{gpiod_line_settings_new()};
+  if (!settings) return false;
+  gpiod_line_settings_set_active_low(settings.get(), active == board::ActiveLevel::low);
+  return gpiod_line_settings_set_direction(settings.get(), GPIOD_LINE_DIRECTION_OUTPUT) == 0 &&
+         gpiod_line_settings_set_output_value(settings.get(), GPIOD_LINE_VALUE_INACTIVE) == 0 &&
+         gpiod_line_config_add_line_settings(&config, &offset, 1, settings.get()) == 0;
+}
+
+Outcome<HeldLine> hold(const board::GpioLine& line, bool output) {
+  HeldLine held;
+  auto chip = openChip(line.chip);
+  if (!chip) return chip.error();
+  held.chip = std::move(*chip);
+  ChipLines wanted{line.chip, {{line.name, line.line, {.active = line.active, .edges = Edges::active}}}};
+  const auto offset = offsetOf(*held.chip, line.chip, wanted.lines.front());
+  if (!offset) return offset.error();
+  held.offset = wanted.lines.front().watched.offset = *offset;
+
+  const LineConfig lines{gpiod_line_config_new()};
+  const RequestConfig config{gpiod_request_config_new()};
+  const bool added =
+      lines && config &&
+      (output ? addOutput(*lines, *offset, line.active) : addInput(*lines, wanted.lines.front().watched));
+  if (!added) return Error{describe(line) + ": " + std::strerror(errno)};
+  gpiod_request_config_set_consumer(config.get(), kConsumer);
+  held.request.reset(gpiod_chip_request_lines(held.chip.get(), config.get(), lines.get()));
+  if (held.request) return held;
+  const int code = errno;
+  return output
+             ? requestFailure(*held.chip, wanted, code, lineText(wanted.lines.front()) + " cannot be driven",
+                              "choose one that can be an output")
+             : requestFailure(*held.chip, wanted, code, lineText(wanted.lines.front()) + " cannot be watched for edges",
+                              "choose one that can give interrupts");
+}
+
+// Both lines, as long as this lives.
+class Wire {
+ public:
+  Wire(HeldLine output, HeldLine input) : output_{std::move(output)}, input_{std::move(input)} {
+    const int fd = gpiod_line_request_get_fd(input_.request.get());
+    fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
+  }
+
+  // Nothing when a line is gone.
+  std::optional<LoopBackPulse> pulse() {
+    if (!drain()) return std::nullopt;
+    LoopBackPulse pulse{.before = now(), .after = {}, .stamp = {}};
+    if (!write(GPIOD_LINE_VALUE_ACTIVE)) return std::nullopt;
+    pulse.after = now();
+    while (!pulse.stamp) {
+      const Nanoseconds left = pulse.after + kTimeout - now();
+      if (left <= Nanoseconds{0}) break;
+      const int ready = gpiod_line_request_wait_edge_events(input_.request.get(), left.count());
+      if (ready < 0 && errno != EINTR) return std::nullopt;
+      if (ready > 0 && !read(pulse)) return std::nullopt;
+    }
+    if (!write(GPIOD_LINE_VALUE_INACTIVE)) return std::nullopt;
+    return pulse;
+  }
+
+ private:
+  bool write(gpiod_line_value value) {
+    return gpiod_line_request_set_value(output_.request.get(), output_.offset, value) == 0;
+  }
+  // What came too late for its own pulse must not answer the next one.
+  bool drain() {
+    LoopBackPulse nobody{.before = MonoTime::max(), .after = {}, .stamp = {}};
+    return read(nobody);
+  }
+  // The first edge that is no older than the write.
+  bool read(LoopBackPulse& pulse) {
+    while (true) {
+      const int got = gpiod_line_request_read_edge_events(input_.request.get(), buffer_.get(), kReadEdges);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) return errno == EAGAIN;
+      if (got == 0) return false;  // the chip has gone
+      for (unsigned long i = 0; i < static_cast<unsigned long>(got); ++i) {
+        auto* const event = gpiod_edge_event_buffer_get_event(buffer_.get(), i);
+        const auto at = monoTime(static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(event)));
+        if (!pulse.stamp && at >= pulse.before) pulse.stamp = at;
+      }
+    }
+  }
+
+  HeldLine output_;
+  HeldLine input_;
+  EventBuffer buffer_{gpiod_edge_event_buffer_new(kReadEdges)};
+};
+
+}  // namespace
+
+Outcome<std::vector<LoopBackPulse>> LinuxLoopBack::measure(std::size_t pulses) {
+  auto output = hold(lines_.output, true);
+  if (!output) return output.error();
+  auto input = hold(lines_.input, false);
+  if (!input) return input.error();
+  Wire wire{std::move(*output), std::move(*input)};
+  std::vector<LoopBackPulse> all;
+  const MonoTime begun = now();
+  int lost = 0;
+  while (all.size() < pulses && lost < kHopeless && now() - begun < kLongest) {
+    std::this_thread::sleep_for(kRest);
+    const auto pulse = wire.pulse();
+    if (!pulse) {
+      return Error{"A line of the loop-back, " + describe(lines_.output) + " or " + describe(lines_.input) +
+                   ", went away while it was measured: plug its chip in and measure again"};
+    }
+    lost = pulse->stamp ? 0 : lost + 1;
+    all.push_back(*pulse);
+  }
+  return all;
+}
+
+}  // namespace probebox::gpio

@@ -1,0 +1,39 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "board/describe/box.hpp"
+#include "protocol/units/outcome.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::gpio {
+
+// One pulse of the output, and what the kernel said of the input: all on CLOCK_MONOTONIC.
+struct LoopBackPulse {
+  MonoTime before{};              // just before the write that makes the edge
+  MonoTime after{};               // just after it: the edge was in between
+  std::optional<MonoTime> stamp;  // nothing for an edge that did not come in time
+};
+
+// An output of the box that is joined to an input of the same box. What came late or never is for stampLateness().
+class LoopBack {
+ public:
+  virtual ~LoopBack() = default;
+
+  // Makes up to so many pulses and says what came of each. Takes its time, three seconds at the most: fewer pulses when
+  // they are over, or when nothing comes any more. An error names the chip or line that cannot be had, and the remedy.
+  virtual Outcome<std::vector<LoopBackPulse>> measure(std::size_t pulses) = 0;
+};
+
+// The lines of a real board, held only while measuring.
+class LinuxLoopBack final : public LoopBack {
+ public:
+  explicit LinuxLoopBack(board::LoopBack lines) : lines_{std::move(lines)} {}
+  Outcome<std::vector<LoopBackPulse>> measure(std::size_t pulses) override;
+
+ private:
+  board::LoopBack lines_;
+};
+
+}  // namespace probebox::gpio
