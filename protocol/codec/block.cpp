@@ -1,6 +1,7 @@
 #include "protocol/codec/block.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <type_traits>
 
@@ -45,6 +46,14 @@ void putSummary(frame::ByteWriter& writer, Profile profile, const BlockHeader& h
   writer.put(static_cast<std::uint8_t>(channels));
 }
 
+// What comes next is on its way while the columns before it are coded.
+void prefetch([[maybe_unused]] std::span<const std::int64_t> columns) {
+#if defined(__GNUC__)
+  constexpr std::size_t kCacheLine = 64 / sizeof(std::int64_t);
+  for (std::size_t k = 0; k < columns.size(); k += kCacheLine) __builtin_prefetch(&columns[k]);
+#endif
+}
+
 }  // namespace
 
 std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count) {
@@ -82,19 +91,28 @@ Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span
   if (!usable(formats) || count == 0 || columns.size() != formats.size() * count) return error(Fault::bad_format);
   if (count > kMostFastSamples) return error(Fault::bad_format);
   if (into.size() < rawBlockSize(formats, 0)) return error(Fault::no_room);
+  prefetch(columns);
   FastColumnEncoder encoder{kernels};
   frame::ByteWriter writer{into};
   putSummary(writer, Profile::fast, header, formats.size());
   frame::ByteWriter codings{writer.take(2 * formats.size())};
-  for (std::size_t channel = 0; channel < formats.size(); ++channel) {
-    const auto column = columns.subspan(channel * count, count);
-    const auto fitting = firstMisfit(formats[channel], column, kernels);
-    if (fitting != count) return error(Fault::value_does_not_fit, channel, fitting);
-    const auto& plan = encoder.plan(formats[channel], column);
-    if (into.size() - writer.size() < plan.bytes) return error(Fault::no_room);
-    codings.put(plan.orderByte());
-    codings.put(plan.width);
-    encoder.put(writer, formats[channel], column);
+  for (std::size_t first = 0; first < formats.size(); first += kTracked) {
+    const std::size_t some = std::min(kTracked, formats.size() - first);
+    std::array<FastColumnEncoder::Column, kTracked> together;
+    for (std::size_t k = 0; k < some; ++k) {
+      together[k] = {formats[first + k], columns.subspan((first + k) * count, count)};
+      const auto fitting = firstMisfit(together[k].format, together[k].values, kernels);
+      if (fitting != count) return error(Fault::value_does_not_fit, first + k, fitting);
+    }
+
+    encoder.plan(std::span{together}.first(some));
+    for (std::size_t k = 0; k < some; ++k) {
+      const auto& plan = encoder.planOf(k);
+      if (into.size() - writer.size() < plan.bytes) return error(Fault::no_room);
+      codings.put(plan.orderByte());
+      codings.put(plan.width);
+      encoder.put(writer, k);
+    }
   }
   return writer.size();
 }
@@ -117,15 +135,18 @@ Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::
   if (columns.size() < formats.size() * count) return error(Fault::no_room);
   frame::ByteReader codings{reader.take(2 * formats.size())};
   if (reader.failed()) return error(Fault::truncated);
+  FastColumnDecoder decoder{kernels};
   for (std::size_t channel = 0; channel < formats.size(); ++channel) {
     const auto column = columns.subspan(channel * count, count);
     const auto order = codings.get<std::uint8_t>();
     const auto width = codings.get<std::uint8_t>();
     if (!fast && (order != 0 || width != 8 * formats[channel].bytes)) return error(Fault::other_channels, channel);
-    const bool good = getFast(reader, formats[channel], order, width, column, kernels);
+    decoder.get(reader, channel, formats[channel], order, width, column);
     if (reader.failed()) return error(Fault::truncated);
-    if (!good) return error(Fault::bad_column, channel);
+    if (decoder.bad()) return error(Fault::bad_column, *decoder.bad());
   }
+  decoder.finish();
+  if (decoder.bad()) return error(Fault::bad_column, *decoder.bad());
   if (reader.remaining() > 0) return error(Fault::trailing_bytes);
   return summary;
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr unsigned kHasExceptions = 0x80;
 constexpr std::size_t kNarrow = 256;
-constexpr std::size_t kSurveyed = 96;  // values of a column that its predictor is chosen by
+constexpr std::size_t kSurveyed = 64;  // values of a column that its predictor is chosen by
 
 using Seeds = std::array<std::uint64_t, kMostOrder>;
 
@@ -70,19 +70,21 @@ std::size_t packedSize(std::size_t residuals, std::size_t width) {
   return (residuals * width + 7) / 8;
 }
 
-// How many groups of `width` bytes lie so far before the end that touching some bytes behind them does no harm.
+// How many groups of `width` bytes lie so far before the end of what may be touched that packing and unpacking do not
+// reach beyond it.
 std::size_t directGroups(std::size_t bytes, std::size_t width, std::size_t most) {
   if (width == 0) return most;
   return bytes < kSlack ? 0 : std::min(most, (bytes - kSlack) / width);
 }
 
-void unpackResiduals(std::span<const std::byte> from, std::size_t width, std::span<std::int64_t> into,
-                     const Kernels& kernels) {
-  const std::size_t direct = directGroups(from.size(), width, into.size() / kGroup);
+// readable: bytes from there on, of which those behind the column are of other things.
+void unpackResiduals(std::span<const std::byte> from, std::size_t readable, std::size_t width,
+                     std::span<std::int64_t> into, const Kernels& kernels) {
+  const std::size_t direct = directGroups(readable, width, into.size() / kGroup);
   kernels.unpack[width](from.data(), direct, into.data());
-  std::array<std::int64_t, kGroup> values{};
-  std::array<std::byte, kGroup * 8 + kSlack> last{};
   for (std::size_t done = direct * kGroup; done < into.size(); done += kGroup) {
+    std::array<std::int64_t, kGroup> values{};
+    std::array<std::byte, kGroup * 8 + kSlack> last{};
     const auto rest = from.subspan(done / kGroup * width);
     std::copy_n(rest.begin(), std::min(width, rest.size()), last.begin());
     kernels.unpack[width](last.data(), 1, values.data());
@@ -90,16 +92,18 @@ void unpackResiduals(std::span<const std::byte> from, std::size_t width, std::sp
   }
 }
 
-// High parts are little endian, of 1 to 8 bytes.
+// High parts are little endian, of 1 to 8 bytes, nearly always of 1.
 void storeHigh(std::uint64_t high, std::span<std::byte> into) {
   for (auto& byte : into) {
     byte = static_cast<std::byte>(high);
     high >>= 8U;
   }
 }
-std::uint64_t loadHigh(std::span<const std::byte> from) {
-  std::uint64_t high = (from.back() & std::byte{0x80}) != std::byte{0} ? ~std::uint64_t{0} : 0;
-  for (std::size_t k = from.size(); k-- > 0;) high = (high << 8U) | std::to_integer<std::uint64_t>(from[k]);
+template <std::size_t Bytes>
+std::uint64_t loadHigh(std::span<const std::byte, Bytes> from) {
+  const auto last = std::to_integer<std::uint8_t>(from.back());
+  auto high = static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int8_t>(last)));
+  for (std::size_t k = from.size() - 1; k-- > 0;) high = (high << 8U) | std::to_integer<std::uint64_t>(from[k]);
   return high;
 }
 
@@ -109,14 +113,18 @@ bool getExceptions(frame::ByteReader& reader, unsigned width, std::span<std::int
   const std::size_t high_bytes = reader.get<std::uint8_t>();
   if (reader.failed()) return false;
   if (high_bytes < 1 || high_bytes > 8 || width > 63) return false;
-  frame::ByteReader places{reader.take(count * (residuals.size() <= kNarrow ? 1 : 2))};
+  const bool narrow = residuals.size() <= kNarrow;
+  const auto places = reader.take(count * (narrow ? 1 : 2));
   const auto highs = reader.take(count * high_bytes);
   if (reader.failed()) return false;
+  const auto mask = (std::uint64_t{1} << width) - 1;
   for (std::size_t k = 0; k < count; ++k) {
-    const auto place = getPlace(places, residuals.size());
+    const std::size_t place =
+        narrow ? std::to_integer<std::size_t>(places[k]) : frame::loadLittle<std::uint16_t>(&places[2 * k]);
     if (place >= residuals.size()) return false;
-    const auto low = static_cast<std::uint64_t>(residuals[place]) & ((std::uint64_t{1} << width) - 1);
-    const auto high = loadHigh(highs.subspan(k * high_bytes, high_bytes));
+    const auto high =
+        high_bytes == 1 ? loadHigh(highs.subspan(k).first<1>()) : loadHigh(highs.subspan(k * high_bytes, high_bytes));
+    const auto low = static_cast<std::uint64_t>(residuals[place]) & mask;
     residuals[place] = static_cast<std::int64_t>((high << width) | low);
   }
   return true;
@@ -129,139 +137,219 @@ std::uint64_t meanOf(std::uint64_t sum, std::size_t count) {
 
 }  // namespace
 
-const FastPlan& FastColumnEncoder::plan(ChannelFormat format, std::span<const std::int64_t> column) {
-  plan_ = {.width = static_cast<std::uint8_t>(8 * format.bytes), .bytes = column.size() * format.bytes};
-  order_ = choosePredictor(column);
-  const std::size_t seeds = seedsOf(order_);
-  const auto differences = differencesOf(column, seeds);
-  seeds_bytes_ = 0;
-  for (std::size_t k = 0; k < seeds; ++k) seeds_bytes_ += varintSize(zigzag(differences[k]));
-  const std::size_t count = column.size() - seeds;
-  chooseWidth(count);
-  std::fill_n(residuals_ + count, (kGroup - count % kGroup) % kGroup, 0);
-  return plan_;
+void FastColumnEncoder::plan(std::span<const Column> columns) {
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    works_[k].column = columns[k];
+    survey(works_[k]);
+  }
+  track(columns.size());
+  for (auto& work : std::span{works_}.first(columns.size())) {
+    if (work.order != kTracking) subtract(work);
+    planOne(work);
+  }
 }
 
-// And works out its residuals. The middle of the column stands for all of it.
-std::uint8_t FastColumnEncoder::choosePredictor(std::span<const std::int64_t> column) {
-  std::size_t order = 0;
-  std::uint64_t mean = 0;
-  if (column.size() > kMostOrder) {
-    const auto some = std::min(column.size(), kSurveyed);
-    const auto sums = kernels_.survey(column.data() + (column.size() - some) / 2, some);
-    order = static_cast<std::size_t>(std::ranges::min_element(sums) - sums.begin());
-    mean = meanOf(sums[order], some - kMostOrder);
+// The difference that the middle of the column, which stands for all of it, speaks for.
+void FastColumnEncoder::survey(Work& work) const {
+  const auto& values = work.column.values;
+  work.order = 0;
+  work.mean = 0;
+  if (values.size() <= kMostOrder) return;
+  const auto some = std::min(values.size(), kSurveyed);
+  const auto sums = kernels_.survey(values.data() + (values.size() - some) / 2, some);
+  const auto order = static_cast<std::size_t>(std::ranges::min_element(sums) - sums.begin());
+  work.order = static_cast<std::uint8_t>(order);
+  work.mean = meanOf(sums[order], some - kMostOrder);
+}
+
+// Of those columns that it is for, what moves, and noisily, and keeps it where it is better.
+void FastColumnEncoder::track(std::size_t columns) {
+  std::array<Work*, kTracked> works{};
+  std::array<const std::int64_t*, kTracked> from{};
+  std::array<std::int64_t*, kTracked> into{};
+  std::size_t some = 0;
+  for (auto& work : std::span{works_}.first(columns)) {
+    if (work.order < 2 || work.mean == 0) continue;
+    works[some] = &work;
+    from[some] = work.column.values.data() + kMostOrder;
+    into[some++] = work.residuals.data();
   }
-  // Tracking is for what moves, and noisily.
-  if (order >= 2 && mean > 0) {
-    const auto count = column.size() - kMostOrder;
-    kernels_.residuals[kTracking](column.data() + kMostOrder, count, tracked_.data());
-    size_ = kernels_.size(tracked_.data(), count);
-    residuals_ = tracked_.data();
-    if (meanOf(size_.sum, count) < mean) return kTracking;
+  if (some == 0) return;
+  const auto count = works[0]->column.values.size() - kMostOrder;
+  kernels_.track[some - 1](from.data(), count, into.data());
+  for (auto* work : std::span{works}.first(some)) {
+    judge(*work, count);
+    if (meanOf(work->size.sum, count) < work->mean) work->order = kTracking;
   }
-  kernels_.residuals[order](column.data() + order, column.size() - order, different_.data());
-  size_ = kernels_.size(different_.data(), column.size() - order);
-  residuals_ = different_.data();
-  return static_cast<std::uint8_t>(order);
+}
+
+void FastColumnEncoder::subtract(Work& work) const {
+  const auto values = work.column.values.subspan(work.order);
+  kernels_.residuals[work.order](values.data(), values.size(), work.residuals.data());
+  judge(work, values.size());
+}
+
+void FastColumnEncoder::judge(Work& work, std::size_t count) const {
+  std::fill_n(work.residuals.begin() + static_cast<std::ptrdiff_t>(count), (kStride - count % kStride) % kStride, 0);
+  work.size = kernels_.size(work.residuals.data(), count, work.narrow.data());
+}
+
+void FastColumnEncoder::planOne(Work& work) const {
+  const auto& [format, values] = work.column;
+  work.plan = {.width = static_cast<std::uint8_t>(8 * format.bytes), .bytes = values.size() * format.bytes};
+  const std::size_t seeds = seedsOf(work.order);
+  const auto differences = differencesOf(values, seeds);
+  work.seeds_bytes = 0;
+  for (std::size_t k = 0; k < seeds; ++k) work.seeds_bytes += varintSize(zigzag(differences[k]));
+  chooseWidth(work, values.size() - seeds);
 }
 
 // The costs of widths have one valley for all that occurs; it is looked for from where a normal distribution has it, up
 // and then, where outliers have raised the mean, down.
-void FastColumnEncoder::chooseWidth(std::size_t count) {
-  consider(count, size_.most_bits, 0);
-  const std::uint64_t mean = meanOf(size_.sum, count);
+void FastColumnEncoder::chooseWidth(Work& work, std::size_t count) const {
+  const unsigned most_bits = work.size.most_bits;
+  consider(work, count, most_bits, 0);
+  const std::uint64_t mean = meanOf(work.size.sum, count);
   const auto usual = mean == ~std::uint64_t{0} ? 0U : static_cast<unsigned>(std::bit_width(mean / 8));
-  for (unsigned width = usual; width < size_.most_bits; width += 4) {
-    if (!considerFrom(count, width) && width > usual) break;
+  for (unsigned width = usual; width < most_bits; width += 4) {
+    if (!considerFrom(work, count, width) && width > usual) break;
   }
-  if (size_.most_bits < usual + 3) return;
+  if (most_bits < usual + 3) return;
   for (unsigned width = usual; width > 0;) {
     width = width < 4 ? 0 : width - 4;
-    if (!considerFrom(count, width)) return;
+    if (!considerFrom(work, count, width)) return;
   }
 }
 
 // Four widths; whether one of them is the best so far.
-bool FastColumnEncoder::considerFrom(std::size_t count, unsigned width) {
-  const auto before = plan_.bytes;
-  const auto wider = kernels_.wider(residuals_, count, width);
-  for (unsigned k = 0; k < wider.size() && width + k < size_.most_bits; ++k) consider(count, width + k, wider[k]);
-  return plan_.bytes < before;
+bool FastColumnEncoder::considerFrom(Work& work, std::size_t count, unsigned width) const {
+  const auto before = work.plan.bytes;
+  const auto wider = work.isNarrow() ? kernels_.narrow_wider(work.narrow.data(), count, width)
+                                     : kernels_.wider(work.residuals.data(), count, width);
+  for (unsigned k = 0; k < wider.size() && width + k < work.size.most_bits; ++k)
+    consider(work, count, width + k, wider[k]);
+  return work.plan.bytes < before;
 }
 
-void FastColumnEncoder::consider(std::size_t count, unsigned width, std::size_t exceptions) {
+void FastColumnEncoder::consider(Work& work, std::size_t count, unsigned width, std::size_t exceptions) {
   const std::size_t unit = count <= kNarrow ? 1 : 2;
   if (exceptions > (unit == 1 ? 0xFFU : 0xFFFFU)) return;
-  const std::size_t high_bytes = (size_.most_bits - width + 7) / 8;
+  const std::size_t high_bytes = (work.size.most_bits - width + 7) / 8;
   const std::size_t extra = exceptions == 0 ? 0 : unit + 1 + exceptions * (unit + high_bytes);
-  const std::size_t bytes = seeds_bytes_ + packedSize(count, width) + extra;
-  if (bytes >= plan_.bytes) return;
-  plan_ = {order_, static_cast<std::uint8_t>(width), static_cast<std::uint32_t>(exceptions),
-           static_cast<std::uint8_t>(high_bytes), bytes};
+  const std::size_t bytes = work.seeds_bytes + packedSize(count, width) + extra;
+  if (bytes >= work.plan.bytes) return;
+  work.plan = {work.order, static_cast<std::uint8_t>(width), static_cast<std::uint32_t>(exceptions),
+               static_cast<std::uint8_t>(high_bytes), bytes};
 }
 
-void FastColumnEncoder::put(frame::ByteWriter& writer, ChannelFormat format, std::span<const std::int64_t> column) {
-  if (plan_.isRaw(format)) {
-    putRaw(writer, format, column);
+void FastColumnEncoder::put(frame::ByteWriter& writer, std::size_t column) {
+  const auto& work = works_[column];
+  const auto& [format, values] = work.column;
+  if (work.plan.isRaw(format)) {
+    putRaw(writer, format, values);
     return;
   }
-  const std::size_t seeds = seedsOf(plan_.order);
-  const std::size_t count = column.size() - seeds;
-  const auto differences = differencesOf(column, seeds);
+  const std::size_t seeds = seedsOf(work.plan.order);
+  const std::size_t count = values.size() - seeds;
+  const auto differences = differencesOf(values, seeds);
   for (std::size_t k = 0; k < seeds; ++k) putVarint(writer, zigzag(differences[k]));
-  pack(writer.take(packedSize(count, plan_.width)), count);
-  if (plan_.exceptions == 0) return;
-  const std::size_t unit = count <= kNarrow ? 1 : 2;
-  putPlace(writer, count, plan_.exceptions);
-  writer.put(plan_.high_bytes);
-  frame::ByteWriter places{writer.take(plan_.exceptions * unit)};
-  auto highs = writer.take(plan_.exceptions * plan_.high_bytes);
-  kernels_.places(residuals_, count, plan_.width, places_.data());
-  for (const auto place : std::span{places_}.first(plan_.exceptions)) {
-    putPlace(places, count, place);
-    storeHigh(static_cast<std::uint64_t>(static_cast<std::int64_t>(residuals_[place]) >> plan_.width),
-              highs.first(plan_.high_bytes));
-    highs = highs.subspan(plan_.high_bytes);
+  const std::size_t room = writer.room();
+  pack(work, writer.take(packedSize(count, work.plan.width)), room, count);
+  if (work.plan.exceptions > 0) putExceptions(work, writer, count);
+}
+
+void FastColumnEncoder::putExceptions(const Work& work, frame::ByteWriter& writer, std::size_t count) {
+  const auto& plan = work.plan;
+  putPlace(writer, count, plan.exceptions);
+  writer.put(plan.high_bytes);
+  if (work.isNarrow()) {
+    kernels_.narrow_places(work.narrow.data(), count, plan.width, places_.data());
+  } else {
+    kernels_.places(work.residuals.data(), count, plan.width, places_.data());
+  }
+  const auto places = std::span{places_}.first(plan.exceptions);
+  frame::ByteWriter coded_places{writer.take(plan.exceptions * (count <= kNarrow ? 1U : 2U))};
+  for (const auto place : places) putPlace(coded_places, count, place);
+  auto highs = writer.take(plan.exceptions * plan.high_bytes);
+  for (const auto place : places) {
+    storeHigh(static_cast<std::uint64_t>(work.residuals[place] >> plan.width), highs.first(plan.high_bytes));
+    highs = highs.subspan(plan.high_bytes);
   }
 }
 
-// All but the last bytes go where they belong; packing touches some bytes behind them.
-void FastColumnEncoder::pack(std::span<std::byte> into, std::size_t count) const {
-  const std::size_t width = plan_.width;
+// room: bytes from there on; those behind the column may be touched, and are written later.
+void FastColumnEncoder::pack(const Work& work, std::span<std::byte> into, std::size_t room, std::size_t count) const {
+  const std::size_t width = work.plan.width;
   const std::size_t groups = (count + kGroup - 1) / kGroup;
-  const std::size_t direct = directGroups(into.size(), width, groups);
-  kernels_.pack[width](residuals_, direct, into.data());
+  const std::size_t direct = directGroups(room, width, groups);
+  const auto some = [&](std::size_t from, std::size_t how_many, std::byte* at) {
+    if (work.isNarrow() && width <= kNarrowPacked) {
+      kernels_.narrow_pack[width](work.narrow.data() + from * kGroup, how_many, at);
+    } else {
+      kernels_.pack[width](work.residuals.data() + from * kGroup, how_many, at);
+    }
+  };
+  some(0, direct, into.data());
   std::array<std::byte, kGroup * 8 + kSlack> last{};
   for (std::size_t group = direct; group < groups; ++group) {
-    kernels_.pack[width](residuals_ + group * kGroup, 1, last.data());
+    some(group, 1, last.data());
     const auto rest = into.subspan(group * width);
     std::copy_n(last.begin(), std::min(width, rest.size()), rest.begin());
   }
 }
 
-bool getFast(frame::ByteReader& reader, ChannelFormat format, std::uint8_t order, std::uint8_t width,
-             std::span<std::int64_t> column, const Kernels& kernels) {
+void FastColumnDecoder::get(frame::ByteReader& reader, std::size_t channel, ChannelFormat format, std::uint8_t order,
+                            std::uint8_t width, std::span<std::int64_t> column) {
+  const Held held{channel, format, column};
   if (order == 0 && width == 8 * format.bytes) {
     const auto bytes = column.size() * format.bytes;
     if (reader.remaining() < bytes) reader.fail();
-    return !reader.failed() && getRaw(reader, format, column);
+    if (!reader.failed() && !getRaw(reader, format, column)) bad_ = channel;
+    return;
   }
-  const bool has_exceptions = (order & kHasExceptions) != 0;
+  if (!read(reader, held, order, width)) {
+    bad_ = channel;
+    return;
+  }
+  const std::size_t predictor = order & 0x7FU;
+  if (predictor == kTracking) {
+    held_[how_many_++] = held;
+    if (how_many_ == held_.size()) finish();
+    return;
+  }
+  kernels_.integrate[predictor](column.data() + predictor, column.size() - predictor);
+  check(held);
+}
+
+void FastColumnDecoder::finish() {
+  if (how_many_ == 0) return;
+  std::array<std::int64_t*, kUntracked> columns{};
+  for (std::size_t k = 0; k < how_many_; ++k) columns[k] = held_[k].column.data() + kMostOrder;
+  kernels_.untrack[how_many_ - 1](columns.data(), held_[0].column.size() - kMostOrder);
+  for (const auto& held : std::span{held_}.first(how_many_)) check(held);
+  how_many_ = 0;
+}
+
+void FastColumnDecoder::check(const Held& held) {
+  if (firstMisfit(held.format, held.column, kernels_) != held.column.size() && !bad_) bad_ = held.channel;
+}
+
+// Seeds and residuals.
+bool FastColumnDecoder::read(frame::ByteReader& reader, const Held& held, std::uint8_t order, std::uint8_t width) {
+  const auto& column = held.column;
   const std::size_t predictor = order & 0x7FU;
   const std::size_t seeds = seedsOf(predictor);
   if (predictor > kTracking || width > 64 || (seeds > 0 && seeds >= column.size())) return false;
   Seeds differences{};
   for (std::size_t k = 0; k < seeds; ++k) differences[k] = unzigzag(getVarint(reader));
+  const std::size_t readable = reader.remaining();
   const auto packed = reader.take(packedSize(column.size() - seeds, width));
   if (reader.failed()) return false;
   restore(differences, seeds);
   for (std::size_t k = 0; k < seeds; ++k) column[k] = static_cast<std::int64_t>(differences[k]);
   const auto residuals = column.subspan(seeds);
-  unpackResiduals(packed, width, residuals, kernels);
-  if (has_exceptions && !getExceptions(reader, width, residuals)) return false;
-  kernels.integrate[predictor](residuals.data(), residuals.size());
-  return firstMisfit(format, column, kernels) == column.size();
+  unpackResiduals(packed, readable, width, residuals, kernels_);
+  return (order & kHasExceptions) == 0 || getExceptions(reader, width, residuals);
 }
 
 }  // namespace probebox::codec

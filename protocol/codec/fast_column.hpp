@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "protocol/codec/block.hpp"
@@ -14,7 +15,7 @@
 //   per channel {u8 order, + 0x80 with exceptions; u8 width}
 //   column: seeds | residuals, `width` bits each, two's complement, value after value from the lowest bit of the first
 //   byte on, the last byte filled up with zeros | exceptions
-//   order: 0 to 3, that difference, with as many seeds; 4, tracking (kernels.cpp), with 3 seeds
+//   order: 0 to 3, that difference, with as many seeds; 4, tracking (prediction.hpp), with 3 seeds
 //   seed j: the j-th difference at sample j, as zigzag varint (0, -1, 1, -2 ... as 0, 1, 2, 3 ...; 7 bits a byte,
 //   lowest first, 0x80 where more follow) exceptions: their number and u8 bytes of a high part, then their positions,
 //   then their high parts (two's complement): the residual is high part x 2^width + its `width` bits. Number and
@@ -39,41 +40,84 @@ struct FastPlan {
   bool isRaw(ChannelFormat format) const { return order == 0 && exceptions == 0 && width == 8 * format.bytes; }
 };
 
-// Codes one column after the other, with memory of its own.
+// Codes the columns of a block, some at once, with memory of its own.
 class FastColumnEncoder {
  public:
   explicit FastColumnEncoder(const Kernels& kernels) : kernels_{kernels} {}
 
-  // The shortest coding of those that are tried; never longer than raw. Every value fits its channel; at most
-  // kMostFastSamples.
-  const FastPlan& plan(ChannelFormat format, std::span<const std::int64_t> column);
+  struct Column {
+    ChannelFormat format{};
+    std::span<const std::int64_t> values;
+  };
 
-  // Writes the planned column, plan().bytes bytes; the writer has room for them.
-  void put(frame::ByteWriter& writer, ChannelFormat format, std::span<const std::int64_t> column);
+  // The shortest coding of those that are tried; never longer than raw. At most kTracked columns of the same length,
+  // at most kMostFastSamples. Every value fits its channel.
+  void plan(std::span<const Column> columns);
+  const FastPlan& planOf(std::size_t column) const { return works_[column].plan; }
+
+  // Writes a planned column, planOf().bytes bytes; the writer has room for them.
+  void put(frame::ByteWriter& writer, std::size_t column);
 
  private:
-  using Residuals = std::array<std::uint64_t, kMostFastSamples>;
+  // What there is of one column while it is coded.
+  struct Work {
+    Column column;
+    FastPlan plan{};
+    std::uint8_t order{};       // as tried
+    std::uint64_t mean{};       // magnitude of the residuals of that difference, where surveyed
+    std::size_t seeds_bytes{};  // of that order
+    Size size{};                // of the residuals
+    std::array<std::int64_t, kMostFastSamples> residuals;  // then zeros up to a whole stride
+    std::array<std::int16_t, kMostFastSamples> narrow;     // the same, as far as they are narrow
 
-  std::uint8_t choosePredictor(std::span<const std::int64_t> column);
-  void chooseWidth(std::size_t count);
-  bool considerFrom(std::size_t count, unsigned width);
-  void consider(std::size_t count, unsigned width, std::size_t exceptions);
-  void pack(std::span<std::byte> into, std::size_t count) const;
+    bool isNarrow() const { return size.most_bits <= kNarrowBits; }
+  };
+
+  void survey(Work& work) const;
+  void track(std::size_t count);
+  void subtract(Work& work) const;
+  void judge(Work& work, std::size_t count) const;
+  void planOne(Work& work) const;
+  void chooseWidth(Work& work, std::size_t count) const;
+  bool considerFrom(Work& work, std::size_t count, unsigned width) const;
+  static void consider(Work& work, std::size_t count, unsigned width, std::size_t exceptions);
+  void pack(const Work& work, std::span<std::byte> into, std::size_t room, std::size_t count) const;
+  void putExceptions(const Work& work, frame::ByteWriter& writer, std::size_t count);
 
   const Kernels& kernels_;
-  FastPlan plan_{};
-  std::uint8_t order_{};       // as tried
-  std::size_t seeds_bytes_{};  // of that order
-  Size size_{};                // of the residuals
-  Residuals different_;        // of a difference
-  Residuals tracked_;
-  std::uint64_t* residuals_{};  // of the two: the chosen ones, then zeros up to a whole group
+  std::array<Work, kTracked> works_;
   std::array<std::uint16_t, kMostFastSamples> places_;
 };
 
-// coding: the two bytes of the channel list. False with the reader failed when bytes are missing, false without when
-// the column makes no sense or a value is outside its channel.
-bool getFast(frame::ByteReader& reader, ChannelFormat format, std::uint8_t order, std::uint8_t width,
-             std::span<std::int64_t> column, const Kernels& kernels);
+// Decodes the columns of a block, which are of one length.
+class FastColumnDecoder {
+ public:
+  explicit FastColumnDecoder(const Kernels& kernels) : kernels_{kernels} {}
+
+  // order, width: the two bytes of the channel list. Columns may be held back until some can be done at once. The
+  // reader has failed when bytes are missing.
+  void get(frame::ByteReader& reader, std::size_t channel, ChannelFormat format, std::uint8_t order, std::uint8_t width,
+           std::span<std::int64_t> column);
+  // Does what was held back.
+  void finish();
+
+  // The channel whose column makes no sense or holds a value outside its range.
+  std::optional<std::size_t> bad() const { return bad_; }
+
+ private:
+  struct Held {
+    std::size_t channel{};
+    ChannelFormat format{};
+    std::span<std::int64_t> column;
+  };
+
+  bool read(frame::ByteReader& reader, const Held& held, std::uint8_t order, std::uint8_t width);
+  void check(const Held& held);
+
+  const Kernels& kernels_;
+  std::array<Held, kUntracked> held_{};
+  std::size_t how_many_{};
+  std::optional<std::size_t> bad_;
+};
 
 }  // namespace probebox::codec

@@ -87,6 +87,8 @@ class ByteWriter {
   void refuse() { refused_ = true; }
 
   std::size_t size() const { return size_; }
+  // Bytes that are left to write into.
+  std::size_t room() const { return into_.size() - std::min(size_, into_.size()); }
   bool complete() const { return !refused_ && size_ <= into_.size(); }
   bool refused() const { return refused_; }
 

@@ -1,11 +1,12 @@
-// Bytes a sample on the wire and time of every profile, beside memcpy of the raw record in the same run: absolute times
-// of different machines do not compare. `bench_codec [samples a frame]...`
+// Bytes a sample on the wire and time of every profile, with every processor's inner loops, beside memcpy of the raw
+// record in the same run: absolute times of different machines do not compare. `bench_codec [samples a frame]...`
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "entropy.hpp"
@@ -20,7 +21,7 @@ using namespace probebox;
 using support::ScanSignal;
 
 constexpr std::size_t kSamples = 65'536;
-constexpr int kRuns = 15;
+constexpr int kRuns = 31;
 
 std::vector<codec::ChannelFormat> formats() {
   std::vector<codec::ChannelFormat> all;
@@ -33,6 +34,7 @@ struct Batch {
   codec::BlockHeader header;
   std::vector<std::int64_t> columns;
   std::vector<std::byte> block;
+  std::size_t bytes{};  // of it, when coded
 };
 
 std::vector<Batch> batches(const std::vector<std::int64_t>& columns, std::size_t samples) {
@@ -80,11 +82,9 @@ void measure(const char* name, std::vector<Batch> all, const Encode& encode, con
   std::size_t wire = 0;
   std::vector<std::byte> scratch(1U << 20U), coded(1U << 20U);
   const double encoding = perSecond(samples, [&] {
-    for (auto& batch : all) {
-      batch.block.resize(codec::rawBlockSize(channels, batch.header.count));
-      batch.block.resize(*encode(batch, batch.block));
-    }
+    for (auto& batch : all) batch.bytes = *encode(batch, batch.block);
   });
+  for (auto& batch : all) batch.block.resize(batch.bytes);
   std::vector<std::int64_t> back(all.front().columns.size());
   for (const auto& batch : all) {
     wire += frame::encodeDelimited({}, batch.block, scratch, coded);
@@ -121,19 +121,18 @@ int main(int count, char** words) {
   const auto channels = formats();
   for (const auto samples : sizes) {
     const auto all = batches(columns, samples);
-    const auto with = [&](const codec::Kernels& kernels) {
-      return [&](const Batch& batch, std::span<std::byte> into) {
-        return codec::encodeFast(batch.header, channels, batch.columns, into, kernels);
-      };
-    };
     measure(
         "raw", all,
         [&](const Batch& batch, std::span<std::byte> into) {
           return codec::encodeRaw(batch.header, channels, batch.columns, into);
         },
         codec::kernels(), bits / 8, copies);
-    measure("fast, plain", all, with(codec::plainKernels()), codec::plainKernels(), bits / 8, copies);
-    if (const auto* vector = codec::vectorKernels())
-      measure("fast, vector", all, with(*vector), *vector, bits / 8, copies);
+    for (const auto& [name, kernels] : codec::allKernels()) {
+      measure((std::string{"fast, "} + name).c_str(), all,
+              [&](const Batch& batch, std::span<std::byte> into) {
+                return codec::encodeFast(batch.header, channels, batch.columns, into, *kernels);
+              },
+              *kernels, bits / 8, copies);
+    }
   }
 }
