@@ -1,6 +1,5 @@
 #include "firmware/metrology/circle_fit.hpp"
 
-#include <Eigen/SVD>
 #include <array>
 #include <string>
 #include <utility>
@@ -52,9 +51,8 @@ std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
                    std::to_string(points.rows()) + " points where a circle needs 3: touch more sides (four are usual)"};
   }
   if (auto refusal = equalPoints(points)) return refusal;
-  const Eigen::MatrixXd centred = points.rowwise() - points.colwise().mean();
-  const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
-  if (widths[1] >= kStraight * widths[0]) return std::nullopt;
+  const Eigen::VectorXd widths = widthsOf(points);
+  if (widths[0] >= kStraight * widths[1]) return std::nullopt;
   return Refusal{"arc-too-short",
                  "the points lie nearly on a straight line: they do not tell where the centre is; touch further around "
                  "the circle"};

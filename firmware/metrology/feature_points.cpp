@@ -1,5 +1,6 @@
 #include "firmware/metrology/feature_points.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <string>
@@ -32,6 +33,15 @@ std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {
     }
   }
   return std::nullopt;
+}
+
+Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points) {
+  const Eigen::MatrixXd centred = points.rowwise() - points.colwise().mean();
+  const Eigen::MatrixXd scatter = centred.transpose() * centred;
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{scatter, Eigen::EigenvaluesOnly}
+      .eigenvalues()
+      .cwiseMax(0.0)
+      .cwiseSqrt();
 }
 
 std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what) {

@@ -19,6 +19,10 @@ Rows3 pointRows(const Table& table);
 // Refuses two points that are equal to the last digit (duplicated-reading): a copy is not a reading.
 std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points);
 
+// Widths of a cloud of points about its mean, the least first: roots of the eigenvalues of its scatter. Good to 1e-7 of
+// the largest.
+Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points);
+
 // Refuses the worst point of a fit, one residual a point, when it lies more than 4 sigma off (residual-too-large).
 // off_what: "the sphere".
 std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what);

@@ -1,7 +1,7 @@
 #include "firmware/metrology/least_squares.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -74,33 +74,68 @@ Refusal illConditioned(double condition) {
                                  "): spread them out further"};
 }
 
+// Of the column-scaled Jacobian, by the eigenvalues of R'R: good to four digits at the limit, and fast.
+double conditionOf(const Eigen::MatrixXd& upper) {
+  const Eigen::MatrixXd normal = upper.transpose() * upper;
+  const Eigen::VectorXd squares =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{normal, Eigen::EigenvaluesOnly}.eigenvalues();
+  const double least = squares[0];
+  return least > 0.0 ? std::sqrt(squares[squares.size() - 1] / least) : std::numeric_limits<double>::infinity();
+}
+
+// One step from where the model was linearised.
+struct Step {
+  Eigen::VectorXd change;
+  double length{};    // scaled
+  double rounding{};  // below this length a step is rounding of the parameters
+  Eigen::VectorXd norms;
+  Eigen::MatrixXd upper;  // R of the column-scaled Jacobian
+};
+
+// Takes the Jacobian apart in place. Nothing when a column is empty.
+std::optional<Step> stepOf(Linearised& at, const Eigen::VectorXd& parameters) {
+  Step step;
+  step.norms = at.jacobian.colwise().norm();
+  if (step.norms.minCoeff() == 0.0) return std::nullopt;
+  at.jacobian.array().rowwise() /= step.norms.transpose().array();
+  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr{at.jacobian};
+  const Eigen::VectorXd scaled = -qr.solve(at.residuals);
+  step.upper = at.jacobian.topRows(at.jacobian.cols()).triangularView<Eigen::Upper>();
+  step.change = scaled.cwiseQuotient(step.norms);
+  step.length = scaled.norm();
+  step.rounding = 1e-10 * parameters.norm() * step.norms.maxCoeff();
+  return step;
+}
+
 Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) {
   Fit fit;
   fit.parameters = start;
-  double step_length = 0.0;
-  double steepest = 0.0;
-  for (int step = 0; step < kSteps; ++step) {
-    const Linearised at = model(fit.parameters);
+  std::optional<Step> step;
+  double before = std::numeric_limits<double>::infinity();
+  double off = 0.0;
+  for (int k = 0; k < kSteps; ++k) {
+    Linearised at = model(fit.parameters);
     if (auto refusal = unusable(at)) return *refusal;
-    const Eigen::VectorXd norms = at.jacobian.colwise().norm();
-    const bool empty_column = norms.minCoeff() == 0.0;
-    const Eigen::MatrixXd scaled =
-        empty_column ? at.jacobian : Eigen::MatrixXd{at.jacobian * norms.cwiseInverse().asDiagonal()};
-    const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{scaled}.singularValues();
-    fit.condition = singular[0] / singular[singular.size() - 1];
-    if (empty_column || !(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
-    const Eigen::VectorXd scaled_step = -scaled.householderQr().solve(at.residuals);
-    fit.parameters += norms.cwiseInverse().asDiagonal() * scaled_step;
-    step_length = scaled_step.norm();
-    steepest = norms.maxCoeff();
-    fit.cofactor = invertedNormal(upperOf(Eigen::HouseholderQR<Eigen::MatrixXd>{scaled}), norms);
+    off = at.residuals.norm();
     fit.dof = static_cast<std::size_t>(at.residuals.size() - at.jacobian.cols());
-    if (step_length < kStepLimit) break;
+    step = stepOf(at, fit.parameters);
+    if (!step) return illConditioned(std::numeric_limits<double>::infinity());
+    if (k == 0 || step->upper.diagonal().cwiseAbs().minCoeff() < 1e-3) {
+      fit.condition = conditionOf(step->upper);
+      if (!(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
+    }
+    fit.parameters += step->change;
+    // Steps that no longer shrink are rounding.
+    const bool stalled = step->length > 0.25 * before && step->length <= 1e-8 * (1.0 + off) + step->rounding;
+    if (step->length < kStepLimit || stalled) break;
+    before = step->length;
   }
+  fit.condition = conditionOf(step->upper);
+  if (!(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
+  fit.cofactor = invertedNormal(step->upper, step->norms);
   fit.residuals = model(fit.parameters).residuals;
   // Rounding may hold the step above 1e-12; a step that still matters may not.
-  const double rounding = 1e-10 * fit.parameters.norm() * steepest;
-  if (!(step_length <= 1e-6 * (1.0 + fit.residuals.norm()) + rounding)) {
+  if (!(step->length <= 1e-6 * (1.0 + fit.residuals.norm()) + step->rounding)) {
     return Refusal{"no-convergence", "the fit does not settle: look for a gross error in the readings"};
   }
   return fit;
@@ -132,9 +167,8 @@ Outcome<Fit, Refusal> linearLeastSquares(const Eigen::MatrixXd& design, const Ei
   if (norms.minCoeff() == 0.0) return illConditioned(std::numeric_limits<double>::infinity());
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr{design * norms.cwiseInverse().asDiagonal()};
   const Eigen::MatrixXd upper = upperOf(qr);
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{upper}.singularValues();
   Fit fit;
-  fit.condition = singular[0] / singular[singular.size() - 1];
+  fit.condition = conditionOf(upper);
   if (!(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
   fit.parameters = norms.cwiseInverse().asDiagonal() * qr.solve(values);
   fit.parameters += norms.cwiseInverse().asDiagonal() * qr.solve(values - design * fit.parameters);  // rounding

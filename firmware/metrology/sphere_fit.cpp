@@ -1,7 +1,6 @@
 #include "firmware/metrology/sphere_fit.hpp"
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <array>
 #include <cmath>
 #include <string>
@@ -63,10 +62,9 @@ std::optional<Refusal> badGeometry(const Eigen::Ref<const Rows3>& points, const 
                                            ": touch more (five are usual: +x, -x, +y, -y, +z)"};
   }
   if (auto refusal = equalPoints(points)) return refusal;
-  const Rows3 centred = points.rowwise() - points.colwise().mean();
-  const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
+  const Eigen::VectorXd widths = widthsOf(points);
   const bool side_known = radius_known && question.approximate_centre;
-  if (widths[side_known ? 1 : 2] < kFlat * widths[0]) {
+  if (widths[side_known ? 1 : 0] < kFlat * widths[2]) {
     return Refusal{
         "coplanar",
         "the points lie in one plane or on a small cap: they do not tell where the centre is; touch the sphere "

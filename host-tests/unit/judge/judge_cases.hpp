@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Core>
+#include <random>
+#include <vector>
+
+#include "firmware/metrology/centreline.hpp"
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/line.hpp"
+#include "firmware/metrology/retract.hpp"
+
+// Noisy data that both we and the judge are given.
+namespace probebox::judge {
+
+double uniform(std::mt19937_64& random, double low, double high);
+
+metrology::Rows3 spherePoints(std::mt19937_64& random, int count);
+
+// A feature at `radius` from the centre, read at angles over `arc` (rad).
+std::vector<metrology::RotationReading> turnedReadings(std::mt19937_64& random, int count, double radius, double arc,
+                                                       const metrology::RotationNoise& noise);
+
+// A ball plate on a rotary table about Z, none of whose angles is zero.
+struct PlateReadings {
+  Eigen::MatrixX3d certified;
+  Eigen::MatrixX3d second;
+  std::vector<double> angles;
+  std::vector<Eigen::MatrixX3d> first;
+};
+PlateReadings plateReadings(std::mt19937_64& random, int balls, double sigma);
+metrology::Dataset rotaryDataset(const PlateReadings& plate);
+
+// Lines of five touches of a sphere at three speeds, with a delay of some ms.
+std::vector<metrology::Retract> sphereRetracts(std::mt19937_64& random);
+
+}  // namespace probebox::judge
