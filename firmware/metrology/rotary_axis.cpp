@@ -16,6 +16,8 @@
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/least_squares.hpp"
 #include "firmware/metrology/rigid.hpp"
+#include "firmware/metrology/rotary_location.hpp"
+#include "firmware/metrology/rotary_stack.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -32,15 +34,9 @@ constexpr double kSameAngle = 1e-8;      // rad
 constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kLeastSector = kTurn / 6.0;
 // Chi-square of six errors that the readings at phi = 0 may differ by from those with the linear axes only: 6 + 4
 // sqrt(12).
 constexpr double kSameState = 20.0;
-
-struct Axis {
-  Vector3d point;
-  Vector3d direction;
-};
 
 // One set of balls read at one state of the axis.
 struct Station {
@@ -108,23 +104,8 @@ Refusal missingBall(double ball, const char* table) {
                               "' is not in table 'third': give its certified coordinates, or leave it out"};
 }
 
-Outcome<Axis, Refusal> axisOf(const Dataset& dataset) {
-  const auto point = configVector(dataset, "axis_point_mm");
-  if (!point) return point.error();
-  const auto direction = configVector(dataset, "axis_direction");
-  if (!direction) return direction.error();
-  if (!point.value() || !direction.value()) {
-    return Refusal{"missing-key", "config.json needs axis_point_mm and axis_direction: the nominal axis"};
-  }
-  const Vector3d along{direction->value().data()};
-  if (std::abs(along.norm() - 1.0) > 1e-3) {
-    return Refusal{"bad-config", "config key 'axis_direction' must have length 1"};
-  }
-  return Axis{Vector3d{point->value().data()}, along.normalized()};
-}
-
 // Second against third: where the plate is with the axis at zero.
-Outcome<Station, Refusal> plateStation(const Balls& second, const Balls& third, const Axis& axis) {
+Outcome<Station, Refusal> plateStation(const Balls& second, const Balls& third, const NominalAxis& axis) {
   Station station;
   for (const auto& [ball, at] : second) {
     const auto certified = third.find(ball);
@@ -149,7 +130,7 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
 }
 
 // Stations at the sorted distinct angles of first, for a plate at `plate` (its balls from the axis point at zero).
-Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Balls& third, const Axis& axis,
+Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Balls& third, const NominalAxis& axis,
                                                   const RigidMotion& plate) {
   std::vector<double> angles = *first.column("phi_rad");
   std::ranges::sort(angles);
@@ -175,7 +156,7 @@ bool atZero(double angle) {
 }
 
 // An error of the plate's place, as seen after the axis has turned it.
-Matrix6 turnedPlate(const Axis& axis, double angle) {
+Matrix6 turnedPlate(const NominalAxis& axis, double angle) {
   const Matrix3d turned = Eigen::AngleAxisd{angle, axis.direction}.toRotationMatrix();
   Matrix6 both = Matrix6::Zero();
   both.topLeftCorner<3, 3>() = turned;
@@ -196,7 +177,7 @@ struct Errors {
 
 // The plate is refined by the readings at phi = 0 where they agree with it: the axis stands there in both, so what they
 // differ by is noise. The row of phi = 0 stays the plain difference of the two.
-Outcome<Errors, Refusal> errorsOf(const std::vector<Station>& stations, const Axis& axis, const Motion& second,
+Outcome<Errors, Refusal> errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motion& second,
                                   const Sigma& sigma) {
   const auto count = static_cast<Eigen::Index>(stations.size());
   Errors errors;
@@ -256,38 +237,6 @@ Outcome<Errors, Refusal> errorsOf(const std::vector<Station>& stations, const Ax
   return errors;
 }
 
-// (E7) as a linear map of the errors at all angles: (I - R(phi)) d + b, d across the axis, by least squares. `offset` 0
-// for the translations, 3 for the rotations. Rows: the three components of d in machine axes.
-Eigen::MatrixXd locationMap(const Errors& errors, const Axis& axis, Eigen::Index offset) {
-  const Vector3d across = axis.direction.unitOrthogonal();
-  Eigen::Matrix<double, 3, 2> plane;
-  plane << across, axis.direction.cross(across);
-  const auto count = static_cast<Eigen::Index>(errors.angles.size());
-  Eigen::MatrixXd design{2 * count, 4};
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Matrix3d turned =
-        Eigen::AngleAxisd{errors.angles[static_cast<std::size_t>(k)], axis.direction}.toRotationMatrix();
-    const Eigen::Matrix2d seen = plane.transpose() * (plane - turned * plane);
-    design.middleRows<2>(2 * k) << seen, Eigen::Matrix2d::Identity();
-  }
-  const Eigen::MatrixXd solve = (design.transpose() * design).inverse() * design.transpose();
-  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3, 6 * count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    map.middleCols<3>(6 * k + offset) = plane * solve.block(0, 2 * k, 2, 2) * plane.transpose();
-  }
-  return map;
-}
-
-// Four angles or more, not all within 60 degrees.
-bool locationKnown(std::vector<double> angles) {
-  if (angles.size() < 4) return false;
-  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
-  std::ranges::sort(angles);
-  double widest = angles.front() + kTurn - angles.back();
-  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
-  return kTurn - widest >= kLeastSector;
-}
-
 std::vector<double> sdOf(const Eigen::MatrixXd& map, const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd variance = (map * covariance).cwiseProduct(map).rowwise().sum();
   const Eigen::VectorXd sd = variance.cwiseMax(0.0).cwiseSqrt();
@@ -321,7 +270,8 @@ Eigen::Vector3d chainError(std::span<const RotaryLink> links, const Eigen::Vecto
 }
 
 Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
-  const auto axis = axisOf(dataset);
+  if (asksForStack(dataset)) return solveRotaryStack(dataset);
+  const auto axis = nominalAxis(dataset);
   if (!axis) return axis.error();
   const auto sigma = configSigma(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
@@ -367,8 +317,8 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   add("six_errors", 6, Eigen::MatrixXd::Identity(errors->values.size(), errors->values.size()));
   result.also.push_back(Estimate::vector("angle_rad", errors->angles, {}));
   if (locationKnown(errors->angles)) {
-    add("location_mm", 1, locationMap(errors.value(), axis.value(), 0));
-    add("tilt_rad", 1, locationMap(errors.value(), axis.value(), 3));
+    add("location_mm", 1, locationMap(errors->angles, axis->direction, 0));
+    add("tilt_rad", 1, locationMap(errors->angles, axis->direction, 3));
   } else {
     result.warnings.emplace_back(
         "no location of the axis: it needs four or more angles that are spread wider than 60 degrees");

@@ -1,0 +1,65 @@
+#include "firmware/metrology/rotary_location.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firmware/metrology/checks.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kLeastSector = kTurn / 6.0;
+
+}  // namespace
+
+Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
+  const auto point = configVector(dataset, "axis_point_mm");
+  if (!point) return point.error();
+  const auto direction = configVector(dataset, "axis_direction");
+  if (!direction) return direction.error();
+  if (!point.value() || !direction.value()) {
+    return Refusal{"missing-key", "config.json needs axis_point_mm and axis_direction: the nominal axis"};
+  }
+  const Vector3d along{direction->value().data()};
+  if (std::abs(along.norm() - 1.0) > 1e-3) {
+    return Refusal{"bad-config", "config key 'axis_direction' must have length 1"};
+  }
+  return NominalAxis{Vector3d{point->value().data()}, along.normalized()};
+}
+
+Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
+  const Vector3d across = direction.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> plane;
+  plane << across, direction.cross(across);
+  const auto count = static_cast<Eigen::Index>(angles.size());
+  Eigen::MatrixXd design{2 * count, 4};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Matrix3d turned = Eigen::AngleAxisd{angles[static_cast<std::size_t>(k)], direction}.toRotationMatrix();
+    const Eigen::Matrix2d seen = plane.transpose() * (plane - turned * plane);
+    design.middleRows<2>(2 * k) << seen, Eigen::Matrix2d::Identity();
+  }
+  const Eigen::MatrixXd solve = (design.transpose() * design).inverse() * design.transpose();
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3, 6 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    map.middleCols<3>(6 * k + offset) = plane * solve.block(0, 2 * k, 2, 2) * plane.transpose();
+  }
+  return map;
+}
+
+bool locationKnown(std::vector<double> angles) {
+  if (angles.size() < 4) return false;
+  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
+  std::ranges::sort(angles);
+  double widest = angles.front() + kTurn - angles.back();
+  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
+  return kTurn - widest >= kLeastSector;
+}
+
+}  // namespace probebox::metrology
