@@ -10,6 +10,12 @@ std::vector<double> listOf(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
+// Roots of the diagonal of J C J'.
+std::vector<double> rootsOf(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd half = jacobian * covariance;
+  return listOf(half.cwiseProduct(jacobian).rowwise().sum().cwiseMax(0.0).cwiseSqrt());
+}
+
 // Factor on the standard deviations that the fit was weighted with; nothing where nobody knows it.
 std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result) {
   const auto dof = static_cast<double>(fit.dof);
@@ -36,13 +42,22 @@ Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
   result_.rms = std::sqrt(fit.sumOfSquares() / rows) * sigma.value;
   result_.dof = fit.dof;
   result_.condition = fit.condition;
+  result_.design_per = "one coordinate of one reading, mm";
+  result_.residuals.unit = "mm";
+  cofactor_ = fit.cofactor / (sigma.value * sigma.value);
+  residuals_ = fit.residuals * sigma.value;
   if (const auto scale = scaleOf(fit, sigma, result_)) covariance_ = fit.cofactor * (*scale * *scale);
 }
 
 std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {
   if (covariance_.size() == 0) return {};
-  const Eigen::MatrixXd half = jacobian * covariance_;
-  return listOf(half.cwiseProduct(jacobian).rowwise().sum().cwiseMax(0.0).cwiseSqrt());
+  return rootsOf(jacobian, covariance_);
+}
+
+Estimate Answer::with(Estimate estimate, const Eigen::MatrixXd& jacobian) const {
+  estimate.sd = sdsOf(jacobian);
+  estimate.design = rootsOf(jacobian, cofactor_);
+  return estimate;
 }
 
 std::optional<double> Answer::sdOf(const Eigen::RowVectorXd& jacobian) const {
@@ -63,30 +78,57 @@ void Answer::remember(const std::string& key, Shape shape, std::size_t columns, 
 
 void Answer::promiseScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
   remember(key, Shape::scalar, 1, jacobian);
-  result_.estimates.push_back(Estimate::scalar(std::move(key), value, sdOf(jacobian)));
+  result_.estimates.push_back(with(Estimate::scalar(std::move(key), value, std::nullopt), jacobian));
 }
 
 void Answer::promiseVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
   remember(key, Shape::vector, 1, jacobian);
-  result_.estimates.push_back(Estimate::vector(std::move(key), listOf(values), sdsOf(jacobian)));
+  result_.estimates.push_back(with(Estimate::vector(std::move(key), listOf(values), {}), jacobian));
 }
 
 void Answer::promiseMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
                            const Eigen::MatrixXd& jacobian) {
   remember(key, Shape::matrix, columns, jacobian);
-  result_.estimates.push_back(Estimate::matrix(std::move(key), columns, listOf(values), sdsOf(jacobian)));
+  result_.estimates.push_back(with(Estimate::matrix(std::move(key), columns, listOf(values), {}), jacobian));
 }
 
 void Answer::alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian) {
-  result_.also.push_back(Estimate::scalar(std::move(key), value, sdOf(jacobian)));
+  result_.also.push_back(with(Estimate::scalar(std::move(key), value, std::nullopt), jacobian));
 }
 
 void Answer::alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
-  result_.also.push_back(Estimate::vector(std::move(key), listOf(values), sdsOf(jacobian)));
+  result_.also.push_back(with(Estimate::vector(std::move(key), listOf(values), {}), jacobian));
 }
 
 void Answer::warn(std::string sentence) {
   result_.warnings.push_back(std::move(sentence));
+}
+
+void Answer::readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
+                      double sense) {
+  Residuals& residuals = result_.residuals;
+  residuals.against = against;
+  const auto& places = *table.column(against);
+  for (Eigen::Index k = 0; k < residuals_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(k) / parts.size();
+    const auto part = parts[static_cast<std::size_t>(k) % parts.size()];
+    residuals.names.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{part});
+    residuals.at.push_back(places[row]);
+    residuals.values.push_back(sense * residuals_[k]);
+  }
+}
+
+void Answer::readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against) {
+  Residuals& residuals = result_.residuals;
+  residuals.against = against;
+  residuals.names = names;
+  residuals.at = at;
+  residuals.values = listOf(-residuals_);
+}
+
+void Answer::readingIs(std::string what, std::string unit) {
+  result_.design_per = std::move(what) + ", " + unit;
+  result_.residuals.unit = std::move(unit);
 }
 
 Result Answer::take(bool with_covariance) && {

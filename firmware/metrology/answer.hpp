@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
@@ -30,6 +32,16 @@ class Answer {
   void alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
   void warn(std::string sentence);
 
+  // Where the readings stand, for a picture of the residuals: `parts` rows of the fit to each row of the table, in the
+  // order of the table; `against` is a column of it. sense: +1 where the fit's residual is read minus fitted, -1
+  // (linear fits) where it is the other way round.
+  void readings(const Table& table, std::span<const std::string_view> parts, std::string_view against,
+                double sense = -1.0);
+  // The same for a linear fit whose rows come from several tables.
+  void readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against);
+  // What one reading is, and its unit, where it is not one coordinate in mm.
+  void readingIs(std::string what, std::string unit);
+
   // With the covariance of all promised values when that is wanted.
   Result take(bool with_covariance) &&;
   Result& result() { return result_; }
@@ -39,10 +51,13 @@ class Answer {
 
  private:
   std::vector<double> sdsOf(const Eigen::MatrixXd& jacobian) const;
+  Estimate with(Estimate estimate, const Eigen::MatrixXd& jacobian) const;
   void remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian);
 
   Result result_;
   Eigen::MatrixXd covariance_;  // of the parameters; empty when it is unknown
+  Eigen::MatrixXd cofactor_;    // of the parameters, for readings of unit sigma
+  Eigen::VectorXd residuals_;   // as fitted, in the unit of the readings
   Eigen::MatrixXd promised_;    // rows of the promised values
   std::vector<std::string> components_;
 };

@@ -34,6 +34,7 @@ Outcome<Slope, Refusal> slopeOf(const Dataset& dataset, std::string_view lever, 
   auto ball = fitBall(table->readings, model, sigma->value);
   if (!ball) return ball.error();
   Answer answer{dataset, ball->fit, sigma.value()};
+  answer.readings(*dataset.table("readings"), kBallParts, lever);
   for (const auto& warning : table->warnings) answer.warn(warning);
   for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   return Slope{std::move(table).value(), std::move(ball).value(), std::move(answer)};

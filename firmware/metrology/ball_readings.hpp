@@ -1,9 +1,11 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset.hpp"
@@ -39,6 +41,9 @@ enum class Turned {
   c_only,       // o - R2(A) s, r
   spindle_only  // o + R2(C) r, s
 };
+
+// The rows of one reading in the fit.
+inline constexpr std::array<std::string_view, 2> kBallParts{"x_mm", "y_mm"};
 
 struct BallFit {
   Fit fit;  // o in 0 and 1, k in 2 and 3 when sloped, then the arms, then the styli, as far as they are in the model

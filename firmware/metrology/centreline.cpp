@@ -100,6 +100,16 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
                       linear->parameters);
 }
 
+std::span<const std::string_view> residualParts(const RotationNoise& noise) {
+  static constexpr std::array<std::string_view, 2> kPlain{"x_mm", "y_mm"};
+  static constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
+  return noise.angle > 0.0 ? kByArm : kPlain;
+}
+
+double residualSense(const RotationNoise& noise) {
+  return noise.angle > 0.0 ? 1.0 : -1.0;
+}
+
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
   const auto position = configSigma(dataset, "sigma_mm");
   if (!position) return position.error();
@@ -127,6 +137,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   if (!fit) return fit.error();
 
   Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
+  answer.readings(**table, residualParts(noise->noise), "C_rad", residualSense(noise->noise));
   answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
   answer.alsoVector("arm_mm", fit->parameters.tail(2), pick(2, 2, 4));
   if (spread(readings) < kWarnHalfSine * kWarnHalfSine) {

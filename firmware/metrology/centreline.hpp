@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <span>
+#include <string_view>
 
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/least_squares.hpp"
@@ -32,6 +33,10 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
 // which counts only beside sigma_mm; C_sense. Gives centre_mm; also arm_mm, the feature at C = 0 from the centre.
 // Refuses what fitRotation does.
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
+
+// What the two rows of a reading are in that fit, and the sign that turns its residuals into read minus fitted.
+std::span<const std::string_view> residualParts(const RotationNoise& noise);
+double residualSense(const RotationNoise& noise);
 
 // sigma_mm and sigma_C_rad of a case, as fitRotation takes them. Refuses: bad-config.
 struct StatedNoise {

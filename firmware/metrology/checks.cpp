@@ -7,6 +7,9 @@
 #include <map>
 #include <utility>
 
+#include "firmware/metrology/conditions.hpp"
+#include "firmware/metrology/type_b.hpp"
+
 namespace probebox::metrology {
 namespace {
 
@@ -170,7 +173,7 @@ std::vector<std::string> equalRows(const Table& table) {
 std::vector<std::string> unusedKeys(const Dataset& dataset, std::span<const std::string_view> used) {
   std::vector<std::string> sentences;
   for (const auto& [key, value] : dataset.config) {
-    if (std::ranges::find(used, key) == used.end()) {
+    if (std::ranges::find(used, key) == used.end() && !isCondition(key) && !isTypeBKey(dataset.method, key)) {
       sentences.push_back("config key '" + key + "' is not used by method " + dataset.method);
     }
   }

@@ -85,6 +85,8 @@ Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
     if (auto refusal = pointOff(fit.value(), config->sigma.value, "the circle")) return *refusal;
   }
   Answer answer{dataset, fit.value(), config->sigma};
+  answer.result().design_per = kOnePoint;
+  answer.result().residuals = pointResiduals(fit.value(), config->sigma.value);
   answer.promiseVector("centre_" + config->plane.name() + "_mm", fit->parameters.head(2), pick(0, 2, 3));
   answer.promiseScalar("effective_radius_mm", effective, pick(2, 1, 3).row(0));
   if (config->stylus) answer.promiseScalar("radius_mm", radius, pick(2, 1, 3).row(0));

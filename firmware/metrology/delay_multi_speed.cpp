@@ -46,6 +46,7 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   if (*known_size) {
     result.estimates.push_back(
         Estimate::scalar("static_error_mm", size.value() - **known_size, size.standardDeviation()));
+    result.estimates.back().design = size.design;
   }
   if (const auto centre = measured->centre()) result.also.push_back(*centre);
   if (const auto gain = measured->gainMatrix()) result.also.push_back(*gain);

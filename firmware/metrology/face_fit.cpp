@@ -94,6 +94,8 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
                                              " mm: check stylus_ball_radius_mm, and whether it is a web or a pocket"};
   }
   Answer answer{dataset, fit.value(), sigma.value()};
+  answer.result().design_per = kOnePoint;
+  answer.result().residuals = pointResiduals(fit.value(), sigma->value, -1.0);
   answer.promiseScalar("middle_mm", fit->parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
   answer.promiseScalar("effective_width_mm", std::abs(apart), across);
   if (stylus.value()) answer.promiseScalar("width_mm", width, across);
@@ -271,6 +273,8 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
     if (auto refusal = pointOff(fit.value(), sigma->value, "its face")) return *refusal;
   }
   Answer answer{dataset, fit.value(), sigma.value()};
+  answer.result().design_per = kOnePoint;
+  answer.result().residuals = pointResiduals(fit.value(), sigma->value);
   const std::string key = corner->dimensions() == 2 ? "corner_" + plane->name() + "_mm" : "corner_mm";
   answer.promiseVector(key, meeting->corner, meeting->slopes);
   answer.alsoScalar("square_error_rad", meeting->square, meeting->square_slopes);

@@ -53,4 +53,14 @@ std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view o
                                            " mm: touch it again, or set robust to drop it"};
 }
 
+Residuals pointResiduals(const Fit& fit, double sigma, double sense) {
+  Residuals residuals{.unit = "mm", .against = "point", .names = {}, .at = {}, .values = {}};
+  for (Eigen::Index k = 0; k < fit.residuals.size(); ++k) {
+    residuals.names.push_back("point " + std::to_string(k + 1));
+    residuals.at.push_back(static_cast<double>(k + 1));
+    residuals.values.push_back(sense * fit.residuals[k] * sigma);
+  }
+  return residuals;
+}
+
 }  // namespace probebox::metrology

@@ -27,4 +27,10 @@ Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points);
 // off_what: "the sphere".
 std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what);
 
+// What one reading is in design figures of points.
+inline constexpr const char* kOnePoint = "one point along its normal, mm";
+
+// Residuals of a fit with one row a point. sense: -1 where the fit has fitted minus read (linear ones).
+Residuals pointResiduals(const Fit& fit, double sigma, double sense = 1.0);
+
 }  // namespace probebox::metrology

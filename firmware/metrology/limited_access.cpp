@@ -108,6 +108,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   const Eigen::Vector2d arm = fit->parameters.tail<2>();
   const double radius = arm.norm();
   Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
+  answer.readings(**table, residualParts(noise->noise), kColumns[0], residualSense(noise->noise));
   answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
   answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
   answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
@@ -141,6 +142,8 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
       linearLeastSquares(Eigen::MatrixXd::Constant(rows, 1, 1.0 / of_middle.value), middles / of_middle.value);
   if (!fit) return fit.error();
   Answer answer{dataset, fit.value(), of_middle};
+  answer.readingIs("the middle of one pair of contacts", "rad");
+  answer.readings(**table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
   answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
   for (auto& warning : unusedKeys(dataset, std::span{kKeys}.last(1))) answer.warn(std::move(warning));
   answer.result().convention = "new zero of C in the old count; rms in rad";

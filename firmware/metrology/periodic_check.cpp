@@ -66,6 +66,8 @@ double side(double degrees) {
 struct Means {
   std::vector<const Quantity*> quantities;
   std::vector<Eigen::Index> columns;  // of each quantity's mean
+  std::vector<std::string> readings;  // name of each row
+  std::vector<double> swivels;        // degrees, of each row
   Fit fit;
 };
 
@@ -84,6 +86,8 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, double sigma) {
     const std::size_t before = rows.size();
     for (std::size_t row = 0; row < table.rows(); ++row) {
       if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle) continue;
+      means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
+      means.swivels.push_back(quantity.swivel);
       rows.push_back({(*table.column(quantity.column))[row], parameters,
                       quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
                       quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0});
@@ -191,6 +195,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
 
   const auto& parameters = means->fit.parameters;
   Answer answer{dataset, means->fit, sigma.value()};
+  answer.readings(means->readings, means->swivels, "B_deg");
   for (std::size_t k = 0; k < means->quantities.size(); ++k) {
     const Quantity& quantity = *means->quantities[k];
     const Eigen::RowVectorXd row = pick(means->columns[k], 1, parameters.size()).row(0);

@@ -142,7 +142,10 @@ std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, cons
 
 Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit, const Sigma& sigma,
                 std::span<const std::string_view> keys) {
+  constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
   Answer answer{dataset, fit, sigma};
+  const Table& table = *dataset.table("readings");
+  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
   Vector2d pivot = fit.parameters.head<2>();
   Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
   if (!plane.alphabetical()) {

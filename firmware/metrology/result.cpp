@@ -1,6 +1,7 @@
 #include "firmware/metrology/result.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace probebox::metrology {
@@ -32,6 +33,13 @@ const Estimate* Result::find(std::string_view key) const {
     if (found != list->end()) return &*found;
   }
   return nullptr;
+}
+
+std::optional<double> Result::designFigure() const {
+  if (estimates.empty() || estimates.front().design.empty()) return std::nullopt;
+  double squares = 0.0;
+  for (const double figure : estimates.front().design) squares += figure * figure;
+  return std::sqrt(squares / static_cast<double>(estimates.front().design.size()));
 }
 
 }  // namespace probebox::metrology

@@ -16,6 +16,11 @@ struct Estimate {
   std::vector<double> values;  // a matrix row by row
   std::vector<double> sd;      // one a value; empty when neither a stated sigma nor a residual exists
   std::size_t columns{1};      // of a matrix
+  // sd of each value per unit sigma of one reading: how well the chosen positions determine it, whatever the noise.
+  // Empty where it is not defined. Its unit: that of the value per that of the reading (Result::design_per).
+  std::vector<double> design{};
+  // Combined standard uncertainty, type A and B (k = 1), one a value; without type B inputs it is sd. U = 2 * this.
+  std::vector<double> uncertainty{};
 
   static Estimate scalar(std::string key, double value, std::optional<double> sd);
   static Estimate vector(std::string key, std::vector<double> values, std::vector<double> sd);
@@ -40,6 +45,36 @@ struct Dropped {
   std::string reason;
 };
 
+// One line of an uncertainty budget: what one cause adds to the standard uncertainty of every promised value.
+struct Contribution {
+  std::string name;        // "readings", "sd_effective_diameter_mm"
+  bool type_b{};           // else type A: from the statistics of these readings
+  std::vector<double> sd;  // k = 1, value by value, in the order of Result::estimates
+};
+
+// Something that the case states for the record, as a person reads it: probe, machine, temperature.
+struct Condition {
+  std::string name;  // "temperature_c"
+  std::string value;
+};
+
+// What is left of the readings after the fit, read minus fitted, for a picture.
+struct Residuals {
+  std::string unit;                // of the values: "mm"
+  std::string against;             // what `at` is: "C_rad"
+  std::vector<std::string> names;  // "readings 3, x_mm"; "touch 7"
+  std::vector<double> at;
+  std::vector<double> values;
+};
+
+// The combination of promised values that the readings determine worst: values in their own sd, times these
+// coefficients. Its sd is 1 where nothing is correlated, and the root of the number of values at worst.
+struct Weakest {
+  std::vector<std::string> components;
+  std::vector<double> coefficients;  // unit length
+  double sd{};
+};
+
 // What every method answers.
 struct Result {
   std::string method;
@@ -53,9 +88,17 @@ struct Result {
   std::optional<Covariance> covariance;
   std::vector<std::string> warnings;
   std::vector<Dropped> dropped;
+  std::string design_per;                 // the reading whose sigma the design figures are per: "one coordinate, mm"
+  std::vector<std::string> unobservable;  // what no number of such readings can tell, or what these ones do not
+  std::optional<Weakest> weakest;
+  std::vector<Contribution> budget;
+  Residuals residuals;
+  std::vector<Condition> conditions;  // under which it was measured, as far as the case states them
 
   // Looks through estimates, then also.
   const Estimate* find(std::string_view key) const;
+  // The design figure in one number: of the first estimate, root mean square over its components.
+  std::optional<double> designFigure() const;
 };
 
 // Why there is no number. The name is stable, for programs; the reason is one sentence with the remedy, for a person.

@@ -173,7 +173,24 @@ struct Errors {
   std::size_t dof{};
   double condition{};
   bool zero_agrees{true};
+  Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
 };
+
+// What the rigid motion of one angle leaves of the balls, in the order of their rows.
+void addResiduals(Residuals& residuals, const Station& station) {
+  const auto rigid = registerRigid(rowsOf(station.ideal), rowsOf(station.read));
+  if (!rigid) return;
+  for (std::size_t k = 0; k < station.ideal.size(); ++k) {
+    const Vector3d left = station.read[k] - (*rigid)(station.ideal[k]);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
+                                std::to_string(k + 1) + " of the angle, " +
+                                std::string{kBallColumns[static_cast<std::size_t>(axis) + 1]});
+      residuals.at.push_back(station.angle);
+      residuals.values.push_back(left[axis]);
+    }
+  }
+}
 
 // The plate is refined by the readings at phi = 0 where they agree with it: the axis stands there in both, so what they
 // differ by is noise. The row of phi = 0 stays the plain difference of the two.
@@ -192,6 +209,7 @@ Outcome<Errors, Refusal> errorsOf(const std::vector<Station>& stations, const No
     errors.dof += 3 * station.ideal.size() - 6;
     errors.condition = std::max(errors.condition, motion->condition);
     errors.angles.push_back(station.angle);
+    addResiduals(errors.residuals, station);
   }
   // Shift of the plate that the readings at zero ask for, and what remains uncertain of the plate.
   SixErrors shift = SixErrors::Zero();
@@ -311,9 +329,13 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
     std::vector<double> sd;
     if (variance) sd = sdOf(map, errors->cofactor * *variance);
     const std::vector<double> list{values.begin(), values.end()};
+    const auto design = sdOf(map, errors->cofactor);
     result.estimates.push_back(columns > 1 ? Estimate::matrix(key, columns, list, std::move(sd))
                                            : Estimate::vector(key, list, std::move(sd)));
+    result.estimates.back().design = design;
   };
+  result.design_per = "one coordinate of one ball, mm";
+  result.residuals = errors->residuals;
   add("six_errors", 6, Eigen::MatrixXd::Identity(errors->values.size(), errors->values.size()));
   result.also.push_back(Estimate::vector("angle_rad", errors->angles, {}));
   if (locationKnown(errors->angles)) {

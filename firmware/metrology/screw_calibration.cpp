@@ -175,8 +175,11 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
                                      text(config->drift_limit_um_s) + ": wait until the screw keeps its temperature"};
   }
   Answer of_gain{dataset, gain.value(), {}};
+  of_gain.readingIs("one true error of table gain_cal", "um");
   of_gain.promiseScalar("K", gain->parameters[0], pick(0, 1, 1).row(0));
   Answer answer{dataset, fit.value(), {}};
+  answer.readingIs("one reading: of the sensor, for K one true error", "um");
+  answer.readings(**face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
   Eigen::MatrixXd about_mean = pick(0, sectors, fit->parameters.size());
   about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
   answer.promiseVector("sector_table_um", about_mean * fit->parameters, about_mean);

@@ -92,12 +92,16 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   result.method = dataset.method;
   std::vector<double> compensation;
   std::vector<double> sd;
+  std::vector<double> design;
   for (std::size_t row = 0; row < positions.size(); ++row) {
     const double extension = extensionUm(screw.value(), angles[row], speeds[row], sensor[row]);
     compensation.push_back(compensationUm(screw.value(), positions[row], extension));
+    design.push_back(std::abs(compensationUm(screw.value(), positions[row], 1.0)));
     if (sigma->stated) sd.push_back(std::abs(compensationUm(screw.value(), positions[row], sigma->value)));
   }
   result.estimates.push_back(Estimate::vector("comp_um", std::move(compensation), std::move(sd)));
+  result.estimates.back().design = std::move(design);
+  result.design_per = "one reading of the sensor, um";
   result.condition = 1.0;
   result.warnings = unusedKeys(dataset, kKeys);
   if (!sigma->stated) result.warnings.emplace_back("no sd: no sigma_um of the sensor is stated, and nothing is fitted");

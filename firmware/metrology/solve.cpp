@@ -25,11 +25,10 @@
 #include "firmware/metrology/spindle_offset.hpp"
 #include "firmware/metrology/swivel_error.hpp"
 #include "firmware/metrology/tool_offset.hpp"
+#include "firmware/metrology/type_b.hpp"
 
 namespace probebox::metrology {
 namespace {
-
-using Solver = Solved (*)(const Dataset&);
 
 struct Method {
   std::string_view name;
@@ -74,7 +73,7 @@ constexpr auto kMethods = std::to_array<Method>({
 
 Solved solve(const Dataset& dataset) {
   for (const auto& method : kMethods) {
-    if (method.name == dataset.method) return method.solver(dataset);
+    if (method.name == dataset.method) return withUncertainty(dataset, method.solver);
   }
   std::string known;
   for (const auto name : methods()) known += (known.empty() ? "" : ", ") + std::string{name};

@@ -99,6 +99,15 @@ void addUncertainty(Result& result, const Fit& fit, double scale, bool radius_kn
   }
 }
 
+// Design figures and residuals, which no sigma changes.
+void addReadings(Result& result, const Fit& fit, double sigma) {
+  const Eigen::VectorXd figures = fit.cofactor.diagonal().cwiseSqrt() / sigma;
+  result.estimates[0].design.assign(figures.begin(), figures.begin() + 3);
+  if (result.estimates.size() > 1) result.estimates[1].design = {figures[3]};
+  result.design_per = kOnePoint;
+  result.residuals = pointResiduals(fit, sigma);
+}
+
 }  // namespace
 
 std::optional<Ball> algebraicBall(const Eigen::MatrixXd& points) {
@@ -163,6 +172,7 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   const auto& c = fit->parameters;
   result.estimates.push_back(Estimate::vector("centre_mm", {c[0], c[1], c[2]}, {}));
   if (!radius_known) result.estimates.push_back(Estimate::scalar("radius_mm", radius, std::nullopt));
+  addReadings(result, fit.value(), question.sigma);
   const auto dof = static_cast<double>(fit->dof);
   result.rms = std::sqrt(fit->sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
   result.dof = fit->dof;

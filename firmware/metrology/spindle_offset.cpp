@@ -35,6 +35,7 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
                    "the C axis stood still: it cannot be told from the ball; read with C at 0 and 180 degrees"};
   }
   Answer answer{dataset, ball->fit, sigma.value()};
+  answer.readings(*dataset.table("readings"), kBallParts, "C_rad");
   const auto& parameters = ball->fit.parameters;
   answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
   for (const auto& warning : table->warnings) answer.warn(warning);

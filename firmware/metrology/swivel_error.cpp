@@ -295,6 +295,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
         chosen->model.terms((*(*queries)->column("B_deg"))[row], (*(*queries)->column("L_mm"))[row]);
   }
   Answer answer{dataset, chosen->fit, sigma.value()};
+  answer.readings(**table, std::span{kColumns}.last(3), "B_deg");
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
   addModel(answer, chosen.value(), candidates, readings, sigma->value);
   for (const auto& warning : chosen->warnings) answer.warn(warning);

@@ -180,6 +180,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   if (auto refusal = badAssembly(lengths.value(), plain, touched.z())) return *refusal;
 
   Answer answer{dataset, fit.value(), sigma.value()};
+  answer.readings(**table, std::span{kAssemblyColumns}.last(3), "rep");
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
   for (auto& warning : unusedKeys(dataset, kAssemblyKeys)) answer.warn(std::move(warning));
@@ -232,6 +233,7 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
     }
   }
   Answer answer{dataset, fit.value(), sigma.value()};
+  answer.readings(**table, std::span{kSetterColumns}.last(3), "is_tool");
   answer.promiseVector("tool_offset_mm", setter - fit->parameters.tail<3>(), pick(0, 3, 6) - pick(3, 3, 6));
   answer.promiseVector("setter_mm", setter, pick(0, 3, 6));
   for (auto& warning : unusedKeys(dataset, kSetterKeys)) answer.warn(std::move(warning));

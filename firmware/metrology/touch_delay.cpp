@@ -56,15 +56,20 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
 Estimate TouchDelay::delay() const {
   const Eigen::VectorXd tau = previous_ + touches_.fit.tau_s;
   const Eigen::VectorXd sd = (touches_.fit.covariance.diagonal().head(tau.size()) * widening()).cwiseSqrt();
-  if (question_.delays == Delays::common) return Estimate::scalar("tau_s", tau[0], sd[0]);
-  return Estimate::vector("tau_axis_s", {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
+  Estimate estimate = question_.delays == Delays::common
+                          ? Estimate::scalar("tau_s", tau[0], sd[0])
+                          : Estimate::vector("tau_axis_s", {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
+  estimate.design = design_.tau_s_mm;
+  return estimate;
 }
 
 std::optional<Estimate> TouchDelay::centre() const {
   const auto& fit = touches_.fit;
   if (fit.centre.size() != 3) return std::nullopt;
   const Eigen::VectorXd sd = fit.centre_sd * std::sqrt(widening());
-  return Estimate::vector("centre_mm", {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
+  auto estimate = Estimate::vector("centre_mm", {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
+  estimate.design = design_.centre;
+  return estimate;
 }
 
 std::optional<Estimate> TouchDelay::gainMatrix() const {
@@ -108,6 +113,17 @@ void TouchDelay::addWarnings(Result& result) const {
   }
 }
 
+void TouchDelay::addResiduals(Result& result) const {
+  result.design_per = "one touch: the point where it leaves the surface, along the normal, mm";
+  result.residuals = {.unit = "mm", .against = "normal_speed_mm_s", .names = {}, .at = {}, .values = {}};
+  for (std::size_t i = 0; i < touches_.retracts.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    result.residuals.names.push_back(touches_.retracts[i].plan.name);
+    result.residuals.at.push_back(touches_.fit.normal_speed[row]);
+    result.residuals.values.push_back(touches_.fit.radial[row]);
+  }
+}
+
 Result TouchDelay::report(std::span<const std::string_view> keys) const {
   const TouchFit& fit = touches_.fit;
   Result result;
@@ -125,13 +141,16 @@ Result TouchDelay::report(std::span<const std::string_view> keys) const {
   for (const auto& retract : touches_.retracts) {
     for (const auto& spike : retract.spikes) result.dropped.push_back({retract.plan.name + ", " + spike, "spike"});
   }
+  addResiduals(result);
   addResidualDelay(result, delay(), previous_);
   return result;
 }
 
 Estimate TouchDelay::size() const {
   const auto variance = touches_.fit.covariance.diagonal().tail<1>()[0] * widening();
-  return Estimate::scalar("effective_diameter_mm", touches_.fit.size_mm, std::sqrt(variance));
+  auto estimate = Estimate::scalar("effective_diameter_mm", touches_.fit.size_mm, std::sqrt(variance));
+  estimate.design = design_.size;
+  return estimate;
 }
 
 Result TouchDelay::onSphere(std::span<const std::string_view> keys) const {

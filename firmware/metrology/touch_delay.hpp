@@ -6,6 +6,7 @@
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
 #include "firmware/metrology/touch_agreement.hpp"
+#include "firmware/metrology/touch_design.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
@@ -39,13 +40,19 @@ class TouchDelay {
 
  private:
   TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, Eigen::VectorXd previous)
-      : dataset_{&dataset}, question_{question}, touches_{std::move(touches)}, previous_{std::move(previous)} {}
+      : dataset_{&dataset},
+        question_{question},
+        touches_{std::move(touches)},
+        design_{touchDesign(touches_.retracts, touches_.fit, question)},
+        previous_{std::move(previous)} {}
 
   void addWarnings(Result& result) const;
+  void addResiduals(Result& result) const;
 
   const Dataset* dataset_;
   TouchQuestion question_;
   AgreedTouches touches_;
+  TouchDesign design_;
   Eigen::VectorXd previous_;  // s
 };
 

@@ -268,6 +268,22 @@ void describe(Match& match, const std::vector<Gridded>& grids) {
   match.dropped_share = static_cast<double>(points - used) / static_cast<double>(points);
 }
 
+void addResiduals(Match& match, const std::vector<Gridded>& grids) {
+  constexpr std::size_t kMostShown = 600;
+  std::size_t points = 0;
+  for (const auto& grid : grids) points += grid.size();
+  const std::size_t step = 1 + points / kMostShown;
+  match.residuals = {.unit = "mm", .against = "t_s", .names = {}, .at = {}, .values = {}};
+  for (const auto& grid : grids) {
+    for (std::size_t k = 0; k < grid.size(); k += step) {
+      if (!grid.used()[k]) continue;
+      match.residuals.names.push_back(grid.record().name);
+      match.residuals.at.push_back(grid.timeOf(k));
+      match.residuals.values.push_back(grid.residuals()[static_cast<Index>(k)]);
+    }
+  }
+}
+
 }  // namespace
 
 double Signal::period() const {
@@ -318,6 +334,7 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   Match match;
   match.tau_s = tau.value();
   describe(match, grids);
+  addResiduals(match, grids);
   return match;
 }
 
@@ -344,7 +361,10 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
                               text(match.expected_mm) + "): sd widened; look for stiction or a loose stylus");
   }
   for (const auto& name : match.dropped) result.dropped.push_back({name, "off the other samples by 4.5 deviations"});
-  const Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);
+  Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);
+  if (match.expected_mm > 0.0) delay.design = {match.sd_s / match.expected_mm};
+  result.design_per = "one comparison of machine and probe, mm";
+  result.residuals = match.residuals;
   result.estimates.push_back(delay);
   addResidualDelay(result, delay, previous);
   return result;

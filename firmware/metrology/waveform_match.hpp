@@ -50,6 +50,7 @@ struct Match {
   std::size_t dof{};
   std::vector<std::string> dropped;  // stretches of time, by name, in which e lies beyond 4.5 deviations
   double dropped_share{};
+  Residuals residuals;  // e against the machine's time; every so many, so that a picture needs no more than 600
 };
 
 // Least tau in e(t) = q(t) + g d(t - tau) - b . shapes(t), by the instrumental step of CN101622513 (docs/metrology.md

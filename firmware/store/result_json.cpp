@@ -18,6 +18,11 @@ std::vector<double> numbers(const Json& json) {
   return values;
 }
 
+// Of a result that was stored before there were such lists: none.
+std::vector<double> listed(const Json& item, const char* key) {
+  return item.contains(key) ? numbers(item.at(key)) : std::vector<double>{};
+}
+
 Json render(const std::vector<metrology::Estimate>& estimates) {
   Json list = Json::array();
   for (const auto& e : estimates) {
@@ -25,7 +30,9 @@ Json render(const std::vector<metrology::Estimate>& estimates) {
                     {"shape", static_cast<int>(e.shape)},
                     {"columns", e.columns},
                     {"values", e.values},
-                    {"sd", e.sd}});
+                    {"sd", e.sd},
+                    {"design", e.design},
+                    {"uncertainty", e.uncertainty}});
   }
   return list;
 }
@@ -40,9 +47,37 @@ std::vector<metrology::Estimate> estimates(const Json& list) {
                    .shape = static_cast<metrology::Shape>(shape),
                    .values = numbers(item.at("values")),
                    .sd = numbers(item.at("sd")),
-                   .columns = item.at("columns").get<std::size_t>()});
+                   .columns = item.at("columns").get<std::size_t>(),
+                   .design = listed(item, "design"),
+                   .uncertainty = listed(item, "uncertainty")});
   }
   return all;
+}
+
+// What it rests on; the residuals follow from the dataset that is stored beside it.
+Json renderGrounds(const metrology::Result& result) {
+  Json budget = Json::array();
+  for (const auto& line : result.budget) {
+    budget.push_back({{"name", line.name}, {"type_b", line.type_b}, {"sd", line.sd}});
+  }
+  Json conditions = Json::array();
+  for (const auto& condition : result.conditions) conditions.push_back({condition.name, condition.value});
+  return {{"design_per", result.design_per},
+          {"unobservable", result.unobservable},
+          {"budget", std::move(budget)},
+          {"conditions", std::move(conditions)}};
+}
+
+void readGrounds(const Json& json, metrology::Result& result) {
+  result.design_per = json.at("design_per").get<std::string>();
+  result.unobservable = json.at("unobservable").get<std::vector<std::string>>();
+  for (const auto& line : json.at("budget")) {
+    result.budget.push_back(
+        {line.at("name").get<std::string>(), line.at("type_b").get<bool>(), numbers(line.at("sd"))});
+  }
+  for (const auto& condition : json.at("conditions")) {
+    result.conditions.push_back({condition.at(0).get<std::string>(), condition.at(1).get<std::string>()});
+  }
 }
 
 metrology::Result result(const Json& json) {
@@ -63,6 +98,7 @@ metrology::Result result(const Json& json) {
   for (const auto& item : json.at("dropped")) {
     all.dropped.push_back({item.at("name").get<std::string>(), item.at("reason").get<std::string>()});
   }
+  if (json.contains("grounds")) readGrounds(json.at("grounds"), all);
   return all;
 }
 
@@ -95,6 +131,7 @@ std::string toJson(const metrology::Result& result) {
   json["warnings"] = result.warnings;
   json["dropped"] = Json::array();
   for (const auto& d : result.dropped) json["dropped"].push_back({{"name", d.name}, {"reason", d.reason}});
+  json["grounds"] = renderGrounds(result);
   return dump(json);
 }
 

@@ -14,10 +14,15 @@ std::string fixed(double value, int decimals) {
   return text;
 }
 
-std::string plain(double value) {
+std::string plain(double value, int digits = 9) {
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
+}
+
+// So many that an uncertainty has two digits.
+int decimalsOf(double uncertainty) {
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(uncertainty))), 0, 12);
 }
 
 }  // namespace
@@ -34,13 +39,38 @@ Label labelOf(const std::string& key) {
   return {key, "", 1.0};
 }
 
+std::string valueText(const Label& label, double value, std::optional<double> sd) {
+  const double shown = value * label.factor;
+  const bool known = sd && *sd > 0.0 && std::isfinite(*sd);
+  return known ? fixed(shown, decimalsOf(*sd * label.factor)) : plain(shown);
+}
+
 std::string withSd(const Label& label, double value, std::optional<double> sd) {
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
-  const double shown = value * label.factor;
-  if (!sd || !(*sd > 0.0) || !std::isfinite(*sd)) return plain(shown) + tail;
+  const bool known = sd && *sd > 0.0 && std::isfinite(*sd);
+  const std::string text = valueText(label, value, sd);
+  if (!known) return text + tail;
   const double shown_sd = *sd * label.factor;
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(shown_sd))), 0, 12);
-  return fixed(shown, decimals) + " +/- " + fixed(shown_sd, decimals) + tail;
+  return text + " +/- " + fixed(shown_sd, decimalsOf(shown_sd)) + tail;
+}
+
+std::string withUnit(const Label& label, double uncertainty) {
+  const double shown = uncertainty * label.factor;
+  const std::string tail = label.unit.empty() ? "" : " " + label.unit;
+  if (!(shown > 0.0) || !std::isfinite(shown)) return plain(shown) + tail;
+  return fixed(shown, decimalsOf(shown)) + tail;
+}
+
+std::string designText(const std::string& key, double figure, const std::string& design_per) {
+  const Label label = labelOf(key);
+  const auto comma = design_per.rfind(", ");
+  const std::string reading = design_per.substr(0, comma);
+  const std::string unit = comma == std::string::npos ? "" : design_per.substr(comma + 2);
+  if (unit == label.unit) return label.name + " is " + plain(figure, 3) + " times that of " + reading;
+  const bool fine = unit == "mm";  // nobody measures to millimetres
+  const double shown = figure * label.factor * (fine ? 1e-3 : 1.0);
+  const std::string in_unit = label.unit.empty() ? "" : " " + label.unit;
+  return label.name + " is " + plain(shown, 3) + in_unit + " per " + (fine ? "um" : unit) + " of " + reading;
 }
 
 }  // namespace probebox::casefolder

@@ -18,4 +18,14 @@ Label labelOf(const std::string& key);
 // "5447.1 +/- 5.0 us": value and sd (in the key's unit) to the two digits of the sd that mean something.
 std::string withSd(const Label& label, double value, std::optional<double> sd);
 
+// "5447.1": the value alone, with the same digits.
+std::string valueText(const Label& label, double value, std::optional<double> sd);
+
+// "10 us": an uncertainty (in the key's unit) to two digits.
+std::string withUnit(const Label& label, double uncertainty);
+
+// "tau is 20 us per um of one touch": what the sigma of one reading (design_per, whose last word is its unit) does to a
+// value.
+std::string designText(const std::string& key, double figure, const std::string& design_per);
+
 }  // namespace probebox::casefolder

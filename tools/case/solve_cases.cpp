@@ -28,6 +28,7 @@ std::string printed(const char* format, double value) {
 
 void print(std::ostream& out, const Estimate& estimate) {
   const Label label = labelOf(estimate.key);
+  const bool has_more = estimate.uncertainty != estimate.sd;
   for (std::size_t k = 0; k < estimate.values.size(); ++k) {
     std::string name = label.name;
     if (estimate.shape == metrology::Shape::vector) name += "[" + std::to_string(k) + "]";
@@ -37,18 +38,26 @@ void print(std::ostream& out, const Estimate& estimate) {
     std::optional<double> sd;
     if (!estimate.sd.empty()) sd = estimate.sd[k];
     name.resize(std::max<std::size_t>(name.size(), 24), ' ');
-    out << "  " << name << "  " << withSd(label, estimate.values[k], sd) << "\n";
+    out << "  " << name << "  " << withSd(label, estimate.values[k], sd);
+    if (!estimate.uncertainty.empty()) {
+      out << (has_more ? ", with type B" : "") << "; U " << withUnit(label, 2.0 * estimate.uncertainty[k]);
+    }
+    out << "\n";
   }
 }
 
 void print(std::ostream& out, const std::string& case_name, const Result& result) {
   out << case_name << ": " << result.method << "\n";
   for (const auto& estimate : result.estimates) print(out, estimate);
-  out << "  (sd, k = 1; rms " << printed("%.3g", result.rms) << ", " << result.dof << " degrees of freedom, condition "
-      << printed("%.3g", result.condition);
+  out << "  (sd, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
+      << " degrees of freedom, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", reduced chi-square " << printed("%.3g", *result.chi2_reduced);
   out << ")\n";
+  if (const auto figure = result.designFigure()) {
+    out << "  design: sd of " << designText(result.estimates.front().key, *figure, result.design_per) << "\n";
+  }
   if (!result.convention.empty()) out << "  " << result.convention << "\n";
+  for (const auto& dropped : result.dropped) out << "  dropped: " << dropped.name << ": " << dropped.reason << "\n";
   for (const auto& warning : result.warnings) out << "  warning: " << warning << "\n";
 }
 

@@ -30,11 +30,16 @@ Json shaped(const Estimate& estimate, const std::vector<double>& values) {
   return list;
 }
 
-Json spread(const Estimate& estimate, double factor) {
-  if (estimate.sd.empty()) return nullptr;
+Json spread(const Estimate& estimate, const std::vector<double>& sds, double factor) {
+  if (sds.empty()) return nullptr;
   std::vector<double> scaled;
-  for (const double sd : estimate.sd) scaled.push_back(factor * sd);
+  for (const double sd : sds) scaled.push_back(factor * sd);
   return shaped(estimate, scaled);
+}
+
+// Without type B inputs the combined uncertainty is the sd.
+const std::vector<double>& combined(const Estimate& estimate) {
+  return estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
 }
 
 bool anySd(const metrology::Result& result) {
@@ -55,10 +60,63 @@ Json covariance(const metrology::Covariance& given) {
   return {{"components", given.components}, {"values", std::move(rows)}};
 }
 
+// One object a line of the budget, its sd with the keys and shapes of the result.
+Json budget(const metrology::Result& result) {
+  Json lines = Json::array();
+  for (const auto& contribution : result.budget) {
+    Json sd = Json::object();
+    auto from = contribution.sd.begin();
+    for (const auto& estimate : result.estimates) {
+      const auto until = from + static_cast<std::ptrdiff_t>(estimate.values.size());
+      const bool known = contribution.type_b || !estimate.sd.empty();
+      sd[estimate.key] = known ? shaped(estimate, {from, until}) : Json(nullptr);
+      from = until;
+    }
+    lines.push_back({{"name", contribution.name}, {"type", contribution.type_b ? "B" : "A"}, {"sd", std::move(sd)}});
+  }
+  return lines;
+}
+
+void addDesign(Json& line, const metrology::Result& result) {
+  const auto figure = result.designFigure();
+  if (!figure) return;
+  for (const auto& estimate : result.estimates) {
+    line["design"][estimate.key] = estimate.design.empty() ? Json(nullptr) : shaped(estimate, estimate.design);
+  }
+  line["design_figure"] = number(*figure);
+  line["design_per"] = result.design_per;
+}
+
+Json residuals(const metrology::Residuals& given) {
+  Json at = Json::array();
+  Json values = Json::array();
+  for (const double place : given.at) at.push_back(number(place));
+  for (const double value : given.values) values.push_back(number(value));
+  return {{"unit", given.unit},
+          {"against", given.against},
+          {"names", given.names},
+          {"at", std::move(at)},
+          {"values", std::move(values)}};
+}
+
+void addAbout(Json& line, const metrology::Result& result) {
+  addDesign(line, result);
+  if (!result.unobservable.empty()) line["unobservable"] = result.unobservable;
+  if (result.weakest) {
+    line["weakest"] = {{"components", result.weakest->components},
+                       {"coefficients", result.weakest->coefficients},
+                       {"sd", number(result.weakest->sd)}};
+  }
+  if (!result.budget.empty()) line["budget"] = budget(result);
+  for (const auto& condition : result.conditions) line["conditions"][condition.name] = condition.value;
+  if (!result.residuals.values.empty()) line["residuals"] = residuals(result.residuals);
+}
+
 void addKnown(Json& line, const metrology::Result& result) {
   if (result.chi2_reduced) line["chi2_reduced"] = number(*result.chi2_reduced);
   if (anySd(result)) {
-    for (const auto& estimate : result.estimates) line["expanded_k2"][estimate.key] = spread(estimate, 2.0);
+    for (const auto& estimate : result.estimates)
+      line["expanded_k2"][estimate.key] = spread(estimate, combined(estimate), 2.0);
   }
   if (result.covariance) line["covariance"] = covariance(*result.covariance);
   for (const auto& dropped : result.dropped) {
@@ -66,6 +124,7 @@ void addKnown(Json& line, const metrology::Result& result) {
   }
   if (!result.convention.empty()) line["convention"] = result.convention;
   for (const auto& estimate : result.also) line["also"][estimate.key] = shaped(estimate, estimate.values);
+  addAbout(line, result);
 }
 
 }  // namespace
@@ -80,7 +139,7 @@ Json toJson(const metrology::Result& result, std::string_view case_name) {
   for (const auto& estimate : result.estimates) line["result"][estimate.key] = shaped(estimate, estimate.values);
   line["sd"] = nullptr;
   if (anySd(result)) {
-    for (const auto& estimate : result.estimates) line["sd"][estimate.key] = spread(estimate, 1.0);
+    for (const auto& estimate : result.estimates) line["sd"][estimate.key] = spread(estimate, estimate.sd, 1.0);
   }
   line["condition"] = number(result.condition);
   line["rms"] = number(result.rms);

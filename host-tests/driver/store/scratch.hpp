@@ -45,6 +45,10 @@ inline metrology::Result delayOf(double tau_s) {
   result.convention = "tau = machine delay - probe delay";
   result.warnings = {"only two speeds: \"5\" and 40 mm/s"};
   result.dropped = {{"touch 7", "residual 5.1 sd"}};
+  result.design_per = "one touch, mm";
+  result.unobservable = {"tau_machine and tau_probe by themselves"};
+  result.budget = {{"readings", false, {2e-6}}, {"sd_effective_diameter_mm", true, {1e-5}}};
+  result.conditions = {{"probe", "P-7"}};
   return result;
 }
 

@@ -62,7 +62,7 @@ TEST_F(SolveCases, AnswersInOrderAndWithTheWorstStatus) {
   EXPECT_EQ(all.lines[2]["status"], "ok");
   for (const auto& line : all.lines) {
     EXPECT_EQ(line.begin().key(), "schema_version");
-    EXPECT_EQ(line["schema_version"], 1);
+    EXPECT_EQ(line["schema_version"], kSchemaVersion);
   }
   EXPECT_EQ(answer({}).status, 2);
 }
@@ -86,8 +86,31 @@ TEST_F(SolveCases, RefusesContentThatCannotSupportAnAnswer) {
   EXPECT_THAT(answer({folder_ / "case"}).lines.at(0)["reason"].get<std::string>(), HasSubstr("sphere-fit"));
 }
 
+TEST_F(SolveCases, SaysWhatTheResultRestsOn) {
+  const auto folder = goodCase("case");
+  write("case/config.json",
+        R"({"method": "sphere-fit", "sigma_mm": 0.001, "radius_mm": 10, "sd_radius_mm": 0.002, "probe": "P-7"})");
+  const Json line = answer({folder}).lines.at(0);
+  const auto& sd = line["sd"]["centre_mm"];
+  const auto& type_b = line["budget"][1];
+  EXPECT_EQ(line["budget"][0]["name"], "readings");
+  EXPECT_EQ(line["budget"][0]["sd"]["centre_mm"], sd);
+  EXPECT_EQ(type_b["type"], "B");
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double whole = std::hypot(sd[k].get<double>(), type_b["sd"]["centre_mm"][k].get<double>());
+    EXPECT_NEAR(line["expanded_k2"]["centre_mm"][k].get<double>(), 2.0 * whole, 1e-12);
+    EXPECT_NEAR(line["design"]["centre_mm"][k].get<double>() * 0.001, sd[k].get<double>(), 1e-9);
+  }
+  EXPECT_EQ(line["conditions"]["probe"], "P-7");
+  EXPECT_FALSE(line["unobservable"].empty());
+  EXPECT_EQ(line["residuals"]["values"].size(), 5U);
+  EXPECT_EQ(line["residuals"]["names"][4], "point 5");
+}
+
 TEST_F(SolveCases, PrintsATableForAPerson) {
   const auto text = answer({goodCase("case")}, false).out;
+  EXPECT_THAT(text, HasSubstr("; U 0.00"));
+  EXPECT_THAT(text, HasSubstr("design: sd of centre is"));
   EXPECT_THAT(text, HasSubstr("radius"));
   EXPECT_THAT(text, HasSubstr("+/-"));
   EXPECT_THAT(text, HasSubstr("mm"));

@@ -1,0 +1,208 @@
+#include "firmware/metrology/type_b_inputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "firmware/metrology/checks.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kReference_c = 20.0;  // ISO 1
+constexpr double kColdest_c = -30.0;
+constexpr double kWarmest_c = 70.0;
+constexpr double kLargestExpansion = 1e-3;  // per K; zinc has 3e-5
+
+// What kind of thing a known quantity is, which says how it may be wrong.
+enum class Kind {
+  size,   // a length of a piece: expands with temperature
+  value,  // a number of the configuration, no piece
+  table,  // every coordinate of the table "third"
+};
+
+struct Known {
+  std::string_view method;
+  std::string_view sd_key;
+  std::string_view key;  // of what is uncertain
+  Kind kind{Kind::size};
+  bool in_sd{};
+};
+
+constexpr auto kKnown = std::to_array<Known>({
+    {"bore-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"boss-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"corner-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"delay-known-sphere", "sd_effective_diameter_mm", "effective_diameter_mm"},
+    {"delay-multi-speed", "sd_effective_diameter_mm", "effective_diameter_mm"},
+    {"delay-non-normal", "sd_effective_diameter_mm", "effective_diameter_mm"},
+    {"delay-per-axis", "sd_effective_diameter_mm", "effective_diameter_mm"},
+    {"delay-plates", "sd_gap_mm", "gap_mm"},
+    {"delay-plates", "sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"},
+    {"head-pivot", "sd_ball_mm", "ball_mm", Kind::value},
+    {"pocket-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"periodic-check", "sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
+    {"periodic-check", "sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", Kind::value},
+    {"rotary-axis-errors", "sd_certificate_mm", "third", Kind::table},
+    {"screw-calibration", "sd_screw_length_mm", "screw_length_mm", Kind::value},
+    {"screw-calibration", "sd_orgoff_mm", "orgoff_mm", Kind::value},
+    {"screw-compensation", "sd_screw_length_mm", "screw_length_mm", Kind::value},
+    {"screw-compensation", "sd_orgoff_mm", "orgoff_mm", Kind::value},
+    {"screw-compensation", "sd_K", "K", Kind::value},
+    {"screw-compensation", "sd_reference_um", "reference_um", Kind::value},
+    {"sphere-fit", "sd_radius_mm", "radius_mm"},
+    {"web-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"tool-assembly", "sd_L1_mm", "L1_mm", Kind::value, true},
+    {"tool-assembly", "sd_L2_mm", "L2_mm", Kind::value, true},
+    {"tool-assembly", "sd_part_mm", "part_mm", Kind::value, true},
+    {"tool-setter", "sd_probe_offset_mm", "probe_offset_mm", Kind::value, true},
+});
+constexpr std::array<std::string_view, 3> kTemperatureKeys{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
+constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
+
+bool hasSize(std::string_view method) {
+  return std::ranges::any_of(kKnown, [&](const Known& k) { return k.method == method && k.kind == Kind::size; });
+}
+
+double* numberIn(Dataset& dataset, std::string_view key, std::size_t part) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return nullptr;
+  if (auto* list = std::get_if<std::vector<double>>(&entry->second)) {
+    return part < list->size() ? &(*list)[part] : nullptr;
+  }
+  return part == 0 ? std::get_if<double>(&entry->second) : nullptr;
+}
+
+// Multiplies every known size of the method.
+void scaleSizes(Dataset& dataset, double factor) {
+  for (const auto& known : kKnown) {
+    if (known.method != dataset.method || known.kind != Kind::size) continue;
+    if (double* size = numberIn(dataset, known.key, 0)) *size *= factor;
+  }
+}
+
+struct Temperature {
+  double above_k{};  // the reference
+  double expansion_per_k{};
+};
+
+// Nothing where the case states none that matters. Refuses what typeBInputs does of it.
+Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& dataset) {
+  const auto celsius = configNumber(dataset, "temperature_c");
+  if (!celsius) return celsius.error();
+  if (celsius.value() && (**celsius < kColdest_c || **celsius > kWarmest_c)) {
+    return Refusal{"bad-config", "config key 'temperature_c' is " + text(**celsius) +
+                                     ": give degrees Celsius, from -30 to 70, at which it was measured"};
+  }
+  if (!hasSize(dataset.method)) return std::optional<Temperature>{};
+  const auto expansion = configNumber(dataset, "expansion_per_k");
+  if (!expansion) return expansion.error();
+  if (expansion.value() && std::abs(**expansion) > kLargestExpansion) {
+    return Refusal{"bad-config", "config key 'expansion_per_k' is " + text(**expansion) +
+                                     ": give the share by which a kelvin lengthens the piece, such as 11.5e-6"};
+  }
+  for (const auto key : kTemperatureKeys) {
+    if (!dataset.config.contains(key) || (celsius.value() && expansion.value())) continue;
+    return Refusal{"missing-key", "config key '" + std::string{key} +
+                                      "' says nothing by itself: state temperature_c and expansion_per_k too"};
+  }
+  if (!expansion.value()) return std::optional<Temperature>{};
+  return std::optional{Temperature{**celsius - kReference_c, **expansion}};
+}
+
+std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
+  const auto temperature = temperatureOf(dataset);
+  if (!temperature) return temperature.error();
+  if (!temperature.value()) return std::nullopt;
+  const auto [above, expansion] = **temperature;
+  const double now = 1.0 + expansion * above;
+  const auto add = [&](std::string_view key, double per_unit) -> std::optional<Refusal> {
+    const auto sd = configPositive(dataset, key);
+    if (!sd) return sd.error();
+    if (!sd.value()) return std::nullopt;
+    const double share = per_unit * **sd / now;
+    inputs.push_back(
+        {std::string{key}, **sd, [share](Dataset& moved, double by) { scaleSizes(moved, 1 + share * by); }});
+    return std::nullopt;
+  };
+  if (auto refusal = add("sd_temperature_k", expansion)) return refusal;
+  return add("sd_expansion_per_k", above);
+}
+
+Refusal tooUncertain(std::string_view sd_key, double sd, std::string_view key) {
+  return {"bad-config", "config key '" + std::string{sd_key} + "' is " + text(sd) + ", as large as " +
+                            std::string{key} + " itself: give its standard uncertainty (k = 1) in the same unit"};
+}
+
+void addTable(std::vector<TypeBInput>& inputs, const Known& known, const Dataset& dataset, double sd) {
+  const Table* table = dataset.table(known.key);
+  for (std::size_t row = 0; table != nullptr && row < table->rows(); ++row) {
+    for (const auto coordinate : kCoordinates) {
+      const auto move = [row, coordinate, sd, name = known.key](Dataset& moved, double by) {
+        for (auto& changed : moved.tables) {
+          const auto column = std::ranges::find(changed.columns, coordinate, &Column::name);
+          if (changed.name == name && column != changed.columns.end()) column->values[row] += by * sd;
+        }
+      };
+      inputs.push_back({std::string{known.sd_key}, sd, move});
+    }
+  }
+}
+
+std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const Known& known, const Dataset& dataset) {
+  const auto sd = configPositive(dataset, known.sd_key);
+  if (!sd) return sd.error();
+  if (!sd.value()) return std::nullopt;
+  if (known.kind == Kind::table) {
+    addTable(inputs, known, dataset, **sd);
+    return std::nullopt;
+  }
+  Dataset looked_at{.method = dataset.method, .config = dataset.config, .tables = {}};
+  if (numberIn(looked_at, known.key, 0) == nullptr) {
+    if (known.in_sd) return std::nullopt;  // the method refuses what it needs, and only that
+    return Refusal{"missing-key", "config key '" + std::string{known.sd_key} + "' is stated without '" +
+                                      std::string{known.key} + "', whose uncertainty it is: state both"};
+  }
+  for (std::size_t part = 0; const double* value = numberIn(looked_at, known.key, part); ++part) {
+    if (known.kind == Kind::size && !(**sd < std::abs(*value))) return tooUncertain(known.sd_key, **sd, known.key);
+    const auto move = [key = known.key, part, width = **sd](Dataset& moved, double by) {
+      if (double* number = numberIn(moved, key, part)) *number += by * width;
+    };
+    inputs.push_back({std::string{known.sd_key}, **sd, move, known.in_sd});
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::string_view> typeBKeys(std::string_view method) {
+  std::vector<std::string_view> keys;
+  for (const auto& known : kKnown) {
+    if (known.method == method) keys.push_back(known.sd_key);
+  }
+  if (hasSize(method)) keys.insert(keys.end(), kTemperatureKeys.begin(), kTemperatureKeys.end());
+  return keys;
+}
+
+Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset) {
+  std::vector<TypeBInput> inputs;
+  for (const auto& known : kKnown) {
+    if (known.method != dataset.method) continue;
+    if (auto refusal = addKnown(inputs, known, dataset)) return *refusal;
+  }
+  if (auto refusal = addTemperature(inputs, dataset)) return *refusal;
+  return inputs;
+}
+
+Dataset atTemperature(const Dataset& dataset) {
+  Dataset warm = dataset;
+  const auto temperature = temperatureOf(dataset);
+  if (temperature && temperature.value()) {
+    scaleSizes(warm, 1.0 + (*temperature)->expansion_per_k * (*temperature)->above_k);
+  }
+  return warm;
+}
+
+}  // namespace probebox::metrology
