@@ -83,6 +83,7 @@ bool Recorder::block(SampleIndex first, std::uint32_t count, std::span<const std
   if (refuses(count)) return false;
   received += count;
   if (keeps_bytes) bytes.insert(bytes.end(), block_bytes.begin(), block_bytes.end());
+  if (also != nullptr) also->block(first, count, block_bytes);
   return true;
 }
 
@@ -91,6 +92,7 @@ bool Recorder::lost(const latch::Lost& lost) {
   if (refuses(static_cast<std::uint64_t>(lost.count))) return false;
   lost_samples += static_cast<std::uint64_t>(lost.count);
   if (keeps_bytes) bytes.push_back(static_cast<std::byte>(lost.reason));
+  if (also != nullptr) also->lost(lost);
   return true;
 }
 

@@ -33,6 +33,7 @@ class Recorder : public box::Outputs {
   bool keeps_bytes{true};
   std::uint64_t refuses_every{};  // so many calls of block() and lost(): there is no room then
   std::uint64_t refused_samples{};
+  box::Outputs* also{};  // hears of blocks and losses too
 
  private:
   void account(SampleIndex first, std::uint64_t count);

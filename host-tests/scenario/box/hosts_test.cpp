@@ -1,0 +1,174 @@
+#include "hosts.hpp"
+
+#include <gtest/gtest.h>
+
+// Hosts that stall, vanish and come back, with sources that fail meanwhile: every sample has one fate at every host,
+// and none costs another anything.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using messages::GapReason;
+using messages::Policy;
+using messages::Profile;
+using world::FaultKind;
+
+// Of all that there was, each sample is received or declared lost, and the host has what the box has given.
+void expectExact(Office& office, const VirtualHost& host) {
+  EXPECT_EQ(host.received() + host.declaredLost(), host.total());
+  EXPECT_EQ(host.faults(), 0U);
+  EXPECT_GT(host.heartbeats(), 10U);
+  EXPECT_EQ(host.next(), *office.scenario().recorded().next) << "nothing waits any more";
+}
+
+void expectComplete(Office& office, const VirtualHost& host) {
+  expectExact(office, host);
+  EXPECT_EQ(host.declaredLost(), 0U);
+}
+
+TEST(Hosts, OfEveryPolicyAndProfileGetEverySample) {
+  Office office;
+  const std::array<VirtualHost*, 4> hosts{
+      &office.add({Policy::record, Profile::raw}), &office.add({Policy::record, Profile::fast}),
+      &office.add({Policy::live, Profile::raw}), &office.add({Policy::live, Profile::fast})};
+  office.run(6s);
+  for (const auto* host : hosts) expectComplete(office, *host);
+}
+
+TEST(Hosts, ThatStopReadingLoseTheOldestUnderPolicyLive) {
+  Office office;
+  auto& stalled = office.add({Policy::live, Profile::raw});
+  auto& other = office.add();
+  office.run(3s);
+  stalled.stopReading();
+  office.run(6s);
+  const auto before = stalled.next();
+  stalled.stopReading(false);
+  office.run(2s);
+  expectExact(office, stalled);
+  expectComplete(office, other);
+  EXPECT_GT(stalled.declaredLost(GapReason::queue_full), 2 * 3000U);
+  EXPECT_GT(stalled.received(), 2 * 5000U) << "the newest were kept";
+  EXPECT_GT(stalled.next(), before);
+}
+
+TEST(Hosts, ThatStopReadingKeepTheOldestUnderPolicyRecord) {
+  Office office;
+  auto& stalled = office.add({Policy::record, Profile::raw});
+  auto& short_stall = office.add({Policy::record, Profile::fast});
+  office.run(3s);
+  stalled.stopReading();
+  short_stall.stopReading();
+  office.run(4s);
+  short_stall.stopReading(false);
+  office.run(16s);
+  stalled.stopReading(false);
+  office.run(3s);
+  expectExact(office, stalled);
+  expectComplete(office, short_stall);
+  EXPECT_GT(stalled.declaredLost(GapReason::queue_full), 2 * 3000U);
+}
+
+TEST(Hosts, ThatStallAtTheSameTimeEachHaveTheirOwnAccount) {
+  Office office;
+  auto& live = office.add({Policy::live, Profile::raw});
+  auto& record = office.add({Policy::record, Profile::raw});
+  auto& live_fast = office.add({Policy::live, Profile::fast});
+  auto& steady = office.add({Policy::record, Profile::fast});
+  office.scenario().inject(FaultKind::drop_probe, 5s, 400ms);
+  office.scenario().inject(FaultKind::drop_encoders, 9s, 200ms);
+  office.run(3s);
+  for (auto* host : {&live, &record, &live_fast}) host->stopReading();
+  office.run(15s);
+  for (auto* host : {&live, &record, &live_fast}) host->stopReading(false);
+  office.run(3s);
+  for (const auto* host : {&live, &record, &live_fast, &steady}) expectExact(office, *host);
+  EXPECT_EQ(steady.declaredLost(GapReason::queue_full), 0U);
+  EXPECT_EQ(steady.declaredLost(), office.scenario().recorded().lost_samples);
+  for (const auto* host : {&live, &record, &live_fast}) EXPECT_GT(host->declaredLost(GapReason::queue_full), 2 * 3000U);
+  EXPECT_EQ(record.declaredLost(GapReason::source_probe), steady.declaredLost(GapReason::source_probe))
+      << "the oldest were kept, with what was missing among them";
+}
+
+TEST(Hosts, ThatVanishInMidFrameResumeWithoutAHole) {
+  Office office;
+  auto& raw = office.add({Policy::record, Profile::raw});
+  auto& fast = office.add({Policy::live, Profile::fast});
+  for (int round = 0; round < 8; ++round) {
+    office.run(1500ms);
+    for (auto* host : {&raw, &fast}) host->cutAfter(static_cast<std::size_t>(137 * round + 5));
+    office.run(700ms);
+    for (auto* host : {&raw, &fast}) {
+      ASSERT_FALSE(host->connected());
+      office.connect(*host);
+    }
+  }
+  office.run(2s);
+  for (const auto* host : {&raw, &fast}) {
+    expectComplete(office, *host);
+    EXPECT_EQ(host->connections(), 9U);
+  }
+}
+
+TEST(Hosts, ThatWereAwayForTooLongAreToldWhatTheyMissed) {
+  Office office{100'000};  // a second of raw samples
+  auto& raw = office.add({Policy::record, Profile::raw});
+  office.run(3s);
+  raw.cutAfter(1000);
+  office.run(10s);
+  office.scenario().inject(FaultKind::drop_probe, 0s, 100ms);
+  office.connect(raw);
+  office.run(3s);
+  expectExact(office, raw);
+  EXPECT_GT(raw.declaredLost(GapReason::resume_too_old), 2 * 8000U);
+  EXPECT_EQ(raw.declaredLost(GapReason::source_probe), office.scenario().recorded().lost_samples);
+}
+
+// Faults of the sources, each with a host that stalls: what the box lost, what the queue lost, and what came make all.
+class WithAFault : public testing::TestWithParam<std::pair<FaultKind, Nanoseconds>> {};
+
+TEST_P(WithAFault, EveryHostBalances) {
+  Office office;
+  auto& stalled = office.add({Policy::live, Profile::raw});
+  auto& steady = office.add({Policy::record, Profile::fast});
+  office.scenario().inject(GetParam().first, 4s, GetParam().second, 400us);
+  office.run(3500ms);
+  stalled.stopReading();
+  office.run(4s);
+  stalled.stopReading(false);
+  steady.cutAfter(300);
+  office.run(1s);
+  office.connect(steady);
+  office.run(6s);
+  expectExact(office, stalled);
+  expectExact(office, steady);
+  EXPECT_EQ(steady.declaredLost(), office.scenario().recorded().lost_samples);
+  EXPECT_TRUE(office.scenario().recorded().contiguous);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Sources, WithAFault,
+    testing::Values(std::pair{FaultKind::drop_probe, 500ms}, std::pair{FaultKind::freeze_probe, 500ms},
+                    std::pair{FaultKind::shake_probe, 500ms}, std::pair{FaultKind::drop_encoders, 500ms},
+                    std::pair{FaultKind::stick_encoders, 500ms}, std::pair{FaultKind::stop_sync, 2000ms},
+                    std::pair{FaultKind::lose_edges, 500ms}, std::pair{FaultKind::double_edges, 500ms},
+                    std::pair{FaultKind::jump_clock, 1000ms}));
+
+TEST(Hosts, BeginAnewAfterTheBoxWasRestartedInMidCalibration) {
+  Office office;
+  auto& host = office.add();
+  office.run(2s);
+  const auto run = office.scenario().start(procedure::Method::delay_multi_speed);
+  office.run(4s);
+  EXPECT_EQ(office.scenario().state().procedure.run, run);
+  expectExact(office, host);
+  office.restartBox();
+  EXPECT_EQ(office.scenario().state().procedure.run, 0U) << "the new box knows of no run";
+  auto& after = office.add();
+  office.run(4s);
+  expectComplete(office, after);
+  EXPECT_EQ(office.scenario().state().snapshot.calibration, corrections::CalibrationState::idle);
+}
+
+}  // namespace
+}  // namespace probebox::scenario
