@@ -128,6 +128,11 @@ what is not there. A field that begins must be whole.
 docs/decisions/0001-frame-layout.md says why. The CRC-32C of header and payload follows the payload as u32. On serial lines, TCP
 and in recordings the whole is COBS-coded and ends with a zero.
 
+CRC-32C: polynomial 1EDC6F41, bits reflected (82F63B78 shifted to the right), all ones before, inverted after; of the text 123456789 it
+is E3069283. COBS: a code byte n from 1 to 255 stands before n - 1 bytes that are not 0; behind them comes a 0 of the data, unless n is
+255 or the coded frame ends there. 11 00 00 33 becomes 02 11 01 02 33. host-tests/system/independent holds a reader in Python that was
+written from this page.
+
 )";
 }
 

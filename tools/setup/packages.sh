@@ -5,7 +5,7 @@ probebox_packages=(
   g++ cmake ninja-build pkg-config
   libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libumockdev-dev umockdev
-  mbpoll)
+  mbpoll python3)
 # What judges fits in tests. Where it cannot be had, those tests are skipped.
 probebox_judge_packages=(libceres-dev)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.

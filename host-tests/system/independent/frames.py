@@ -1,0 +1,133 @@
+"""Frames and messages as protocol/MESSAGES.md says, and nothing else: no code of the project is used here."""
+import struct
+
+MAJOR, MINOR = 1, 2
+HELLO, WELCOME, DESCRIPTOR, TEST_PATTERN, START, STOP, CREDIT, SAMPLES, GAP, HEARTBEAT = range(0x01, 0x0B)
+RAW, FAST = 0, 1
+LIVE, RECORD = 0, 1
+NO_LIMIT = 2**64 - 1
+HEADER = struct.Struct("<BBBBHII")
+
+
+def _crc_table():
+    table = []
+    for n in range(256):
+        for _ in range(8):
+            n = (n >> 1) ^ (0x82F63B78 if n & 1 else 0)
+        table.append(n)
+    return table
+
+
+_CRC = _crc_table()
+
+
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = (crc >> 8) ^ _CRC[(crc ^ byte) & 0xFF]
+    return crc ^ 0xFFFFFFFF
+
+
+def cobs_encode(data):
+    out = bytearray()
+    for group in data.split(b"\0"):
+        while len(group) >= 254:
+            out += b"\xff" + group[:254]
+            group = group[254:]
+        out += bytes([len(group) + 1]) + group
+    return bytes(out)
+
+
+def cobs_decode(data):
+    """None when it is no COBS."""
+    out, at = bytearray(), 0
+    while at < len(data):
+        code = data[at]
+        if code == 0 or at + code > len(data):
+            return None
+        out += data[at + 1 : at + code]
+        at += code
+        if code < 255 and at < len(data):
+            out.append(0)
+    return bytes(out)
+
+
+def frame(kind, payload, sequence, stream=0):
+    bare = HEADER.pack(MAJOR, kind, 0, stream, len(payload), sequence, 0) + payload
+    return cobs_encode(bare + struct.pack("<I", crc32c(bare))) + b"\0"
+
+
+class Frame:
+    def __init__(self, bare):
+        self.major, self.kind, _, self.stream, length, self.sequence, self.hash = HEADER.unpack_from(bare)
+        self.payload = bare[HEADER.size : HEADER.size + length]
+
+
+def read_frame(coded):
+    """A good frame, or None."""
+    bare = cobs_decode(coded)
+    if bare is None or len(bare) < HEADER.size + 4:
+        return None
+    length = HEADER.unpack_from(bare)[4]
+    if len(bare) != HEADER.size + length + 4 or struct.unpack_from("<I", bare, len(bare) - 4)[0] != crc32c(bare[:-4]):
+        return None
+    return Frame(bare)
+
+
+class Cursor:
+    """Fields one after the other. What a later version adds at the end is not looked at."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def take(self, code):
+        values = struct.unpack_from("<" + code, self.data, self.at)
+        self.at += struct.calcsize("<" + code)
+        return values[0] if len(values) == 1 else values
+
+    def bytes(self, count):
+        if self.at + count > len(self.data):
+            raise ValueError("cut off")
+        self.at += count
+        return self.data[self.at - count : self.at]
+
+    def sized(self):
+        return self.bytes(self.take("H"))
+
+    def text(self):
+        return self.sized().decode()
+
+
+class Channel:
+    def __init__(self, data):
+        c = Cursor(data)
+        self.name, self.unit = c.text(), c.text()
+        self.scale, self.bytes, self.is_signed = c.take("d"), c.take("B"), c.take("?")
+
+
+class Descriptor:
+    def __init__(self, payload):
+        c = Cursor(payload)
+        self.board, self.serial_number, self.firmware_version, self.machine, self.probe = (c.text() for _ in range(5))
+        self.tick_period_ns, self.samples_per_tick = c.take("q"), c.take("H")
+        self.channels = [Channel(c.sized()) for _ in range(c.take("H"))]
+
+
+class Heartbeat:
+    def __init__(self, payload):
+        c = Cursor(payload)
+        self.uptime_ms, self.streaming, self.stream_number = c.take("Q"), c.take("?"), c.take("I")
+        self.start, self.position = c.take("q"), c.take("q")
+        self.produced, self.lost_at_source, self.lost_in_queue, self.sent = (c.take("Q") for _ in range(4))
+
+
+def hello(boot_id):
+    return b"PBX1" + struct.pack("<BHH", MAJOR, 0, MINOR) + boot_id
+
+
+def start(profile, policy, resume_from=None):
+    return struct.pack("<BBBQ?q", 1, profile, policy, NO_LIMIT, resume_from is not None, resume_from or 0)
+
+
+def credit(total):
+    return struct.pack("<Q", total)

@@ -1,0 +1,135 @@
+"""Disks that are full: a recording that finds no more room says so and can be read up to there, a box whose store finds
+none refuses what it cannot keep; and samples flow on, all accounted for. `full_disk.py PROBEBOXD PROBEBOX`; status 0 when
+all holds. A limit on the size of files stands for the disk."""
+import json
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE_S = 240
+
+
+def limited(size):
+    """For the program that is started: no file of its grows beyond that."""
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    return limit
+
+
+class Daemon:
+    def __init__(self, probeboxd, folder, port, file_size=None):
+        self.log = open(os.path.join(folder, "log"), "a")
+        command = [probeboxd, "--board", "sim", "--time-scale", "6", "--state", os.path.join(folder, "state")]
+        self.process = subprocess.Popen(
+            command + ["--link", f"tcp:127.0.0.1:{port}"],
+            stdout=self.log,
+            stderr=self.log,
+            env={**os.environ, "XDG_RUNTIME_DIR": folder},
+            restore_signals=False,
+            preexec_fn=limited(file_size) if file_size else None,
+        )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGTERM)
+        assert self.process.wait(PATIENCE_S) == 0
+
+
+class Command:
+    def __init__(self, probebox, port, folder):
+        self.prefix, self.folder = [probebox, "-u", f"tcp:127.0.0.1:{port}", "--json"], folder
+
+    def run(self, *words, file_size=None):
+        return subprocess.run(
+            self.prefix + list(words),
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            restore_signals=False,
+            preexec_fn=limited(file_size) if file_size else None,
+        )
+
+    def answer(self, *words, **named):
+        done = self.run(*words, **named)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return json.loads(done.stdout.strip().splitlines()[-1])
+
+    def wait(self):
+        end = time.monotonic() + PATIENCE_S
+        while self.run("info").returncode != 0:
+            assert time.monotonic() < end, "the box does not answer"
+            time.sleep(0.1)
+        while self.answer("status")["clock"]["state"] != "locked":
+            assert time.monotonic() < end, "the clock does not lock"
+            time.sleep(0.1)
+
+    def exact_record(self, name):
+        path = os.path.join(self.folder, name)
+        summary = self.answer("record", "-o", path, "--for", "2")
+        assert summary["balanced"] and summary["received_samples"] > 0, summary
+        assert summary["produced_samples"] == summary["received_samples"] + summary["declared_lost_samples"], summary
+
+
+def recording_on_a_full_disk(box):
+    path = os.path.join(box.folder, "cut.pbx")
+    done = box.run("record", "-o", path, "--for", "30", "--profile", "raw", file_size=100_000)
+    assert done.returncode == 2 and "cut.pbx" in done.stdout and "disk full" in done.stdout, done.stdout + done.stderr
+    assert 50_000 < os.path.getsize(path) <= 100_000
+    found = json.loads(box.run("verify", path).stdout.strip().splitlines()[-1])
+    assert found["frames"] > 10 and found["damaged_frames"] == 0, found
+    box.exact_record("after.pbx")
+
+
+def store_on_a_full_disk(probeboxd, folder, port, box):
+    with Daemon(probeboxd, folder, port):
+        box.wait()
+        box.answer("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
+        accepted = delay_in_force(box)
+    state = os.path.join(folder, "state")
+    largest = max(os.path.getsize(os.path.join(at, name)) for at, _, names in os.walk(state) for name in names)
+    with Daemon(probeboxd, folder, port, file_size=largest):
+        box.wait()
+        done = box.run("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
+        assert done.returncode == 1 and "not-stored" in done.stdout and "check the disk" in done.stdout, done.stdout
+        assert delay_in_force(box) == accepted
+        box.exact_record("meanwhile.pbx")
+    with Daemon(probeboxd, folder, port):
+        box.wait()
+        assert delay_in_force(box) == accepted, "what was accepted is in force"
+        box.exact_record("again.pbx")
+
+
+def delay_in_force(box):
+    """Told to the core a moment after the start."""
+    end = time.monotonic() + PATIENCE_S
+    while not (served := box.answer("corrections"))["delay_calibrated"]:
+        assert time.monotonic() < end, "no delay is in force"
+        time.sleep(0.1)
+    return served["tau_s"]
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="probebox-disk-") as scratch:
+        door = free_port()
+        command = Command(sys.argv[2], door, scratch)
+        with Daemon(sys.argv[1], scratch, door):
+            command.wait()
+            recording_on_a_full_disk(command)
+        print("a recording on a full disk can be read up to there")
+        store_on_a_full_disk(sys.argv[1], scratch, door, command)
+        print("a store on a full disk loses nothing that was accepted")
