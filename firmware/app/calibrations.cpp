@@ -1,6 +1,7 @@
 #include "firmware/app/calibrations.hpp"
 
 #include <chrono>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -9,6 +10,20 @@
 #include "firmware/store/dataset_json.hpp"
 
 namespace probebox::app {
+namespace {
+
+// With what and when it was measured, for whoever reads the case: what the descriptions say, and the time of day.
+void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const std::string& utc) {
+  const std::pair<const char*, const std::string&> conditions[]{{"probe", binding.probe_serial_number},
+                                                                {"machine", binding.machine},
+                                                                {"mounting", binding.mounting},
+                                                                {"measured_utc", utc}};
+  for (const auto& [key, value] : conditions) {
+    if (!value.empty()) dataset.config.try_emplace(key, value);
+  }
+}
+
+}  // namespace
 
 Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                            ResultsInForce::WhyUnfit why_unfit, TellCore tell_core)
@@ -33,7 +48,8 @@ void Calibrations::look(const box::State& state) {
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  const auto [dataset, refusal] = procedure::runDataset(method, recording, scales, facts_);
+  auto [dataset, refusal] = procedure::runDataset(method, recording, scales, facts_);
+  addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
   dataset_ = store::toJson(dataset);
   const metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);

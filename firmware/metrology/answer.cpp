@@ -10,6 +10,8 @@ std::vector<double> listOf(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
+constexpr std::size_t kMostRows = 600;  // of residuals that are told
+
 // Roots of the diagonal of J C J'.
 std::vector<double> rootsOf(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd half = jacobian * covariance;
@@ -109,8 +111,10 @@ void Answer::readings(const Table& table, std::span<const std::string_view> part
   Residuals& residuals = result_.residuals;
   residuals.against = against;
   const auto& places = *table.column(against);
+  const std::size_t step = 1 + table.rows() / kMostRows;
   for (Eigen::Index k = 0; k < residuals_.size(); ++k) {
     const auto row = static_cast<std::size_t>(k) / parts.size();
+    if (row % step != 0) continue;
     const auto part = parts[static_cast<std::size_t>(k) % parts.size()];
     residuals.names.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{part});
     residuals.at.push_back(places[row]);

@@ -17,6 +17,7 @@ ExitStatus run(const Pack& options, const std::string& uri, Console& console);
 ExitStatus run(const Unpack& options, const std::string& uri, Console& console);
 ExitStatus run(const Clock& options, const std::string& uri, Console& console);
 ExitStatus run(const Solve& options, const std::string& uri, Console& console);
+ExitStatus run(const Report& options, const std::string& uri, Console& console);
 ExitStatus run(const Calibrate& options, const std::string& uri, Console& console);
 ExitStatus run(const Accept& options, const std::string& uri, Console& console);
 ExitStatus run(const Rollback& options, const std::string& uri, Console& console);

@@ -225,6 +225,12 @@ class CommandLine {
     auto* solve = add("solve", "solve measured cases; prints one JSON object a line, in the order given",
                       "probebox solve --json cases/delay-multi-speed/0000", solve_);
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
+    auto* report = add("report", "write a page about measured cases: values, U, budget, pictures; it prints on A4",
+                       "probebox report cases/delay-multi-speed/0000 -o delay.html", report_);
+    report->add_option("input", report_.inputs, "case folders, or files that `probebox solve --json` wrote")
+        ->required();
+    report->add_option("-o,--output", report_.output, "the HTML to write; - is the standard output")->required();
+    report->add_flag("--force", report_.force, "overwrite an existing file");
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
     calibrate->add_option("method", calibrate_.method,
@@ -312,6 +318,7 @@ class CommandLine {
   Unpack unpack_;
   Clock clock_;
   Solve solve_;
+  Report report_;
   Calibrate calibrate_;
   Accept accept_;
   Rollback rollback_;

@@ -76,6 +76,11 @@ struct Clock {
 struct Solve {
   std::vector<std::string> cases;
 };
+struct Report {
+  std::vector<std::string> inputs;  // case folders, or files of answers
+  std::string output;               // "-" is the standard output
+  bool force{};
+};
 struct Calibrate {
   std::string method;
   // What is left empty the method chooses.
@@ -108,7 +113,7 @@ struct Corrections {
   Until until;
 };
 
-using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve,
+using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
                          Calibrate, Accept, Rollback, History, Corrections>;
 
 struct Request {

@@ -204,6 +204,31 @@ class Solving : public testing::Test {
   RuntimeDirectory directory_;
 };
 
+TEST_F(Solving, ReportsCasesAndAnswersAsOnePage) {
+  const auto good = folder("good", R"({"method": "sphere-fit", "sigma_mm": 0.001})",
+                           "x_mm,y_mm,z_mm\n11,0,0\n9,0,0\n10,1,0\n10,-1,0\n10,0,1\n");
+  const auto bad = folder("bad", R"({"method": "sphere-fit", "sigma_mm": 0.001})", "x_mm,y_mm,z_mm\n11,0,0\n");
+  const auto page = directory_.file("page.html");
+  const auto written = probebox({"report", good, "-o", page, "--json"});
+  EXPECT_EQ(written.status, 0) << written.err << written.out;
+  EXPECT_EQ(written.object()["answers"], 1);
+  EXPECT_TRUE(std::filesystem::exists(page));
+  const auto again = probebox({"report", good, "-o", page});
+  EXPECT_EQ(again.status, 2) << "nothing is overwritten unasked";
+  EXPECT_THAT(again.err, HasSubstr("--force"));
+
+  const auto answers = directory_.file("answers.json");
+  std::ofstream{answers} << probebox({"solve", "--json", good}).out;
+  const auto to_pipe = probebox({"report", answers, bad, "-o", "-"});
+  EXPECT_EQ(to_pipe.status, 1) << "a refused case has its report, and its status";
+  EXPECT_THAT(to_pipe.out, AllOf(HasSubstr("<!DOCTYPE html>"), HasSubstr("Refused: "), HasSubstr("U = ")));
+  EXPECT_THAT(to_pipe.err, HasSubstr("1 solved, 1 refused"));
+
+  const auto nothing = probebox({"report", directory_.file("absent"), "-o", "-"});
+  EXPECT_EQ(nothing.status, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("absent"));
+}
+
 TEST_F(Solving, PrintsOneObjectALineAndTheWorstStatus) {
   const auto good = folder("good", R"({"method": "sphere-fit", "sigma_mm": 0.001})",
                            "x_mm,y_mm,z_mm\n11,0,0\n9,0,0\n10,1,0\n10,-1,0\n10,0,1\n");

@@ -1,0 +1,56 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tools/report/pictures.hpp"
+#include "tools/report/reading_units.hpp"
+
+namespace probebox::report {
+namespace {
+
+constexpr std::size_t kMostDots = 150;
+
+bool allAtOnePlace(const std::vector<double>& at) {
+  const auto [least, greatest] = std::ranges::minmax(at);
+  return greatest - least <= 1e-9 * std::max(1.0, std::abs(greatest));
+}
+
+// What comes behind the last comma of a name: "x_mm" of "readings 3, x_mm".
+std::string partOf(const std::string& name) {
+  const auto comma = name.rfind(", ");
+  return comma == std::string::npos ? "" : name.substr(comma + 2);
+}
+
+}  // namespace
+
+std::vector<Plot> residualPictures(const metrology::Result& result) {
+  const auto& residuals = result.residuals;
+  if (residuals.values.empty() || result.dof == 0) return {};  // as many unknowns as readings leave nothing
+  const bool by_number = allAtOnePlace(residuals.at);
+  const AxisUnit across = by_number ? AxisUnit{"number of the reading", 1.0} : axisUnitOf(residuals.against);
+  const AxisUnit up = fineUnit("read minus fitted", residuals.unit, residuals.values);
+  Plot plot{"Residuals by reading", across.label, up.label};
+  // Coordinates of a reading are drawn apart, up to three.
+  std::vector<std::string> parts;
+  for (const auto& name : residuals.names) {
+    if (parts.size() < 3 && std::ranges::find(parts, partOf(name)) == parts.end()) parts.push_back(partOf(name));
+  }
+  constexpr Look kDots[]{Look::dots, Look::squares, Look::triangles};
+  const bool many = residuals.values.size() > kMostDots;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    std::vector<Point> points;
+    for (std::size_t k = 0; k < residuals.values.size(); ++k) {
+      if (partOf(residuals.names[k]) != parts[part]) continue;
+      const double at = by_number ? static_cast<double>(k + 1) : residuals.at[k] * across.factor;
+      points.push_back({at, residuals.values[k] * up.factor});
+    }
+    plot.add(std::move(points), many && parts.size() == 1 ? Look::specks : kDots[part], parts[part]);
+  }
+  plot.addLevel(0.0);
+  if (residuals.unit == "mm") {
+    plot.addLevel(2.0 * result.rms * up.factor, "twice the root mean square of all residuals");
+    plot.addLevel(-2.0 * result.rms * up.factor);
+  }
+  return {plot};
+}
+
+}  // namespace probebox::report

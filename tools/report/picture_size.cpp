@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tools/report/pictures.hpp"
+
+namespace probebox::report {
+namespace {
+
+// mm along the line, at a speed; the sign that fits: minus for retracts from an external feature.
+double slopeOf(const metrology::Estimate& speeds, const metrology::Estimate& sizes, double tau_s, double size_mm) {
+  double with_minus = 0.0;
+  double with_plus = 0.0;
+  for (std::size_t k = 0; k < speeds.values.size(); ++k) {
+    const double lag = 2.0 * tau_s * speeds.values[k];
+    with_minus += std::abs(sizes.values[k] - (size_mm - lag));
+    with_plus += std::abs(sizes.values[k] - (size_mm + lag));
+  }
+  return with_minus <= with_plus ? -2.0 * tau_s : 2.0 * tau_s;
+}
+
+}  // namespace
+
+std::vector<Plot> sizePictures(const Subject& subject) {
+  const auto& result = *subject.result();
+  const auto* speeds = result.find("speeds_mm_s");
+  const auto* sizes = result.find("sizes_mm");
+  const auto* tau = result.find("tau_s");
+  const auto* size = result.find("effective_diameter_mm");
+  if (speeds == nullptr || sizes == nullptr || tau == nullptr || size == nullptr) return {};
+  if (speeds->values.empty() || speeds->values.size() != sizes->values.size()) return {};
+  // The delay that the stamps were corrected by is no part of what was measured.
+  const auto* left = result.find("residual_tau_s");
+  const double slope = slopeOf(*speeds, *sizes, (left != nullptr ? left : tau)->value(), size->value());
+  const double fastest = *std::ranges::max_element(speeds->values);
+  Plot plot{"Size against speed", "speed (mm/s)", "measured diameter (mm)"};
+  Plot off{"Size minus the line", "speed (mm/s)", "off the line (um)"};
+  std::vector<Point> measured;
+  std::vector<Point> left_over;
+  for (std::size_t k = 0; k < speeds->values.size(); ++k) {
+    const double speed = speeds->values[k];
+    measured.push_back({speed, sizes->values[k]});
+    left_over.push_back({speed, 1e3 * (sizes->values[k] - size->value() - slope * speed)});
+  }
+  plot.add({{0.0, size->value()}, {1.05 * fastest, size->value() + 1.05 * fastest * slope}}, Look::solid,
+           "fitted line: the slope is the delay");
+  plot.add(std::move(measured), Look::squares, "measured at each speed");
+  plot.add({{0.0, size->value()}}, Look::triangles, "intercept: the size without delay");
+  if (subject.dataset) {
+    const auto known = subject.dataset->config.find("effective_diameter_mm");
+    const bool stated = known != subject.dataset->config.end() && std::holds_alternative<double>(known->second);
+    if (stated) plot.addLevel(std::get<double>(known->second), "stated size");
+  }
+  off.include({0.0, 0.0});
+  off.add(std::move(left_over), Look::squares);
+  off.addLevel(0.0);
+  return {plot, off};
+}
+
+}  // namespace probebox::report

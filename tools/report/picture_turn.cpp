@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "tools/report/pictures.hpp"
+
+namespace probebox::report {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kShownShare = 0.2;  // of the radius, that the largest deviation is magnified to
+
+// 1, 2 or 5 times a power of ten, at most this.
+double roundBelow(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  const double share = value / power;
+  return power * (share >= 5.0 ? 5.0 : share >= 2.0 ? 2.0 : 1.0);
+}
+
+std::vector<Point> circle(double radius) {
+  std::vector<Point> points;
+  for (int k = 0; k <= 120; ++k)
+    points.push_back({radius * std::cos(kTurn * k / 120), radius * std::sin(kTurn * k / 120)});
+  return points;
+}
+
+// The mean of readings minus centre, over the angle's turn undone, is the arm: its length is the radius.
+double meanRadius(const std::vector<Point>& from_centre) {
+  double sum = 0.0;
+  for (const auto& at : from_centre) sum += std::hypot(at.x, at.y);
+  return sum / static_cast<double>(from_centre.size());
+}
+
+}  // namespace
+
+std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrology::Result& result) {
+  const auto* centre = result.find("centre_mm");
+  const auto* table = dataset.table("readings");
+  if (centre == nullptr || centre->values.size() != 2 || table == nullptr || !table->rectangular()) return {};
+  const auto* x = table->column("x_mm");
+  const auto* y = table->column("y_mm");
+  if (x == nullptr || y == nullptr || x->empty() || table->column("z_mm") != nullptr) return {};
+  std::vector<Point> readings;
+  for (std::size_t k = 0; k < x->size(); ++k)
+    readings.push_back({(*x)[k] - centre->values[0], (*y)[k] - centre->values[1]});
+  const double radius = meanRadius(readings);
+  double worst = 0.0;
+  for (const auto& at : readings) worst = std::max(worst, std::abs(std::hypot(at.x, at.y) - radius));
+  if (!(radius > 0.0)) return {};
+  const double factor = worst > 1e-12 ? std::max(1.0, roundBelow(kShownShare * radius / worst)) : 1.0;
+  std::vector<Point> magnified;
+  for (const auto& at : readings) {
+    const double r = std::hypot(at.x, at.y);
+    const double shown = (radius + factor * (r - radius)) / r;
+    magnified.push_back({at.x * shown, at.y * shown});
+  }
+  Plot plot{"Readings around the centre", "x - centre (mm)", "y - centre (mm)"};
+  plot.keepProportions();
+  char legend[96];
+  std::snprintf(legend, sizeof legend, "readings, off the circle %g times magnified (largest %.2g um)", factor,
+                1e3 * worst);
+  plot.add(circle(radius), Look::dotted, "mean radius");
+  plot.add(std::move(magnified), Look::dots, legend);
+  plot.add({{0.0, 0.0}}, Look::triangles, "centre");
+  return {plot};
+}
+
+}  // namespace probebox::report

@@ -1,0 +1,22 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+
+namespace probebox::report {
+
+// What one report is about.
+struct Subject {
+  std::string name;  // of the case folder, as it was given
+  std::string method;
+  std::optional<metrology::Dataset> dataset;  // what was measured; nothing where only the answer is at hand
+  std::variant<metrology::Result, metrology::Refusal> answer;
+
+  const metrology::Result* result() const { return std::get_if<metrology::Result>(&answer); }
+  const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&answer); }
+};
+
+}  // namespace probebox::report

@@ -1,0 +1,215 @@
+#include "tools/report/subjects.hpp"
+
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "firmware/metrology/solve.hpp"
+#include "tools/case/case_folder.hpp"
+
+namespace probebox::report {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using metrology::Estimate;
+using metrology::Refusal;
+using metrology::Result;
+
+double number(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+std::vector<double> numbers(const Json& list) {
+  std::vector<double> values;
+  for (const auto& item : list) values.push_back(number(item));
+  return values;
+}
+
+// Numbers of whatever shape, row by row; none where the answer says null.
+std::vector<double> flat(const Json& json) {
+  if (json.is_null()) return {};
+  if (!json.is_array()) return {number(json)};
+  std::vector<double> values;
+  for (const auto& item : json) {
+    const auto part = item.is_array() ? numbers(item) : std::vector<double>{number(item)};
+    values.insert(values.end(), part.begin(), part.end());
+  }
+  return values;
+}
+
+Estimate estimate(const std::string& key, const Json& json) {
+  if (!json.is_array()) return Estimate::scalar(key, number(json), std::nullopt);
+  const bool matrix = !json.empty() && json.front().is_array();
+  return matrix ? Estimate::matrix(key, json.front().size(), flat(json), {}) : Estimate::vector(key, flat(json), {});
+}
+
+std::vector<double> listUnder(const Json& line, const char* group, const std::string& key) {
+  const auto found = line.find(group);
+  if (found == line.end() || !found->is_object() || !found->contains(key)) return {};
+  return flat(found->at(key));
+}
+
+void readEstimates(Result& result, const Json& line) {
+  for (const auto& [key, value] : line.at("result").items()) {
+    Estimate read = estimate(key, value);
+    read.sd = listUnder(line, "sd", key);
+    read.design = listUnder(line, "design", key);
+    for (const double u : listUnder(line, "expanded_k2", key)) read.uncertainty.push_back(u / 2.0);
+    result.estimates.push_back(std::move(read));
+  }
+  if (!line.contains("also")) return;
+  for (const auto& [key, value] : line.at("also").items()) result.also.push_back(estimate(key, value));
+}
+
+void readBudget(Result& result, const Json& line) {
+  for (const auto& item : line.at("budget")) {
+    metrology::Contribution contribution{item.at("name").get<std::string>(), item.at("type") == "B", {}};
+    for (const auto& known : result.estimates) {
+      auto sd = listUnder(item, "sd", known.key);
+      sd.resize(known.values.size(), 0.0);
+      contribution.sd.insert(contribution.sd.end(), sd.begin(), sd.end());
+    }
+    result.budget.push_back(std::move(contribution));
+  }
+}
+
+void readResiduals(Result& result, const Json& json) {
+  result.residuals.unit = json.at("unit").get<std::string>();
+  result.residuals.against = json.at("against").get<std::string>();
+  result.residuals.names = json.at("names").get<std::vector<std::string>>();
+  result.residuals.at = numbers(json.at("at"));
+  result.residuals.values = numbers(json.at("values"));
+  const std::size_t count = result.residuals.values.size();
+  if (result.residuals.names.size() != count || result.residuals.at.size() != count) result.residuals = {};
+}
+
+Result resultOf(const Json& line) {
+  Result result;
+  result.method = line.at("method").get<std::string>();
+  readEstimates(result, line);
+  result.rms = number(line.at("rms"));
+  result.dof = line.at("dof").get<std::size_t>();
+  result.condition = number(line.at("condition"));
+  result.warnings = line.at("warnings").get<std::vector<std::string>>();
+  if (line.contains("chi2_reduced")) result.chi2_reduced = number(line.at("chi2_reduced"));
+  result.convention = line.value("convention", std::string{});
+  result.design_per = line.value("design_per", std::string{});
+  if (line.contains("unobservable")) result.unobservable = line.at("unobservable").get<std::vector<std::string>>();
+  if (line.contains("weakest")) {
+    const Json& weakest = line.at("weakest");
+    result.weakest = {weakest.at("components").get<std::vector<std::string>>(), numbers(weakest.at("coefficients")),
+                      number(weakest.at("sd"))};
+  }
+  if (line.contains("dropped")) {
+    for (const auto& item : line.at("dropped")) {
+      result.dropped.push_back({item.at("name").get<std::string>(), item.at("reason").get<std::string>()});
+    }
+  }
+  if (line.contains("budget")) readBudget(result, line);
+  if (line.contains("residuals")) readResiduals(result, line.at("residuals"));
+  if (line.contains("conditions")) {
+    for (const auto& [key, value] : line.at("conditions").items()) {
+      result.conditions.push_back({key, value.get<std::string>()});
+    }
+  }
+  return result;
+}
+
+Refusal refusalOf(const Json& line) {
+  const auto name = line.at("refusal").get<std::string>();
+  auto reason = line.at("reason").get<std::string>();
+  if (reason.starts_with(name + ": ")) reason.erase(0, name.size() + 2);
+  return {name, reason};
+}
+
+Outcome<Subject> subjectOf(const Json& line, const std::string& where) {
+  try {
+    const auto status = line.at("status").get<std::string>();
+    if (status == "unreadable") return Error{where + ": " + line.at("reason").get<std::string>()};
+    Subject subject{line.at("case").get<std::string>(), line.at("method").get<std::string>(), {}, Refusal{}};
+    if (status == "ok") {
+      subject.answer = resultOf(line);
+    } else {
+      subject.answer = refusalOf(line);
+    }
+    return subject;
+  } catch (const Json::exception&) {
+    return Error{where + ": no answer of `probebox solve --json`; give that, or a case folder"};
+  }
+}
+
+Outcome<Json> parsed(std::string_view text, const std::string& where) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception&) {
+    return Error{where + ": not JSON; give the output of `probebox solve --json`, or a case folder"};
+  }
+}
+
+void attachCase(Subject& subject) {
+  std::error_code none;
+  if (!fs::is_directory(subject.name, none)) return;
+  auto dataset = casefolder::readCase(subject.name);
+  if (dataset && dataset->method == subject.method) subject.dataset = std::move(dataset).value();
+}
+
+Outcome<std::vector<Subject>> ofCase(const fs::path& folder) {
+  auto dataset = casefolder::readCase(folder);
+  if (!dataset) {
+    if (const auto* unreadable = std::get_if<casefolder::Unreadable>(&dataset.error()))
+      return Error{unreadable->reason};
+    const auto& unsupported = std::get<casefolder::Unsupported>(dataset.error());
+    return std::vector{Subject{folder.string(), unsupported.method, {}, unsupported.refusal}};
+  }
+  auto solved = metrology::solve(dataset.value());
+  Subject subject{folder.string(), dataset->method, std::move(dataset).value(), Refusal{}};
+  if (solved) {
+    subject.answer = std::move(solved).value();
+  } else {
+    subject.answer = solved.error();
+  }
+  return std::vector{std::move(subject)};
+}
+
+}  // namespace
+
+Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::string& name) {
+  std::vector<Subject> subjects;
+  const auto add = [&](const Json& line, const std::string& where) -> std::optional<Error> {
+    auto subject = subjectOf(line, where);
+    if (!subject) return subject.error();
+    attachCase(subject.value());
+    subjects.push_back(std::move(subject).value());
+    return std::nullopt;
+  };
+  if (const auto whole = parsed(text, name); whole && whole->is_object()) {
+    if (auto error = add(whole.value(), name)) return *error;
+    return subjects;
+  }
+  std::istringstream lines{std::string{text}};
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::string where = name + ", line " + std::to_string(++count);
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const auto json = parsed(line, where);
+    if (!json) return json.error();
+    if (auto error = add(json.value(), where)) return *error;
+  }
+  if (subjects.empty()) return Error{name + ": empty; give the output of `probebox solve --json`, or a case folder"};
+  return subjects;
+}
+
+Outcome<std::vector<Subject>> subjectsIn(const fs::path& path) {
+  std::error_code none;
+  if (fs::is_directory(path, none)) return ofCase(path);
+  std::ifstream file{path, std::ios::binary};
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file || file.bad()) return Error{path.string() + ": there is no such case folder or file of answers"};
+  return subjectsOf(text.str(), path.string());
+}
+
+}  // namespace probebox::report
