@@ -12,6 +12,8 @@ constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
+  const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
+  if (prompt.kind == StepKind::jog) return isDirection(prompt.outward_normal) && isLength(prompt.travel_mm) && timed;
   const bool approaches =
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
@@ -19,7 +21,7 @@ bool canBeFollowed(const Prompt& prompt) {
   return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
          prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
          dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
-         isLength(prompt.clearance_mm) && prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
+         isLength(prompt.clearance_mm) && timed;
 }
 
 }  // namespace
@@ -94,8 +96,9 @@ bool Controller::procedureHasGone() const {
 }
 
 void Controller::leave() {
-  const bool may_touch =
+  const bool moves =
       activity_ == Activity::approaching || activity_ == Activity::dwelling || activity_ == Activity::retracting;
+  const bool may_touch = moves && step_.kind != StepKind::jog;
   ++abandoned_steps_;
   if (may_touch) return enter(Activity::withdrawing);
   park();
@@ -137,6 +140,11 @@ void Controller::ask() {
 
 void Controller::follow(const Prompt& prompt) {
   step_ = prompt;
+  if (step_.kind == StepKind::jog) {
+    rise();
+    route_.add(config_.park_mm);
+    return enter(Activity::travelling);
+  }
   if (near_ == place() && !mustTurn()) {
     route_ = Route::within(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
     return enter(Activity::travelling);
@@ -231,6 +239,7 @@ void Controller::awaitAnswer() {
 
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
+    if (step_.kind == StepKind::jog) return enter(Activity::dwelling);  // where it starts from is recorded first
     machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
@@ -241,12 +250,18 @@ void Controller::answered(bool taken) {
 void Controller::touch() {
   if (!machine_.atRest(now_)) return;
   if (activity_ == Activity::approaching && step_.kind == StepKind::touch) return enter(Activity::dwelling);
-  if (activity_ == Activity::retracting) return enter(Activity::recording);
+  const bool jogged = activity_ == Activity::approaching && step_.kind == StepKind::jog;
+  if (activity_ == Activity::retracting || jogged) return enter(Activity::recording);
   if (activity_ == Activity::recording) {
     if (elapsed(config_.afterwards)) post(MarkerPhase::end, Activity::ending);
     return;
   }
   if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
+  if (step_.kind == StepKind::jog) {
+    const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
+    machine_.moveTo(target, step_.nominal_speed_mm_s, now_);
+    return enter(Activity::approaching);
+  }
   const double run_out_mm = step_.run_out_mm > 0 ? step_.run_out_mm : config_.run_out_mm;
   const double retract_mm = step_.overtravel_mm + step_.clearance_mm + run_out_mm;
   machine_.moveTo(machine_.commandedPosition() + retract_mm * step_.retract_direction, step_.nominal_speed_mm_s, now_);

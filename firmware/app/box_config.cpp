@@ -60,7 +60,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
           .gap_mm = machine.datum_gap_mm,
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
-          .sigma_c_rad = machine.sigma_c_rad};
+          .sigma_c_rad = machine.sigma_c_rad,
+          .gain = descriptions.probe.gain};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -27,6 +27,7 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.rotary_angles_rad = step.touch.rotary_angles_rad;
   for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
   answer.run_out_mm = procedure::kRunOut_mm;
+  answer.travel_mm = step.touch.travel_mm;
 }
 
 // Nothing when the request has more speeds than a run can have.

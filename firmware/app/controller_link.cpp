@@ -30,7 +30,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .ball = answer.ball,
           .turns = answer.turns,
           .rotary_angles_rad = answer.rotary_angles_rad,
-          .referenced = answer.referenced};
+          .referenced = answer.referenced,
+          .travel_mm = answer.travel_mm};
 }
 
 }  // namespace

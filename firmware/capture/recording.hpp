@@ -34,6 +34,7 @@ struct TouchRequest {
   std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as the machine said that it stood
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
+  double travel_mm{};                         // along the outward normal, of a jog that touches nothing; 0: a touch
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the

@@ -20,6 +20,7 @@
 #include "firmware/metrology/rotary_axis.hpp"
 #include "firmware/metrology/screw_calibration.hpp"
 #include "firmware/metrology/screw_compensation.hpp"
+#include "firmware/metrology/selftest.hpp"
 #include "firmware/metrology/sensor_head.hpp"
 #include "firmware/metrology/sphere_fit.hpp"
 #include "firmware/metrology/spindle_offset.hpp"
@@ -58,6 +59,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"rotary-axis-errors", solveRotaryAxisErrors},
     {"screw-calibration", solveScrewCalibration},
     {"screw-compensation", solveScrewCompensation},
+    {"selftest", solveSelftest},
     {"sensor-head-calibration", solveSensorHeadCalibration},
     {"sphere-fit", solveSphereFit},
     {"spindle-offset-2x2", solveSpindleOffset2x2},

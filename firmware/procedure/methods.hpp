@@ -32,6 +32,7 @@ struct MethodRow {
   Poses poses;
   Needs needs;
   bool off_normal;
+  bool jogs;  // first of all, every linear axis alone
 };
 
 namespace usual {
@@ -41,6 +42,7 @@ inline constexpr double kApproach_rad = 0.4363323129985824;  // 25 degrees
 inline constexpr double kTurn_rad = 6.283185307179586;
 inline constexpr std::uint16_t kAngles = 12;
 inline constexpr std::uint16_t kBalls = 3;
+inline constexpr double kJog_mm = 10;
 }  // namespace usual
 
 inline constexpr std::array<Side, 5> kSphereSides{{
@@ -54,6 +56,7 @@ inline constexpr std::array<Side, 2> kPlateSides{{
     {"-X", {-1, 0, 0}, {0, 1, 0}},
     {"+X", {1, 0, 0}, {0, 1, 0}},
 }};
+inline constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};
 inline constexpr std::span<const Side, 1> kOneSide{kSphereSides.begin(), 1};
 
 inline constexpr std::array<double, 5> kFiveSpeeds{5, 10, 20, 30, 40};
@@ -65,23 +68,25 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 8> kMethods{{
+inline constexpr std::array<MethodRow, 9> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
-     Poses::one, Needs::nothing, false},
+     Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
-     Poses::one, Needs::sphere_diameter, false},
+     Poses::one, Needs::sphere_diameter, false, false},
     {Method::delay_plates, "delay-plates", Feature::plates, Kind::touch, kPlateSides, kOneSpeed, Poses::one,
-     Needs::plates_gap, false},
+     Needs::plates_gap, false, false},
     {Method::delay_per_axis, "delay-per-axis", Feature::datum_sphere, Kind::touch, kSphereSides, kTwoSpeeds, Poses::one,
-     Needs::sphere_diameter, false},
+     Needs::sphere_diameter, false, false},
     {Method::delay_non_normal, "delay-non-normal", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
-     Poses::one, Needs::sphere_diameter, true},
+     Poses::one, Needs::sphere_diameter, true, false},
     {Method::delay_in_out, "delay-in-out", Feature::datum_sphere, Kind::in_out, kOneSide, kInOutSpeed, Poses::one,
-     Needs::nothing, false},
+     Needs::nothing, false, false},
     {Method::centreline, "centreline", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::around_c,
-     Needs::delay_in_force, false},
+     Needs::delay_in_force, false, false},
     {Method::c_axis_alignment, "c-axis-alignment", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
-     Poses::two_by_two, Needs::delay_in_force, false},
+     Poses::two_by_two, Needs::delay_in_force, false, false},
+    {Method::selftest, "selftest", Feature::datum_sphere, Kind::touch, kPushes, kReadingSpeed, Poses::one,
+     Needs::nothing, false, true},
 }};
 
 }  // namespace probebox::procedure

@@ -98,6 +98,25 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   return std::nullopt;
 }
 
+void add(Plan& plan, const Step& step) {
+  if (plan.step_count == kMostSteps) return;
+  plan.steps[plan.step_count] = step;
+  plan.steps[plan.step_count].touch.step = static_cast<std::uint32_t>(plan.step_count);
+  ++plan.step_count;
+}
+
+void addJogs(Plan& plan, double speed_mm_s) {
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    std::array<double, 3> direction{};
+    direction[axis] = 1;
+    const capture::TouchRequest jog{.outward_normal = direction,
+                                    .retract_direction = direction,
+                                    .retract_speed_mm_s = speed_mm_s,
+                                    .travel_mm = usual::kJog_mm};
+    add(plan, {.touch = jog, .kind = Kind::jog});
+  }
+}
+
 std::string number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
@@ -125,6 +144,32 @@ std::string approachOf(const Step& step) {
   std::array<char, 80> text{};
   std::snprintf(text.data(), text.size(), ", coming along (%.3f, %.3f, %.3f)", -u[0], -u[1], -u[2]);
   return text.data();
+}
+
+std::string ofAll(const Plan& plan, std::size_t step) {
+  return std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": ";
+}
+
+// "X" of a direction along one axis.
+char axisOf(const std::array<double, 3>& direction) {
+  const auto along = std::ranges::max_element(direction, {}, [](double c) { return std::abs(c); });
+  return "XYZ"[along - direction.begin()];
+}
+
+std::string jogPrompt(const Plan& plan, std::size_t step) {
+  const auto& jog = plan.steps[step].touch;
+  const char axis = axisOf(jog.outward_normal);
+  return "step " + ofAll(plan, step) + "where nothing is in the way, jog " + axis + " alone by +" +
+         number(jog.travel_mm) + " mm, as the control shows it";
+}
+
+std::string pushPrompt(const Plan& plan, std::size_t step) {
+  const Step& wanted = plan.steps[step];
+  const char axis = axisOf(wanted.touch.outward_normal);
+  const std::string direction =
+      wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
+  return "step " + ofAll(plan, step) + "push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
+         " mm and let it go, by hand or against the " + surfaceOf(wanted);
 }
 
 double degrees(double angle_rad) {
@@ -171,7 +216,8 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (row->poses == Poses::two_by_two) {
     if (auto error = outside("A number", with.balls, 2, 7, "balls")) return error;
   }
-  const std::size_t steps = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();
+  const std::size_t touches = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();
+  const std::size_t steps = touches + (row->jogs ? kLinearAxes : 0);
   if (steps <= kMostSteps) return std::nullopt;
   return Error{"That would be " + std::to_string(steps) + " touches, and a run has up to " +
                std::to_string(kMostSteps) + ": choose fewer speeds, angles or balls."};
@@ -183,24 +229,23 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
   const MethodRow* row = rowOf(method);
   if (row == nullptr) return;
   const Chosen with = chosen(*row, options);
+  if (row->jogs) addJogs(plan, with.speeds_mm_s.front());
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
     const Pose pose = poseOf(*row, with, reading);
     for (const double speed : with.speeds_mm_s) {
       for (const Side& side : row->sides) {
-        if (plan.step_count == kMostSteps) return;
-        const capture::TouchRequest touch{.step = static_cast<std::uint32_t>(plan.step_count),
-                                          .outward_normal = side.outward_normal,
+        const capture::TouchRequest touch{.outward_normal = side.outward_normal,
                                           .retract_direction = retractOf(side, with.approach_rad),
                                           .retract_speed_mm_s = speed,
                                           .rotary_angles_rad = pose.angles_rad,
                                           .ball = pose.ball,
                                           .reading = static_cast<std::uint32_t>(reading)};
-        plan.steps[plan.step_count++] = {.touch = touch,
-                                         .feature = row->feature,
-                                         .kind = row->kind,
-                                         .turns = row->poses != Poses::one,
-                                         .overtravel_mm = with.overtravel_mm,
-                                         .clearance_mm = with.clearance_mm};
+        add(plan, {.touch = touch,
+                   .feature = row->feature,
+                   .kind = row->kind,
+                   .turns = row->poses != Poses::one,
+                   .overtravel_mm = with.overtravel_mm,
+                   .clearance_mm = with.clearance_mm});
       }
     }
   }
@@ -209,7 +254,9 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
 std::string promptFor(const Plan& plan, std::size_t step) {
   if (step >= plan.step_count) return {};
   const Step& wanted = plan.steps[step];
-  std::string text = "touch " + std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": ";
+  if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
+  if (plan.method == Method::selftest) return pushPrompt(plan, step);
+  std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
     text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";

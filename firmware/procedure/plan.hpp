@@ -24,6 +24,7 @@ enum class Method : std::uint16_t {
   delay_in_out = 6,
   centreline = 7,
   c_axis_alignment = 8,
+  selftest = 9,
 };
 
 std::string_view nameOf(Method method);
@@ -37,10 +38,12 @@ enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 
 enum class Kind : std::uint8_t {
   touch = 0,   // in, a dwell, and out at constant speed
   in_out = 1,  // in and at once out again, both at constant speed
+  jog = 2,     // one linear axis alone, and nothing is touched
 };
 
 // One step that the machine is asked to do: stand in the pose, drive onto the surface against the retract direction to
-// the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it.
+// the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it. A jog goes
+// touch.travel_mm along the outward normal instead, from wherever nothing is in the way.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/metrology/ball_centre.hpp"
+#include "firmware/metrology/selftest.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -143,6 +144,17 @@ void addReadings(RunDataset& run, Method method, const capture::Recording& recor
   }
 }
 
+// Which steps were jogs, and what the probe is said to be like.
+void addSelftest(metrology::Dataset& dataset, const capture::Recording& recording, const Facts& facts) {
+  metrology::Matrix gain;
+  for (const auto& row : facts.gain) gain.emplace_back(row.begin(), row.end());
+  dataset.config["gain"] = gain;
+  auto steps = metrology::Table::withColumns("steps", metrology::kSelftestColumns);
+  for (const auto& touch : recording.touches())
+    steps.append({static_cast<double>(touch.request.step), touch.request.travel_mm});
+  dataset.tables.push_back(std::move(steps));
+}
+
 }  // namespace
 
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force) {
@@ -192,6 +204,7 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
       addReadings(run, method, recording, facts);
       break;
   }
+  if (method == Method::selftest) addSelftest(run.dataset, recording, facts);
   return run;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 
 #include "firmware/capture/touch_dataset.hpp"
@@ -14,6 +15,8 @@ struct Facts {
   std::optional<double> gap_mm;              // between the plates, certified
   double stylus_ball_diameter_mm{};
   double sigma_c_rad{};  // how exactly the rotary axis C finds an angle (k = 1)
+  // Of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
+  std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about

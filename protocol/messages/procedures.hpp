@@ -87,6 +87,7 @@ struct ProcedureStatus {
     std::array<double, 3> approach_direction{};
     double run_out_mm{};
     bool referenced{};
+    double travel_mm{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -101,7 +102,7 @@ struct ProcedureStatus {
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, speed to measure this step at");
       field("refusal", self.refusal, "why there is no result, and what to do");
       field("result_id", self.result_id, "the proposed result, 0 for none");
-      field("kind", self.kind, "0 touch with a dwell, 1 in and at once back out. Since 1.2, as all below");
+      field("kind", self.kind, "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis. Since 1.2, as all below");
       field("feature", self.feature, "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part");
       field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
       field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
@@ -110,6 +111,7 @@ struct ProcedureStatus {
       field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
       field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
       field("referenced", self.referenced, "1 when the box knows where the axes stand");
+      field("travel_mm", self.travel_mm, "mm to move along outward_normal, for a jog");
     }
   };
 };

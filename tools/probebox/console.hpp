@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <iosfwd>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,6 +25,8 @@ struct Streams {
   bool err_is_terminal{};
   std::size_t terminal_columns{};  // 0: not known, lines are not cut
   const std::atomic<bool>& interrupted;
+  // True once for every Enter that a person has pressed since; does not wait. Empty where nobody sits at a keyboard.
+  std::function<bool()> enter_pressed{};
 };
 
 // What went wrong in a command, for a program (name) and for a person (what, with the remedy).
@@ -52,6 +55,8 @@ class Console {
   std::istream& in() { return streams_.in; }
   std::ostream& out() { return streams_.out; }
   std::ostream& err() { return streams_.err; }
+  bool hasKeys() const { return static_cast<bool>(streams_.enter_pressed); }
+  bool enterPressed() const { return hasKeys() && streams_.enter_pressed(); }
   bool outIsTerminal() const { return streams_.out_is_terminal; }
 
   // The standard output carries data (-o -): answers go to the standard error from now on.

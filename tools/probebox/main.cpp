@@ -1,5 +1,7 @@
+#include <array>
 #include <atomic>
 #include <iostream>
+#include <poll.h>
 #include <signal.h>
 #include <string>
 #include <sys/ioctl.h>
@@ -30,14 +32,23 @@ std::size_t terminalColumns() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
+// A whole line of the terminal is there to be read, and is now read.
+bool enterPressed() {
+  pollfd keyboard{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  if (poll(&keyboard, 1, 0) != 1 || (keyboard.revents & POLLIN) == 0) return false;
+  std::array<char, 256> line{};
+  return read(STDIN_FILENO, line.data(), line.size()) > 0;
+}
+
 }  // namespace
 
 int main(int count, char** words) {
   catchSignals();
   std::ios::sync_with_stdio(false);
   const std::vector<std::string> arguments{words + 1, words + count};
-  const probebox::command::Streams streams{
-      std::cin,          std::cout,  std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
+  probebox::command::Streams streams{
+      std::cin,          std::cout,   std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
       terminalColumns(), interrupted};
+  if (isatty(STDIN_FILENO) == 1) streams.enter_pressed = enterPressed;
   return static_cast<int>(probebox::command::run(arguments, streams));
 }

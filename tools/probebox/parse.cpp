@@ -2,12 +2,11 @@
 #include "tools/probebox/parse.hpp"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
-#include <cmath>
 #include <cstdlib>
 #include <sstream>
 
 #include "tools/probebox/nearest.hpp"
+#include "tools/probebox/validators.hpp"
 
 namespace probebox::command {
 namespace {
@@ -22,37 +21,6 @@ constexpr const char* kAbout =
     "Looks at a probebox, records and calibrates with it, and solves measured cases without one.\n"
     "Exit status: 0 ok, 1 refused or measured fail, 2 usage or unreadable input, 3 no box or link lost, 4 the box "
     "refused, 130 interrupted with files closed.";
-
-bool readsAs(const std::string& text, auto& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
-CLI::Validator seconds() {
-  const auto check = [](std::string& text) {
-    double value = 0;
-    const bool good = readsAs(text, value) && std::isfinite(value) && value > 0;
-    return good ? std::string{} : text + " is not a number of seconds above 0, such as 2.5";
-  };
-  return CLI::Validator{check, "", "seconds"};
-}
-
-CLI::Validator wholeNumber() {
-  const auto check = [](std::string& text) {
-    std::uint64_t value = 0;
-    return readsAs(text, value) && value > 0 ? std::string{} : text + " is not a whole number above 0, such as 17";
-  };
-  return CLI::Validator{check, "", "number"};
-}
-
-CLI::Validator speed() {
-  const auto check = [](std::string& text) {
-    double value = 0;
-    const bool good = text == "max" || (readsAs(text, value) && std::isfinite(value) && value > 0);
-    return good ? std::string{} : text + " is neither max nor a number above 0, such as 10";
-  };
-  return CLI::Validator{check, "", "speed"};
-}
 
 // Every command with its options in one place; each adder says what to run when its command was named.
 class CommandLine {
@@ -222,6 +190,8 @@ class CommandLine {
   }
 
   void addCalibrating() {
+    add("selftest", "first run on a machine: leads through axis senses and probe signs, and says what is wrong",
+        "probebox selftest", selftest_);
     auto* solve = add("solve", "solve measured cases; prints one JSON object a line, in the order given",
                       "probebox solve --json cases/delay-multi-speed/0000", solve_);
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
@@ -236,28 +206,7 @@ class CommandLine {
     calibrate->add_option("method", calibrate_.method,
                           "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
                           "delay-per-axis, delay-non-normal, delay-in-out, centreline, c-axis-alignment");
-    calibrate->add_option("--speed", calibrate_.speeds_mm_s, "speeds of the touches, such as 10,20,40")
-        ->delimiter(',')
-        ->check(CLI::PositiveNumber)
-        ->type_name("MM_PER_S");
-    calibrate->add_option("--overtravel", calibrate_.overtravel_mm, "how far into the surface")
-        ->check(CLI::PositiveNumber)
-        ->type_name("MM");
-    calibrate->add_option("--clearance", calibrate_.clearance_mm, "how far off the surface before and after a touch")
-        ->check(CLI::PositiveNumber)
-        ->type_name("MM");
-    calibrate->add_option("--approach", calibrate_.approach_deg, "how far off the normal; for delay-non-normal")
-        ->check(CLI::PositiveNumber)
-        ->type_name("DEGREES");
-    calibrate->add_option("--angles", calibrate_.angles, "how many angles of C; for centreline")
-        ->check(CLI::PositiveNumber)
-        ->type_name("NUMBER");
-    calibrate->add_option("--arc", calibrate_.arc_deg, "over which C can be turned, 360 without it; for centreline")
-        ->check(CLI::PositiveNumber)
-        ->type_name("DEGREES");
-    calibrate->add_option("--heights", calibrate_.balls, "how many balls at different heights; for c-axis-alignment")
-        ->check(CLI::PositiveNumber)
-        ->type_name("NUMBER");
+    addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");
@@ -273,7 +222,51 @@ class CommandLine {
         ->type_name("NUMBER")
         ->required();
     accept->add_option("--by", accept_.by, "the name of the person who accepts")->required();
+    addPlan();
     addGoingBack();
+  }
+
+  static void addRunChoices(CLI::App* command, RunChoices& choices) {
+    command->add_option("--speed", choices.speeds_mm_s, "speeds of the touches, such as 10,20,40")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM_PER_S");
+    command->add_option("--overtravel", choices.overtravel_mm, "how far into the surface")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    command->add_option("--clearance", choices.clearance_mm, "how far off the surface before and after a touch")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    command->add_option("--approach", choices.approach_deg, "how far off the normal; for delay-non-normal")
+        ->check(CLI::PositiveNumber)
+        ->type_name("DEGREES");
+    command->add_option("--angles", choices.angles, "how many angles of C; for centreline")
+        ->check(CLI::PositiveNumber)
+        ->type_name("NUMBER");
+    command->add_option("--arc", choices.arc_deg, "over which C can be turned, 360 without it; for centreline")
+        ->check(CLI::PositiveNumber)
+        ->type_name("DEGREES");
+    command->add_option("--heights", choices.balls, "how many balls at different heights; for c-axis-alignment")
+        ->check(CLI::PositiveNumber)
+        ->type_name("NUMBER");
+  }
+
+  void addPlan() {
+    auto* plan = add("plan", "the uncertainty that a calibration will have, and which touches are the best for a time",
+                     "probebox plan delay-multi-speed --time 60", plan_);
+    plan->add_option("method", plan_.method, "a method that calibrate runs")->required();
+    addRunChoices(plan, plan_);
+    plan->add_option("--time", plan_.time_s, "propose the most precise sets that fit into it")
+        ->check(seconds())
+        ->type_name("SECONDS");
+    const auto add_positive = [&](const char* name, std::optional<double>& value, const char* what, const char* unit) {
+      plan->add_option(name, value, what)->check(CLI::PositiveNumber)->type_name(unit);
+    };
+    add_positive("--machine-rate", plan_.machine_rate_hz, "of the positions; 1000 without it", "HZ");
+    add_positive("--machine-noise", plan_.machine_noise_um, "of one position, k = 1; 0.5 without it", "UM");
+    add_positive("--probe-rate", plan_.probe_rate_hz, "of the deflections; 2000 without it", "HZ");
+    add_positive("--probe-noise", plan_.probe_noise_um, "of one channel, k = 1; 0.4 without it", "UM");
+    add_positive("--acceleration", plan_.acceleration_mm_s2, "of the machine; 10000 without it", "MM_PER_S2");
   }
 
   void addGoingBack() {
@@ -320,6 +313,8 @@ class CommandLine {
   Solve solve_;
   Report report_;
   Calibrate calibrate_;
+  Plan plan_;
+  Selftest selftest_;
   Accept accept_;
   Rollback rollback_;
   History history_;

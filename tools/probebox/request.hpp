@@ -81,9 +81,9 @@ struct Report {
   std::string output;               // "-" is the standard output
   bool force{};
 };
-struct Calibrate {
+// What may be chosen about a run; what is left empty the method chooses.
+struct RunChoices {
   std::string method;
-  // What is left empty the method chooses.
   std::vector<double> speeds_mm_s;
   std::optional<double> overtravel_mm;
   std::optional<double> clearance_mm;
@@ -91,11 +91,22 @@ struct Calibrate {
   std::optional<double> arc_deg;
   std::optional<std::uint16_t> angles;
   std::optional<std::uint16_t> balls;
+};
+struct Calibrate : RunChoices {
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};
   std::string by;
 };
+struct Plan : RunChoices {
+  std::optional<double> time_s;  // propose what fits into it
+  std::optional<double> machine_rate_hz;
+  std::optional<double> machine_noise_um;
+  std::optional<double> probe_rate_hz;
+  std::optional<double> probe_noise_um;
+  std::optional<double> acceleration_mm_s2;
+};
+struct Selftest {};
 struct Accept {
   std::uint64_t id{};
   std::string by;
@@ -114,7 +125,7 @@ struct Corrections {
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Accept, Rollback, History, Corrections>;
+                         Calibrate, Plan, Selftest, Accept, Rollback, History, Corrections>;
 
 struct Request {
   Job job;

@@ -33,6 +33,18 @@ TEST(Calibrating, LeadsThroughTheStepsToAResultWithItsUncertainty) {
   EXPECT_THAT(done.err, HasSubstr("probebox accept 4711 --by NAME")) << "a proposal is not in force";
 }
 
+// Without a controller a person's Enter begins a step, and ends it.
+TEST(Calibrating, IsLedByHand) {
+  const FakeBox box{{.by_hand = true}};
+  unsigned pressed = 0;
+  const auto press = [&] { return ++pressed, true; };
+  const auto done = probebox({"-u", box.uri(), "calibrate", "delay-multi-speed"}, {}, nullptr, press);
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_GE(pressed, 6U) << "begin and end of three steps";
+  EXPECT_THAT(done.err, HasSubstr("By hand: Enter, do it, Enter."));
+  EXPECT_THAT(done.out, HasSubstr("proposed"));
+}
+
 TEST(Calibrating, SpeaksInObjectsToPrograms) {
   const FakeBox box;
   const auto objects = at(box, {"calibrate", "delay-multi-speed", "--json"}).objects();
@@ -100,14 +112,14 @@ TEST(Calibrating, StopsTheMachineAtCtrlC) {
   }};
   const auto done = at(box, kCalibrate, &interrupted);
   EXPECT_EQ(done.status, 130);
-  EXPECT_THAT(done.err, HasSubstr("the calibration was aborted"));
+  EXPECT_THAT(done.err, HasSubstr("the run was aborted"));
 }
 
 TEST(Calibrating, StopsTheMachineWhenNobodyReadsTheStepsAnyMore) {
   const FakeBox box;
   const auto ended = probeboxInto(20, {"-u", box.uri(), "calibrate"});
   EXPECT_EQ(ended.status, 2);
-  EXPECT_THAT(ended.err, HasSubstr("the calibration was aborted"));
+  EXPECT_THAT(ended.err, HasSubstr("the run was aborted"));
   EXPECT_FALSE(box.calibrating());
 }
 

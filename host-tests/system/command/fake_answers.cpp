@@ -57,6 +57,8 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
       return start();
     case Operation::procedure_status:
       return procedure();
+    case Operation::post_marker:
+      return mark(body);
     case Operation::abort_procedure:
       return running_ = false, ok(messages::Nothing{});
     case Operation::list_results:
@@ -122,7 +124,8 @@ Reply FakeAnswers::procedure() {
     p.state = messages::ProcedureState::solving;
     p.prompt = "";
   }
-  if (asked_++ > 2 * kSteps) {
+  const bool waits = options_.by_hand && asked_ < 2 * kSteps;
+  if (!waits && asked_++ > 2 * kSteps) {
     p.state = options_.refuses_run ? messages::ProcedureState::refused : messages::ProcedureState::proposed;
     if (options_.refuses_run) p.refusal = "single-speed: all touches have one speed; measure at two or more";
     p.result_id = options_.refuses_run ? 0 : FakeBox::kResultId;
@@ -130,6 +133,15 @@ Reply FakeAnswers::procedure() {
   }
   if (!running_) p.state = messages::ProcedureState::idle;
   return ok(p);
+}
+
+Reply FakeAnswers::mark(std::span<const std::byte> body) {
+  const auto marker = read<messages::PostMarker::Request>(body);
+  const auto expected = asked_ % 2 == 0 ? messages::StepPhase::begin : messages::StepPhase::end;
+  if (marker.procedure != 7 || marker.step != asked_ / 2 || marker.phase != expected)
+    return no(ErrorCode::wrong_state, "that is not the step that the run waits for");
+  ++asked_;
+  return ok(messages::Nothing{});
 }
 
 Reply FakeAnswers::results(std::span<const std::byte> body) const {

@@ -14,6 +14,7 @@ struct FakeBoxOptions {
   bool refuses_run{};        // the calibration ends in a refusal
   bool busy{};               // no calibration can be started
   bool forbids_accepting{};  // accepting over a link is off
+  bool by_hand{};            // steps wait for markers
   bool cut_is_on{};          // nothing comes into force
   bool loses_at_source{true};
   unsigned older_results{};  // stored ones with the ids 1, 2, ...

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -26,11 +27,12 @@ struct Finished {
 
 // `probebox ARGUMENTS` in this process, without a terminal.
 inline Finished probebox(const std::vector<std::string>& arguments, const std::string& input = {},
-                         const std::atomic<bool>* interrupted = nullptr) {
+                         const std::atomic<bool>* interrupted = nullptr, std::function<bool()> enter_pressed = {}) {
   static const std::atomic<bool> never{false};
   std::istringstream in{input};
   std::ostringstream out, err;
-  const Streams streams{in, out, err, false, false, 0, interrupted == nullptr ? never : *interrupted};
+  const Streams streams{
+      in, out, err, false, false, 0, interrupted == nullptr ? never : *interrupted, std::move(enter_pressed)};
   const auto status = run(arguments, streams);
   return {static_cast<int>(status), out.str(), err.str()};
 }

@@ -18,15 +18,21 @@ using testing::HasSubstr;
 class OnTheMachine : public testing::Test {
  protected:
   OnTheMachine() {
+    start([](board::Descriptions&) {});
+  }
+  // Anew, with descriptions that somebody has changed.
+  void start(const auto& change) {
     app::Options options;
+    daemon_.reset();
     options.state = directory_.file("state");
     options.links = {"tcp:127.0.0.1:0"};
     options.time_scale = 10;
     auto descriptions = app::loadDescriptions(options);
-    EXPECT_TRUE(descriptions) << descriptions.error().what;
+    ASSERT_TRUE(descriptions) << descriptions.error().what;
     descriptions_ = *descriptions;
+    change(descriptions_);
     auto daemon = app::Daemon::start(options, descriptions_);
-    EXPECT_TRUE(daemon) << daemon.error().what;
+    ASSERT_TRUE(daemon) << daemon.error().what;
     daemon_ = std::move(*daemon);
     for (int attempt = 0; attempt < 600 && !locked(); ++attempt) std::this_thread::sleep_for(50ms);
     EXPECT_TRUE(locked());
@@ -78,6 +84,27 @@ TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   ASSERT_EQ(solved.status, 0) << solved.out << solved.err;
   EXPECT_EQ(solved.object()["result"]["centre_mm"][0], found);
   EXPECT_EQ(solved.object()["sd"]["centre_mm"][0], sd);
+}
+
+TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
+  const auto good = box({"selftest"});
+  EXPECT_EQ(good.status, 0) << good.out << good.err;
+  EXPECT_THAT(good.out, HasSubstr("X counts up as it moves up: +"));
+  EXPECT_THAT(good.out, HasSubstr("a push towards +Z"));
+  EXPECT_THAT(good.out, HasSubstr("are stamped"));
+  EXPECT_THAT(good.out, HasSubstr("All is well"));
+
+  start([](board::Descriptions& changed) {
+    for (double& gain : changed.probe.gain[1]) gain = -gain;
+  });
+  const auto wrong = box({"selftest", "--json"});
+  EXPECT_EQ(wrong.status, 1) << wrong.out;
+  std::vector<std::string> names;
+  for (const auto& object : wrong.objects()) {
+    if (object.contains("good") && !object["good"].get<bool>()) names.push_back(object["name"]);
+  }
+  EXPECT_EQ(names, std::vector<std::string>{"probe-sign-wrong"});
+  EXPECT_EQ(wrong.objects().back()["wrong"], 1);
 }
 
 TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {

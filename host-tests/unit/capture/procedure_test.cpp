@@ -204,7 +204,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 8U);
+  EXPECT_EQ(methodNames().size(), 9U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {

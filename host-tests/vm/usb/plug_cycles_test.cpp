@@ -67,6 +67,19 @@ bool losesItsBox(link::Client& client) {
   return client.state() == link::LinkState::lost;
 }
 
+// The least of some seconds: a link that the emulated controller has given up and made anew is there twice for a while.
+Held settled(pid_t box, link::Client& client) {
+  Held least = heldBy(box);
+  for (int look = 0; look < 25; ++look) {
+    const auto wait = link::patience(200ms);
+    while (client.round(wait)) {
+    }
+    const Held now = heldBy(box);
+    if (now.private_kb < least.private_kb) least = now;
+  }
+  return least;
+}
+
 // Of the host, which is this process.
 struct HostHeld {
   std::size_t heap_bytes{mallinfo2().uordblks};
@@ -80,20 +93,22 @@ TEST(PlugCycles, LeaveNothingBehind) {
   box.start({"--link", "usb", "--time-scale", "0.01"});  // the emulated machine shall not take the time
   const auto plug = usb_host::HotPlug::watch(usb::kLink);
   ASSERT_TRUE(plug) << plug.error().what;
-  Held before;
+  Held before, after;
   std::optional<HostHeld> host_before, host_after;
   for (int cycle = 0; cycle <= kWarmUp + kCycles; ++cycle) {
     const auto client = host();
     ASSERT_NE(client, nullptr) << "cycle " << cycle << '\n' << box.log();
     (*plug)->poll();
-    if (cycle == kWarmUp) before = heldBy(box.pid());
+    if (cycle == kWarmUp) before = settled(box.pid(), *client);
     (cycle == kWarmUp ? host_before : host_after).emplace();
-    if (cycle == kWarmUp + kCycles) break;
+    if (cycle == kWarmUp + kCycles) {
+      after = settled(box.pid(), *client);
+      break;
+    }
     gadget.unbind();
     ASSERT_TRUE(losesItsBox(*client)) << "cycle " << cycle;
     gadget.bind();
   }
-  const auto after = heldBy(box.pid());
   EXPECT_EQ(after.files, before.files);
   EXPECT_LE(after.private_kb, before.private_kb + 64);
   EXPECT_EQ(host_after->files, host_before->files);

@@ -1,0 +1,26 @@
+#pragma once
+#include <array>
+
+// What a forecast takes for granted: how good the streams are, and how the machine moves.
+namespace probebox::plan {
+
+struct SetUp {
+  double machine_rate_hz{1000};
+  double machine_noise_um{0.5};  // standard deviation (k = 1) of one position
+  double probe_rate_hz{2000};
+  double probe_noise_um{0.4};  // the same, of one channel
+
+  double sphere_diameter_mm{25};  // of the datum sphere, and of a ball of the part
+  double gap_mm{26};              // between the plates
+  double stylus_ball_diameter_mm{6};
+  double sigma_c_rad{5e-6};  // how exactly the rotary axis C finds an angle (k = 1)
+  double ball_reach_mm{60};  // of the part's ball, from the axis that it turns about
+  double delay_s{4e-3};      // any: precision does not depend on it
+
+  double acceleration_mm_s2{10'000};
+  double dwell_s{0.1};    // at overtravel
+  double between_s{0.5};  // from one touch to the next, beside the touch itself
+  double turning_s{2};    // from one pose of the rotary axes to the next
+};
+
+}  // namespace probebox::plan

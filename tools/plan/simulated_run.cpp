@@ -1,0 +1,189 @@
+#include "tools/plan/simulated_run.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+
+namespace probebox::plan {
+namespace {
+
+using Eigen::Vector3d;
+using Random = std::mt19937_64;
+
+constexpr double kCountsPerMm = 1e6;
+constexpr double kNanometresPerMm = 1e6;
+constexpr double kLead_s = 0.02;   // at rest before and after a touch
+constexpr double kStart_s = 1000;  // any: later than all delays
+
+MonoTime at(double t_s) {
+  return monoTime(std::llround(t_s * 1e9));
+}
+
+Vector3d vector(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+// From rest to rest over a distance, through a trapezoid of speed.
+class Drive {
+ public:
+  Drive(double distance, double speed, double acceleration)
+      : distance_{distance},
+        speed_{std::min(speed, std::sqrt(distance * acceleration))},
+        acceleration_{acceleration},
+        ramp_{speed_ / acceleration},
+        cruise_{distance / speed_ - ramp_} {}
+  double duration() const { return 2 * ramp_ + cruise_; }
+  double at(double t) const {
+    if (t <= 0) return 0;
+    if (t < ramp_) return 0.5 * acceleration_ * t * t;
+    if (t < ramp_ + cruise_) return speed_ * (t - 0.5 * ramp_);
+    const double left = std::max(0.0, duration() - t);
+    return distance_ - 0.5 * acceleration_ * left * left;
+  }
+
+ private:
+  double distance_, speed_, acceleration_, ramp_, cruise_;
+};
+
+// One touch in time: along a straight line through the touched point, where the tip sticks.
+class Contact {
+ public:
+  Contact(const procedure::Step& step, const Vector3d& surface, const SetUp& set_up)
+      : clearance_mm_{step.clearance_mm},
+        retract_{vector(step.touch.retract_direction)},
+        surface_{surface},
+        dwell_s_{step.kind == procedure::Kind::in_out ? 0 : set_up.dwell_s},
+        in_{step.clearance_mm + step.overtravel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2},
+        out_{step.clearance_mm + step.overtravel_mm + procedure::kRunOut_mm, step.touch.retract_speed_mm_s,
+             set_up.acceleration_mm_s2} {}
+
+  double duration() const { return 2 * kLead_s + in_.duration() + dwell_s_ + out_.duration(); }
+  Vector3d body(double t) const { return surface_ + outside(t) * retract_; }
+  // Of a probe whose gain is the identity.
+  Vector3d deflection(double t) const { return std::max(0.0, -outside(t)) * retract_; }
+
+ private:
+  double outside(double t) const {
+    const double since = t - kLead_s;
+    return clearance_mm_ - in_.at(since) + out_.at(since - in_.duration() - dwell_s_);
+  }
+
+  double clearance_mm_;
+  Vector3d retract_, surface_;
+  double dwell_s_;
+  Drive in_, out_;
+};
+
+class Run {
+ public:
+  Run(const SetUp& set_up, std::uint64_t seed) : set_up_{set_up}, random_{seed}, recording_{capture::Capacity{}} {
+    recording_.clear();
+    const double tau = set_up.delay_s;
+    recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
+  }
+
+  // False: the recording is full, as the box's would be.
+  bool touch(const procedure::Step& step) {
+    const Contact contact{step, surfaceOf(step), set_up_};
+    const double from_s = now_s_;
+    capture::Touch touch{.request = step.touch,
+                         .map = map(),
+                         .machine_begin = recording_.machineRowCount(),
+                         .machine_end = 0,
+                         .probe_begin = recording_.probeRowCount(),
+                         .probe_end = 0};
+    bool fits = true;
+    sample(set_up_.machine_rate_hz, contact.duration(), [&](double t) {
+      const Vector3d position = contact.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um);
+      capture::MachineRow row{.at = at(from_s + t), .counts = {}, .screw_nm = {}};
+      for (Eigen::Index i = 0; i < 3; ++i)
+        row.counts[static_cast<std::size_t>(i)] = std::llround(position[i] * kCountsPerMm);
+      fits = recording_.append(row) && fits;
+    });
+    sample(set_up_.probe_rate_hz, contact.duration(), [&](double t) {
+      const Vector3d channels = contact.deflection(t) + noise(set_up_.probe_noise_um);
+      capture::ProbeRow row{.at = at(from_s + t), .channels_nm = {}};
+      for (Eigen::Index i = 0; i < 3; ++i)
+        row.channels_nm[static_cast<std::size_t>(i)] =
+            static_cast<std::int32_t>(std::lround(channels[i] * kNanometresPerMm));
+      fits = recording_.append(row) && fits;
+    });
+    touch.machine_end = recording_.machineRowCount();
+    touch.probe_end = recording_.probeRowCount();
+    const double pause_s = step.touch.rotary_angles_rad == pose_ ? set_up_.between_s : set_up_.turning_s;
+    pose_ = step.touch.rotary_angles_rad;
+    now_s_ += contact.duration() + pause_s;
+    return recording_.append(touch) && fits;
+  }
+
+  double duration() const { return now_s_ - kStart_s; }
+  const capture::Recording& recording() const { return recording_; }
+
+ private:
+  static TickMap map() {
+    constexpr std::int64_t kMillisecond_q32 = std::int64_t{1'000'000} << 32;
+    return {.tick = {}, .at = {}, .period_q32_ns = kMillisecond_q32, .sigma_ns = 0, .state = ClockState::locked};
+  }
+
+  Vector3d surfaceOf(const procedure::Step& step) const {
+    const Vector3d n = vector(step.touch.outward_normal);
+    const double reach_mm = (set_up_.sphere_diameter_mm + set_up_.stylus_ball_diameter_mm) / 2;
+    switch (step.feature) {
+      case procedure::Feature::datum_sphere:
+        return reach_mm * n;
+      case procedure::Feature::plates:
+        return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
+      case procedure::Feature::part_ball: {
+        // Balls stand above each other; A carries the probe, whose stylus is straight: only C moves them.
+        const double c_rad = step.touch.rotary_angles_rad[2];
+        const Vector3d ball{set_up_.ball_reach_mm * std::cos(c_rad), set_up_.ball_reach_mm * std::sin(c_rad),
+                            set_up_.ball_reach_mm * step.touch.ball};
+        return ball + reach_mm * n;
+      }
+    }
+    return reach_mm * n;
+  }
+
+  Vector3d noise(double sigma_um) {
+    std::normal_distribution<double> normal{0.0, sigma_um * 1e-3};
+    return {normal(random_), normal(random_), normal(random_)};
+  }
+
+  void sample(double rate_hz, double duration_s, const auto& take) {
+    const double phase = std::uniform_real_distribution<double>{0.0, 1.0}(random_);
+    for (double count = phase; count / rate_hz < duration_s; ++count) take(count / rate_hz);
+  }
+
+  const SetUp& set_up_;
+  Random random_;
+  capture::Recording recording_;
+  double now_s_{kStart_s};
+  std::array<double, 3> pose_{};
+};
+
+}  // namespace
+
+SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed) {
+  Run run{set_up, seed};
+  for (std::size_t i = 0; i < plan.step_count; ++i) {
+    if (!run.touch(plan.steps[i]))
+      return {metrology::Refusal{"recording-full",
+                                 "the box cannot record so much in one run: choose fewer or faster touches"},
+              run.duration()};
+  }
+  const procedure::Facts facts{.sphere_diameter_mm = set_up.sphere_diameter_mm,
+                               .gap_mm = set_up.gap_mm,
+                               .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
+                               .sigma_c_rad = set_up.sigma_c_rad};
+  const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
+                               .nominal_period = std::chrono::milliseconds{1}};
+  const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);
+  if (measured.refusal) return {*measured.refusal, run.duration()};
+  return {metrology::solve(measured.dataset), run.duration()};
+}
+
+}  // namespace probebox::plan

@@ -1,0 +1,158 @@
+#include "firmware/metrology/selftest.hpp"
+
+#include <algorithm>
+#include <thread>
+#include <vector>
+
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+#include "tools/probebox/dataset_from_json.hpp"
+#include "tools/probebox/followed_run.hpp"
+#include "tools/probebox/report.hpp"
+
+// The first run of a box on its machine: what is connected, whether its clock runs, and whether every axis and the
+// probe mean what the descriptions say.
+namespace probebox::command {
+namespace {
+
+using metrology::Finding;
+
+constexpr milliseconds kClockPatience{20'000};
+constexpr milliseconds kClockPeriod{250};
+
+class Findings {
+ public:
+  explicit Findings(Console& console) : console_{console} {}
+
+  void add(const Finding& finding) {
+    wrong_ += finding.good ? 0 : 1;
+    ++all_;
+    if (console_.json())
+      console_.object({{"good", finding.good}, {"name", finding.name}, {"what", finding.what}});
+    else
+      console_.line((finding.good ? "[ok]    " : "[wrong] ") + finding.what);
+  }
+  // What could not be looked at, and is not wrong.
+  void skip(const std::string& what) {
+    if (console_.json())
+      console_.object({{"skipped", what}});
+    else
+      console_.line("[--]    " + what);
+  }
+  ExitStatus conclude() {
+    if (console_.json())
+      console_.object({{"findings", all_}, {"wrong", wrong_}});
+    else if (wrong_ == 0)
+      console_.line("All is well. Next: probebox calibrate delay-multi-speed");
+    else
+      console_.line(printed("%zu of %zu are wrong: mend them, restart the box, and run selftest again.", wrong_, all_));
+    return wrong_ == 0 ? ExitStatus::ok : ExitStatus::failed;
+  }
+
+ private:
+  Console& console_;
+  std::size_t all_{}, wrong_{};
+};
+
+void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& findings) {
+  std::size_t well = 0;
+  for (const auto& source : sources) {
+    if (source.problem.empty())
+      ++well;
+    else
+      findings.add({false, "source-missing", source.name + ": " + source.problem});
+  }
+  if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver.", well, sources.size())});
+}
+
+Finding judgeClock(const messages::ClockStatus& clock) {
+  if (clock.state == ClockState::locked) {
+    return {true, "",
+            printed("The master clock is locked: ticks are known within %s, %+.1f ppm off nominal.",
+                    readableNs(clock.sigma_ns).c_str(), clock.frequency_ppb / 1000)};
+  }
+  const auto& edges = clock.edges;
+  const std::uint64_t arrived = edges.accepted + edges.doubled + edges.spurious + edges.unlocked;
+  if (arrived == 0) return {false, "no-sync", "No sync edge has arrived: check the sync cable and [sync] in box.toml."};
+  return {false, "clock-unlocked",
+          printed("%llu sync edges have arrived, and they are no clock: check sync_period and the active edge in "
+                  "box.toml, and the cable for noise.",
+                  static_cast<unsigned long long>(arrived))};
+}
+
+// How late edges are stamped: it goes into the delay, and its spread into everything.
+void judgeStamps(link::Client& box, Console& console, Findings& findings) {
+  const auto late = ask<messages::LoopBack>(box, console, {});
+  if (late) {
+    const auto duration = [](std::int64_t ns) { return readableNs(static_cast<double>(ns)); };
+    findings.add({late->lost == 0, late->lost == 0 ? "" : "pulses-lost",
+                  "Edges from " + late->output + " to " + late->input + " are stamped " + duration(late->median_ns) +
+                      " late, with a spread of " + duration(late->sigma_ns) +
+                      printed("; %u of %u pulses were lost%s", late->lost, late->pulses,
+                              late->lost == 0 ? "." : ": check the wire between the two lines.")});
+  } else if (late.error().name == messages::nameOf(messages::ErrorCode::not_found)) {
+    findings.skip("This box has no loop-back, so that how late it stamps edges is not known ([loop_back] in box.toml).");
+  } else {
+    findings.add({false, "loop-back", "The loop-back gave no answer: " + late.error().what});
+  }
+}
+
+// A box that has just started needs a moment for its clock.
+Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Console& console) {
+  const auto deadline = link::now() + kClockPatience;
+  while (true) {
+    auto status = ask<messages::Status>(box, console);
+    if (!status || status->clock.state == ClockState::locked || link::now() > deadline) return status;
+    console.progress("waiting for the master clock");
+    std::this_thread::sleep_for(kClockPeriod);
+    if (console.interrupted()) return status;
+  }
+}
+
+// What the steps showed, also when the box refused the run because of it.
+Outcome<std::vector<Finding>, Trouble> measured(FollowedRun& run) {
+  const auto text = run.dataset();
+  if (!text) return text.error();
+  const auto dataset = datasetFromJson(*text);
+  if (!dataset) return Trouble{ExitStatus::failed, "not-understood", dataset.error().what};
+  auto findings = metrology::selftestFindings(*dataset);
+  if (!findings) return Trouble{ExitStatus::failed, findings.error().name, findings.error().reason};
+  return std::move(findings).value();
+}
+
+ExitStatus refuse(const Trouble& trouble, Console& console) {
+  if (trouble.status == ExitStatus::interrupted) return ExitStatus::interrupted;
+  return console.fail(trouble);
+}
+
+}  // namespace
+
+ExitStatus run(const Selftest&, const std::string& given, Console& console) {
+  const auto uri = chooseUri(given);
+  if (!uri) return console.fail(uri.error());
+  if (uri->isFile()) return console.fail(usage("a recording cannot be tested; name a box"));
+  Findings findings{console};
+  {
+    const auto box = openBox(*uri, console);
+    if (!box) return console.fail(box.error());
+    const auto status = settledStatus(**box, console);
+    if (!status) return console.fail(status.error());
+    judgeSources(status->sources, findings);
+    findings.add(judgeClock(status->clock));
+    // Without a clock no step could be recorded.
+    if (status->clock.state != ClockState::locked) return findings.conclude();
+    judgeStamps(**box, console, findings);
+  }
+  FollowedRun walk{*uri, console};
+  const auto last = walk.go({.method = "selftest"});
+  if (!last) return refuse(last.error(), console);
+  if (last->state == messages::ProcedureState::aborted)
+    return console.fail({ExitStatus::failed, "aborted", "the selftest was aborted; begin it again"});
+  if (last->step < last->steps) return console.fail({ExitStatus::failed, "refused", last->refusal});
+  const auto seen = measured(walk);
+  if (!seen) return refuse(seen.error(), console);
+  for (const Finding& finding : *seen) findings.add(finding);
+  return findings.conclude();
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,42 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+// What words of the command line have to look like. Only parse.cpp includes it: CLI11 is slow to compile.
+namespace probebox::command {
+
+inline bool readsAs(const std::string& text, auto& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+inline CLI::Validator seconds() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool good = readsAs(text, value) && std::isfinite(value) && value > 0;
+    return good ? std::string{} : text + " is not a number of seconds above 0, such as 2.5";
+  };
+  return CLI::Validator{check, "", "seconds"};
+}
+
+inline CLI::Validator wholeNumber() {
+  const auto check = [](std::string& text) {
+    std::uint64_t value = 0;
+    return readsAs(text, value) && value > 0 ? std::string{} : text + " is not a whole number above 0, such as 17";
+  };
+  return CLI::Validator{check, "", "number"};
+}
+
+inline CLI::Validator speed() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool good = text == "max" || (readsAs(text, value) && std::isfinite(value) && value > 0);
+    return good ? std::string{} : text + " is neither max nor a number above 0, such as 10";
+  };
+  return CLI::Validator{check, "", "speed"};
+}
+
+}  // namespace probebox::command
