@@ -1,6 +1,4 @@
-#include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <string>
 
 #include "tools/report/pictures.hpp"
@@ -15,15 +13,6 @@ const metrology::Table* placesOf(const metrology::Dataset& dataset) {
     if (table != nullptr && table->rectangular() && table->rows() > 0) return table;
   }
   return nullptr;
-}
-
-std::vector<Point> circleAt(Point centre, double radius) {
-  std::vector<Point> points;
-  for (int k = 0; k <= 120; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / 120.0;
-    points.push_back({centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle)});
-  }
-  return points;
 }
 
 // One view: two columns against each other; with a sphere's outline where the answer has one.
@@ -45,9 +34,9 @@ Plot view(const metrology::Table& table, const metrology::Result* result, const 
     const auto* radius = result->find("radius_mm");
     const auto known = dataset.config.find("radius_mm");
     if (radius != nullptr) {
-      plot.add(circleAt(at, radius->value()), Look::dotted, "sphere");
+      plot.add(circleAround(at, radius->value()), Look::dotted, "sphere");
     } else if (known != dataset.config.end() && std::holds_alternative<double>(known->second)) {
-      plot.add(circleAt(at, std::get<double>(known->second)), Look::dotted, "sphere");
+      plot.add(circleAround(at, std::get<double>(known->second)), Look::dotted, "sphere");
     }
     plot.add({at}, Look::triangles, "centre");
   }

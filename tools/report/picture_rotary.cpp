@@ -39,14 +39,9 @@ Plot vectors(const std::vector<double>& angles, const metrology::Estimate& error
   const double radius = std::max(2.5 * longest, 1e-3);
   std::vector<Point> from;
   for (const double angle : angles) from.push_back({radius * std::cos(angle), radius * std::sin(angle)});
-  std::vector<Point> circle;
-  for (int k = 0; k <= 120; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / 120.0;
-    circle.push_back({radius * std::cos(angle), radius * std::sin(angle)});
-  }
   Plot plot{"Error vectors around the axis", "EX (um)", "EY (um)"};
   plot.keepProportions();
-  plot.add(std::move(circle), Look::dotted, "angles of the axis; arrows in the scale of the axes");
+  plot.add(circleAround({}, radius), Look::dotted, "angles of the axis; arrows in the scale of the axes");
   plot.addArrows(std::move(from), std::move(by));
   return plot;
 }

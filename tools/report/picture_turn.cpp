@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kShownShare = 0.2;  // of the radius, that the largest deviation is magnified to
 
 // 1, 2 or 5 times a power of ten, at most this.
@@ -18,14 +16,7 @@ double roundBelow(double value) {
   return power * (share >= 5.0 ? 5.0 : share >= 2.0 ? 2.0 : 1.0);
 }
 
-std::vector<Point> circle(double radius) {
-  std::vector<Point> points;
-  for (int k = 0; k <= 120; ++k)
-    points.push_back({radius * std::cos(kTurn * k / 120), radius * std::sin(kTurn * k / 120)});
-  return points;
-}
-
-// The mean of readings minus centre, over the angle's turn undone, is the arm: its length is the radius.
+// Mean distance from the centre.
 double meanRadius(const std::vector<Point>& from_centre) {
   double sum = 0.0;
   for (const auto& at : from_centre) sum += std::hypot(at.x, at.y);
@@ -60,7 +51,7 @@ std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrolog
   char legend[96];
   std::snprintf(legend, sizeof legend, "readings, off the circle %g times magnified (largest %.2g um)", factor,
                 1e3 * worst);
-  plot.add(circle(radius), Look::dotted, "mean radius");
+  plot.add(circleAround({}, radius), Look::dotted, "mean radius");
   plot.add(std::move(magnified), Look::dots, legend);
   plot.add({{0.0, 0.0}}, Look::triangles, "centre");
   return {plot};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "tools/report/html.hpp"
@@ -168,6 +169,15 @@ struct Plot::Frame {
   double acrossOf(double value) const { return kLeft + (value - x.low) / x.width() * acrossWidth(); }
   double upOf(double value) const { return bottom - (value - y.low) / y.width() * upHeight(); }
 };
+
+std::vector<Point> circleAround(Point centre, double radius) {
+  std::vector<Point> points;
+  for (int k = 0; k <= 120; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / 120.0;
+    points.push_back({centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle)});
+  }
+  return points;
+}
 
 std::vector<double> ticks(double low, double high, int wanted) {
   const double raw = (high - low) / std::max(wanted, 1);

@@ -64,6 +64,9 @@ class Plot {
   bool proportional_{};
 };
 
+// Points of a circle, to be drawn as a line.
+std::vector<Point> circleAround(Point centre, double radius);
+
 // Round numbers within [low, high], about `wanted` of them, a step of 1, 2 or 5 times a power of ten apart.
 std::vector<double> ticks(double low, double high, int wanted);
 
