@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "firmware/metrology/answer.hpp"
 #include "firmware/metrology/ball_readings.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
+#include "firmware/metrology/tilt_readings.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -23,46 +23,9 @@ constexpr std::array<std::string_view, 5> kTableColumns{"tilt_deg", "C_deg", "x_
 constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kTableKeys{"tilt_axis", "sigma_mm"};
 constexpr std::array<std::string_view, 3> kHeadKeys{"ball_mm", "swivel_axis", "sigma_mm"};
-constexpr double kLeastSpan = 20.0;  // degrees
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // degrees
 constexpr double kSkewLength = 1.0;  // mm
-
-// A point that tilts about the pivot. Points that differ by the angle of the other axis are points of their own: each
-// turns about the pivot at its own arm, so nothing needs to cancel.
-struct TiltReading {
-  Vector2d at;        // mm, in the plane across the axis
-  double tilt_deg{};  // right-handed about the axis
-  double along{};     // mm, along the axis, from the mean of all readings
-  std::size_t point{};
-};
-
-std::vector<TiltReading> readingsOf(const Table& table, const SwivelPlane& plane, const Vector3d* ball) {
-  std::vector<TiltReading> readings;
-  std::map<long long, std::size_t> points;
-  double mean = 0.0;
-  const bool head = ball != nullptr;
-  const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
-  const auto& other = *table.column(head ? "A_deg" : "C_deg");
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
-    const double turned = std::remainder(other[row], 360.0);
-    const auto angle = std::llround((turned <= -180.0 + kSameAngle ? 180.0 : turned) / kSameAngle);
-    const auto point = points.try_emplace(angle, points.size()).first->second;
-    const Vector3d from = head ? Vector3d{*ball - at} : at;
-    readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point});
-    mean += from[plane.axis] / static_cast<double>(table.rows());
-  }
-  for (auto& reading : readings) reading.along -= mean;
-  return readings;
-}
-
-std::optional<Refusal> badSpan(const std::vector<TiltReading>& readings) {
-  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
-  const double span = greatest.tilt_deg - least.tilt_deg;
-  if (span >= kLeastSpan) return std::nullopt;
-  return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
-}
 
 // Whether points lie far enough apart along the axis to show that it is not quite parallel to its machine axis.
 bool skewSeen(const std::vector<TiltReading>& readings) {
@@ -73,7 +36,7 @@ bool skewSeen(const std::vector<TiltReading>& readings) {
 // Parameters: pivot half way along the readings, the arm of each point at tilt zero, and the skew of the axis, which
 // moves the pivot of a point that lies further along it.
 Outcome<Fit, Refusal> fitPivot(const std::vector<TiltReading>& readings, double sigma) {
-  if (auto refusal = badSpan(readings)) return *refusal;
+  if (auto refusal = refuseSpan(readings)) return *refusal;
   const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
   const auto rows = static_cast<Eigen::Index>(2 * readings.size());
   const bool skew = skewSeen(readings);
@@ -166,7 +129,7 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   if (!plane) return plane.error();
   const auto table = checkedTable(dataset, "readings", kTableColumns);
   if (!table) return table.error();
-  const auto readings = readingsOf(**table, plane.value(), nullptr);
+  const auto readings = tiltReadings(**table, plane.value(), nullptr).readings;
   const auto fit = fitPivot(readings, sigma->value);
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
@@ -187,7 +150,7 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   const auto table = checkedTable(dataset, "readings", kHeadColumns);
   if (!table) return table.error();
   const Vector3d place{ball->value().data()};
-  const auto readings = readingsOf(**table, plane.value(), &place);
+  const auto readings = tiltReadings(**table, plane.value(), &place).readings;
   const auto fit = fitPivot(readings, sigma->value);
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;

@@ -17,6 +17,7 @@
 #include "firmware/metrology/limited_access.hpp"
 #include "firmware/metrology/periodic_check.hpp"
 #include "firmware/metrology/pivot.hpp"
+#include "firmware/metrology/pivot_axis.hpp"
 #include "firmware/metrology/rotary_axis.hpp"
 #include "firmware/metrology/screw_calibration.hpp"
 #include "firmware/metrology/screw_compensation.hpp"
@@ -54,6 +55,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"delay-plates", solveDelayPlates},
     {"delay-stepped-scan", solveDelaySteppedScan},
     {"head-pivot", solveHeadPivot},
+    {"head-pivot-3d", solveHeadPivot3d},
     {"periodic-check", solvePeriodicCheck},
     {"pocket-fit", solvePocketFit},
     {"rotary-axis-errors", solveRotaryAxisErrors},
@@ -66,6 +68,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"spindle-offset-four", solveSpindleOffsetFour},
     {"swivel-error", solveSwivelError},
     {"table-pivot", solveTablePivot},
+    {"table-pivot-3d", solveTablePivot3d},
     {"tool-assembly", solveToolAssembly},
     {"tool-setter", solveToolSetter},
     {"web-fit", solveWebFit},

@@ -111,6 +111,20 @@ metrology::Dataset rotaryDataset(const PlateReadings& plate) {
           .tables = {std::move(first), std::move(second), std::move(third)}};
 }
 
+std::vector<TiltedPoint> tiltedReadings(std::mt19937_64& random, const std::vector<double>& tilts) {
+  const Vector3d on_axis = anywhere(random, 20.0);
+  const Vector3d direction = Vector3d{uniform(random, -.01, .01), uniform(random, -.01, .01), 1.0}.normalized();
+  std::vector<TiltedPoint> readings;
+  for (std::size_t point = 0; point < 2; ++point) {
+    const Vector3d at = Vector3d{100.0, 30.0, 0.0} + anywhere(random, 50.0);
+    for (const double tilt : tilts) {
+      const Vector3d seen = on_axis + Eigen::AngleAxisd{tilt, direction} * (at - on_axis);
+      readings.push_back({seen + blur(random, 0.001), tilt, point});
+    }
+  }
+  return readings;
+}
+
 std::vector<metrology::Retract> sphereRetracts(std::mt19937_64& random) {
   const Vector3d centre = anywhere(random, 50.0);
   const double radius = uniform(random, 8.0, 30.0);

@@ -3,6 +3,7 @@
 #include <random>
 #include <vector>
 
+#include "ceres_problems.hpp"
 #include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/line.hpp"
@@ -28,6 +29,9 @@ struct PlateReadings {
 };
 PlateReadings plateReadings(std::mt19937_64& random, int balls, double sigma);
 metrology::Dataset rotaryDataset(const PlateReadings& plate);
+
+// Two balls that tilt (rad) about an axis nearly parallel to Z.
+std::vector<TiltedPoint> tiltedReadings(std::mt19937_64& random, const std::vector<double>& tilts);
 
 // Lines of five touches of a sphere at three speeds, with a delay of some ms.
 std::vector<metrology::Retract> sphereRetracts(std::mt19937_64& random);

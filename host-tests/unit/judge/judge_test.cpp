@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <random>
 
 #include "ceres_problems.hpp"
@@ -89,6 +90,34 @@ TEST(Judge, RotaryAxis) {
       const Eigen::MatrixX3d from = (plate.certified * ideal.transpose()).rowwise() + shift.transpose();
       expectSame(Eigen::Map<const Motion>{six.data() + 6 * k}, rigid(from, plate.first[k]));
     }
+  }
+}
+
+TEST(Judge, PivotInSpace) {
+  std::mt19937_64 random{6};
+  for (int trial = 0; trial < 30; ++trial) {
+    const std::vector<double> tilts{-1.4, -0.6, 0.1, 0.5};
+    const auto readings = tiltedReadings(random, tilts);
+    metrology::Dataset dataset{
+        .method = "table-pivot-3d", .config = {{"tilt_axis", std::vector<double>{0, 0, 1}}}, .tables = {}};
+    auto table = metrology::Table::withColumns(
+        "readings", std::array<std::string_view, 5>{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"});
+    for (const auto& reading : readings) {
+      table.append({reading.tilt * 180.0 / std::numbers::pi, 90.0 * static_cast<double>(reading.point), reading.at.x(),
+                    reading.at.y(), reading.at.z()});
+    }
+    dataset.tables.push_back(std::move(table));
+    const auto solved = metrology::solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    VectorXd start = VectorXd::Zero(10);
+    for (const auto& reading : readings)
+      start.segment<3>(4 + 3 * static_cast<Eigen::Index>(reading.point)) = reading.at;
+    const VectorXd judged = pivot(readings, start);
+    const auto& lean = solved->find("lean_xy_rad")->values;
+    const auto& at = solved->find("pivot_xy_mm")->values;
+    const double along = solved->find("along_mm")->value();
+    expectSame(Vector2d{lean[0], lean[1]}, judged.segment<2>(2));
+    expectSame(Vector2d{at[0], at[1]}, judged.head<2>() + along * judged.segment<2>(2));
   }
 }
 

@@ -6,6 +6,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "cases.hpp"
+#include "firmware/metrology/pivot_axis.hpp"
+#include "fisher.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -116,6 +118,111 @@ RC_GTEST_PROP(TablePivot, IsFoundForAnyAxisItsSenseAndAnyOrderOfReadings, ()) {
                                                      : std::array<Eigen::Index, 2>{0, 1};
   RC_ASSERT(std::abs(pivot->values[0] - table.pivot[plane[0]]) < 1e-8);
   RC_ASSERT(std::abs(pivot->values[1] - table.pivot[plane[1]]) < 1e-8);
+}
+
+// Everything unknown: pivot, lean of the axis, and where each angle of C has the ball.
+Eigen::MatrixXd boundInSpace(const Tilting& table, const std::vector<double>& tilts, std::size_t cs, double along,
+                             double sigma) {
+  const auto observe = [&](const Eigen::VectorXd& p) {
+    Eigen::VectorXd seen{static_cast<Eigen::Index>(3 * tilts.size() * cs)};
+    Eigen::Index row = 0;
+    for (const double tilt : tilts) {
+      for (std::size_t c = 0; c < cs; ++c) {
+        const Vector3d pivot{along, p[0], p[1]};
+        const Vector3d direction = Vector3d{1.0, p[2] / 100.0, p[3] / 100.0}.normalized();  // steps like the others
+        const Vector3d at = p.segment<3>(4 + 3 * static_cast<Eigen::Index>(c));
+        seen.segment<3>(row) = pivot + AngleAxisd{tilt * kDegree, direction} * (at - pivot);
+        row += 3;
+      }
+    }
+    return seen;
+  };
+  Eigen::VectorXd truth{4 + 3 * static_cast<Eigen::Index>(cs)};
+  truth.head(4) << table.pivot.y(), table.pivot.z(), 100.0 * table.skew.y(), 100.0 * table.skew.z();
+  for (std::size_t c = 0; c < cs; ++c) {
+    truth.segment<3>(4 + 3 * static_cast<Eigen::Index>(c)) = table.at(0.0, c == 0 ? 0.0 : 180.0);
+  }
+  return smallestCovariance(observe, truth, sigma);
+}
+
+TEST(TablePivot3d, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{11};
+  Judgement pivot;
+  Judgement lean;
+  for (int trial = 0; trial < 500; ++trial) {
+    Tilting table = randomTable(random, 5e-3);
+    table.axis = Vector3d::UnitX();
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    const std::vector<double> tilts = trial % 2 == 0 ? std::vector<double>{-90, 0} : std::vector<double>{-80, -35, 10};
+    const std::vector<double> cs = trial % 2 == 0 ? std::vector<double>{0, 180} : std::vector<double>{0};
+    Dataset dataset = tableDataset(table, tilts, cs, sigma, random);
+    dataset.method = "table-pivot-3d";
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const double along = solved->find("along_mm")->value();
+    const auto bound = boundInSpace(table, tilts, cs.size(), along, sigma);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const auto& found = *solved->find("pivot_yz_mm");
+      const double truth = table.pivot[at + 1] + (along - table.pivot.x()) * table.skew[at + 1];
+      pivot.add(found.values[k] - truth, found.sd[k], std::sqrt(bound(at, at)));
+      const auto& leans = *solved->find("lean_yz_rad");
+      lean.add(leans.values[k] - table.skew[at + 1], leans.sd[k], std::sqrt(bound(at + 2, at + 2)) / 100.0);
+    }
+  }
+  expectHonest(pivot);
+  expectHonest(lean);
+}
+
+RC_GTEST_PROP(TablePivot3d, IsExactWhateverTheAxisAndItsSense, ()) {
+  std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
+  const auto k = *rc::gen::inRange<Eigen::Index>(0, 3);
+  Tilting table = randomTable(random, 0.0);
+  table.axis = Vector3d::Zero();
+  table.axis[k] = *rc::gen::element(1.0, -1.0);
+  table.skew = Vector3d{uniform(random, -.01, .01), uniform(random, -.01, .01), uniform(random, -.01, .01)};
+  table.skew[k] = 0.0;
+  table.c_axis = table.pivot;
+  table.ball = table.pivot + Vector3d{uniform(random, 50, 90), uniform(random, 50, 90), uniform(random, 90, 150)};
+  Dataset dataset = tableDataset(table, {-60, -20, 35, 70}, {0, 75, 180}, 0.0, random);
+  dataset.method = "table-pivot-3d";
+  const auto solved = solve(dataset);
+  RC_ASSERT(solved.ok());
+  const char* keys[]{"yz", "xz", "xy"};
+  const auto& pivot = solved->find("pivot_" + std::string{keys[k]} + "_mm")->values;
+  const auto& lean = solved->find("lean_" + std::string{keys[k]} + "_rad")->values;
+  const double along = solved->find("along_mm")->value() - table.pivot[k];
+  Eigen::Index at = 0;
+  for (std::size_t slot = 0; slot < 2; ++slot, ++at) {
+    if (at == k) ++at;
+    const double slope = table.skew[at] / table.axis[k];
+    RC_ASSERT(std::abs(lean[slot] - slope) < 1e-9);
+    RC_ASSERT(std::abs(pivot[slot] - (table.pivot[at] + along * slope)) < 1e-7);
+  }
+}
+
+TEST(TablePivot3d, RefusesByName) {
+  std::mt19937_64 random{12};
+  const auto refusal = [&](const std::vector<double>& tilts, const std::vector<double>& cs) {
+    Dataset dataset = tableDataset({}, tilts, cs, 0.001, random);
+    dataset.method = "table-pivot-3d";
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refusal({-90, 0}, {0, 180}), "");
+  EXPECT_EQ(refusal({-90, 0}, {0}), "too-few-readings") << "six coordinates for seven unknowns";
+  EXPECT_EQ(refusal({-90, -45, 0}, {0}), "");
+  EXPECT_EQ(refusal({-15, 0}, {0, 180}), "tilt-span-too-small");
+  EXPECT_EQ(refusal({0, 360}, {0, 180}), "ill-conditioned") << "the same place";
+}
+
+// (B31): the point of a tool that is moved along stays on the part.
+TEST(TiltAxis, CarriesAPointAsTheTableDoes) {
+  Tilting table;
+  table.skew = {0, 3e-3, -2e-3};
+  const TiltAxis axis{table.pivot, table.axis + table.skew};
+  for (const double tilt : {-90.0, -20.0, 55.0}) {
+    EXPECT_LT((axis.tilted(table.at(0.0, 30.0), tilt * kDegree) - table.at(tilt, 30.0)).norm(), 1e-9);
+  }
 }
 
 TEST(TablePivot, RefusesByName) {
