@@ -27,13 +27,7 @@ struct RimReading {
 };
 
 // The readings that the source's steps need, those with the largest theta.
-struct SourceReadings {
-  RimReading plus;
-  RimReading minus;
-  RimReading zero;
-};
-
-std::optional<SourceReadings> sourceReadings(const std::vector<RimReading>& readings) {
+std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
   const auto at = [&](double angle) {
     return std::ranges::find_if(readings, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle; });
   };
@@ -41,27 +35,18 @@ std::optional<SourceReadings> sourceReadings(const std::vector<RimReading>& read
   const auto plus = std::ranges::max_element(readings, {}, &RimReading::c);
   const auto minus = at(-plus->c);
   if (zero == readings.end() || minus == readings.end() || plus->c < kLeastHalfArc) return std::nullopt;
-  return SourceReadings{*plus, *minus, *zero};
-}
-
-// The source's steps without going back to the machine: instead of turning C by phi, the readings are turned.
-std::optional<RimCentre> bySourceSteps(const SourceReadings& source) {
-  const double phi = remainingShift(source.plus.at, source.minus.at);
-  const Eigen::Matrix2d back = turn(-phi);
-  auto found = rimCentre(back * source.plus.at, back * source.minus.at, back * source.zero.at);
-  if (found) found->centre = turn(phi) * found->centre;
-  return found;
+  return RimSteps{plus->at, minus->at, zero->at, plus->c};
 }
 
 void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, const Eigen::Vector2d& centre,
                        const StatedNoise& noise) {
   const auto source = sourceReadings(readings);
-  const auto found = source ? bySourceSteps(*source) : std::nullopt;
+  const auto found = source ? turnedRimCentre(*source) : std::nullopt;
   if (!found) return;
   auto& also = answer.result().also;
   also.push_back(Estimate::vector("source_centre_mm", {found->centre.x(), found->centre.y()}, {}));
   if (!noise.stated) return;
-  const double theta = source->plus.c;
+  const double theta = source->theta;
   const double sigma = std::hypot(noise.noise.position, found->radius * noise.noise.angle);
   const double sd = sigma * std::sqrt(2.0 + std::pow(std::sin(theta), 2)) / (1.0 - std::cos(theta));
   const double off = (found->centre - centre).norm();
@@ -83,6 +68,14 @@ std::optional<RimCentre> rimCentre(const Eigen::Vector2d& at_plus, const Eigen::
   if (drop == 0.0) return std::nullopt;
   const double radius = (at_plus - at_zero).squaredNorm() / (2.0 * drop);
   return RimCentre{{(at_plus.x() + at_minus.x()) / 2.0, at_zero.y() - radius}, radius};
+}
+
+std::optional<RimCentre> turnedRimCentre(const RimSteps& steps) {
+  const double phi = remainingShift(steps.plus, steps.minus);
+  const Eigen::Matrix2d back = turn(-phi);
+  auto found = rimCentre(back * steps.plus, back * steps.minus, back * steps.zero);
+  if (found) found->centre = turn(phi) * found->centre;
+  return found;
 }
 
 Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {

@@ -23,6 +23,18 @@ struct RimCentre {
 std::optional<RimCentre> rimCentre(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus,
                                    const Eigen::Vector2d& at_zero);
 
+// Readings at +theta, -theta and 0, mm.
+struct RimSteps {
+  Eigen::Vector2d plus;
+  Eigen::Vector2d minus;
+  Eigen::Vector2d zero;
+  double theta{};  // rad
+};
+
+// (B26), (B27) without going back to the machine: instead of turning C by phi, the readings are turned. Nothing as
+// above.
+std::optional<RimCentre> turnedRimCentre(const RimSteps& steps);
+
 // Method "centreline-limited-access": all readings by least squares with their known angles (B6), weighted for the
 // noise of C (B8). Table readings{C_rad_clockwise_from_plus_y,x_mm,y_mm}. Config: sigma_mm, sigma_C_rad. Gives
 // centre_mm, radius_mm, psi0_rad. Where the data hold the source's readings, its own steps (B26), (B27) are gone

@@ -18,6 +18,7 @@
 #include "firmware/metrology/periodic_check.hpp"
 #include "firmware/metrology/pivot.hpp"
 #include "firmware/metrology/pivot_axis.hpp"
+#include "firmware/metrology/rim_steps.hpp"
 #include "firmware/metrology/rotary_axis.hpp"
 #include "firmware/metrology/screw_calibration.hpp"
 #include "firmware/metrology/screw_compensation.hpp"
@@ -45,6 +46,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"c-axis-alignment", solveCAxisAlignment},
     {"c-zero-shift", solveCZeroShift},
     {"centreline", solveCentreline},
+    {"centreline-by-steps", solveCentrelineBySteps},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
     {"corner-fit", solveCornerFit},
     {"delay-in-out", solveDelayInOut},

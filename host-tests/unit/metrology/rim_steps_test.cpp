@@ -1,0 +1,169 @@
+// The source's steps to the centre of a large chuck, as an operator goes through them on a machine.
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "cases.hpp"
+#include "firmware/metrology/limited_access.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Chuck {
+  Vector2d centre{0.35, -0.62};
+  double radius{600.0};
+  double psi{0.9 * kDegree};
+  Vector2d stylus{0.0, 0.0};
+  double sigma{0.001};
+  double sigma_c{0.0};
+
+  // Machine position at the count C, clockwise from +Y; the spindle at zero.
+  Vector2d reading(double c, std::mt19937_64& random) const {
+    const double angle = c + psi + gauss(random, sigma_c);
+    return centre + radius * Vector2d{std::sin(angle), std::cos(angle)} - stylus +
+           Vector2d{gauss(random, sigma), gauss(random, sigma)};
+  }
+};
+
+Chuck randomChuck(std::mt19937_64& random) {
+  Chuck chuck;
+  chuck.centre = {uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5)};
+  chuck.radius = uniform(random, 300, 1200);
+  chuck.psi = uniform(random, -0.02, 0.02);
+  chuck.stylus = {uniform(random, -.05, .05), uniform(random, -.05, .05)};
+  chuck.sigma = uniform(random, 5e-4, 1.5e-3);
+  return chuck;
+}
+
+Dataset goThrough(const Chuck& chuck, double theta, std::mt19937_64& random) {
+  Dataset dataset{.method = "centreline-by-steps",
+                  .config = {{"sigma_mm", chuck.sigma}, {"sigma_C_rad", chuck.sigma_c}},
+                  .tables = {}};
+  Table stylus = Table::withColumns("stylus", std::array<std::string_view, 3>{"A_rad", "x_mm", "y_mm"});
+  for (const double a : {0.0, std::numbers::pi}) {
+    const Vector2d at = chuck.centre + chuck.radius * Vector2d{std::sin(chuck.psi), std::cos(chuck.psi)} -
+                        Eigen::Rotation2Dd{a} * chuck.stylus;
+    stylus.append({a, at.x(), at.y()});
+  }
+  Table readings = Table::withColumns(
+      "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"});
+  double zero = 0.0;
+  for (double loop = 1.0; loop <= 5.0; ++loop) {
+    const Vector2d plus = chuck.reading(zero + theta, random);
+    const Vector2d minus = chuck.reading(zero - theta, random);
+    readings.append({loop, theta, plus.x(), plus.y()});
+    readings.append({loop, -theta, minus.x(), minus.y()});
+    if (std::abs(plus.y() - minus.y()) < 0.01) {
+      const Vector2d top = chuck.reading(zero, random);
+      readings.append({loop, 0.0, top.x(), top.y()});
+      break;
+    }
+    zero += remainingShift(plus + chuck.stylus, minus + chuck.stylus);
+  }
+  dataset.tables = {std::move(stylus), std::move(readings)};
+  return dataset;
+}
+
+TEST(CentrelineBySteps, FitStatesItsUncertaintyAndSoDoTheStepsWhereTheyCount) {
+  std::mt19937_64 random{1};
+  for (const bool trust : {true, false}) {
+    Moments pull;
+    int refused = 0;
+    for (int trial = 0; trial < 500; ++trial) {
+      Chuck chuck = randomChuck(random);
+      if (trial % 2 == 0) chuck.sigma_c = 1e-6;
+      Dataset dataset = goThrough(chuck, uniform(random, 30, 45) * kDegree, random);
+      dataset.config["trust_C_angles"] = trust;
+      const auto solved = solve(dataset);
+      if (!solved) {
+        EXPECT_EQ(solved.error().name, "steps-disagree");
+        ++refused;
+        continue;
+      }
+      for (std::size_t k = 0; k < 2; ++k) {
+        pull.add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                 solved->find("centre_mm")->sd[k]);
+      }
+      pull.add(solved->find("radius_mm")->value() - chuck.radius, solved->find("radius_mm")->sd[0]);
+    }
+    EXPECT_LE(refused, 2) << "of 500 good ones";
+    EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+    EXPECT_LT(std::abs(pull.bias()), 4.5);
+  }
+}
+
+TEST(CentrelineBySteps, StepsAndFitAgreeWithoutNoise) {
+  std::mt19937_64 random{2};
+  for (int trial = 0; trial < 30; ++trial) {
+    Chuck chuck = randomChuck(random);
+    chuck.sigma = 0.0;
+    const auto solved = solve(goThrough(chuck, 40 * kDegree, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_NEAR(solved->find("fit_centre_mm")->values[0], chuck.centre.x(), 1e-8);
+    EXPECT_NEAR(solved->find("fit_centre_mm")->values[1], chuck.centre.y(), 1e-8);
+    EXPECT_NEAR(solved->find("steps_centre_mm")->values[0], chuck.centre.x(), 1e-6);
+    EXPECT_NEAR(solved->find("steps_centre_mm")->values[1], chuck.centre.y(), 1e-6);
+    EXPECT_NEAR(solved->find("C_shift_rad")->value(), -chuck.psi, 1e-9);
+    EXPECT_NEAR(solved->find("stylus_offset_mm")->values[0], chuck.stylus.x(), 1e-9);
+  }
+}
+
+// A scale of C that is off by a thousandth: the fit believes the angles, the steps use that theta is the same twice.
+TEST(CentrelineBySteps, RefusesWhenTheAnglesOfCAreNotWhatTheySay) {
+  std::mt19937_64 random{3};
+  const Chuck chuck;
+  Dataset dataset = goThrough(chuck, 40 * kDegree, random);
+  for (double& c : columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")) c *= 1.001;
+  EXPECT_EQ(refusalOf(dataset), "steps-disagree");
+  dataset.config["trust_C_angles"] = false;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("so the steps count")));
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_NEAR(solved->find("centre_mm")->values[k], chuck.centre[static_cast<Eigen::Index>(k)],
+                5.0 * solved->find("centre_mm")->sd[k]);
+  }
+}
+
+TEST(CentrelineBySteps, RefusesByName) {
+  std::mt19937_64 random{4};
+  const auto refusal = [&](double theta, const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = goThrough({}, theta * kDegree, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keep = [](Dataset&) {};
+  const auto dropLast = [](Dataset& d) {
+    Table& table = tableNamed(d, "readings");
+    keepRows(table, [&](std::size_t row) { return row + 1 < table.rows(); });
+  };
+  EXPECT_EQ(refusal(40, keep), "");
+  EXPECT_EQ(refusal(14.9, keep), "arc-too-short");
+  EXPECT_EQ(refusal(40, dropLast), "missing-step");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { columnNamed(d, "readings", "loop")[0] = 3.0; }), "bad-loop");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { d.config["level_limit_mm"] = 1e-7; }), "not-level");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { columnNamed(d, "stylus", "A_rad")[1] = 0.0; }), "not-opposite");
+  EXPECT_EQ(refusal(40,
+                    [](Dataset& d) {
+                      auto& y = columnNamed(d, "readings", "y_mm");
+                      y.back() = y[y.size() - 3];
+                    }),
+            "level-readings");
+  EXPECT_EQ(refusal(40,
+                    [](Dataset& d) {
+                      Table& table = tableNamed(d, "readings");
+                      for (double loop = 3.0; loop <= 6.0; ++loop) {
+                        table.append({loop, 0.7, 380.0, 460.0});
+                        table.append({loop, -0.7, -380.0, 450.0});
+                      }
+                    }),
+            "too-many-loops");
+}
+
+}  // namespace
+}  // namespace probebox::metrology
