@@ -29,6 +29,10 @@ struct Quantity {
   bool promised{true};
 };
 
+// What the run-outs of ball and stylus are at B = 0; the check asks for a new calibration where they have moved.
+constexpr std::array<std::string_view, 4> kRunOuts{"ball_offset_x_mm", "ball_offset_y_mm", "stylus_offset_x_mm",
+                                                   "stylus_offset_y_mm"};
+
 constexpr std::array<Quantity, 7> kQuantities{{
     {"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true},
     {"Zcen_B90_mm", "centres", "z_mm", 90.0, false, true, false},
@@ -168,12 +172,59 @@ Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimat
 std::vector<std::string> unused(const Dataset& dataset) {
   std::vector<std::string> known{"effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm",
                                  "limit_mm"};
-  for (const auto& quantity : kQuantities) {
-    known.push_back("accepted_" + std::string{quantity.key});
-    known.push_back("limit_" + std::string{quantity.key});
+  std::vector<std::string_view> keys{kRunOuts.begin(), kRunOuts.end()};
+  for (const auto& quantity : kQuantities) keys.push_back(quantity.key);
+  for (const auto key : keys) {
+    known.push_back("accepted_" + std::string{key});
+    known.push_back("limit_" + std::string{key});
   }
   const std::vector<std::string_view> views{known.begin(), known.end()};
   return unusedKeys(dataset, views);
+}
+
+// Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
+// check starts from once this one is accepted. Says which of the run-outs were judged, and the worst verdict on them.
+Outcome<std::optional<int>, Refusal> addRunOuts(Answer& answer, const Means& means, const Ball& ball,
+                                                const Dataset& dataset) {
+  std::array<const Quantity*, 2> wanted{&kQuantities[2], &kQuantities[3]};  // Xcen_B0, Ycen_B0
+  std::array<Eigen::Index, 2> at{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto found = std::ranges::find(means.quantities, wanted[k]);
+    if (found == means.quantities.end()) return std::optional<int>{};
+    at[k] = means.columns[static_cast<std::size_t>(found - means.quantities.begin())];
+  }
+  const auto& parameters = means.fit.parameters;
+  const auto one = [&](Eigen::Index column) { return Eigen::RowVectorXd{pick(column, 1, parameters.size()).row(0)}; };
+  std::optional<int> worst;
+  for (std::size_t k = 0; k < kRunOuts.size(); ++k) {
+    const bool stylus = k >= 2;
+    const double sign = stylus ? -1.0 : 1.0;  // (B4): the stylus is taken off
+    const Eigen::Index column = at[k % 2] + (stylus ? 2 : 1);
+    answer.alsoScalar(std::string{kRunOuts[k]}, sign * parameters[column], sign * one(column));
+    if (!dataset.config.contains("accepted_" + std::string{kRunOuts[k]})) continue;
+    const Estimate estimate = answer.result().also.back();
+    const auto verdict = judge(dataset, estimate, false, answer);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst == 2) {
+    answer.warn(
+        "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
+  }
+  Eigen::VectorXd centre{3};
+  Eigen::MatrixXd rows{3, parameters.size()};
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const Eigen::Index mean = at[static_cast<std::size_t>(k)];
+    centre[k] = parameters[mean] + parameters[mean + 1];
+    rows.row(k) = one(mean) + one(mean + 1);
+  }
+  const auto z = std::ranges::find(means.quantities, &kQuantities[6]);
+  if (z == means.quantities.end()) return worst;
+  const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
+  centre[2] = parameters[touched] - ball.radius;
+  rows.row(2) = one(touched);
+  answer.alsoVector("ball_centre_mm", centre, rows);
+  return worst;
 }
 
 }  // namespace
@@ -203,7 +254,9 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
     if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
   }
-  std::optional<int> worst;
+  const auto run_outs = addRunOuts(answer, means.value(), ball.value(), dataset);
+  if (!run_outs) return run_outs.error();
+  std::optional<int> worst = run_outs.value();
   for (const Quantity* quantity : means->quantities) {
     const Estimate estimate = *answer.result().find(quantity->key);
     const auto verdict = judge(dataset, estimate, quantity->table != "centres", answer);

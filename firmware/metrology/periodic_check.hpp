@@ -12,8 +12,10 @@ namespace probebox::metrology {
 // sigma_mm. Gives Ycen_B90_mm, Xcen_B0_mm, Ycen_B0_mm, Ycen_B45_mm (B23) as far as their angle was read, and
 // x_offset_error_mm, z_offset_error_mm (B24); also Zcen_B90_mm. With accepted_<key> (0 for the offset errors) and
 // limit_<key> or limit_mm in the config: also deviation_<key>, and verdict, 0 pass, 1 warn (the limit lies within two
-// sd), 2 fail, with a sentence for each that does not pass.
-// Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180).
+// sd), 2 fail, with a sentence for each that does not pass. Also the run-outs ball_offset_x_mm, _y_mm (at C = 0) and
+// stylus_offset_x_mm, _y_mm (spindle = 0), compared with accepted_ball_offset_x_mm and so on where these are stated: a
+// fail asks for a full calibration; and ball_centre_mm at C = 0, from which the next check starts once this is
+// accepted. Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180).
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 
 }  // namespace probebox::metrology

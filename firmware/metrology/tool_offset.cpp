@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/answer.hpp"
+#include "firmware/metrology/tool_store.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,18 +15,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
-constexpr std::array<std::string_view, 12> kAssemblyKeys{"L1_mm",
-                                                         "L2_mm",
-                                                         "part_mm",
-                                                         "holder_id",
-                                                         "tool_id",
-                                                         "sigma_mm",
-                                                         "sd_L1_mm",
-                                                         "sd_L2_mm",
-                                                         "sd_part_mm",
-                                                         "spread_limit_mm",
-                                                         "compensation_limit_mm",
-                                                         "assembled_max_mm"};
+constexpr std::array<std::string_view, 13> kAssemblyKeys{
+    "measured_at_s",   "L1_mm",    "L2_mm",    "part_mm",    "holder_id",       "tool_id",
+    "sigma_mm",        "sd_L1_mm", "sd_L2_mm", "sd_part_mm", "spread_limit_mm", "compensation_limit_mm",
+    "assembled_max_mm"};
 constexpr std::array<std::string_view, 4> kSetterColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kSetterKeys{"probe_offset_mm", "sd_probe_offset_mm", "sigma_mm",
                                                       "accepted_setter_mm", "setter_limit_mm"};
@@ -165,7 +158,9 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   const auto& variants = *(*table)->column("workpiece_variant");
   const auto with_part = anySet(variants, "workpiece_variant", "bad-variant");
   if (!with_part) return with_part.error();
-  const auto lengths = lengthsOf(dataset, with_part.value());
+  const auto stored = withStoredLengths(dataset);
+  if (!stored) return stored.error();
+  const auto lengths = lengthsOf(stored.value(), with_part.value());
   if (!lengths) return lengths.error();
   const auto sigma = configSigma(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
@@ -194,6 +189,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   widen(result.estimates[1], 2, std::hypot(lengths->tool_sd, part_sd));
   result.convention =
       "Z positive along the tool, X and Y as the machine counts; add the compensation to the lengths in store";
+  addStoreRecords(result, dataset);
   return result;
 }
 

@@ -11,8 +11,9 @@ namespace probebox::metrology {
 // touches a workpiece instead of the unit's own faces. Config: L1_mm (holder), L2_mm (tool), part_mm (g, needed for
 // variant 1); holder_id, tool_id; sigma_mm; sd_L1_mm, sd_L2_mm, sd_part_mm; spread_limit_mm (default 0.2),
 // compensation_limit_mm (default 5), assembled_max_mm. Gives assembled_length_mm (L3) and compensation_mm (W2x, W2y,
-// L4). Refuses: missing-key, missing-id, bad-variant, spread-too-large, length-not-positive (L0 or L3),
-// length-too-large, compensation-too-large.
+// L4). With tables holder_store and tool_store (tool_store.hpp) the lengths come from there, and the records for motion
+// control and simulation go back. Refuses: missing-key, missing-id, duplicated-id, bad-variant, spread-too-large,
+// length-not-positive (L0 or L3), length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 
 // Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B

@@ -42,6 +42,7 @@ constexpr auto kKnown = std::to_array<Known>({
     {"delay-plates", "sd_gap_mm", "gap_mm"},
     {"delay-plates", "sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"},
     {"head-pivot", "sd_ball_mm", "ball_mm", Kind::value},
+    {"head-pivot-3d", "sd_ball_mm", "ball_mm", Kind::value},
     {"pocket-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
     {"periodic-check", "sd_effective_ball_radius_mm", "effective_ball_radius_mm"},
     {"periodic-check", "sd_expected_ball_centre_z_mm", "expected_ball_centre_z_mm", Kind::value},

@@ -129,6 +129,26 @@ void addKnown(Json& line, const metrology::Result& result) {
 
 }  // namespace
 
+namespace {
+
+// What goes back to the tool store: one record for motion control, one for simulation (docs/metrology.md (C4)).
+void addToolStore(Json& line, const metrology::Result& result) {
+  const auto* motion = result.find("motion_control_mm");
+  const auto* simulation = result.find("simulation_mm");
+  if (!motion || !simulation) return;
+  const auto record = [](const Estimate& estimate, const char* x, const char* y, const char* z) {
+    Json json{{x, number(estimate.values[0])}, {y, number(estimate.values[1])}, {z, number(estimate.values[2])}};
+    json["sd_mm"] = spread(estimate, estimate.sd, 1.0);
+    return json;
+  };
+  Json& store = line["tool_store"];
+  for (const char* key : {"tool_id", "holder_id", "measured_at_s"}) store[key] = number(result.find(key)->value());
+  store["motion_control"] = record(*motion, "W2_x_mm", "W2_y_mm", "L4_mm");
+  store["simulation"] = record(*simulation, "W1_x_mm", "W1_y_mm", "L3_mm");
+}
+
+}  // namespace
+
 Json toJson(const metrology::Result& result, std::string_view case_name) {
   Json line;
   line["schema_version"] = kSchemaVersion;
@@ -146,6 +166,7 @@ Json toJson(const metrology::Result& result, std::string_view case_name) {
   line["dof"] = result.dof;
   line["warnings"] = result.warnings;
   addKnown(line, result);
+  addToolStore(line, result);
   return line;
 }
 

@@ -148,6 +148,30 @@ TEST(PeriodicCheck, PassesWarnsAndFailsAgainstWhatWasAccepted) {
   EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("calibrate again")));
 }
 
+TEST(PeriodicCheck, TellsWhereTheBallIsAndWhetherItOrTheStylusHasMoved) {
+  std::mt19937_64 random{7};
+  Moments pull;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Machine machine;
+    const auto solved = solve(check(machine, 0.001, random));
+    const auto& centre = *solved->find("ball_centre_mm");
+    const Vector3d truth = machine.centreline + machine.ball + Vector3d{0, 0, machine.z_offset_error};
+    for (std::size_t k = 0; k < 3; ++k) pull.add(centre.values[k] - truth[static_cast<Eigen::Index>(k)], centre.sd[k]);
+    const auto& stylus = *solved->find("stylus_offset_y_mm");
+    pull.add(stylus.value() - machine.stylus.y(), stylus.sd[0]);
+    const auto& ball = *solved->find("ball_offset_x_mm");
+    pull.add(ball.value() - machine.ball.x(), ball.sd[0]);
+  }
+  EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  Dataset dataset = check({}, 0.001, random);
+  dataset.config["accepted_stylus_offset_x_mm"] = 0.025;
+  dataset.config["limit_stylus_offset_x_mm"] = 0.005;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 0.0);
+  dataset.config["accepted_stylus_offset_x_mm"] = 0.045;
+  EXPECT_EQ(solve(dataset)->find("verdict")->value(), 2.0);
+  EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("full calibration")));
+}
+
 TEST(PeriodicCheck, RefusesByName) {
   std::mt19937_64 random{6};
   const auto refusal = [&](const std::function<void(Dataset&)>& damage) {

@@ -83,6 +83,54 @@ TEST(ToolAssembly, GivesTheWorkedExampleWithAndWithoutAWorkpiece) {
   }
 }
 
+Dataset storedDataset() {
+  std::mt19937_64 random{9};
+  const Assembly truth;
+  Dataset dataset = assemblyDataset(truth, 3, 0.0, random);
+  dataset.config["sigma_mm"] = 0.001;
+  dataset.config.erase("L1_mm");
+  dataset.config.erase("L2_mm");
+  dataset.config["holder_id"] = 12.0;
+  dataset.config["tool_id"] = 7.0;
+  dataset.config["measured_at_s"] = 1.79e9;
+  Table& holders = addTable(dataset, "holder_store", {"holder_id", "L1_mm", "sd_mm"});
+  holders.append({11.0, 70.0, 0.0});
+  holders.append({12.0, truth.holder, 0.003});
+  addTable(dataset, "tool_store", {"tool_id", "L2_mm", "sd_mm"}).append({7.0, truth.tool, 0.002});
+  return dataset;
+}
+
+TEST(ToolAssembly, TakesLengthsFromTheStoresAndWritesTwoRecordsBack) {
+  const auto solved = solve(storedDataset());
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const Assembly truth;
+  const double l4 = truth.holder + truth.assembled - truth.tool;
+  const auto near = [](double value) { return testing::DoubleNear(value, 1e-9); };
+  EXPECT_THAT(solved->find("motion_control_mm")->values, testing::ElementsAre(near(-.03), near(.04), near(l4)));
+  EXPECT_THAT(solved->find("simulation_mm")->values,
+              testing::ElementsAre(near(-.03), near(.04), near(truth.assembled)));
+  // Each with the sd of the length that it holds.
+  const double touched = 0.001 / std::sqrt(6.0);
+  EXPECT_NEAR(solved->find("motion_control_mm")->sd[2], std::hypot(touched, 0.002), 1e-9);
+  EXPECT_NEAR(solved->find("simulation_mm")->sd[2], std::hypot(touched, 0.003), 1e-9);
+  EXPECT_EQ(solved->find("holder_id")->value(), 12.0);
+  EXPECT_EQ(solved->find("measured_at_s")->value(), 1.79e9);
+}
+
+TEST(ToolAssembly, RefusesStoresThatDoNotTell) {
+  const auto refusal = [](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = storedDataset();
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refusal([](Dataset&) {}), "");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["holder_id"] = 13.0; }), "missing-id");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("tool_id"); }), "missing-id");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "holder_store", "holder_id")[0] = 12.0; }), "duplicated-id");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["L1_mm"] = 80.0; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("measured_at_s"); }), "missing-key");
+}
+
 TEST(ToolAssembly, RefusesByName) {
   std::mt19937_64 random{2};
   const auto refusal = [&](const std::function<void(Dataset&)>& damage, const Assembly& truth = {}) {
