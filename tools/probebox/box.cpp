@@ -74,6 +74,14 @@ Outcome<link::Uri, Trouble> chooseUri(const std::string& given) {
   return std::move(meant).value();
 }
 
+Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std::string& given) {
+  if (!path.empty()) return path;
+  const char* environment = std::getenv("PROBEBOX_URI");
+  const auto uri = link::parseUri(given.empty() && environment != nullptr ? environment : given);
+  if (uri && uri->isFile()) return std::get<link::FileAddress>(uri->address).path;
+  return usage("no recording is named; give its file, such as scan.pbx, or -u file:scan.pbx");
+}
+
 Trouble troubleOf(const link::OpenFailure& failure) {
   using Kind = link::OpenFailure::Kind;
   switch (failure.kind) {
@@ -133,8 +141,9 @@ Outcome<Box, Trouble> openBox(const std::string& given, const Console& console) 
   const auto uri = chooseUri(given);
   if (!uri) return uri.error();
   if (uri->isFile()) {
-    return usage(uri->text +
-                 " is a recording, which cannot answer; see `probebox info` and `probebox export`, or name a box");
+    return usage(
+        uri->text +
+        " is a recording, which cannot answer; info, status, watch, record, export and verify read it, or name a box");
   }
   return openBox(*uri, console);
 }

@@ -25,6 +25,9 @@ milliseconds inMilliseconds(double seconds);
 // given, or PROBEBOX_URI, or the only box that has announced itself here or is on USB, or the usual address.
 Outcome<link::Uri, Trouble> chooseUri(const std::string& given);
 
+// For commands about a recording: the path that they were given, or that of a file: URI.
+Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std::string& given);
+
 // What a failure to open, or of the link, means for the command's exit status. After Ctrl-C everything is an
 // interruption.
 Trouble troubleOf(const link::OpenFailure& failure);

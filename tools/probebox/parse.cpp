@@ -131,7 +131,8 @@ class CommandLine {
     auto* exporting = add(
         "export", "turn a recording into a table: CSV, or for NumPy where the name ends with .npy; units in the names",
         "probebox export scan.pbx -o scan.csv", export_);
-    exporting->add_option("recording", export_.input, "the recording; - is the standard input")->required();
+    exporting->add_option("recording", export_.input,
+                          "the recording; - is the standard input, and none that of -u file:");
     exporting->add_option("-o,--output", export_.output, "the table to write; - is the standard output")->required();
     exporting->add_flag("--force", export_.force, "overwrite an existing file");
   }
@@ -139,8 +140,8 @@ class CommandLine {
   // Off-line doors to what the box does: files in, files out.
   void addTables() {
     auto* verify = add("verify", "check a recording: every frame, every sequence, every heartbeat's ledger",
-                       "probebox verify scan.pbx", verify_);
-    verify->add_option("recording", verify_.input, "the recording; - is the standard input")->required();
+                       "probebox -u file:scan.pbx verify", verify_);
+    verify->add_option("recording", verify_.input, "the recording; - is the standard input, and none that of -u file:");
     auto* replay = add("replay", "serve a recording as the box that it is from, over TCP",
                        "probebox replay scan.pbx --speed max", replay_);
     replay->add_option("recording", replay_.input, "the recording")->required();

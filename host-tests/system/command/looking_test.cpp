@@ -237,9 +237,11 @@ TEST(LookingWithoutABox, NamesAUriThatIsNone) {
 }
 
 TEST(LookingWithoutABox, ARecordingCannotAnswer) {
-  const auto failed = probebox({"-u", "file:scan.pbx", "status"});
-  EXPECT_EQ(failed.status, 2);
-  EXPECT_THAT(failed.err, HasSubstr("recording"));
+  for (const auto* question : {"corrections", "history"}) {
+    const auto failed = probebox({"-u", "file:scan.pbx", question});
+    EXPECT_EQ(failed.status, 2);
+    EXPECT_THAT(failed.err, HasSubstr("recording"));
+  }
 }
 
 }  // namespace

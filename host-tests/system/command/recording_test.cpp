@@ -103,6 +103,55 @@ TEST_F(Recording, ExportsOneRowForEachReceivedSample) {
   }
 }
 
+TEST_F(Recording, IsReadByTheCommandsThatReadABox) {
+  const auto sums = record().object();
+  const std::string uri = "file:" + file_;
+  EXPECT_EQ(probebox({"-u", uri, "info", "--json"}).object()["board"],
+            probebox({"-u", box_.uri(), "info", "--json"}).object()["board"]);
+
+  const auto status = probebox({"-u", uri, "status", "--json"});
+  EXPECT_EQ(status.status, 0) << status.err;
+  EXPECT_EQ(status.object()["ledger"]["produced_samples"], sums["produced_samples"]);
+  EXPECT_THAT(probebox({"-u", uri, "status"}).out, HasSubstr(file_));
+
+  const auto watched = probebox({"-u", uri, "watch", "--json"});
+  EXPECT_EQ(watched.status, 0) << watched.err;
+  const auto last = watched.objects().back();
+  EXPECT_EQ(last["ledger"]["produced_samples"], sums["produced_samples"]);
+  EXPECT_EQ(last["ledger"]["balanced"], true);
+  EXPECT_EQ(last["sample"].get<std::int64_t>() + 1, sums["next_sample"].get<std::int64_t>());
+  EXPECT_EQ(probebox({"-u", uri, "watch", "--json", "--count", "2"}).objects().size(), 2U);
+
+  EXPECT_EQ(probebox({"-u", uri, "verify"}).status, 0);
+  EXPECT_EQ(probebox({"-u", uri, "export", "-o", table_, "--json"}).object()["rows"], sums["received_samples"]);
+
+  const auto copy = directory_.file("copy.pbx");
+  const auto copied = probebox({"-u", uri, "record", "-o", copy, "--json"});
+  EXPECT_EQ(copied.status, 0) << copied.err;
+  for (const auto* key : {"produced_samples", "received_samples", "declared_lost_samples", "next_sample", "end_known"})
+    EXPECT_EQ(copied.object()[key], sums[key]) << key;
+  EXPECT_EQ(contentOf(copy), contentOf(file_)) << "all frames are good";
+  EXPECT_EQ(probebox({"-u", uri, "record", "-o", file_, "--force"}).status, 2) << "onto itself";
+  EXPECT_EQ(probebox({"verify"}).status, 2) << "of what?";
+}
+
+// What is damaged is left out of a copy, and the account tells.
+TEST_F(Recording, IsCopiedWithoutItsDamage) {
+  const auto sums = record().object();
+  auto bytes = contentOf(file_);
+  bytes[bytes.size() / 2] ^= 0x55;
+  std::ofstream{file_, std::ios::binary} << bytes;
+  const auto copy = directory_.file("copy.pbx");
+  const auto copied = probebox({"-u", "file:" + file_, "record", "-o", copy, "--json"});
+  EXPECT_EQ(copied.status, 0) << copied.err;
+  const auto told = copied.object();
+  EXPECT_EQ(told["produced_samples"], sums["produced_samples"]);
+  EXPECT_EQ(told["received_samples"].get<int>() + told["declared_lost_samples"].get<int>() +
+                told["lost_on_link_samples"].get<int>(),
+            sums["produced_samples"].get<int>());
+  EXPECT_LT(contentOf(copy).size(), bytes.size());
+}
+
 TEST_F(Recording, GoesThroughPipesAsWell) {
   const auto recorded = probebox({"-u", box_.uri(), "record", "-o", "-", "--for", "0.3", "--json"});
   EXPECT_EQ(recorded.status, 0);

@@ -1,5 +1,6 @@
 #include <vector>
 
+#include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/csv_rows.hpp"
 #include "tools/probebox/npy_rows.hpp"
@@ -50,8 +51,10 @@ class ScaledRows : public CsvRows {
 
 }  // namespace
 
-ExitStatus run(const Export& options, const std::string&, Console& console) {
-  const TableJob job{options.input, options.output, options.force};
+ExitStatus run(const Export& options, const std::string& given, Console& console) {
+  const auto recording = chooseRecording(options.input, given);
+  if (!recording) return console.fail(recording.error());
+  const TableJob job{*recording, options.output, options.force};
   if (job.output.ends_with(".npy")) {
     NpyRows rows{job};
     return writeTable(job, rows, console);

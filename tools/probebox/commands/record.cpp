@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <optional>
 
 #include "tools/link/recording.hpp"
@@ -5,6 +6,7 @@
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/lasting_stream.hpp"
 #include "tools/probebox/output.hpp"
+#include "tools/probebox/progress_bar.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -48,6 +50,59 @@ class Recorder : public link::StreamListener {
   std::optional<link::RecordingWriter> writer_;
   std::optional<std::string> failure_;
 };
+
+// What a recording has come to.
+struct Done {
+  const SampleTally& tally;
+  std::uint64_t reconnections{};
+  std::uint64_t bytes{};
+  double seconds{};
+  bool closed{};  // the box itself said where the stream ended
+};
+
+Json summary(const Record& options, const Done& done) {
+  const auto& sums = done.tally.atHeartbeat();
+  return {{"recording", options.output},
+          {"produced_samples", sums.produced},
+          {"received_samples", sums.received},
+          {"declared_lost_samples", sums.declaredLost()},
+          {"lost_at_source_samples", sums.lost_at_source},
+          {"lost_in_queue_samples", sums.lost_in_queue},
+          {"lost_on_link_samples", sums.lost_on_link},
+          {"balanced", done.tally.exact()},
+          {"end_known", done.closed},
+          {"next_sample", done.tally.next().index},
+          {"reconnections", done.reconnections},
+          {"box_restarts", done.tally.restarts()},
+          {"size_bytes", done.bytes},
+          {"duration_s", done.seconds}};
+}
+
+std::string equation(const Done& done) {
+  const auto& tally = done.tally;
+  const auto& sums = tally.atHeartbeat();
+  std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
+                     " + declared lost " + std::to_string(sums.declaredLost());
+  if (sums.lost_on_link > 0) text += " + lost on the link " + std::to_string(sums.lost_on_link);
+  const bool only_restarted = tally.restarts() > 0 && sums.unexplained == 0;
+  text += tally.exact() ? "   (exact, in samples)" : only_restarted ? "" : "   DOES NOT BALANCE (in samples)";
+  if (sums.declaredLost() > 0) {
+    text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
+            std::to_string(sums.lost_in_queue) + " in the box's queue";
+  }
+  if (tally.restarts() > 0)
+    text += "\n  the box was restarted: what it produced just before is unknown, and no equation holds";
+  if (!done.closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
+  return text;
+}
+
+void tell(const Record& options, const Done& done, Console& console) {
+  if (console.json()) {
+    console.object(summary(options, done));
+  } else {
+    console.line(equation(done));
+  }
+}
 
 // One recording, over as many links as it takes.
 class Session {
@@ -109,48 +164,7 @@ class Session {
 
   // closed: the box itself said where the stream ended.
   void report(bool closed) {
-    if (console_.json()) {
-      console_.object(summary(closed));
-    } else {
-      console_.line(equation(closed));
-    }
-  }
-
-  Json summary(bool closed) const {
-    const auto& tally = stream_.tally();
-    const auto& sums = tally.atHeartbeat();
-    return {{"recording", options_.output},
-            {"produced_samples", sums.produced},
-            {"received_samples", sums.received},
-            {"declared_lost_samples", sums.declaredLost()},
-            {"lost_at_source_samples", sums.lost_at_source},
-            {"lost_in_queue_samples", sums.lost_in_queue},
-            {"lost_on_link_samples", sums.lost_on_link},
-            {"balanced", tally.exact()},
-            {"end_known", closed},
-            {"next_sample", tally.next().index},
-            {"reconnections", stream_.reconnections()},
-            {"box_restarts", tally.restarts()},
-            {"size_bytes", recorder_.bytes()},
-            {"duration_s", seconds()}};
-  }
-
-  std::string equation(bool closed) const {
-    const auto& tally = stream_.tally();
-    const auto& sums = tally.atHeartbeat();
-    std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
-                       " + declared lost " + std::to_string(sums.declaredLost());
-    if (sums.lost_on_link > 0) text += " + lost on the link " + std::to_string(sums.lost_on_link);
-    const bool only_restarted = tally.restarts() > 0 && sums.unexplained == 0;
-    text += tally.exact() ? "   (exact, in samples)" : only_restarted ? "" : "   DOES NOT BALANCE (in samples)";
-    if (sums.declaredLost() > 0) {
-      text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
-              std::to_string(sums.lost_in_queue) + " in the box's queue";
-    }
-    if (tally.restarts() > 0)
-      text += "\n  the box was restarted: what it produced just before is unknown, and no equation holds";
-    if (!closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
-    return text;
+    tell(options_, {stream_.tally(), stream_.reconnections(), recorder_.bytes(), seconds(), closed}, console_);
   }
 
   void drawProgress() {
@@ -175,8 +189,52 @@ class Session {
   MonoTime last_drawn_{};
 };
 
+// The good frames of a recording once more: what was damaged or cut is left out, and accounted for.
+class Copy : private link::StreamListener {
+ public:
+  Copy(const Record& options, Console& console)
+      : options_{options}, console_{console}, recorder_{options, console.out()} {}
+
+  ExitStatus run(const std::string& path) {
+    const auto progress = [&](std::uint64_t done, std::uint64_t all) { console_.progress(progressBar(done, all)); };
+    const auto begin = link::now();
+    const auto end =
+        path == "-" ? link::readRecording(console_.in(), *this) : link::readRecording(path, *this, progress);
+    recorder_.flush();
+    if (!end) return console_.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+    if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
+    tell(options_, {tally_, links_ - 1, recorder_.bytes(), toSeconds(link::now() - begin), end->closed}, console_);
+    return tally_.exact() ? ExitStatus::ok : ExitStatus::failed;
+  }
+
+ private:
+  void onFrame(const frame::Frame& frame) override { recorder_.onFrame(frame); }
+  void onWelcome(const messages::Welcome& welcome) override {
+    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
+    boot_id_ = welcome.boot_id;
+    ++links_;
+  }
+  void onBlock(const link::DecodedBlock& block) override { tally_.block(block.header.first, block.header.count); }
+  void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
+  void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
+    tally_.heartbeat(beat, balance);
+  }
+
+  const Record& options_;
+  Console& console_;
+  Recorder recorder_;
+  SampleTally tally_;
+  std::optional<messages::BootId> boot_id_;
+  std::uint64_t links_{};
+};
+
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {
-  if (uri.isFile()) return usage(uri.text + " is a recording already; copy it, or name a box");
+  if (uri.isFile() && options.seconds) return usage("--for is for a box; a recording is read to its end");
+  std::error_code different;
+  const auto* file = std::get_if<link::FileAddress>(&uri.address);
+  if (file != nullptr && std::filesystem::equivalent(file->path, options.output, different))
+    return usage(options.output + " is the recording itself; name another file");
   if (options.output == "-" && console.outIsTerminal()) {
     return usage("a recording is not for a terminal; name a file, or send the standard output into a pipe");
   }
@@ -191,6 +249,7 @@ ExitStatus run(const Record& options, const std::string& given, Console& console
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (const auto objection = objectionTo(options, *uri, console)) return console.fail(*objection);
+  if (const auto* file = std::get_if<link::FileAddress>(&uri->address)) return Copy{options, console}.run(file->path);
   return Session{options, *uri, console}.run();
 }
 

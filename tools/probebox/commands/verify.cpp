@@ -66,7 +66,10 @@ Json summary(const Verify& options, const Sums& sums, const link::RecordingEnd& 
 
 }  // namespace
 
-ExitStatus run(const Verify& options, const std::string&, Console& console) {
+ExitStatus run(const Verify& asked, const std::string& given, Console& console) {
+  const auto recording = chooseRecording(asked.input, given);
+  if (!recording) return console.fail(recording.error());
+  const Verify options{*recording};
   Sums sums;
   const auto progress = [&](std::uint64_t done, std::uint64_t all) { console.progress(progressBar(done, all)); };
   const auto end = options.input == "-" ? link::readRecording(console.in(), sums, progress)

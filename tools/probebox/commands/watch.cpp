@@ -2,6 +2,7 @@
 #include <optional>
 #include <vector>
 
+#include "tools/link/recording.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/lasting_stream.hpp"
@@ -43,11 +44,12 @@ std::string key(const messages::ChannelDescription& channel) {
   return channel.unit.empty() ? channel.name : channel.name + "_" + channel.unit;
 }
 
-Json describe(const Latest& latest, const LastingStream& stream) {
+// reconnections: before now.
+Json describe(const Latest& latest, const SampleTally& tally, std::uint64_t reconnections) {
   Json values = Json::object();
   for (std::size_t i = 0; i < latest.values.size(); ++i) values[key(latest.descriptor.channels[i])] = latest.values[i];
   const auto& beat = *latest.beat;
-  const auto& sums = stream.tally().atHeartbeat();
+  const auto& sums = tally.atHeartbeat();
   return {{"uptime_ms", beat.uptime_ms},
           {"clock", {{"state", std::string{messages::nameOf(beat.clock_state)}}, {"sigma_ns", beat.clock_sigma_ns}}},
           {"ledger",
@@ -55,9 +57,9 @@ Json describe(const Latest& latest, const LastingStream& stream) {
             {"received_samples", sums.received},
             {"declared_lost_samples", sums.declaredLost()},
             {"lost_on_link_samples", sums.lost_on_link},
-            {"balanced", stream.tally().exact()}}},
-          {"reconnections", stream.reconnections()},
-          {"box_restarts", stream.tally().restarts()},
+            {"balanced", tally.exact()}}},
+          {"reconnections", reconnections},
+          {"box_restarts", tally.restarts()},
           {"sample", latest.sample.index},
           {"values", values},
           {"procedure", latest.procedure}};
@@ -85,13 +87,13 @@ const char* whyNotExact(const SampleTally& tally) {
   return tally.restarts() > 0 && tally.now().unexplained == 0 ? " (the box was restarted)" : " (DOES NOT BALANCE)";
 }
 
-std::string line(const Latest& latest, const LastingStream& stream) {
+std::string line(const Latest& latest, const SampleTally& tally) {
   const auto& beat = *latest.beat;
-  const auto& sums = stream.tally().atHeartbeat();
+  const auto& sums = tally.atHeartbeat();
   std::string all = "clock " + std::string{messages::nameOf(beat.clock_state)} + " " + readableNs(beat.clock_sigma_ns);
   all += printed("  samples %llu = %llu received + %llu lost%s", static_cast<unsigned long long>(sums.produced),
                  static_cast<unsigned long long>(sums.received),
-                 static_cast<unsigned long long>(sums.declaredLost() + sums.lost_on_link), whyNotExact(stream.tally()));
+                 static_cast<unsigned long long>(sums.declaredLost() + sums.lost_on_link), whyNotExact(tally));
   all += valuesOf(latest);
   return latest.procedure.empty() ? all : all + "  " + latest.procedure;
 }
@@ -167,9 +169,9 @@ class Display {
   void show() {
     procedure_.look(stream_, latest_.procedure);
     if (console_.json()) {
-      console_.object(describe(latest_, stream_));
+      console_.object(describe(latest_, stream_.tally(), stream_.reconnections()));
     } else {
-      console_.live(line(latest_, stream_));
+      console_.live(line(latest_, stream_.tally()));
     }
   }
 
@@ -182,12 +184,66 @@ class Display {
   bool up_{true};
 };
 
+// A recording as it would have been watched: an update for every heartbeat of it, as fast as it can be read.
+class RecordedDisplay : private link::StreamListener {
+ public:
+  RecordedDisplay(const Watch& options, Console& console) : options_{options}, console_{console} {}
+
+  ExitStatus run(const std::string& path) {
+    const auto end = path == "-" ? link::readRecording(console_.in(), *this) : link::readRecording(path, *this);
+    if (!end) return console_.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+    return console_.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
+  }
+
+ private:
+  void onWelcome(const messages::Welcome& welcome) override {
+    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
+    links_ += 1;
+    boot_id_ = welcome.boot_id;
+  }
+  void onDescriptor(const messages::Descriptor& descriptor) override { latest_.onDescriptor(descriptor); }
+  void onBlock(const link::DecodedBlock& block) override {
+    tally_.block(block.header.first, block.header.count);
+    latest_.onBlock(block);
+    time_ = codec::timeOf(block.header, latest_.sample);
+    if (!began_) began_ = codec::timeOf(block.header, block.header.first);
+  }
+  void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
+  void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
+    tally_.heartbeat(beat, balance);
+    latest_.onHeartbeat(beat, balance);
+    if (latest_.values.empty() || over() || console_.interrupted() || !console_.writable()) return;
+    ++shown_;
+    if (console_.json()) {
+      console_.object(describe(latest_, tally_, links_ - 1));
+    } else {
+      console_.live(line(latest_, tally_));
+    }
+  }
+  bool over() const {
+    const bool all = options_.until.count && shown_ >= *options_.until.count;
+    return all || (options_.until.seconds && began_ && toSeconds(time_ - *began_) > *options_.until.seconds);
+  }
+
+  const Watch& options_;
+  Console& console_;
+  Latest latest_;
+  SampleTally tally_;
+  std::optional<messages::BootId> boot_id_;
+  std::optional<MonoTime> began_;  // of the recorded samples
+  MonoTime time_{};
+  std::uint64_t links_{};
+  std::uint64_t shown_{};
+};
+
 }  // namespace
 
 ExitStatus run(const Watch& options, const std::string& given, Console& console) {
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
-  if (uri->isFile()) return console.fail(usage("a recording does not change; see `probebox export`"));
+  if (const auto* file = std::get_if<link::FileAddress>(&uri->address))
+    return RecordedDisplay{options, console}.run(file->path);
   return Display{options, *uri, console}.run();
 }
 
