@@ -24,6 +24,7 @@ enum class StepKind : std::uint8_t {
   touch = 0,   // in, a dwell, and out
   in_out = 1,  // in and at once back out
   jog = 2,     // one axis alone, and nothing is touched
+  sweep = 3,   // the same, slowly and at constant speed
 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
 
@@ -45,7 +46,7 @@ struct Prompt {
   bool turns{};                 // the rotary axes have to stand as below
   Vector3 rotary_angles_rad{};  // A B C
   bool referenced{true};        // the box knows where all axes stand
-  double travel_mm{};           // of a jog, along the outward normal
+  double travel_mm{};           // of a jog or a sweep, along the outward normal
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

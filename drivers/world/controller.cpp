@@ -8,12 +8,18 @@ namespace {
 // The box publishes its state a moment after it has answered a marker.
 constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 
+// One axis alone, and nothing is touched.
+bool movesOneAxis(StepKind kind) {
+  return kind == StepKind::jog || kind == StepKind::sweep;
+}
+
 // A prompt that a machine can follow; anything else is not moved for.
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
+  const auto isTravel = [](double mm) { return mm > 0 && mm < 1000; };
   const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
-  if (prompt.kind == StepKind::jog) return isDirection(prompt.outward_normal) && isLength(prompt.travel_mm) && timed;
+  if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool approaches =
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
@@ -98,7 +104,7 @@ bool Controller::procedureHasGone() const {
 void Controller::leave() {
   const bool moves =
       activity_ == Activity::approaching || activity_ == Activity::dwelling || activity_ == Activity::retracting;
-  const bool may_touch = moves && step_.kind != StepKind::jog;
+  const bool may_touch = moves && !movesOneAxis(step_.kind);
   ++abandoned_steps_;
   if (may_touch) return enter(Activity::withdrawing);
   park();
@@ -140,7 +146,7 @@ void Controller::ask() {
 
 void Controller::follow(const Prompt& prompt) {
   step_ = prompt;
-  if (step_.kind == StepKind::jog) {
+  if (movesOneAxis(step_.kind)) {
     rise();
     route_.add(config_.park_mm);
     return enter(Activity::travelling);
@@ -239,7 +245,7 @@ void Controller::awaitAnswer() {
 
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
-    if (step_.kind == StepKind::jog) return enter(Activity::dwelling);  // where it starts from is recorded first
+    if (movesOneAxis(step_.kind)) return enter(Activity::dwelling);  // where it starts from is recorded first
     machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
@@ -250,14 +256,14 @@ void Controller::answered(bool taken) {
 void Controller::touch() {
   if (!machine_.atRest(now_)) return;
   if (activity_ == Activity::approaching && step_.kind == StepKind::touch) return enter(Activity::dwelling);
-  const bool jogged = activity_ == Activity::approaching && step_.kind == StepKind::jog;
+  const bool jogged = activity_ == Activity::approaching && movesOneAxis(step_.kind);
   if (activity_ == Activity::retracting || jogged) return enter(Activity::recording);
   if (activity_ == Activity::recording) {
     if (elapsed(config_.afterwards)) post(MarkerPhase::end, Activity::ending);
     return;
   }
   if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
-  if (step_.kind == StepKind::jog) {
+  if (movesOneAxis(step_.kind)) {
     const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
     machine_.moveTo(target, step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);

@@ -29,10 +29,10 @@ class Screws {
   double motorPosition_mm(std::size_t axis, double position_mm, MonoTime at) const {
     return position_mm - nutError_mm(axis, position_mm, at);
   }
+  // What the sensor's face adds to a reading, um, where the encoder on the motor shows this position.
+  double face_um(std::size_t axis, double motor_mm) const;
 
  private:
-  double face_um(const ScrewConfig& screw, double position_mm) const;
-
   std::array<ScrewConfig, 3> screws_;
   MonoTime start_;
   Nanoseconds interval_;

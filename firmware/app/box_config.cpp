@@ -34,6 +34,22 @@ constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
      "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
 }};
 
+std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const board::Machine& machine) {
+  std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> all;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& screw = machine.screws[axis];
+    if (!screw) continue;
+    all[axis] = {.length_mm = screw->length_mm,
+                 .offset_mm = screw->offset_mm,
+                 .reversed = screw->fixed_bearing == board::FixedBearing::high,
+                 .gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain,
+                 .pitch_mm = screw->pitch_mm,
+                 .sector_zero_mm = screw->sector_zero_mm,
+                 .threshold_rpm = screw->threshold_rpm};
+  }
+  return all;
+}
+
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
@@ -61,7 +77,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .gap_mm = machine.datum_gap_mm,
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
           .sigma_c_rad = machine.sigma_c_rad,
-          .gain = descriptions.probe.gain};
+          .gain = descriptions.probe.gain,
+          .screws = screwFacts(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

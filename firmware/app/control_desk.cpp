@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "firmware/app/result_summary.hpp"
+#include "firmware/procedure/sweep.hpp"
 #include "protocol/messages/control.hpp"
 
 namespace probebox::app {
@@ -40,9 +41,22 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .approach_rad = request.approach_rad,
                            .arc_rad = request.arc_rad,
                            .angles = request.angles,
-                           .balls = request.balls};
+                           .balls = request.balls,
+                           .axis = request.axis,
+                           .travel_mm = 0};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
+}
+
+// The angle of the screw comes from the position of its axis.
+std::optional<Error> whyNoSweepNow(const corrections::AxisState& axis, char name) {
+  if (!axis.referenced) {
+    return Error{std::string{"The angle of a screw counts from a machine position, and the axis "} + name +
+                 " is not referenced: home it, or drive it over its mark."};
+  }
+  if (axis.sensor_fault == corrections::SensorFault::none) return std::nullopt;
+  return Error{std::string{"The sensor of the screw of "} + name +
+               " says nothing that can be believed: probebox corrections tells why."};
 }
 
 bool inProgress(procedure::State state) {
@@ -266,9 +280,16 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
   }
-  const auto options = optionsOf(*request);
+  auto options = optionsOf(*request);
   if (!options)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
+  if (procedure::needsOf(*method) == procedure::Needs::screw) {
+    const auto sweep = procedure::sweepOptions(*options, request->turns, with_.facts);
+    if (!sweep) return refused(ErrorCode::refused, sweep.error().what);
+    if (const auto error = whyNoSweepNow(state.snapshot.axes.at(sweep->axis - 1U), "XYZ"[sweep->axis - 1U]))
+      return refused(ErrorCode::wrong_state, error->what);
+    options = *sweep;
+  }
   if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   if (const auto error = procedure::whyUnready(*method, with_.facts, state.snapshot.delay.calibrated))

@@ -96,16 +96,17 @@ Outcome<std::optional<Event>> centreline(const metrology::Result& result, std::u
 }
 
 Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
-  const auto gain = valuesOf(result, "K", 1);
-  if (!gain) return gain.error();
-  ScrewActivated event{.result_id = id,
-                       .axis = axis,
-                       .gain = gain->values[0],
-                       .sd_gain = gain->sdOf(0),
-                       .sectors = 0,
-                       .sector_nm = {},
-                       .at = now};
-  if (result.find("sector_table_um") == nullptr) return std::optional<Event>{event};
+  ScrewActivated event{
+      .result_id = id, .axis = axis, .gain = 0, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = now};
+  const bool has_table = result.find("sector_table_um") != nullptr;
+  // A run on the machine sees the face alone: K stays.
+  if (result.find("K") != nullptr || !has_table) {
+    const auto gain = valuesOf(result, "K", 1);
+    if (!gain) return gain.error();
+    event.gain = gain->values[0];
+    event.sd_gain = gain->sdOf(0);
+  }
+  if (!has_table) return std::optional<Event>{event};
   const auto table = valuesOf(result, "sector_table_um", 0);
   if (!table) return table.error();
   if (table->values.size() > kMostScrewSectors) {

@@ -147,6 +147,11 @@ void Box::on(const CountedDeflection& counted) {
   }
 }
 
+void Box::on(const Drift& drift) {
+  corrections_.push(drift);
+  procedure_.push(drift);
+}
+
 void Box::take(const Deflection& deflection) {
   latch_.push(deflection);
   procedure_.push(deflection);

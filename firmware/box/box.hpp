@@ -58,7 +58,7 @@ class Box {
   void on(const Count& count);
   void on(const Deflection& deflection);
   void on(const CountedDeflection& counted);
-  void on(const Drift& drift) { corrections_.push(drift); }
+  void on(const Drift& drift);
   void on(const Marker& marker);
   void on(const SourceLost& lost);
   void on(const ProcedureStarted& started);

@@ -15,12 +15,14 @@ bool appendWithinCapacity(std::vector<Row>& rows, const Row& row) {
 Recording::Recording(Capacity capacity) {
   machine_rows_.reserve(capacity.machine_rows);
   probe_rows_.reserve(capacity.probe_rows);
+  drift_rows_.reserve(capacity.drift_rows);
   touches_.reserve(capacity.touches);
 }
 
 void Recording::clear() {
   machine_rows_.clear();
   probe_rows_.clear();
+  drift_rows_.clear();
   touches_.clear();
 }
 
@@ -30,13 +32,17 @@ bool Recording::append(const MachineRow& row) {
 bool Recording::append(const ProbeRow& row) {
   return appendWithinCapacity(probe_rows_, row);
 }
+bool Recording::append(const DriftRow& row) {
+  return appendWithinCapacity(drift_rows_, row);
+}
 bool Recording::append(const Touch& touch) {
   return appendWithinCapacity(touches_, touch);
 }
 
-void Recording::truncate(std::size_t machine_rows, std::size_t probe_rows) {
-  machine_rows_.resize(machine_rows);
-  probe_rows_.resize(probe_rows);
+void Recording::truncate(const Touch& touch) {
+  machine_rows_.resize(touch.machine_begin);
+  probe_rows_.resize(touch.probe_begin);
+  drift_rows_.resize(touch.drift_begin);
 }
 
 std::span<const MachineRow> Recording::machineRows(const Touch& touch) const {
@@ -45,6 +51,10 @@ std::span<const MachineRow> Recording::machineRows(const Touch& touch) const {
 
 std::span<const ProbeRow> Recording::probeRows(const Touch& touch) const {
   return std::span{probe_rows_}.subspan(touch.probe_begin, touch.probe_end - touch.probe_begin);
+}
+
+std::span<const DriftRow> Recording::driftRows(const Touch& touch) const {
+  return std::span{drift_rows_}.subspan(touch.drift_begin, touch.drift_end - touch.drift_begin);
 }
 
 }  // namespace probebox::capture

@@ -24,6 +24,12 @@ struct ProbeRow {
   std::array<std::int32_t, 3> channels_nm{};
 };
 
+// One reading of the sensor at the end of the ball screw that is being turned.
+struct DriftRow {
+  MonoTime at{};
+  std::int32_t reading_nm{};
+};
+
 // What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed, and the
 // pose of the machine. The touches of one reading belong to one place of one ball.
 struct TouchRequest {
@@ -35,6 +41,7 @@ struct TouchRequest {
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
   double travel_mm{};                         // along the outward normal, of a jog that touches nothing; 0: a touch
+  bool sweeps{};  // turns the screw of the axis along the normal: its sensor is read, and no probe
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the
@@ -44,11 +51,13 @@ struct Touch {
   TickMap map;
   std::size_t machine_begin{}, machine_end{};
   std::size_t probe_begin{}, probe_end{};
+  std::size_t drift_begin{}, drift_end{};
 };
 
 struct Capacity {
   std::size_t machine_rows = 131'072;
   std::size_t probe_rows = 262'144;
+  std::size_t drift_rows = 65'536;
   std::size_t touches = 256;
 };
 
@@ -66,19 +75,24 @@ class Recording {
   const std::array<double, kLinearAxes>& offset_mm() const { return offset_mm_; }
   bool append(const MachineRow& row);  // false: full
   bool append(const ProbeRow& row);
+  bool append(const DriftRow& row);
   bool append(const Touch& touch);
-  void truncate(std::size_t machine_rows, std::size_t probe_rows);
+  // Back to where the rows of this touch begin.
+  void truncate(const Touch& touch);
 
   std::size_t machineRowCount() const { return machine_rows_.size(); }
   std::size_t probeRowCount() const { return probe_rows_.size(); }
+  std::size_t driftRowCount() const { return drift_rows_.size(); }
   std::span<const Touch> touches() const { return touches_; }
   std::span<const MachineRow> machineRows(const Touch& touch) const;
   std::span<const ProbeRow> probeRows(const Touch& touch) const;
+  std::span<const DriftRow> driftRows(const Touch& touch) const;
 
  private:
   // Filled up to the reserved capacity only, so that push_back never allocates.
   std::vector<MachineRow> machine_rows_;
   std::vector<ProbeRow> probe_rows_;
+  std::vector<DriftRow> drift_rows_;
   std::vector<Touch> touches_;
   std::array<double, kLinearAxes> offset_mm_{};
   DelayActivated delay_{};

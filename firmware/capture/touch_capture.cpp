@@ -4,6 +4,8 @@ namespace probebox::capture {
 namespace {
 
 constexpr std::size_t kFewestRows = 5;
+// The screw turns slowly, for minutes: so many positions are enough to interpolate between.
+constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 constexpr std::uint8_t kAllAxes = (1U << kLinearAxes) - 1U;
 
 }  // namespace
@@ -27,6 +29,8 @@ const char* explain(TouchFault fault) {
     case TouchFault::wrong_pose:
       return "the rotary axes do not stand where the step needs them: turn them as the prompt says, and say so in the "
              "marker";
+    case TouchFault::no_drift_rows:
+      return "no readings of the screw's sensor arrived: check its cable, and [devices] drift in box.toml";
   }
   return "";
 }
@@ -45,7 +49,10 @@ void TouchCapture::begin(const TouchRequest& request) {
                  .machine_begin = recording_.machineRowCount(),
                  .machine_end = 0,
                  .probe_begin = recording_.probeRowCount(),
-                 .probe_end = 0};
+                 .probe_end = 0,
+                 .drift_begin = recording_.driftRowCount(),
+                 .drift_end = 0};
+  row_kept_ = MonoTime::min();
   fault_ = TouchFault::none;
   axes_in_row_ = 0;
   running_ = true;
@@ -64,34 +71,50 @@ void TouchCapture::push(const Count& count, std::int32_t screw_nm) {
   axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
   if (axes_in_row_ != kAllAxes) return;
   axes_in_row_ = 0;
+  if (touch_.request.sweeps) {
+    if (row_kept_ != MonoTime::min() && row_.at - row_kept_ < kSweepInterval) return;
+    row_kept_ = row_.at;
+  }
   if (!recording_.append(row_)) note(TouchFault::recording_full);
 }
 
 void TouchCapture::push(const Deflection& deflection) {
-  if (!running_) return;
+  if (!running_ || touch_.request.sweeps) return;
   if (deflection.clipped) note(TouchFault::probe_clipped);
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
 
+void TouchCapture::push(const Drift& drift) {
+  const auto& request = touch_.request;
+  if (!running_ || !request.sweeps || request.outward_normal[static_cast<std::size_t>(drift.axis)] == 0) return;
+  if (!recording_.append(DriftRow{drift.at, drift.reading_nm})) note(TouchFault::recording_full);
+}
+
 void TouchCapture::push(const SourceLost& lost) {
-  if (running_ && lost.source != Source::trigger && lost.source != Source::drift) note(TouchFault::source_lost);
+  const Source not_needed = touch_.request.sweeps ? Source::probe : Source::drift;
+  if (running_ && lost.source != Source::trigger && lost.source != not_needed) note(TouchFault::source_lost);
 }
 
 TouchFault TouchCapture::end(const TickMap& map) {
   touch_.map = map;
   touch_.machine_end = recording_.machineRowCount();
   touch_.probe_end = recording_.probeRowCount();
+  touch_.drift_end = recording_.driftRowCount();
   if (map.state != ClockState::locked) note(TouchFault::clock_not_locked);
   if (touch_.machine_end - touch_.machine_begin < kFewestRows) note(TouchFault::no_machine_rows);
-  if (touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
+  if (touch_.request.sweeps) {
+    if (touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
+  } else if (touch_.probe_end - touch_.probe_begin < kFewestRows) {
+    note(TouchFault::no_probe_rows);
+  }
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
-  if (fault_ != TouchFault::none) recording_.truncate(touch_.machine_begin, touch_.probe_begin);
+  if (fault_ != TouchFault::none) recording_.truncate(touch_);
   return fault_;
 }
 
 void TouchCapture::abandon() {
-  if (running_) recording_.truncate(touch_.machine_begin, touch_.probe_begin);
+  if (running_) recording_.truncate(touch_);
   running_ = false;
 }
 

@@ -18,6 +18,7 @@ enum class TouchFault : std::uint8_t {
   clock_not_locked,
   recording_full,
   wrong_pose,
+  no_drift_rows,
 };
 const char* explain(TouchFault fault);
 
@@ -33,6 +34,7 @@ class TouchCapture {
   // screw_nm: as in MachineRow, of the axis of the count.
   void push(const Count& count, std::int32_t screw_nm = 0);
   void push(const Deflection& deflection);
+  void push(const Drift& drift);
   void push(const SourceLost& lost);
   TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault
   void abandon();
@@ -50,6 +52,7 @@ class TouchCapture {
   bool running_{};
   TouchFault fault_{};
   MachineRow row_;
+  MonoTime row_kept_{};  // the last one of a sweep
   std::uint8_t axes_in_row_{};
   std::uint64_t incomplete_rows_{};
 };

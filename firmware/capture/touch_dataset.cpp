@@ -8,13 +8,6 @@ namespace {
 
 constexpr double kMillimetresPerNanometre = 1e-6;
 
-// Seconds of the master clock in one nanosecond of the monotonic clock.
-double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
-  constexpr double kTwoToThe32 = 4294967296.0;
-  const double period_ns = static_cast<double>(map.period_q32_ns) / kTwoToThe32;
-  return static_cast<double>(nominal_period.count()) / period_ns * 1e-9;
-}
-
 // Of the tool: the encoders sit on the motors, and a warm screw lies between.
 double millimetres(const MachineRow& row, const Scales& scales, double offset_mm, std::size_t axis) {
   return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm -
@@ -22,6 +15,12 @@ double millimetres(const MachineRow& row, const Scales& scales, double offset_mm
 }
 
 }  // namespace
+
+double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period) {
+  constexpr double kTwoToThe32 = 4294967296.0;
+  const double period_ns = static_cast<double>(map.period_q32_ns) / kTwoToThe32;
+  return static_cast<double>(nominal_period.count()) / period_ns * 1e-9;
+}
 
 metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method) {
   metrology::Dataset dataset = metrology::touchDataset(std::move(method));

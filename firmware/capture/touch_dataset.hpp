@@ -13,6 +13,9 @@ struct Scales {
   Nanoseconds nominal_period{};                    // of the master clock
 };
 
+// Seconds of the master clock in one nanosecond of the monotonic clock.
+double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period);
+
 // The recorded touches as a case: positions of the tool in mm, deflection channels in mm at unit gain,
 // times in seconds of the master clock counted from the first row of their touch. Nothing is resampled.
 metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method);

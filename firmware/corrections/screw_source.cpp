@@ -23,7 +23,7 @@ void ScrewSource::push(const Drift& drift) {
 void ScrewSource::push(const ScrewActivated& activated) {
   model_ = config_.model;
   if (activated.result_id != 0) {
-    model_.gain = -activated.gain;
+    if (activated.gain != 0) model_.gain = -activated.gain;
     model_.sector_count = std::min<std::size_t>(activated.sectors, kMostScrewSectors);
     for (std::size_t i = 0; i < model_.sector_count; ++i) model_.sector_um[i] = activated.sector_nm[i] * 1e-3;
   }

@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kGainColumns{"x_mm", "ext_um", "error_um"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
-constexpr std::array<std::string_view, 5> kKeys{"screw_length_mm", "orgoff_mm", "sectors", "axis_reversed",
-                                                "drift_limit_um_s"};
+constexpr std::array<std::string_view, 6> kKeys{"screw_length_mm", "orgoff_mm",        "sectors",
+                                                "axis_reversed",   "drift_limit_um_s", "axis"};
+constexpr const char* kStandingGain = "K";
 constexpr double kLeastSpanUm = 5.0;
 constexpr std::size_t kLeastSamples = 10;
 constexpr double kLeastTurns = 3.0;
@@ -151,18 +152,41 @@ Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
   return Config{screw.value(), static_cast<std::size_t>(*sectors), limit->value_or(kDriftLimitUmS)};
 }
 
+// Nothing for a case without true errors, whose K is stated: it is about the face alone.
+Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const ScrewModel& screw) {
+  if (dataset.table("gain_cal") == nullptr) {
+    const auto standing = configNumber(dataset, kStandingGain);
+    if (!standing) return standing.error();
+    if (*standing) return std::optional<Fit>{};
+  }
+  const auto table = checkedTable(dataset, "gain_cal", kGainColumns);
+  if (!table) return table.error();
+  auto fit = fitGain(**table, screw);
+  if (!fit) return fit.error();
+  return std::optional<Fit>{std::move(*fit)};
+}
+
+void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
+  Answer of_gain{dataset, gain, {}};
+  of_gain.readingIs("one true error of table gain_cal", "um");
+  of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
+  const Result gain_result = std::move(of_gain).take(false);
+  result.estimates.insert(result.estimates.begin(), gain_result.estimates.front());
+  result.also.push_back(Estimate::scalar("gain_rms_um", gain_result.rms, std::nullopt));
+  result.also.push_back(Estimate::scalar("gain_dof", static_cast<double>(gain_result.dof), std::nullopt));
+  for (const auto& warning : gain_result.warnings) result.warnings.push_back("gain_cal: " + warning);
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   const auto config = readConfig(dataset);
   if (!config) return config.error();
-  const auto gain_table = checkedTable(dataset, "gain_cal", kGainColumns);
-  if (!gain_table) return gain_table.error();
+  const auto gain = measuredGain(dataset, config->screw);
+  if (!gain) return gain.error();
   const auto face_table = checkedTable(dataset, "sector_cal", kFaceColumns);
   if (!face_table) return face_table.error();
 
-  const auto gain = fitGain(**gain_table, config->screw);
-  if (!gain) return gain.error();
   const Face face = faceOf(**face_table, config->sectors);
   if (auto refusal = tooLittle(face, *(*face_table)->column("phi_rad"))) return *refusal;
   const auto fit = fitFace(face);
@@ -174,25 +198,21 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
     return Refusal{"not-steady", "the sensor drifts by " + text(drift) + " um/s, more than " +
                                      text(config->drift_limit_um_s) + ": wait until the screw keeps its temperature"};
   }
-  Answer of_gain{dataset, gain.value(), {}};
-  of_gain.readingIs("one true error of table gain_cal", "um");
-  of_gain.promiseScalar("K", gain->parameters[0], pick(0, 1, 1).row(0));
   Answer answer{dataset, fit.value(), {}};
-  answer.readingIs("one reading: of the sensor, for K one true error", "um");
+  answer.readingIs(*gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
   answer.readings(**face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
   Eigen::MatrixXd about_mean = pick(0, sectors, fit->parameters.size());
   about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
   answer.promiseVector("sector_table_um", about_mean * fit->parameters, about_mean);
   answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit->parameters.size()).row(0));
 
-  const Result gain_result = std::move(of_gain).take(false);
   Result result = std::move(answer).take(false);
-  result.estimates.insert(result.estimates.begin(), gain_result.estimates.front());
-  result.also.push_back(Estimate::scalar("gain_rms_um", gain_result.rms, std::nullopt));
-  result.also.push_back(Estimate::scalar("gain_dof", static_cast<double>(gain_result.dof), std::nullopt));
-  for (const auto& warning : gain_result.warnings) result.warnings.push_back("gain_cal: " + warning);
-  for (auto& warning : unusedKeys(dataset, kKeys)) result.warnings.push_back(std::move(warning));
-  result.convention = "K multiplies (x + orgoff) / length times the extension; rms in um";
+  if (*gain) addGain(result, dataset, **gain);
+  std::vector<std::string_view> keys{kKeys.begin(), kKeys.end()};
+  if (!*gain) keys.emplace_back(kStandingGain);
+  for (auto& warning : unusedKeys(dataset, keys)) result.warnings.push_back(std::move(warning));
+  result.convention = *gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
+                            : "K was not measured and stays as it is; rms in um";
   return result;
 }
 

@@ -10,9 +10,11 @@ namespace probebox::metrology {
 // extensions; K by least squares through zero (D2). Table sector_cal{t_s,phi_rad,sensor_um}: three or more slow turns,
 // thermally steady; the mean of each sector, beside a drift and the slope inside the sector, so that it does not matter
 // where in a sector the samples lie (D4). Config: screw_length_mm, orgoff_mm, sectors; axis_reversed; drift_limit_um_s
-// (default 0.1). Gives K, sector_table_um (sum 0), drift_um_s; sd from the residuals of each table. rms, dof and
-// condition are those of the face. Refuses: extension-span-too-small (5 um), bad-sectors, empty-sector, too-few-samples
-// (10 a sector), too-few-turns (3), not-steady, and what linearLeastSquares refuses.
+// (default 0.1). Where there is no gain_cal, the key K must say which gain stays: then the face alone is measured, and
+// the result has no K. axis: whose screw (X, Y, Z), for the box. Gives K, sector_table_um (sum 0), drift_um_s; sd from
+// the residuals of each table. rms, dof and condition are those of the face. Refuses: extension-span-too-small (5 um),
+// bad-sectors, empty-sector, too-few-samples (10 a sector), too-few-turns (3), not-steady, and what linearLeastSquares
+// refuses.
 Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset);
 
 }  // namespace probebox::metrology

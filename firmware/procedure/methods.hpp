@@ -68,7 +68,7 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 9> kMethods{{
+inline constexpr std::array<MethodRow, 10> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -87,6 +87,16 @@ inline constexpr std::array<MethodRow, 9> kMethods{{
      Poses::two_by_two, Needs::delay_in_force, false, false},
     {Method::selftest, "selftest", Feature::datum_sphere, Kind::touch, kPushes, kReadingSpeed, Poses::one,
      Needs::nothing, false, true},
+    {Method::screw_calibration,
+     "screw-calibration",
+     Feature::datum_sphere,
+     Kind::sweep,
+     {},
+     kOneSpeed,
+     Poses::one,
+     Needs::screw,
+     false,
+     false},
 }};
 
 }  // namespace probebox::procedure

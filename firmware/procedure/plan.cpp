@@ -95,7 +95,18 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
   if ((options.angles != 0 || options.arc_rad != 0) && row.poses != Poses::around_c) return leave_away("rotary angles");
   if (options.balls != 0 && row.poses != Poses::two_by_two) return leave_away("number of balls");
+  const bool sweeps = row.kind == Kind::sweep;
+  if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
+  if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
+    return leave_away("overtravel and clearance");
   return std::nullopt;
+}
+
+std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
+  if (auto error = outside("An axis", options.axis, 1, kLinearAxes, "(X, Y, Z)")) return error;
+  if (auto error = outside("A number", options.speed_count, 1, 1, "speeds")) return error;
+  if (auto error = outside("A speed", options.speeds_mm_s[0], 0.01, 50, "mm/s")) return error;
+  return outside("A travel", options.travel_mm, 0.1, 5000, "mm");
 }
 
 void add(Plan& plan, const Step& step) {
@@ -115,6 +126,17 @@ void addJogs(Plan& plan, double speed_mm_s) {
                                     .travel_mm = usual::kJog_mm};
     add(plan, {.touch = jog, .kind = Kind::jog});
   }
+}
+
+void addSweep(Plan& plan, const ProcedureOptions& options) {
+  std::array<double, 3> direction{};
+  direction.at(options.axis - 1U) = 1;
+  const capture::TouchRequest sweep{.outward_normal = direction,
+                                    .retract_direction = direction,
+                                    .retract_speed_mm_s = options.speeds_mm_s[0],
+                                    .travel_mm = options.travel_mm,
+                                    .sweeps = true};
+  add(plan, {.touch = sweep, .kind = Kind::sweep});
 }
 
 std::string number(double value) {
@@ -163,6 +185,14 @@ std::string jogPrompt(const Plan& plan, std::size_t step) {
          number(jog.travel_mm) + " mm, as the control shows it";
 }
 
+std::string sweepPrompt(const Plan& plan, std::size_t step) {
+  const auto& sweep = plan.steps[step].touch;
+  const char axis = axisOf(sweep.outward_normal);
+  return "step " + ofAll(plan, step) + "once the screw of " + axis +
+         " keeps its temperature, and where nothing is in the way, move " + axis + " alone by +" +
+         number(sweep.travel_mm) + " mm at " + number(sweep.retract_speed_mm_s) + " mm/s without a stop";
+}
+
 std::string pushPrompt(const Plan& plan, std::size_t step) {
   const Step& wanted = plan.steps[step];
   const char axis = axisOf(wanted.touch.outward_normal);
@@ -204,6 +234,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (auto error = unused(*row, options)) return error;
   if (options.speed_count > kMostSpeeds)
     return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away."};
+  if (row->kind == Kind::sweep) return whyNoSweep(options);
   const Chosen with = chosen(*row, options);
   for (const double speed : with.speeds_mm_s) {
     if (auto error = outside("A speed", speed, 0.5, 100, "mm/s")) return error;
@@ -228,6 +259,7 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
   plan.step_count = 0;
   const MethodRow* row = rowOf(method);
   if (row == nullptr) return;
+  if (row->kind == Kind::sweep) return addSweep(plan, options);
   const Chosen with = chosen(*row, options);
   if (row->jogs) addJogs(plan, with.speeds_mm_s.front());
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
@@ -255,6 +287,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (step >= plan.step_count) return {};
   const Step& wanted = plan.steps[step];
   if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
+  if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
   if (plan.method == Method::selftest) return pushPrompt(plan, step);
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {

@@ -25,6 +25,7 @@ enum class Method : std::uint16_t {
   centreline = 7,
   c_axis_alignment = 8,
   selftest = 9,
+  screw_calibration = 10,
 };
 
 std::string_view nameOf(Method method);
@@ -39,11 +40,12 @@ enum class Kind : std::uint8_t {
   touch = 0,   // in, a dwell, and out at constant speed
   in_out = 1,  // in and at once out again, both at constant speed
   jog = 2,     // one linear axis alone, and nothing is touched
+  sweep = 3,   // the same at a constant speed, so slowly that the sensor of its screw can follow
 };
 
 // One step that the machine is asked to do: stand in the pose, drive onto the surface against the retract direction to
-// the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it. A jog goes
-// touch.travel_mm along the outward normal instead, from wherever nothing is in the way.
+// the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it. A jog or
+// a sweep goes touch.travel_mm along the outward normal instead, from wherever nothing is in the way.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};
@@ -64,7 +66,7 @@ struct Plan {
 };
 
 // What a method needs to be told about the features before its data mean anything.
-enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force };
+enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force, screw };
 Needs needsOf(Method method);
 
 // Says which option cannot be used and what could be; nothing when the run can be planned. deflection_limit_mm: of the

@@ -16,6 +16,12 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   return true;
 }
 
+// The machine may be slower than it was asked to be.
+Nanoseconds timeoutOf(const Step& step) {
+  const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
+  return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
+}
+
 }  // namespace
 
 void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay,
@@ -96,7 +102,7 @@ void Procedure::repeatStep(capture::TouchFault fault) {
 }
 
 void Procedure::advance(MonoTime now) {
-  if (progress_.state != State::running || now - step_begun_ < kStepTimeout) return;
+  if (progress_.state != State::running || now - step_begun_ < timeoutOf(plan_.steps[progress_.step])) return;
   capture_.abandon();
   progress_.timed_out = true;
   repeatStep(capture::TouchFault::none);

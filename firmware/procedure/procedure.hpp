@@ -35,7 +35,7 @@ struct Progress {
 class Procedure {
  public:
   static constexpr std::uint32_t kMostRepeats = 3;
-  // A begun step that has not ended by then is asked for again.
+  // A begun step that has not ended by then, beside the time that its travel takes, is asked for again.
   static constexpr Nanoseconds kStepTimeout = std::chrono::seconds{60};
 
   // How far the machine may say that a rotary axis stands from where the step needs it.
@@ -52,6 +52,7 @@ class Procedure {
   void mark(const Marker& marker, const TickMap& map);
   void push(const Count& count, std::int32_t screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
+  void push(const Drift& drift) { capture_.push(drift); }
   void push(const SourceLost& lost) { capture_.push(lost); }
   void advance(MonoTime now);
   void solved(const Solved& solved);

@@ -9,6 +9,7 @@
 
 #include "firmware/metrology/ball_centre.hpp"
 #include "firmware/metrology/selftest.hpp"
+#include "firmware/procedure/sweep.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -161,6 +162,7 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
   const std::string name{nameOf(method)};
   switch (needsOf(method)) {
     case Needs::nothing:
+    case Needs::screw:  // sweepOptions() has asked
       return std::nullopt;
     case Needs::sphere_diameter:
       if (facts.sphere_diameter_mm) return std::nullopt;
@@ -185,10 +187,12 @@ bool findsAPlace(Method method) {
 
 RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
+  if (needsOf(method) == Needs::screw) return {sweepDataset(recording, scales, facts), std::nullopt};
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), std::nullopt};
   auto& config = run.dataset.config;
   switch (needsOf(method)) {
     case Needs::nothing:
+    case Needs::screw:
       break;
     case Needs::sphere_diameter:
       if (facts.sphere_diameter_mm)

@@ -9,6 +9,17 @@
 
 namespace probebox::procedure {
 
+// A ball screw with a sensor at its end, as machine.toml describes it.
+struct ScrewFacts {
+  double length_mm{};
+  double offset_mm{};
+  bool reversed{};
+  double gain{};  // K of (D2), which predicts the error
+  double pitch_mm{};
+  double sector_zero_mm{};
+  double threshold_rpm{};
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -17,6 +28,7 @@ struct Facts {
   double sigma_c_rad{};  // how exactly the rotary axis C finds an angle (k = 1)
   // Of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about

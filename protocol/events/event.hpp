@@ -135,6 +135,8 @@ struct ProcedureOptions {
   double arc_rad{};
   std::uint16_t angles{};
   std::uint16_t balls{};
+  std::uint8_t axis{};
+  double travel_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -144,6 +146,8 @@ struct ProcedureOptions {
     field("arc_rad", self.arc_rad, "rad, over which the angles of the rotary axis are spread");
     field("angles", self.angles, "how many angles of the rotary axis");
     field("balls", self.balls, "how many balls of the rotating part");
+    field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned");
+    field("travel_mm", self.travel_mm, "mm, of that axis");
   }
 };
 
@@ -254,7 +258,8 @@ struct ScrewActivated {
   static constexpr void fields(auto& self, auto&& field) {
     field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
     field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
-    field("gain", self.gain, "K of (D2): it predicts the error, so the correction is its negative");
+    field("gain", self.gain,
+          "K of (D2): it predicts the error, so the correction is its negative; 0: machine.toml's stays");
     field("sd_gain", self.sd_gain, "standard deviation (k = 1)");
     field("sectors", self.sectors, "equal sectors of a turn in the whole table, 0 for no table");
     field("sector_nm", self.sector_nm, "nm, the sensor's reading that each sector of the screw's face adds (D3)");

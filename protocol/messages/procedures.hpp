@@ -45,6 +45,8 @@ struct StartProcedure {
     double arc_rad{};
     std::uint16_t angles{};
     std::uint16_t balls{};
+    std::uint8_t axis{};
+    std::uint16_t turns{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -54,6 +56,8 @@ struct StartProcedure {
       field("arc_rad", self.arc_rad, "rad over which the angles of C are spread, for centreline; 0: a whole turn");
       field("angles", self.angles, "how many angles of C, for centreline; 0: the method's own");
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
+      field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
+      field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
     }
   };
   struct Answer {
@@ -102,7 +106,9 @@ struct ProcedureStatus {
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, speed to measure this step at");
       field("refusal", self.refusal, "why there is no result, and what to do");
       field("result_id", self.result_id, "the proposed result, 0 for none");
-      field("kind", self.kind, "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis. Since 1.2, as all below");
+      field("kind", self.kind,
+            "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
+            "speed. Since 1.2, as all below");
       field("feature", self.feature, "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part");
       field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
       field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
@@ -111,7 +117,7 @@ struct ProcedureStatus {
       field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
       field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
       field("referenced", self.referenced, "1 when the box knows where the axes stand");
-      field("travel_mm", self.travel_mm, "mm to move along outward_normal, for a jog");
+      field("travel_mm", self.travel_mm, "mm to move along outward_normal, for a jog or a sweep");
     }
   };
 };

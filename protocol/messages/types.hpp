@@ -96,7 +96,7 @@ enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 
 // What a step of a procedure touches, and how.
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
-enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2 };
+enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3 };
 
 using BootId = std::array<std::byte, 16>;
 

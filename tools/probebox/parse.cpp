@@ -206,8 +206,15 @@ class CommandLine {
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
     calibrate->add_option("method", calibrate_.method,
                           "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
-                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, c-axis-alignment");
+                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, c-axis-alignment, "
+                          "screw-calibration");
     addRunChoices(calibrate, calibrate_);
+    calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
+        ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
+        ->type_name("AXIS");
+    calibrate->add_option("--turns", calibrate_.turns, "whole turns of the screw, 3 or more; for screw-calibration")
+        ->check(CLI::PositiveNumber)
+        ->type_name("NUMBER");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");

@@ -93,6 +93,8 @@ struct RunChoices {
   std::optional<std::uint16_t> balls;
 };
 struct Calibrate : RunChoices {
+  std::string axis;  // X, Y or Z
+  std::optional<std::uint16_t> turns;
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};

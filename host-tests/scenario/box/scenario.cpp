@@ -6,6 +6,7 @@
 
 #include "board/describe/parse.hpp"
 #include "drivers/world/from_description.hpp"
+#include "firmware/app/box_config.hpp"
 #include "firmware/app/corrections_config.hpp"
 
 namespace probebox::scenario {
@@ -60,11 +61,7 @@ box::BoxConfig usualBox(const world::Config& config) {
 }
 
 procedure::Facts usualFacts() {
-  const auto& machine = sim().machine;
-  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
-          .gap_mm = machine.datum_gap_mm,
-          .stylus_ball_diameter_mm = sim().probe.ball_diameter_mm,
-          .sigma_c_rad = machine.sigma_c_rad};
+  return app::procedureFacts(sim());
 }
 
 void Recorder::account(SampleIndex first, std::uint64_t count) {

@@ -107,6 +107,46 @@ TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
   EXPECT_EQ(wrong.objects().back()["wrong"], 1);
 }
 
+TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
+  start([](board::Descriptions& changed) {
+    auto& screw = changed.world->screws[0].value();
+    screw.warm_um = screw.cold_um;
+    screw.face_um = {3, 0.8};
+  });
+  EXPECT_THAT(box({"calibrate", "screw-calibration"}).err, HasSubstr("say which axis it moves"));
+  EXPECT_THAT(box({"calibrate", "screw-calibration", "--axis", "X", "--turns", "2"}).err, HasSubstr("give 3 to 20"));
+  EXPECT_THAT(box({"calibrate", "centreline", "--axis", "X"}).err, HasSubstr("takes no axis"));
+
+  const auto saved = directory_.file("screw");
+  const auto run =
+      box({"calibrate", "screw-calibration", "--axis", "x", "--turns", "3", "--speed", "1", "--save", saved, "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  Json proposed;
+  for (const auto& object : run.objects()) {
+    if (object.contains("result")) proposed = object;
+  }
+  ASSERT_FALSE(proposed.is_null()) << run.out;
+  // The crests of the two harmonics stand in sectors of their own.
+  double largest = 0, sum = 0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    const double value = proposed["result"]["sector_table_um[" + std::to_string(i) + "]"];
+    largest = std::max(largest, std::abs(value));
+    sum += value;
+  }
+  EXPECT_GT(largest, 2.2);
+  EXPECT_LT(largest, 3.8);
+  EXPECT_NEAR(sum, 0, 1e-6);
+
+  const auto solved = probebox({"solve", "--json", saved});
+  ASSERT_EQ(solved.status, 0) << solved.out << solved.err;
+  EXPECT_EQ(solved.object()["result"]["sector_table_um"][7], proposed["result"]["sector_table_um[7]"]);
+  EXPECT_EQ(solved.object()["sd"]["sector_table_um"][7], proposed["sd"]["sector_table_um[7]"]);
+
+  const auto accepted = box({"accept", std::to_string(proposed["id"].get<int>()), "--by", "somebody"});
+  EXPECT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_THAT(box({"history", "screw-x"}).out, HasSubstr("active"));
+}
+
 TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   const auto slow = box({"calibrate", "delay-known-sphere", "--speed", "0.01"});
   EXPECT_EQ(slow.status, 4);

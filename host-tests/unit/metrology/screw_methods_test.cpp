@@ -90,6 +90,28 @@ Dataset calibration(const Screw& screw, const Rotation& rotation, double sigma_e
   return dataset;
 }
 
+TEST(ScrewCalibration, MeasuresTheFaceAloneWhereTheGainThatStaysIsStated) {
+  std::mt19937_64 random{5};
+  const Dataset both = calibration({}, {}, 0.1, random);
+  Dataset face = both;
+  face.tables.erase(face.tables.begin());
+  EXPECT_EQ(solve(face).error().name, "missing-table");
+  face.config["K"] = 1.02;
+  face.config["axis"] = std::string{"X"};
+  const auto solved = solve(face);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->find("K"), nullptr);
+  EXPECT_EQ(solved->find("sector_table_um")->values, solve(both)->find("sector_table_um")->values);
+  EXPECT_EQ(solved->find("sector_table_um")->sd, solve(both)->find("sector_table_um")->sd);
+  EXPECT_TRUE(solved->warnings.empty());
+  face.config["K"] = std::string{"-1"};
+  EXPECT_EQ(solve(face).error().name, "bad-config");
+  Dataset stated = both;
+  stated.config["K"] = 1.02;
+  EXPECT_NE(solve(stated)->find("K")->value(), 1.02) << "measured, not believed";
+  EXPECT_FALSE(solve(stated)->warnings.empty()) << "the key was not used";
+}
+
 TEST(ScrewCalibration, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{1};
   Judgement gain;

@@ -24,7 +24,9 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .approach_rad = options.approach_deg.value_or(0) * kRadPerDegree,
           .arc_rad = options.arc_deg.value_or(0) * kRadPerDegree,
           .angles = options.angles.value_or(0),
-          .balls = options.balls.value_or(0)};
+          .balls = options.balls.value_or(0),
+          .axis = options.axis.empty() ? std::uint8_t{0} : static_cast<std::uint8_t>(options.axis[0] - 'X' + 1),
+          .turns = options.turns.value_or(0)};
 }
 
 // One run of a method, from its start to its result.

@@ -1,0 +1,216 @@
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <vector>
+
+#include "firmware/app/result_events.hpp"
+#include "firmware/procedure/sweep.hpp"
+#include "host-tests/support/no_alloc.hpp"
+#include "pulls.hpp"
+#include "scenario.hpp"
+
+// screw-calibration on the emulated machine: a face that is not plane, turned slowly before its sensor.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using procedure::Method;
+using world::FaultKind;
+
+// Screws that have been warm for long. The encoders are absolute, so that motor and machine position are the same.
+world::Config warm(double once_um = 3, double twice_um = 0.8) {
+  auto config = warmingWorld();
+  config.encoders.power_up_mm = {};
+  for (auto& screw : config.screws) {
+    screw.cold_um = 30;
+    screw.warm_um = 30;
+    screw.noise_um = 0.1;
+    screw.face_um = {once_um, twice_um};
+  }
+  return config;
+}
+
+ProcedureOptions sweepOf(std::uint8_t axis, std::vector<double> speeds_mm_s = {}, unsigned turns = 0) {
+  ProcedureOptions options{.speed_count = static_cast<std::uint8_t>(speeds_mm_s.size()), .axis = axis};
+  std::ranges::copy(speeds_mm_s, options.speeds_mm_s.begin());
+  const auto sweep = procedure::sweepOptions(options, turns, usualFacts());
+  EXPECT_TRUE(sweep) << sweep.error().what;
+  return sweep ? *sweep : options;
+}
+
+// The mean of the face over each sector, less that over the whole turn.
+std::vector<double> sectorsOf(const world::Screws& screws, std::size_t axis, std::size_t count) {
+  constexpr int kSteps = 1000;
+  const auto screw = usualFacts().screws[axis].value();
+  std::vector<double> means(count);
+  double mean = 0;
+  for (std::size_t sector = 0; sector < count; ++sector) {
+    for (int i = 0; i < kSteps; ++i) {
+      const double turns = (static_cast<double>(sector) + (i + 0.5) / kSteps) / static_cast<double>(count);
+      means[sector] += screws.face_um(axis, screw.sector_zero_mm + turns * screw.pitch_mm) / kSteps;
+    }
+    mean += means[sector] / static_cast<double>(count);
+  }
+  for (auto& value : means) value -= mean;
+  return means;
+}
+
+void activate(Scenario& scenario, const metrology::Result& result) {
+  store::Record record{};
+  record.id = 7;
+  record.binding.subject = app::subjectOf(scenario.dataset());
+  record.content = result;
+  const auto activation = app::activationOf(record, scenario.now());
+  ASSERT_TRUE(activation && *activation);
+  scenario.push(**activation);
+}
+
+TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const auto axis = static_cast<std::size_t>(seed % 3);
+    Scenario scenario{warm(1 + 0.5 * static_cast<double>(seed), 0.2 * static_cast<double>(seed)), seed};
+    scenario.recorder().keeps_bytes = false;
+    scenario.run(2s);
+    const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
+    ASSERT_TRUE(solved) << "seed " << seed;
+    ASSERT_TRUE(solved->ok()) << solved->error().reason;
+    EXPECT_EQ(app::subjectOf(scenario.dataset()), std::string{"screw-"} + "xyz"[axis]);
+    const auto& table = *solved->value().find("sector_table_um");
+    ASSERT_EQ(table.values.size(), kMostScrewSectors);
+    const auto truth = sectorsOf(scenario.world().screws(), axis, table.values.size());
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_LT(table.sd[i], 0.03);
+      pulls.add(table.values[i], truth[i], table.sd[i]);
+    }
+    EXPECT_LT(std::abs(solved->value().find("drift_um_s")->value()), 1e-3);
+    EXPECT_EQ(solved->value().find("K"), nullptr) << "true errors were not measured";
+    EXPECT_EQ(scenario.machine().stylus().contactCount(), 0U);
+  }
+  pulls.expectHonest();
+}
+
+// Root mean square of what is left of the nut's error while the screw is turned, um of the whole extension.
+double leftOver_um(Scenario& scenario, std::size_t axis) {
+  const auto screw = usualFacts().screws[axis].value();
+  double squares = 0;
+  int count = 0;
+  scenario.start(Method::screw_calibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
+  scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
+  scenario.run(1s);
+  for (; scenario.state().procedure.state == procedure::State::running; ++count) {
+    const double position_mm = scenario.machine().positionAt(scenario.now())[axis];
+    const double lever = (position_mm + screw.offset_mm) / screw.length_mm;
+    const double error_mm = scenario.world().screws().nutError_mm(axis, position_mm, scenario.now());
+    const double left_um = (error_mm + scenario.state().snapshot.correction_mm[axis]) / lever * 1e3;
+    squares += left_um * left_um;
+    scenario.run(130ms);
+  }
+  EXPECT_GT(count, 500);
+  return std::sqrt(squares / count);
+}
+
+TEST(ScrewSweep, InForceTakesTheFaceOutOfWhatIsServed) {
+  Scenario scenario{warm(), 5};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  const double before_um = leftOver_um(scenario, 0);
+  const auto solved = scenario.finish(1);
+  ASSERT_TRUE(solved && solved->ok());
+  activate(scenario, solved->value());
+  const double after_um = leftOver_um(scenario, 0);
+  // The root mean square of two harmonics of 3 and 0.8 um.
+  EXPECT_NEAR(before_um, std::sqrt((9 + 0.64) / 2), 0.15);
+  // What a table of 24 steps leaves of them is 0.18 um; a reading's noise is 0.1 um.
+  EXPECT_NEAR(after_um, std::hypot(0.18, 0.1), 0.05);
+}
+
+TEST(ScrewSweep, IsRefusedWhileTheScrewIsStillWarming) {
+  auto config = warm();
+  for (auto& screw : config.screws) {
+    screw.warm_um = 330;
+    screw.time_constant_s = 600;
+  }
+  Scenario scenario{config};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(2, {2}));
+  ASSERT_TRUE(solved);
+  ASSERT_FALSE(solved->ok());
+  EXPECT_EQ(solved->error().name, "not-steady");
+}
+
+TEST(ScrewSweep, IsRefusedWhenTheAxisDoesNotTurnTheScrew) {
+  Scenario scenario{warm()};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.start(Method::screw_calibration, sweepOf(1, {1}));
+  scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
+  // The counts stand still for the last half of four turns.
+  scenario.inject(FaultKind::stick_encoders, 20s, 30s);
+  const auto solved = scenario.finish(1);
+  ASSERT_TRUE(solved);
+  ASSERT_FALSE(solved->ok());
+  EXPECT_EQ(solved->error().name, "too-few-turns");
+}
+
+TEST(ScrewSweep, IsAskedForAgainAndThenRefusedWhenTheSensorIsSilent) {
+  Scenario scenario{warm()};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.start(Method::screw_calibration, sweepOf(3, {5}));
+  scenario.inject(FaultKind::drop_drift, 0s, 200s);
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 150s));
+  EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::no_drift_rows);
+  EXPECT_FALSE(scenario.recorded().run_to_solve);
+}
+
+TEST(ScrewSweep, DoesNotNeedTheProbe) {
+  Scenario scenario{warm()};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.inject(FaultKind::drop_probe, 0s, 200s);
+  const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(1, {2}));
+  ASSERT_TRUE(solved);
+  EXPECT_TRUE(solved->ok()) << solved->error().reason;
+}
+
+TEST(ScrewSweep, TakesNoMemoryOnTheTickPath) {
+  const auto config = warm();
+  Scenario scenario{config};
+  scenario.recorder().keeps_bytes = false;
+  Recorder quiet;
+  quiet.keeps_bytes = false;
+  box::Box twin{usualBox(config), quiet};
+  std::uint64_t allocations = 0;
+  scenario.around = [&](const Event& event) {
+    const support::NoAlloc guard;
+    twin.push(event);
+    allocations += guard.allocations();
+  };
+  ASSERT_TRUE(scenario.calibrate(Method::screw_calibration, sweepOf(1, {2})));
+  EXPECT_TRUE(quiet.run_to_solve);
+  EXPECT_EQ(allocations, 0U);
+}
+
+TEST(SweepOptions, SayWhatCannotBeTurned) {
+  const auto refusal = [](const ProcedureOptions& options, unsigned turns = 0) {
+    const auto sweep = procedure::sweepOptions(options, turns, usualFacts());
+    return sweep ? std::string{} : sweep.error().what;
+  };
+  const auto says = [](const std::string& text, const char* what) { return text.find(what) != std::string::npos; };
+  EXPECT_TRUE(says(refusal({}), "say which axis it moves"));
+  EXPECT_TRUE(says(refusal({.axis = 1}, 2), "2 turns are not possible: give 3 to 20"));
+  // 12 mm/s of a pitch of 10 mm.
+  EXPECT_TRUE(says(refusal({.speed_count = 1, .speeds_mm_s = {12}, .axis = 1}), "at 72 rpm"));
+  EXPECT_TRUE(says(refusal({.speed_count = 1, .speeds_mm_s = {12}, .axis = 1}), "give at most 9 mm/s"));
+  auto facts = usualFacts();
+  facts.screws[1].reset();
+  EXPECT_TRUE(says(procedure::sweepOptions({.axis = 2}, 0, facts).error().what, "give [screw.Y] in machine.toml"));
+  const auto usual = sweepOf(1);
+  EXPECT_DOUBLE_EQ(usual.travel_mm, 40) << "four turns";
+  EXPECT_DOUBLE_EQ(usual.speeds_mm_s[0], 0.5) << "3 rpm";
+}
+
+}  // namespace
+}  // namespace probebox::scenario
