@@ -15,7 +15,7 @@ Table Table::withColumns(std::string name, std::span<const std::string_view> col
 std::size_t Table::rows() const {
   if (columns.empty()) return 0;
   const auto length = [](const Column& column) { return column.values.size(); };
-  return std::ranges::min(columns, {}, length).values.size();
+  return length(*std::ranges::min_element(columns, {}, length));
 }
 
 bool Table::rectangular() const {

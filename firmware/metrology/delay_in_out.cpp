@@ -121,7 +121,7 @@ Outcome<Contact, Refusal> findContact(const Touch& touch) {
   }
   contact.machine = project(touch.machine, touch.plan.retract);
   contact.probe = project(touch.probe, -direction.normalized());
-  const double sigma = std::sqrt(sampleVariance(contact.probe));
+  const double sigma = std::sqrt(sampleVariance(contact.probe, Interpolation::linear));
   if (highest < std::max(20.0 * sigma, 100.0 * kResolution)) {
     return refusal(contact.name, "no-contact", "the probe was never deflected clearly; check that it was touched");
   }
@@ -175,13 +175,16 @@ SeenTwice seenTwice(const Contact& contact) {
   const double start = apex - contact.probe_apex_s;
   const double period = std::max(contact.machine.period(), contact.probe.period());
   return {.name = contact.name,
-          .machine = contact.machine,
-          .probe = contact.probe,
+          .machine = &contact.machine,
+          .probe = &contact.probe,
           .from = contact.from + start + 0.2 * contact.probe.period(),
           .until = contact.until + start - 0.2 * contact.probe.period(),
           .shapes =
-              [apex](double t) {
-                return Eigen::VectorXd{Eigen::Vector3d{t < apex ? -1.0 : 1.0, std::abs(t - apex), 1.0}};
+              [apex](const Grid& grid) {
+                const Eigen::ArrayXd since = grid.times.array() - apex;
+                Eigen::MatrixXd shapes{since.size(), 3};
+                shapes << since.sign(), since.abs(), Eigen::ArrayXd::Ones(since.size());
+                return shapes;
               },
           .skipped = {{apex - period, apex + period}}};
 }
@@ -213,15 +216,17 @@ Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
   if (!previous) return previous.error();
   const auto touches = readTouches(dataset);
   if (!touches) return touches.error();
-  std::vector<SeenTwice> records;
+  std::vector<Contact> contacts;
   double start = 0.0;
   for (const auto& touch : touches.value()) {
     auto contact = findContact(touch);
     if (!contact) return contact.error();
     if (auto bad = findApexes(contact.value())) return *bad;
     start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
-    records.push_back(seenTwice(contact.value()));
+    contacts.push_back(std::move(contact).value());
   }
+  std::vector<SeenTwice> records;
+  for (const auto& contact : contacts) records.push_back(seenTwice(contact));
   const auto matched = matchContacts(std::move(records), start);
   if (!matched) return matched.error();
   const Match& match = matched->match;

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -17,178 +16,187 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// periods
 constexpr double kOutlier = 4.5;    // deviations
-constexpr std::size_t kLeast = 12;  // points of the grid
+constexpr Index kLeast = 12;        // points of the grid
 constexpr double kRounding = 1e-7;  // mm, the digits of a case file
+constexpr double kSettled_s = 1e-9;
 constexpr int kSteps = 30;
+constexpr int kRounds = 8;
 constexpr double kWorse = 1.4;  // residuals against what the noise promises
+constexpr double kLeastDeviation_mm = 1e-12;
+constexpr double kFinest = 0.1;     // of that: noise that is not believed to be smaller
+constexpr double kFollowed = 1e-3;  // of the motion: what cubics may miss it by
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// Lagrange through the samples about a time: value and rate as weighted sums of them.
-struct Stencil {
-  std::size_t first{};
-  std::size_t count{};
-  std::array<double, 4> value{};
-  std::array<double, 4> rate{};
-};
-
-// cursor: where the last search ended; times are asked for in rising order.
-Stencil stencilAt(const std::vector<double>& times, double t, Interpolation interpolation, std::size_t& cursor) {
-  while (cursor > 0 && times[cursor] > t) --cursor;
-  while (cursor + 2 < times.size() && times[cursor + 1] <= t) ++cursor;
-  Stencil stencil;
-  const bool wide = interpolation == Interpolation::cubic && cursor > 0 && cursor + 2 < times.size();
-  stencil.first = wide ? cursor - 1 : cursor;
-  stencil.count = wide ? 4 : 2;
-  for (std::size_t i = 0; i < stencil.count; ++i) {
-    const double t_i = times[stencil.first + i];
-    double product = 1.0;
-    double slope = 0.0;
-    for (std::size_t j = 0; j < stencil.count; ++j) {
-      if (j == i) continue;
-      const double t_j = times[stencil.first + j];
-      slope = slope * (t - t_j) / (t_i - t_j) + product / (t_i - t_j);
-      product *= (t - t_j) / (t_i - t_j);
-    }
-    stencil.value[i] = product;
-    stencil.rate[i] = slope;
-  }
-  return stencil;
-}
-
-// One record on its grid.
+// One record on its grid. shapes: those of the record, rows that are left out set to zero.
 class Gridded {
  public:
   Gridded(const SeenTwice& record, Interpolation interpolation)
       : record_{record},
         interpolation_{interpolation},
-        machine_variance_{sampleVariance(record.machine)},
-        probe_variance_{sampleVariance(record.probe)} {
-    const double step = std::min(record.machine.period(), record.probe.period());
+        machine_{*record.machine, interpolation},
+        probe_{*record.probe, interpolation},
+        machine_variance_{sampleVariance(*record.machine, interpolation)},
+        probe_variance_{sampleVariance(*record.probe, interpolation)} {
+    const double machine_period = record.machine->period();
+    const double probe_period = record.probe->period();
+    grid_.step = std::min(machine_period, probe_period);
+    density_machine_ = machine_variance_ * machine_period / grid_.step;
+    density_probe_ = probe_variance_ * probe_period / grid_.step;
+    const double steps = (record.until - record.from) / grid_.step;
+    const Index n = steps > 0.0 ? static_cast<Index>(steps) + 1 : 0;
+    grid_.times.resize(n);
+    grid_.q.resize(n);
     std::size_t cursor = 0;
-    std::vector<VectorXd> shapes;
-    for (double t = record.from; t <= record.until; t += step) {
-      const auto within = [&](const auto& range) { return t >= range.first && t <= range.second; };
-      if (std::ranges::any_of(record.skipped, within)) continue;
-      times_.push_back(t);
-      machine_.push_back(stencilAt(record.machine.times, t, interpolation, cursor));
-      shapes.push_back(record.shapes(t));
-    }
-    used_.assign(times_.size(), true);
-    if (times_.empty()) return;
-    shapes_.resize(static_cast<Index>(times_.size()), shapes.front().size());
-    q_.resize(static_cast<Index>(times_.size()));
-    for (std::size_t k = 0; k < times_.size(); ++k) {
-      shapes_.row(static_cast<Index>(k)) = shapes[k].transpose();
-      q_[static_cast<Index>(k)] = sum(machine_[k], machine_[k].value, record.machine.values);
-    }
-  }
-
-  std::size_t size() const { return times_.size(); }
-  std::size_t usedSize() const { return static_cast<std::size_t>(std::ranges::count(used_, true)); }
-  std::size_t unknowns() const { return static_cast<std::size_t>(shapes_.cols() - 1); }
-  const VectorXd& residuals() const { return e_; }
-  const std::vector<bool>& used() const { return used_; }
-  double timeOf(std::size_t k) const { return times_[k]; }
-  const SeenTwice& record() const { return record_; }
-
-  // Nuisances g, b at a delay, the residuals they leave and the instrument of tau that does not see them.
-  bool settleAt(double tau) {
-    const Index n = q_.size();
-    VectorXd delta{n};
-    VectorXd rate{n};
-    std::size_t cursor = 0;
-    probe_.resize(times_.size());
-    for (std::size_t k = 0; k < times_.size(); ++k) {
-      probe_[k] = stencilAt(record_.probe.times, times_[k] - tau, interpolation_, cursor);
-      delta[static_cast<Index>(k)] = sum(probe_[k], probe_[k].value, record_.probe.values);
-      rate[static_cast<Index>(k)] = sum(probe_[k], probe_[k].rate, record_.probe.values);
-    }
-    const Index nuisances = shapes_.cols() - 1;
-    MatrixXd jacobian{n, nuisances};  // of e by g and b
-    jacobian << delta, -shapes_.rightCols(nuisances - 1);
-    MatrixXd instruments = shapes_.rightCols(nuisances);
-    VectorXd z = shapes_.col(0);
     for (Index k = 0; k < n; ++k) {
-      if (used_[static_cast<std::size_t>(k)]) continue;
-      instruments.row(k).setZero();
-      z[k] = 0.0;
+      grid_.times[k] = record.from + static_cast<double>(k) * grid_.step;
+      grid_.q[k] = machine_.at(grid_.times[k], cursor).value;
     }
-    const MatrixXd normal = instruments.transpose() * jacobian;
-    const Eigen::FullPivLU<MatrixXd> lu{normal};
-    if (!lu.isInvertible()) return false;
-    const VectorXd nuisance = lu.solve(-(instruments.transpose() * q_));
-    gain_ = nuisance[0];
-    e_ = q_ + jacobian * nuisance;
-    slope_ = -gain_ * rate;
-    const VectorXd seen = jacobian.transpose() * z;
-    z_ = z - instruments * normal.transpose().fullPivLu().solve(seen);
-    return std::isfinite(gain_);
+    offered_ = VectorXd::Ones(n);
+    for (const auto& [from, until] : record.skipped) {
+      for (Index k = firstAtOrAfter(from); k < n && grid_.times[k] <= until; ++k) offered_[k] = 0.0;
+    }
+    delta_.resize(n);
+    rate_.resize(n);
+    use(offered_);
+    machine_variance_ = std::max(machine_variance_, std::pow(kFinest * missed(), 2));
   }
 
-  double score() const { return z_.dot(e_); }
-  double information() const { return z_.dot(slope_); }
-  // Variance of the score as the noise of the samples has it.
-  double variance() const {
-    VectorXd machine = VectorXd::Zero(static_cast<Index>(record_.machine.times.size()));
-    VectorXd probe = VectorXd::Zero(static_cast<Index>(record_.probe.times.size()));
-    for (std::size_t k = 0; k < times_.size(); ++k) {
-      const double z = z_[static_cast<Index>(k)];
-      for (std::size_t i = 0; i < machine_[k].count; ++i) {
-        machine[static_cast<Index>(machine_[k].first + i)] += z * machine_[k].value[i];
-      }
-      for (std::size_t i = 0; i < probe_[k].count; ++i) {
-        probe[static_cast<Index>(probe_[k].first + i)] += z * probe_[k].value[i];
-      }
-    }
-    return machine_variance_ * machine.squaredNorm() + gain_ * gain_ * probe_variance_ * probe.squaredNorm();
+  Index size() const { return static_cast<Index>(offered_.sum()); }
+  // Some thousand points tell a mean or a median.
+  Index stride() const { return static_cast<Index>(strideOf(static_cast<std::size_t>(used_.size()))); }
+  Index usedSize() const { return static_cast<Index>(used_.sum()); }
+  Index unknowns() const { return shapes_.cols() - 1; }
+  const SeenTwice& record() const { return record_; }
+  // What interpolation may miss the motion by; nothing is known of lines, which miss kinks.
+  double missed() const {
+    if (interpolation_ == Interpolation::linear || shapes_.size() == 0) return 0.0;
+    return kFollowed * std::sqrt(shapes_.col(1).squaredNorm() / static_cast<double>(shapes_.rows()));
   }
-  // Expected square of e at a point of the grid.
-  double expected(std::size_t k) const {
+
+  // Nuisances g, b at a delay, and what the instrument that does not see them says of tau.
+  bool settleAt(double tau) {
+    std::size_t cursor = 0;
+    for (Index k = 0; k < grid_.times.size(); ++k) {
+      const auto sample = probe_.at(grid_.times[k] - tau, cursor);
+      delta_[k] = sample.value;
+      rate_[k] = sample.rate;
+    }
+    const Index m = unknowns();
+    MatrixXd seen{m + 1, m};  // Z' J, J being the derivative of e by g and b
+    seen << instruments_.transpose() * delta_, -products_;
+    const Eigen::FullPivLU<MatrixXd> lu{seen.bottomRows(m)};
+    if (!lu.isInvertible()) return false;
+    nuisance_ = lu.solve(-seen_q_.tail(m));
+    shares_ = MatrixXd{seen.bottomRows(m).transpose()}.fullPivLu().solve(seen.row(0).transpose());
+    const VectorXd slope = -nuisance_[0] * (instruments_.transpose() * rate_);
+    score_ = seen_q_[0] + seen.row(0).dot(nuisance_);
+    information_ = slope[0] - shares_.dot(slope.tail(m));
+    return std::isfinite(score_) && std::isfinite(information_);
+  }
+
+  double score() const { return score_; }
+  double information() const { return information_; }
+  // Variance of the score for noise that the grid is fine for: to weigh records with.
+  double roughVariance() const {
+    const VectorXd z = ownInstrument();
+    return (density_machine_ + nuisance_[0] * nuisance_[0] * density_probe_) * z.squaredNorm();
+  }
+  // The same sample by sample, and grown where e is larger than elsewhere when the motion is fast: stamps that jitter.
+  double variance() const {
+    const VectorXd z = ownInstrument();
+    VectorXd machine = VectorXd::Zero(static_cast<Index>(record_.machine->times.size()));
+    VectorXd probe = VectorXd::Zero(static_cast<Index>(record_.probe->times.size()));
+    std::size_t machine_cursor = 0;
+    std::size_t probe_cursor = 0;
+    for (Index k = 0; k < z.size(); ++k) {
+      if (z[k] == 0.0) continue;
+      machine_.addGains(grid_.times[k], z[k], machine_cursor, machine);
+      probe_.addGains(grid_.times[k] - tau_, z[k], probe_cursor, probe);
+    }
+    return jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
+                              nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
+  }
+  // Residuals at a delay that was settled at.
+  void finishAt(double tau) {
+    tau_ = tau;
+    const Index m = unknowns();
+    e_ = grid_.q + nuisance_[0] * delta_ - shapes_.rightCols(m - 1) * nuisance_.tail(m - 1);
+  }
+  const VectorXd& residuals() const { return e_; }
+  VectorXd usedResiduals() const { return e_.cwiseProduct(used_); }
+  bool offered(Index k) const { return offered_[k] != 0.0; }
+  bool used(Index k) const { return used_[k] != 0.0; }
+  double timeOf(Index k) const { return grid_.times[k]; }
+  // Mean square of e as the noise of the samples and their interpolation have it.
+  double expectedSquare() const {
     double machine = 0.0;
     double probe = 0.0;
-    for (const double w : machine_[k].value) machine += w * w;
-    for (const double w : probe_[k].value) probe += w * w;
-    return machine_variance_ * machine + gain_ * gain_ * probe_variance_ * probe;
+    double count = 0.0;
+    std::size_t machine_cursor = 0;
+    std::size_t probe_cursor = 0;
+    for (Index k = 0; k < used_.size(); k += stride()) {
+      if (!used(k)) continue;
+      machine += machine_.varianceAt(grid_.times[k], machine_cursor);
+      probe += probe_.varianceAt(grid_.times[k] - tau_, probe_cursor);
+      ++count;
+    }
+    const double sum = machine_variance_ * machine + nuisance_[0] * nuisance_[0] * probe_variance_ * probe;
+    return (count > 0.0 ? sum / count : 0.0) + missed() * missed();
   }
   // Leaves out what lies beyond a limit; whether that changes anything.
   bool leaveOut(double limit) {
-    bool changed = false;
-    for (std::size_t k = 0; k < used_.size(); ++k) {
-      const bool use = std::abs(e_[static_cast<Index>(k)]) <= limit;
-      changed = changed || use != used_[k];
-      used_[k] = use;
-    }
-    return changed;
+    const VectorXd within = (e_.array().abs() <= limit).cast<double>() * offered_.array();
+    if (within == used_) return false;
+    use(within);
+    return true;
   }
 
  private:
-  static double sum(const Stencil& stencil, const std::array<double, 4>& weights, const std::vector<double>& values) {
-    double total = 0.0;
-    for (std::size_t i = 0; i < stencil.count; ++i) total += weights[i] * values[stencil.first + i];
-    return total;
+  Index firstAtOrAfter(double t) const {
+    const double steps = std::ceil((t - record_.from) / grid_.step);
+    return static_cast<Index>(std::clamp(steps, 0.0, static_cast<double>(grid_.times.size())));
   }
+  // Stamps that jitter make e larger where the motion is fast, which is where the instrument looks.
+  double jitterFactor(const VectorXd& z) const {
+    const VectorXd weights = z.cwiseAbs2();
+    const double mean_square = usedResiduals().squaredNorm() / used_.sum();
+    return mean_square > 0.0 ? weights.dot(e_.cwiseAbs2()) / (weights.sum() * mean_square) : 1.0;
+  }
+  // What does not depend on tau: products of the instruments with q and with the shapes that it may be off by.
+  void use(const VectorXd& used) {
+    used_ = used;
+    if (grid_.times.size() < kLeast) return;
+    if (shapes_.size() == 0) shapes_ = record_.shapes(grid_);
+    instruments_ = used_.asDiagonal() * shapes_;
+    seen_q_ = instruments_.transpose() * grid_.q;
+    products_ = instruments_.transpose() * shapes_.rightCols(shapes_.cols() - 2);
+  }
+  // The instrument of tau less what the nuisances see of it.
+  VectorXd ownInstrument() const { return instruments_.col(0) - instruments_.rightCols(unknowns()) * shares_; }
 
   const SeenTwice& record_;
   Interpolation interpolation_;
+  Interpolant machine_;
+  Interpolant probe_;
   double machine_variance_;
   double probe_variance_;
-  std::vector<double> times_;
-  std::vector<Stencil> machine_;
-  std::vector<Stencil> probe_;
-  std::vector<bool> used_;
+  double density_machine_{};  // variance of a point of a grid that holds all the noise
+  double density_probe_{};
+  Grid grid_;
+  VectorXd offered_;  // 1 where the record may be compared, else 0
+  VectorXd used_;
   MatrixXd shapes_;
-  VectorXd q_;
+  MatrixXd instruments_;
+  VectorXd seen_q_;
+  MatrixXd products_;
+  VectorXd delta_;
+  VectorXd rate_;
+  VectorXd nuisance_;
+  VectorXd shares_;
   VectorXd e_;
-  VectorXd z_;
-  VectorXd slope_;
-  double gain_{};
+  double score_{};
+  double information_{};
+  double tau_{};
 };
 
 // A gap within what is compared, which is not skipped. shift: from the signal's stamps to the machine's.
@@ -206,6 +214,11 @@ std::optional<Refusal> gapIn(const SeenTwice& record, const Signal& signal, doub
   return std::nullopt;
 }
 
+// Each record on its own would say -score/information, with a variance of variance/information^2.
+double weightOf(const Gridded& grid) {
+  return grid.information() / std::max(grid.roughVariance(), 1e-30);
+}
+
 // Steps until tau stands still.
 Outcome<double, Refusal> settle(std::vector<Gridded>& grids, double tau) {
   for (int step = 0; step < kSteps; ++step) {
@@ -215,14 +228,17 @@ Outcome<double, Refusal> settle(std::vector<Gridded>& grids, double tau) {
       if (!grid.settleAt(tau)) {
         return Refusal{"ill-conditioned", grid.record().name + " does not show a motion that tells the delay"};
       }
-      const double weight = 1.0 / std::max(grid.variance(), 1e-30);
+      const double weight = weightOf(grid);
       score += weight * grid.score();
       information += weight * grid.information();
     }
     const double change = -score / information;
     if (!std::isfinite(change)) break;
+    if (std::abs(change) < kSettled_s) {
+      for (auto& grid : grids) grid.finishAt(tau);
+      return tau + change;  // steps of Newton: the next would be its square
+    }
     tau += change;
-    if (std::abs(change) < 1e-12) return tau;
   }
   return Refusal{"no-convergence", "machine and probe do not show the same motion: are they the same touch or scan?"};
 }
@@ -230,90 +246,73 @@ Outcome<double, Refusal> settle(std::vector<Gridded>& grids, double tau) {
 double robustDeviation(const std::vector<Gridded>& grids) {
   std::vector<double> sizes;
   for (const auto& grid : grids) {
-    for (const double e : grid.residuals()) sizes.push_back(std::abs(e));
+    for (Index k = 0; k < grid.residuals().size(); k += grid.stride()) {
+      if (grid.offered(k)) sizes.push_back(std::abs(grid.residuals()[k]));
+    }
   }
-  return 1.4826 * median(std::move(sizes));
+  return 1.4826 * median(sizes);
+}
+
+// Names the stretches that were left out.
+void nameDropped(Match& match, const Gridded& grid) {
+  bool open = false;
+  for (Index k = 0; k < grid.residuals().size(); ++k) {
+    const bool dropped = grid.offered(k) && !grid.used(k);
+    if (dropped && !open) match.dropped.push_back(grid.record().name + ", from " + text(grid.timeOf(k)) + " s");
+    open = dropped;
+  }
 }
 
 void describe(Match& match, const std::vector<Gridded>& grids) {
-  double weight_sum = 0.0;
+  double noise = 0.0;
   double information = 0.0;
   double squares = 0.0;
   double expected = 0.0;
-  std::size_t points = 0;
-  std::size_t used = 0;
-  std::size_t unknowns = 1;
+  Index points = 0;
+  Index used = 0;
+  Index unknowns = 1;
   for (const auto& grid : grids) {
-    const double variance = std::max(grid.variance(), 1e-30);
-    information += grid.information() / variance;
-    weight_sum += 1.0 / variance;
+    const double weight = weightOf(grid);
+    noise += weight * weight * grid.variance();
+    information += weight * grid.information();
+    squares += grid.usedResiduals().squaredNorm();
+    expected += grid.expectedSquare() * static_cast<double>(grid.usedSize());
     unknowns += grid.unknowns();
     points += grid.size();
     used += grid.usedSize();
-    bool open = false;
-    for (std::size_t k = 0; k < grid.size(); ++k) {
-      if (grid.used()[k]) {
-        squares += std::pow(grid.residuals()[static_cast<Index>(k)], 2);
-        expected += grid.expected(k);
-      } else if (!open) {
-        match.dropped.push_back(grid.record().name + ", from " + text(grid.timeOf(k)) + " s");
-      }
-      open = !grid.used()[k];
-    }
+    nameDropped(match, grid);
   }
-  match.sd_s = std::sqrt(weight_sum) / std::abs(information);
+  match.sd_s = std::sqrt(noise) / std::abs(information);
   match.rms_mm = std::sqrt(squares / static_cast<double>(used));
   match.expected_mm = std::sqrt(expected / static_cast<double>(used));
-  match.dof = used > unknowns ? used - unknowns : 0;
+  match.dof = static_cast<std::size_t>(std::max<Index>(0, used - unknowns));
   match.dropped_share = static_cast<double>(points - used) / static_cast<double>(points);
 }
 
 void addResiduals(Match& match, const std::vector<Gridded>& grids) {
-  constexpr std::size_t kMostShown = 600;
-  std::size_t points = 0;
-  for (const auto& grid : grids) points += grid.size();
-  const std::size_t step = 1 + points / kMostShown;
+  constexpr Index kMostShown = 600;
+  Index points = 0;
+  for (const auto& grid : grids) points += grid.residuals().size();
+  const Index step = 1 + points / kMostShown;
   match.residuals = {.unit = "mm", .against = "t_s", .names = {}, .at = {}, .values = {}};
   for (const auto& grid : grids) {
-    for (std::size_t k = 0; k < grid.size(); k += step) {
-      if (!grid.used()[k]) continue;
+    for (Index k = 0; k < grid.residuals().size(); k += step) {
+      if (!grid.used(k)) continue;
       match.residuals.names.push_back(grid.record().name);
       match.residuals.at.push_back(grid.timeOf(k));
-      match.residuals.values.push_back(grid.residuals()[static_cast<Index>(k)]);
+      match.residuals.values.push_back(grid.residuals()[k]);
     }
   }
 }
 
 }  // namespace
 
-double Signal::period() const {
-  std::vector<double> apart;
-  for (std::size_t k = 1; k < times.size(); ++k) apart.push_back(times[k] - times[k - 1]);
-  return apart.empty() ? 0.0 : median(std::move(apart));
-}
-
-double sampleVariance(const Signal& signal) {
-  std::vector<double> squares;
-  for (std::size_t k = 1; k + 1 < signal.times.size(); ++k) {
-    const double w = (signal.times[k] - signal.times[k - 1]) / (signal.times[k + 1] - signal.times[k - 1]);
-    const double missed = signal.values[k] - signal.values[k - 1] - w * (signal.values[k + 1] - signal.values[k - 1]);
-    squares.push_back(missed * missed / (1.0 + w * w + (1.0 - w) * (1.0 - w)));
-  }
-  if (squares.empty()) return 0.0;
-  const double limit = 16.0 * 2.198 * median(squares);  // four deviations
-  double total = 0.0;
-  double count = 0.0;
-  for (const double square : squares) {
-    if (square <= limit) total += square, ++count;
-  }
-  return total / count;
-}
-
 Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, double start, Interpolation interpolation) {
   std::vector<Gridded> grids;
+  grids.reserve(records.size());
   for (const auto& record : records) {
-    if (auto refusal = gapIn(record, record.machine, 0.0, "machine")) return *refusal;
-    if (auto refusal = gapIn(record, record.probe, start, "probe")) return *refusal;
+    if (auto refusal = gapIn(record, *record.machine, 0.0, "machine")) return *refusal;
+    if (auto refusal = gapIn(record, *record.probe, start, "probe")) return *refusal;
     grids.emplace_back(record, interpolation);
     if (grids.back().size() < kLeast) {
       return Refusal{"too-few-samples", record.name +
@@ -323,10 +322,10 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   }
   auto tau = settle(grids, start);
   // What stands out of the noise is left out: spikes, and without noise the kinks that interpolation cannot follow.
-  for (int round = 0; tau && round < 8; ++round) {
-    const double limit = kOutlier * robustDeviation(grids) + 1e-12;
+  for (int round = 0; tau && round < kRounds; ++round) {
+    const double limit = kOutlier * robustDeviation(grids) + kLeastDeviation_mm;
     bool changed = false;
-    for (auto& grid : grids) changed = grid.leaveOut(limit) || changed;
+    for (auto& grid : grids) changed = grid.leaveOut(std::max(limit, kOutlier * grid.missed())) || changed;
     if (!changed) break;
     tau = settle(grids, tau.value());
   }

@@ -10,37 +10,32 @@
 
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
+#include "firmware/metrology/signal.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
 
-// One signal on its own stamps. Stamps rise, s.
-struct Signal {
-  std::vector<double> times;
-  std::vector<double> values;
-
-  double period() const;  // median distance of the stamps, s
+// Equal steps of machine time, and what the machine shows there.
+struct Grid {
+  Eigen::VectorXd times;  // s
+  Eigen::VectorXd q;      // mm
+  double step{};          // s
 };
-
-// Variance of one sample from what it misses its neighbours by; blind to slopes, and to a few kinks and spikes.
-double sampleVariance(const Signal& signal);
 
 // The same motion seen twice: by the machine as q (mm), and by the probe as a deflection (raw or mm).
 struct SeenTwice {
   std::string name;
-  Signal machine;
-  Signal probe;
+  const Signal* machine{};  // they outlive what compares them
+  const Signal* probe{};
   double from{};  // machine time between which the two are compared: samples of both on either side
   double until{};
-  // At a machine time: the rate of q or what has its shape, then the shape of q itself, then 1 and further shapes
-  // that q may be off by. None of them may depend on the samples that are compared, or only as a smooth does.
-  std::function<Eigen::VectorXd(double time)> shapes;
-  // Machine time that is left out, as [from, until]: kinks that interpolation cannot follow.
+  // Columns, one row a point of the grid: the rate of q or what has its shape, then the shape of q itself, then 1 and
+  // further shapes that q may be off by. The first may depend on q only as the rate of a smooth does (antisymmetric in
+  // time, equal all over the grid), the second as a smooth does: then the noise of q takes no side.
+  std::function<Eigen::MatrixXd(const Grid& grid)> shapes;
+  // Machine time that is left out, as [from, until], in rising order: gaps, and kinks that interpolation cannot follow.
   std::vector<std::pair<double, double>> skipped{};
 };
-
-// Samples of a signal between its stamps.
-enum class Interpolation { linear = 2, cubic = 4 };
 
 struct Match {
   double tau_s{};
@@ -53,16 +48,13 @@ struct Match {
   Residuals residuals;  // e against the machine's time; every so many, so that a picture needs no more than 600
 };
 
-// Least tau in e(t) = q(t) + g d(t - tau) - b . shapes(t), by the instrumental step of CN101622513 (docs/metrology.md
-// (A14), (A16), (A17), (A19)): Z'e = 0 with the shapes as instruments Z, because interpolating a noisy deflection
-// changes its noise with the fraction between the samples, which draws least squares to whole ones. g and b belong to
-// each record, tau to all. Both signals are interpolated onto one grid as fine as the finer of them. start: s, to
-// within a few samples. Refuses: gap (more than 2.5 periods between samples), too-few-samples, ill-conditioned,
-// no-convergence.
+// The tau that settles e(t) = q(t) + g d(t - tau) - b . shapes(t), by the instrumental step of CN101622513
+// (docs/metrology.md (A14), (A16), (A17), (A19)): Z'e = 0 with the shapes as instruments Z, because interpolating a
+// noisy deflection changes its noise with the fraction between the samples, which draws least squares to whole ones. g
+// and b belong to each record, tau to all; a record weighs as much as it tells. Both signals are interpolated onto one
+// grid as fine as the finer of them. start: s, to within a few samples. Refuses: gap (more than 2.5 periods between
+// samples), too-few-samples, ill-conditioned, no-convergence.
 Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, double start, Interpolation interpolation);
-
-// Samples further apart than this leave no value between them.
-inline constexpr double kGapPeriods = 2.5;
 
 // Refuses residual-too-large: rms above three times what the noise promises, or more dropped than this share.
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share);

@@ -1,0 +1,305 @@
+#include "firmware/metrology/radius_scan.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "firmware/metrology/checks.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr std::array<std::string_view, 5> kMachineScan{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kProbeScan{"scan", "t_s", "a", "b", "c"};
+constexpr std::array<std::string_view, 2> kScans{"scan", "speed_mm_s"};
+constexpr double kTransition_s = 0.020;  // of a step of the radius
+constexpr double kLeastRate = 10.0;      // squares of the rate against those of its noise
+constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
+constexpr double kRival = 0.6;           // of the highest peak
+constexpr std::size_t kLeastSamples = 50;
+
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset) {
+  const auto entry = dataset.config.find("gain_matrix");
+  if (entry == dataset.config.end()) return Eigen::Matrix3d{Eigen::Matrix3d::Identity()};
+  const auto* rows = std::get_if<Matrix>(&entry->second);
+  const auto three = [](const std::vector<double>& row) { return row.size() == 3; };
+  if (!rows || rows->size() != 3 || !std::ranges::all_of(*rows, three)) {
+    return Refusal{"bad-config", "config key 'gain_matrix' must be three rows of three numbers"};
+  }
+  Eigen::Matrix3d gain;
+  for (Index i = 0; i < 3; ++i) gain.row(i) = Eigen::RowVector3d::Map((*rows)[static_cast<std::size_t>(i)].data());
+  return gain;
+}
+
+// Rows of one scan as points on their stamps.
+struct Points {
+  std::vector<double> times;
+  std::vector<Vector3d> values;
+
+  friend bool operator==(const Points&, const Points&) = default;
+};
+
+Points pointsOf(const Table& table, std::span<const std::string_view> columns, double id) {
+  const auto& ids = *table.column("scan");
+  const auto& times = *table.column("t_s");
+  const auto& x = *table.column(columns[2]);
+  const auto& y = *table.column(columns[3]);
+  const auto& z = *table.column(columns[4]);
+  const auto count = static_cast<std::size_t>(std::ranges::count(ids, id));
+  Points points;
+  points.times.reserve(count);
+  points.values.reserve(count);
+  for (std::size_t row = 0; row < ids.size(); ++row) {
+    if (ids[row] != id) continue;
+    points.times.push_back(times[row]);
+    points.values.emplace_back(x[row], y[row], z[row]);
+  }
+  return points;
+}
+
+std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan, const std::string& table) {
+  if (points.times.size() < kLeastSamples) {
+    return Refusal{"too-few-samples", scan + " has " + std::to_string(points.times.size()) + " samples in table '" +
+                                          table + "', fifty are needed; record it again"};
+  }
+  if (std::ranges::is_sorted(points.times, std::ranges::less_equal{})) return std::nullopt;
+  return Refusal{"time-not-rising", scan + " in table '" + table +
+                                        "': the stamps do not rise; give every sample once, "
+                                        "in the order of time"};
+}
+
+// What is left of the radius without its mean and first harmonic.
+std::vector<double> stepsOf(const RadiusScan& scan) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (std::size_t k = 0; k < scan.cosine.size(); ++k) {
+    const Vector3d row{1.0, scan.cosine[k], scan.sine[k]};
+    normal += row * row.transpose();
+    right += row * scan.radius.values[k];
+  }
+  const Vector3d harmonic = normal.fullPivLu().solve(right);
+  std::vector<double> steps(scan.cosine.size());
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    steps[k] = scan.radius.values[k] - harmonic.dot(Vector3d{1.0, scan.cosine[k], scan.sine[k]});
+  }
+  return steps;
+}
+
+RadiusScan reduce(Points machine, Points probe, const ScanConfig& config) {
+  RadiusScan scan;
+  for (auto* values : {&scan.radius.values, &scan.cosine, &scan.sine}) values->reserve(machine.values.size());
+  for (const auto& at : machine.values) {
+    const Vector3d arm = at - config.centre;
+    const double across = std::max(arm.head<2>().norm(), 1e-9);
+    scan.radius.values.push_back(arm.norm());
+    scan.cosine.push_back(arm.x() / across);
+    scan.sine.push_back(arm.y() / across);
+  }
+  scan.deflection.values.reserve(probe.values.size());
+  for (const auto& d : probe.values) scan.deflection.values.push_back((config.gain * d).norm());
+  scan.radius.times = std::move(machine.times);
+  scan.deflection.times = std::move(probe.times);
+  scan.step = stepsOf(scan);
+  return scan;
+}
+
+// Whether the rate of the radius does not stand out of its noise, smoothed over times as transitions take.
+bool radiusStands(const RadiusScan& scan) {
+  const double period = scan.radius.period();
+  const double variance = sampleVariance(scan.radius, Interpolation::cubic);
+  const VectorXd steps = VectorXd::Map(scan.step.data(), static_cast<Index>(scan.step.size()));
+  for (const double transition_s : {kTransition_s, 2.0 * kTransition_s, 4.0 * kTransition_s}) {
+    const auto half = std::max<Index>(1, static_cast<Index>(transition_s / 4.0 / period));
+    const VectorXd smooth = boxed(boxed(steps, half), half);
+    const VectorXd rate = (smooth.tail(smooth.size() - 2) - smooth.head(smooth.size() - 2)) / (2.0 * period);
+    // The rate of what was averaged twice over a length is the difference of two such averages, over it.
+    const double length = static_cast<double>(2 * half + 1);
+    const double noise = 2.0 * variance / (std::pow(length, 3) * period * period);
+    if (rate.squaredNorm() >= static_cast<double>(rate.size()) * (kLeastRate * noise + kLeastSquare)) return false;
+  }
+  return true;
+}
+
+std::optional<Refusal> unusable(const RadiusScan& scan, const ScanConfig& config) {
+  const double sigma = std::sqrt(sampleVariance(scan.deflection, Interpolation::cubic));
+  if (*std::ranges::min_element(scan.deflection.values) < 5.0 * sigma + 1e-6) {
+    return Refusal{"contact-lost", scan.name + ": the deflection falls to zero; scan with a larger deflection"};
+  }
+  if (radiusStands(scan)) {
+    return Refusal{"constant-radius", scan.name + ": the radius does not change; scan with steps of the radius"};
+  }
+  const double turn_s = 2.0 * std::numbers::pi * scan.radius.values.front() / scan.speed_mm_s;
+  if (config.window_s >= 0.5 * turn_s) {
+    return Refusal{"window-too-large", "search_window_s is " + text(config.window_s) + " s and " + scan.name +
+                                           " repeats after " + text(turn_s) + " s; give less than half of that"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> unlisted(const Table& table, const std::vector<double>& ids) {
+  double known = std::nan("");
+  for (const double id : *table.column("scan")) {
+    if (id == known) continue;
+    if (std::ranges::count(ids, id) != 1) {
+      return Refusal{"unknown-scan", "scan " + text(id) + " of table '" + table.name +
+                                         "' does not stand once in table 'scans'; correct it there"};
+    }
+    known = id;
+  }
+  return std::nullopt;
+}
+
+// The rates of radius and deflection of one scan on one grid, from differences of short averages.
+struct Rates {
+  VectorXd radius;
+  VectorXd deflection;
+};
+
+VectorXd ratesOf(const std::vector<double>& times, const std::vector<double>& values, double from, Index count,
+                 double step) {
+  const double period = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  const VectorXd all = VectorXd::Map(values.data(), static_cast<Index>(values.size()));
+  const VectorXd smooth = boxed(all, static_cast<Index>(0.5 * step / period));
+  const std::vector<double> smoothed{smooth.begin(), smooth.end()};
+  VectorXd rates{count};
+  std::size_t cursor = 0;
+  double before = between(times, smoothed, from, cursor);
+  for (Index k = 0; k < count; ++k) {
+    const double at = between(times, smoothed, from + static_cast<double>(k + 1) * step, cursor);
+    rates[k] = at - before;
+    before = at;
+  }
+  return rates;
+}
+
+Rates ratesOf(const RadiusScan& scan, double step) {
+  const double from = std::max(scan.radius.times.front(), scan.deflection.times.front());
+  const double until = std::min(scan.radius.times.back(), scan.deflection.times.back());
+  const auto count = static_cast<Index>(std::max(0.0, until - from) / step);
+  return {ratesOf(scan.radius.times, scan.step, from, count, step),
+          ratesOf(scan.deflection.times, scan.deflection.values, from, count, step)};
+}
+
+// The highest value that is parted from the top by a valley: noise alone makes no rival.
+double rivalOf(const std::vector<double>& sums, std::size_t top) {
+  constexpr double kValley = 0.8;
+  double rival = 0.0;
+  double valley = sums[top];
+  const auto look = [&](double value) {
+    valley = std::min(valley, value);
+    if (valley < kValley * value) rival = std::max(rival, value);
+  };
+  for (std::size_t lag = top + 1; lag < sums.size(); ++lag) look(sums[lag]);
+  valley = sums[top];
+  for (std::size_t lag = top; lag-- > 0;) look(sums[lag]);
+  return rival;
+}
+
+// The pattern of the steps against itself, up to twice the window: where it repeats no window tells which step is
+// which.
+std::optional<Refusal> repeats(const std::vector<Rates>& rates, Index reach, double window_s) {
+  std::vector<double> sums;
+  for (Index lag = 0; lag <= 2 * reach; ++lag) {
+    double sum = 0.0;
+    for (const auto& scan : rates) {
+      const Index n = scan.radius.size() - lag;
+      if (n > 0) sum += scan.radius.head(n).dot(scan.radius.tail(n));
+    }
+    sums.push_back(sum);
+  }
+  if (rivalOf(sums, 0) <= kRival * sums.front()) return std::nullopt;
+  return Refusal{"rival-peak", "the steps of the radius repeat within twice the search window of " + text(window_s) +
+                                   " s, so several delays fit: scan with arcs of different lengths, or narrow "
+                                   "search_window_s"};
+}
+
+}  // namespace
+
+Outcome<ScanConfig, Refusal> readScanConfig(const Dataset& dataset) {
+  const auto centre = configVector(dataset, "centre_mm");
+  if (!centre) return centre.error();
+  if (!centre.value()) return Refusal{"bad-config", "method " + dataset.method + " needs the config key 'centre_mm'"};
+  const auto window = requiredPositive(dataset, "search_window_s");
+  if (!window) return window.error();
+  if (window.value() < kTransition_s) {
+    return Refusal{"window-too-small", "search_window_s is " + text(window.value()) +
+                                           " s: a step of the radius takes 0.02 s; give at least that"};
+  }
+  const auto gain = configGain(dataset);
+  if (!gain) return gain.error();
+  return ScanConfig{Vector3d::Map((*centre)->data()), gain.value(), window.value()};
+}
+
+Outcome<std::vector<RadiusScan>, Refusal> readScans(const Dataset& dataset, const ScanConfig& config) {
+  const auto listed = checkedTable(dataset, "scans", kScans);
+  if (!listed) return listed.error();
+  const auto machine = checkedTable(dataset, "machine", kMachineScan);
+  if (!machine) return machine.error();
+  const auto probe = checkedTable(dataset, "probe", kProbeScan);
+  if (!probe) return probe.error();
+  const auto& ids = *listed.value()->column("scan");
+  for (const auto* table : {machine.value(), probe.value()}) {
+    if (auto refusal = unlisted(*table, ids)) return *refusal;
+  }
+  std::vector<RadiusScan> scans;
+  for (std::size_t row = 0; row < ids.size(); ++row) {
+    const std::string name = "scan " + text(ids[row]);
+    const double speed = (*listed.value()->column("speed_mm_s"))[row];
+    if (speed <= 0.0) return Refusal{"bad-speed", name + ": speed_mm_s must be greater than zero"};
+    Points of_machine = pointsOf(*machine.value(), kMachineScan, ids[row]);
+    Points of_probe = pointsOf(*probe.value(), kProbeScan, ids[row]);
+    if (auto refusal = wrongStamps(of_machine, name, "machine")) return *refusal;
+    if (auto refusal = wrongStamps(of_probe, name, "probe")) return *refusal;
+    RadiusScan scan = reduce(std::move(of_machine), std::move(of_probe), config);
+    scan.name = name;
+    scan.speed_mm_s = speed;
+    for (const auto& other : scans) {
+      if (other.radius.values != scan.radius.values || other.deflection.values != scan.deflection.values) continue;
+      return Refusal{"duplicated-reading",
+                     other.name + " and " + name + " hold the same samples: a copy is not a scan; remove it"};
+    }
+    if (auto refusal = unusable(scan, config)) return *refusal;
+    scans.push_back(std::move(scan));
+  }
+  return scans;
+}
+
+Outcome<double, Refusal> coarseDelay(const std::vector<RadiusScan>& scans, double window_s) {
+  const double step = std::min(kTransition_s / 5.0, window_s / 10.0);
+  const auto reach = static_cast<Index>(window_s / step);
+  std::vector<Rates> rates;
+  for (const auto& scan : scans) rates.push_back(ratesOf(scan, step));
+  if (auto refusal = repeats(rates, reach, window_s)) return *refusal;
+  // Minus the rate of the radius times the rate of the deflection a lag earlier.
+  std::vector<double> sums(static_cast<std::size_t>(2 * reach + 1));
+  for (const auto& scan : rates) {
+    const Index n = scan.radius.size() - 2 * reach;
+    for (Index lag = 0; n > 0 && lag <= 2 * reach; ++lag) {
+      sums[static_cast<std::size_t>(lag)] -=
+          scan.radius.segment(reach, n).dot(scan.deflection.segment(2 * reach - lag, n));
+    }
+  }
+  const auto top = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
+  if (top == 0 || top + 1 == sums.size() || !(sums[top] > 0.0)) {
+    return Refusal{"no-peak", "machine and probe do not match within search_window_s; widen it, or check the records"};
+  }
+  const double rival = rivalOf(sums, top);
+  if (rival > kRival * sums[top]) {
+    return Refusal{"rival-peak", "another delay fits " + text(rival / sums[top]) +
+                                     " times as well: the steps repeat; scan with arcs of different lengths, or narrow "
+                                     "search_window_s"};
+  }
+  const double curvature = sums[top - 1] - 2.0 * sums[top] + sums[top + 1];
+  const double fraction = 0.5 * (sums[top - 1] - sums[top + 1]) / curvature;
+  return (static_cast<double>(top) - static_cast<double>(reach) + fraction) * step;
+}
+
+}  // namespace probebox::metrology
