@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/distance_probe.hpp"
 #include "firmware/metrology/previous_delay.hpp"
 #include "firmware/metrology/touch.hpp"
 #include "firmware/metrology/touch_delay.hpp"
@@ -17,7 +18,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 2> kKeys{"previous_tau_s", "feature"};
+constexpr std::array<std::string_view, 3> kKeys{"previous_tau_s", "feature", "probe_kind"};
 constexpr double kMissing = 1.5;     // periods between samples of the contact
 constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
 constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
@@ -209,9 +210,8 @@ Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double s
   return Matched{std::move(settled).value(), true};
 }
 
-}  // namespace
-
-Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
+// From deflections.
+Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
   const auto previous = previousDelay(dataset, 1);
   if (!previous) return previous.error();
   const auto touches = readTouches(dataset);
@@ -238,6 +238,17 @@ Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
         "deviation is larger for it");
   }
   return result;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
+  const auto distances = readsDistances(dataset);
+  if (!distances) return distances.error();
+  if (!distances.value()) return solveDrives(dataset);
+  const auto converted = withDeflections(dataset, "touch", Undeflected::ends);
+  if (!converted) return converted.error();
+  return solveDrives(converted.value());
 }
 
 }  // namespace probebox::metrology

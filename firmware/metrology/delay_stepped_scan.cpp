@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/distance_probe.hpp"
 #include "firmware/metrology/previous_delay.hpp"
 #include "firmware/metrology/radius_scan.hpp"
 #include "firmware/metrology/waveform_match.hpp"
@@ -21,9 +22,9 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 9> kKeys{
+constexpr std::array<std::string_view, 10> kKeys{
     "centre_mm", "search_window_s", "gain_matrix",           "effective_radius_mm", "r1_mm",
-    "r2_mm",     "arcs_rad",        "centre_is_approximate", "previous_tau_s"};
+    "r2_mm",     "arcs_rad",        "centre_is_approximate", "previous_tau_s",      "probe_kind"};
 constexpr double kCentreError_mm = 0.2;
 constexpr double kDroppedShare = 0.10;
 constexpr double kLongestSmooth_s = 0.1;
@@ -131,9 +132,8 @@ SeenTwice seenTwice(const RadiusScan& scan, double tau) {
   return record;
 }
 
-}  // namespace
-
-Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
+// From deflections.
+Outcome<Result, Refusal> solveScans(const Dataset& dataset) {
   const auto config = readScanConfig(dataset);
   if (!config) return config.error();
   const auto previous = previousDelay(dataset, 1);
@@ -151,6 +151,17 @@ Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
   if (!match) return match.error();
   if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
   return reportMatch(dataset, match.value(), previous.value(), kKeys);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
+  const auto distances = readsDistances(dataset);
+  if (!distances) return distances.error();
+  if (!distances.value()) return solveScans(dataset);
+  const auto converted = withDeflections(dataset, "scan", Undeflected::farthest);
+  if (!converted) return converted.error();
+  return solveScans(converted.value());
 }
 
 }  // namespace probebox::metrology

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/config_gain.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -25,19 +26,6 @@ constexpr double kLeastRate = 10.0;      // squares of the rate against those of
 constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
 constexpr double kRival = 0.6;           // of the highest peak
 constexpr std::size_t kLeastSamples = 50;
-
-Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset) {
-  const auto entry = dataset.config.find("gain_matrix");
-  if (entry == dataset.config.end()) return Eigen::Matrix3d{Eigen::Matrix3d::Identity()};
-  const auto* rows = std::get_if<Matrix>(&entry->second);
-  const auto three = [](const std::vector<double>& row) { return row.size() == 3; };
-  if (!rows || rows->size() != 3 || !std::ranges::all_of(*rows, three)) {
-    return Refusal{"bad-config", "config key 'gain_matrix' must be three rows of three numbers"};
-  }
-  Eigen::Matrix3d gain;
-  for (Index i = 0; i < 3; ++i) gain.row(i) = Eigen::RowVector3d::Map((*rows)[static_cast<std::size_t>(i)].data());
-  return gain;
-}
 
 // Rows of one scan as points on their stamps.
 struct Points {

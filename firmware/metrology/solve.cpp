@@ -6,6 +6,7 @@
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/circle_fit.hpp"
+#include "firmware/metrology/delay_feature.hpp"
 #include "firmware/metrology/delay_in_out.hpp"
 #include "firmware/metrology/delay_known_sphere.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
@@ -49,6 +50,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"centreline-by-steps", solveCentrelineBySteps},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
     {"corner-fit", solveCornerFit},
+    {"delay-feature", solveDelayFeature},
     {"delay-in-out", solveDelayInOut},
     {"delay-known-sphere", solveDelayKnownSphere},
     {"delay-multi-speed", solveDelayMultiSpeed},

@@ -120,6 +120,34 @@ TEST(DelayInOut, AddsThePreviousDelay) {
   EXPECT_NEAR(solveDelayInOut(dataset)->find("residual_tau_s")->value(), residual, 1e-15);
 }
 
+// A probe that reads the distance from the surface: there is no contact, the whole drive is compared.
+TEST(DelayInOut, MayComeFromAProbeThatDoesNotTouch) {
+  std::mt19937_64 random{46};
+  Moments tau;
+  for (int trial = 0; trial < 60; ++trial) {
+    const Scene scene = simulation::shuffled(inOut(), random);
+    Dataset dataset = record(scene, random);
+    const double far = 4.0;
+    // What the machine was at when the probe read: the same motion, the machine's delay taken out.
+    Scene probed = scene;
+    probed.machine_rate_hz = scene.probe_rate_hz;
+    probed.machine_sigma_mm = scene.probe_sigma_mm;
+    probed.machine_delay_s = scene.probe_delay_s;
+    const Dataset seen = record(probed, random);
+    const Table& at = *seen.table("machine");
+    Table distances{"probe", {at.columns[0], at.columns[1], {"distance_mm", at.columns[2].values}}};
+    for (double& value : distances.columns[2].values) value += far - scene.centre_mm.x() - scene.radius_mm;
+    dataset.tables[1] = distances;
+    dataset.config["probe_kind"] = std::string{"distance"};
+    const auto solved = solveDelayInOut(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
+  }
+  EXPECT_LT(tau.variance(), std::pow(8e-6, 2));
+  EXPECT_LT(std::abs(tau.bias()), 4.0);
+  EXPECT_THAT(tau.pull(), AllOf(Gt(0.5), Lt(1.7)));
+}
+
 TEST(DelayInOut, IsRefusedWhenTheRecordDoesNotSuffice) {
   std::mt19937_64 random{45};
   Scene resting = inOut();

@@ -201,6 +201,31 @@ TEST(DelaySteppedScan, FollowsTheStampsAndAddsThePreviousDelay) {
   EXPECT_NEAR(solved->find("residual_tau_s")->value(), tau - 0.003, 1e-8);
 }
 
+// A probe that reads the distance from the sphere in place of a deflection.
+TEST(DelaySteppedScan, MayComeFromAProbeThatDoesNotTouch) {
+  std::mt19937_64 random{61};
+  Moments tau;
+  for (int trial = 0; trial < 30; ++trial) {
+    const ScanScene scene;
+    Dataset dataset = measure(scene, random);
+    Table& probe = tableNamed(dataset, "probe");
+    Table distances{"probe", {probe.columns[0], probe.columns[1], {"distance_mm", {}}}};
+    for (std::size_t row = 0; row < probe.columns[0].values.size(); ++row) {
+      const double pressed = std::hypot(probe.columns[2].values[row], probe.columns[3].values[row]);
+      distances.columns[2].values.push_back(7.0 - pressed);
+    }
+    probe = distances;
+    EXPECT_EQ(metrology::refusalOf(dataset), "missing-column");
+    dataset.config["probe_kind"] = std::string{"distance"};
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    tau.add(solved->find("tau_s")->value() - scene.tau_s, *solved->find("tau_s")->standardDeviation());
+  }
+  EXPECT_LT(tau.variance(), 2.0 * std::pow(ScanScene{}.bound_s(), 2));
+  EXPECT_LT(std::abs(tau.bias()), 4.0);
+  EXPECT_THAT(tau.pull(), AllOf(Gt(0.4), Lt(1.9)));
+}
+
 // Stretches without samples, spikes: the rest answers as well as it can.
 TEST(DelaySteppedScan, LeavesOutGapsAndSpikes) {
   std::mt19937_64 random{56};
@@ -287,6 +312,8 @@ TEST(DelaySteppedScan, IsRefusedWhenTheRecordIsBad) {
   EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("centre_mm"); }), "bad-config");
   EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("search_window_s"); }), "missing-key");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["gain_matrix"] = Matrix{{1, 0, 0}, {0, 1, 0}}; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["probe_kind"] = std::string{"sound"}; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["probe_kind"] = std::string{"distance"}; }), "missing-column");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "machine", "scan")[5] = 7.0; }), "unknown-scan");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "scans", "scan")[1] = 0.0; }), "unknown-scan");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "scans", "speed_mm_s")[1] = -40.0; }), "bad-speed");

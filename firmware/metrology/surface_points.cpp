@@ -1,0 +1,195 @@
+#include "firmware/metrology/surface_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/signal.hpp"
+#include "firmware/metrology/touch.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+constexpr double kHighestThreshold = 0.8;  // of the deflection: above the machine still gathers speed
+constexpr double kLeastThreshold = 5.0;    // deviations of one sample
+
+Signal channelOf(const Stream& stream, Index channel) {
+  const Eigen::VectorXd values = stream.values.col(channel);
+  return {stream.times, {values.begin(), values.end()}};
+}
+
+// The machine's stream less the article's at the same stamps (cubic, never extrapolated nor across gaps).
+Stream relativeTo(const Stream& article, const Stream& machine) {
+  Stream relative;
+  if (article.times.size() < 4) return relative;
+  std::vector<Index> rows;
+  const Signal first = channelOf(article, 0);
+  const double allowed = kGapPeriods * first.period();
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < machine.times.size(); ++k) {
+    const double t = machine.times[k];
+    while (at + 2 < article.times.size() && article.times[at + 1] <= t) ++at;
+    const bool within = t >= article.times[at] && t <= article.times[at + 1];
+    if (!within || article.times[at + 1] - article.times[at] > allowed) continue;
+    relative.times.push_back(t);
+    rows.push_back(static_cast<Index>(k));
+  }
+  relative.values = machine.values(rows, Eigen::all);
+  for (Index channel = 0; channel < 3; ++channel) {
+    const Signal signal = channelOf(article, channel);
+    const Interpolant between{signal, Interpolation::cubic};
+    std::size_t cursor = 0;
+    for (std::size_t k = 0; k < relative.times.size(); ++k) {
+      relative.values(static_cast<Index>(k), channel) -= between.at(relative.times[k], cursor).value;
+    }
+  }
+  return relative;
+}
+
+// Velocity of the article while the machine's line holds.
+Vector3d velocityOf(const Stream& article, const Line& machine) {
+  const double half = std::sqrt(3.0 * machine.sxx / static_cast<double>(machine.n));
+  const auto begin = std::ranges::lower_bound(article.times, machine.t_mean - half) - article.times.begin();
+  const auto end = std::ranges::upper_bound(article.times, machine.t_mean + half) - article.times.begin();
+  if (end - begin < 2) return Vector3d::Zero();
+  const Run run{static_cast<std::size_t>(begin), static_cast<std::size_t>(end)};
+  return fitLine(article.timesOf(run), article.valuesOf(run)).slope;
+}
+
+struct Crossing {
+  double time{};      // s
+  double variance{};  // s^2
+};
+
+// The last time at which |A d| falls through the level, by a line between the samples beside it.
+Outcome<Crossing, Refusal> crossingOf(const Touch& touch, const Retract& retract, const PointQuestion& question) {
+  const double level = *question.threshold_mm;
+  Signal size{touch.probe.times, {}};
+  for (const auto row : touch.probe.values.rowwise()) size.values.push_back((question.gain * row.transpose()).norm());
+  const double sigma = std::sqrt(sampleVariance(size, Interpolation::linear));
+  const double deepest = (question.gain * retract.probe_apex).norm();
+  if (level < kLeastThreshold * sigma || level > kHighestThreshold * deepest) {
+    return Refusal{"bad-threshold", touch.plan.name + ": threshold_mm is " + text(level) + " mm; between " +
+                                        text(kLeastThreshold * sigma) + " mm (noise) and " +
+                                        text(kHighestThreshold * deepest) + " mm (ramp) it tells a point"};
+  }
+  std::size_t k = size.values.size() - 1;
+  while (k > 0 && size.values[k] < level) --k;
+  if (k + 1 == size.values.size()) {
+    return Refusal{"truncated", touch.plan.name +
+                                    ": the probe's record ends before the deflection falls through "
+                                    "threshold_mm; measure it again"};
+  }
+  const double period = size.times[k + 1] - size.times[k];
+  const double fall = size.values[k] - size.values[k + 1];
+  const double share = (size.values[k] - level) / fall;
+  const double variance = sigma * sigma * (share * share + (1.0 - share) * (1.0 - share)) * std::pow(period / fall, 2);
+  return Crossing{size.times[k] + share * period, variance};
+}
+
+struct Reduced {
+  Touch touch;  // relative to the article
+  Retract retract;
+  Vector3d article_velocity;
+};
+
+SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const std::optional<Crossing>& crossing) {
+  const Line& machine = reduced.retract.machine;
+  const Line& probe = reduced.retract.probe;
+  const double speed = machine.slope.norm();
+  const double time = crossing ? crossing->time : separationTime(probe);
+  const double of_time = crossing
+                             ? crossing->variance
+                             : noise.probe.along / probe.slope.squaredNorm() *
+                                   (1.0 / static_cast<double>(probe.n) + std::pow(time - probe.t_mean, 2) / probe.sxx);
+  SurfacePoint point;
+  point.name = reduced.retract.plan.name;
+  point.normal = reduced.retract.plan.normal;
+  point.machine = machine.at(time);
+  point.article_velocity = reduced.article_velocity;
+  point.probe_velocity = machine.slope + reduced.article_velocity;
+  point.depth_mm = speed * reduced.retract.probe_apex.norm() / probe.slope.norm();
+  point.lever_s = time - machine.t_mean;
+  point.of_mean = noise.machine.along / static_cast<double>(machine.n) + of_time * speed * speed;
+  point.of_slope = noise.machine.along / machine.sxx;
+  point.across = noise.machine.across / static_cast<double>(machine.n);
+  return point;
+}
+
+Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article) {
+  Reduced reduced{touch, {}, Vector3d::Zero()};
+  if (article) reduced.touch.machine = relativeTo(article->machine, touch.machine);
+  if (reduced.touch.machine.times.size() < 5) {
+    return Refusal{"gap", touch.plan.name + ": machine and article have no samples in common; record both at once"};
+  }
+  auto retract = fitRetract(reduced.touch);
+  if (!retract) return retract.error();
+  if (article) reduced.article_velocity = velocityOf(article->machine, retract->machine);
+  reduced.retract = std::move(retract).value();
+  return reduced;
+}
+
+// The article's stream of every touch, in the place of the machine's.
+Outcome<std::vector<Touch>, Refusal> readArticles(const Dataset& dataset) {
+  if (const auto checked = checkedTable(dataset, "article", kMachineColumns); !checked) return checked.error();
+  Dataset turned = dataset;
+  std::erase_if(turned.tables, [](const Table& table) { return table.name == "machine"; });
+  for (auto& table : turned.tables) {
+    if (table.name == "article") table.name = "machine";
+  }
+  auto read = readTouches(turned);
+  if (read) return read;
+  return Refusal{read.error().name, "of the article, in the place of the machine: " + read.error().reason};
+}
+
+}  // namespace
+
+Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const PointQuestion& question) {
+  const auto touches = readTouches(dataset);
+  if (!touches) return touches.error();
+  std::vector<Touch> articles;
+  if (dataset.table("article")) {
+    auto read = readArticles(dataset);
+    if (!read) return read.error();
+    articles = std::move(read).value();
+  }
+  SurfacePoints result;
+  std::vector<Reduced> kept;
+  std::vector<Refusal> refusals;
+  for (std::size_t i = 0; i < touches->size(); ++i) {
+    const Touch& touch = touches.value()[i];
+    auto reduced = reduce(touch, articles.empty() ? nullptr : &articles[i]);
+    if (reduced) {
+      kept.push_back(std::move(reduced).value());
+      continue;
+    }
+    if (reduced.error().name == "truncated") return reduced.error();
+    result.dropped.push_back({touch.plan.name, reduced.error().name});
+    result.warnings.push_back("dropped: " + reduced.error().reason);
+    refusals.push_back(reduced.error());
+  }
+  if (2 * refusals.size() > touches->size() || (!refusals.empty() && kept.size() <= question.unknowns)) {
+    return refusals.front();
+  }
+  std::vector<Retract> retracts;
+  for (const auto& reduced : kept) retracts.push_back(reduced.retract);
+  const PooledNoise noise = poolNoise(retracts);
+  result.dof = noise.dof;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    std::optional<Crossing> crossing;
+    if (question.threshold_mm) {
+      const auto found = crossingOf(kept[i].touch, kept[i].retract, question);
+      if (!found) return found.error();
+      crossing = found.value();
+    }
+    result.points.push_back(pointOf(kept[i], noise.of_touch[i], crossing));
+  }
+  return result;
+}
+
+}  // namespace probebox::metrology
