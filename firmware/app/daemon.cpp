@@ -28,7 +28,7 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kQueueEvents = 1U << 15U;
+constexpr std::size_t kQueueEvents = 1U << 14U;  // two seconds and more of a busy box
 
 messages::BootId bootId() {
   messages::BootId id{};

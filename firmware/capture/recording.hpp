@@ -55,8 +55,8 @@ struct Touch {
 };
 
 struct Capacity {
-  std::size_t machine_rows = 131'072;
-  std::size_t probe_rows = 262'144;
+  std::size_t machine_rows = 98'304;
+  std::size_t probe_rows = 196'608;
   std::size_t drift_rows = 65'536;
   std::size_t touches = 256;
 };

@@ -178,7 +178,8 @@ SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std:
   const procedure::Facts facts{.sphere_diameter_mm = set_up.sphere_diameter_mm,
                                .gap_mm = set_up.gap_mm,
                                .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
-                               .sigma_c_rad = set_up.sigma_c_rad};
+                               .sigma_c_rad = set_up.sigma_c_rad,
+                               .screws = {}};
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
                                .nominal_period = std::chrono::milliseconds{1}};
   const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);
