@@ -59,7 +59,9 @@ TEST(Forecast, IsWhatRunsThenScatterBy) {
 TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
   for (const auto name : procedure::methodNames()) {
     const auto method = *procedure::methodNamed(name);
-    const auto expected = forecast(method, {}, {});
+    ProcedureOptions options = method == Method::screw_calibration ? atSpeeds({5}) : ProcedureOptions{};
+    options.axis = method == Method::screw_calibration ? 1 : 0;
+    const auto expected = forecast(method, options, {});
     if (!expected && expected.error().name == "not-forecast") continue;
     ASSERT_TRUE(expected) << name << ": " << expected.error().reason;
     ASSERT_FALSE(expected->estimates.empty());

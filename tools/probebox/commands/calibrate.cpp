@@ -1,3 +1,4 @@
+#include <cctype>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -15,6 +16,12 @@ namespace {
 
 using messages::ProcedureState;
 
+// 1 to 3 for X, Y, Z; 0 for none.
+std::uint8_t axisNumber(const std::string& name) {
+  if (name.empty()) return 0;
+  return static_cast<std::uint8_t>(std::toupper(static_cast<unsigned char>(name.front())) - 'X' + 1);
+}
+
 messages::StartProcedure::Request requestOf(const Calibrate& options) {
   constexpr double kRadPerDegree = std::numbers::pi / 180;
   return {.method = options.method,
@@ -25,7 +32,7 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .arc_rad = options.arc_deg.value_or(0) * kRadPerDegree,
           .angles = options.angles.value_or(0),
           .balls = options.balls.value_or(0),
-          .axis = options.axis.empty() ? std::uint8_t{0} : static_cast<std::uint8_t>(options.axis[0] - 'X' + 1),
+          .axis = axisNumber(options.axis),
           .turns = options.turns.value_or(0)};
 }
 
