@@ -60,7 +60,7 @@ TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
   for (const auto name : procedure::methodNames()) {
     const auto method = *procedure::methodNamed(name);
     ProcedureOptions options = method == Method::screw_calibration ? atSpeeds({5}) : ProcedureOptions{};
-    options.axis = method == Method::screw_calibration ? 1 : 0;
+    if (method == Method::screw_calibration) options.axis = 1, options.travel_mm = 30;
     const auto expected = forecast(method, options, {});
     if (!expected && expected.error().name == "not-forecast") continue;
     ASSERT_TRUE(expected) << name << ": " << expected.error().reason;
