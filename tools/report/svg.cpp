@@ -187,7 +187,8 @@ std::vector<double> ticks(double low, double high, int wanted) {
   const double step = power * (share <= 1.0 ? 1.0 : share <= 2.0 ? 2.0 : share <= 5.0 ? 5.0 : 10.0);
   std::vector<double> values;
   for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1.0) values.push_back(k * step);
-  return values.empty() ? ticks(low, high, 2 * std::max(wanted, 1)) : values;  // the round step was too long
+  if (!values.empty()) return values;
+  return wanted < 64 ? ticks(low, high, 2 * std::max(wanted, 1)) : std::vector{low};  // the round step was too long
 }
 
 Plot::Plot(std::string title, std::string x_label, std::string y_label)
