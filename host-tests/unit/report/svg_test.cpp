@@ -4,7 +4,8 @@
 #include <gmock/gmock.h>
 #include <limits>
 #include <rapidcheck/gtest.h>
-#include <regex>
+#include <sstream>
+#include <string_view>
 
 #include "tools/report/html.hpp"
 #include "well_formed.hpp"
@@ -18,13 +19,12 @@ using testing::Not;
 // All coordinates x,y of the polylines of a picture.
 std::vector<Point> drawnPoints(const std::string& svg) {
   std::vector<Point> points;
-  const std::regex line{"points=\"([^\"]*)\""};
-  const std::regex pair{"(-?[0-9.]+),(-?[0-9.]+)"};
-  for (std::sregex_iterator one{svg.begin(), svg.end(), line}, end; one != end; ++one) {
-    const std::string list = (*one)[1];
-    for (std::sregex_iterator at{list.begin(), list.end(), pair}; at != end; ++at) {
-      points.push_back({std::stod((*at)[1]), std::stod((*at)[2])});
-    }
+  constexpr std::string_view kBegin = "points=\"";
+  for (auto at = svg.find(kBegin); at != std::string::npos; at = svg.find(kBegin, at)) {
+    at += kBegin.size();
+    std::istringstream list{svg.substr(at, svg.find('"', at) - at)};
+    char comma{};
+    for (Point point; list >> point.x >> comma >> point.y;) points.push_back(point);
   }
   return points;
 }
