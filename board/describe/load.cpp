@@ -4,6 +4,8 @@
 #include <functional>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
@@ -44,6 +46,30 @@ bool take(const Reader& reader, const std::string& file_name, Outcome<T> (*parse
   return false;
 }
 
+std::string nameOf(const Reader& reader, const std::string& file_name) {
+  const auto file = reader(file_name);
+  return file ? file->name : file_name;
+}
+
+// Where the emulated machine has to stand, its axes have to go: two files that must agree.
+void checkTravel(const Reader& reader, const World& world, const Machine& machine, Error& error) {
+  std::vector<std::pair<std::string, Vector3>> places{{"axes.home_mm", world.axes.home_mm},
+                                                      {"datum_sphere.centre_mm", world.sphere.centre_mm}};
+  if (world.plates) places.emplace_back("gauge_plates.middle_mm", world.plates->middle_mm);
+  for (const auto& [key, place] : places) {
+    for (std::size_t i = 0; i < machine.axes.size(); ++i) {
+      const auto& axis = machine.axes[i];
+      if (place[i] >= axis.travel_min_mm && place[i] <= axis.travel_max_mm) continue;
+      std::ostringstream text;
+      text << nameOf(reader, "world.toml") << ": '" << key << "' has "
+           << "XYZ"[i] << " = " << place[i] << ", and the travel of that axis is " << axis.travel_min_mm << " to "
+           << axis.travel_max_mm << " mm in " << nameOf(reader, "machine.toml")
+           << ": move it inside, or mend the travel";
+      error.what += (error.what.empty() ? "" : "\n") + text.str();
+    }
+  }
+}
+
 Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   Descriptions all;
   World world;
@@ -54,9 +80,10 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   good &= take(reader, "service.toml", parseService, all.service, error);
   if (emulated) {
     good &= take(reader, "world.toml", parseWorld, world, error);
+    if (good) checkTravel(reader, world, all.machine, error);
     all.world = std::move(world);
   }
-  if (!good) return error;
+  if (!error.what.empty()) return error;
   return all;
 }
 

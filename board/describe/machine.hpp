@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 // machine.toml: what the integrator knows about the machine tool. Axes and signs as in ISO 841.
 namespace probebox::board {
@@ -56,6 +57,14 @@ struct ScrewDescription {
   double hold_s{};
 };
 
+// The ball on the part that periodic-check reads, and what was accepted of it.
+struct PeriodicCheckDescription {
+  double ball_diameter_mm{};
+  double ball_centre_z_mm{};                           // machine position at C = 0
+  std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis less the axis of the probe's spindle
+  std::optional<double> limit_mm;
+};
+
 // How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
 enum class Programming { radius, diameter };
 
@@ -65,6 +74,46 @@ struct CentrelineDescription {
   bool correct_x{true};
   bool correct_y{true};
   double hold_s{};
+};
+
+// Named as in ISO 841: A turns about X, B about Y, C about Z. The numbers of its arrays.
+enum class RotaryLetter { a, b, c };
+
+// Who knows how a rotary axis stands: an encoder of its own, or the controller, which says so.
+enum class AngleFrom { encoder, controller };
+
+struct RotaryAxisDescription {
+  AngleFrom angle_from{AngleFrom::encoder};
+  double counts_per_deg{};                     // of the encoder, positive
+  int sense{1};                                // +1 when counts rise in the positive direction of the axis, else -1
+  ReferenceBy reference{ReferenceBy::homing};  // absolute or homing
+  double maximum_speed_deg_s{};                // counts that move faster are an error of the encoder
+  double stale_s{};                            // an angle that is older is in doubt; 0: none ever is
+};
+
+// A head that swivels the tool.
+struct SwivelDescription {
+  RotaryLetter axis{RotaryLetter::b};
+  bool by_angle{};  // what a calibration has left at each angle is corrected too
+  double hold_s{};
+};
+
+// How errors by angle are read between the angles.
+enum class BetweenAngles { linear, fourier };
+
+// A table that turns, under the tool.
+struct RotaryTableDescription {
+  std::vector<RotaryLetter> chain;  // from the base outwards
+  BetweenAngles between{BetweenAngles::linear};
+  bool at_tip{};                           // the tool's length moves the point that is corrected
+  std::array<double, 3> tool_direction{};  // from the spindle to the tip, length 1
+  double measured_length_mm{};             // of the tool that the axes were measured with
+  double hold_s{};
+};
+
+struct ToolDescription {
+  std::uint32_t number{};
+  double length_mm{};
 };
 
 // Sources of corrections, by the bits of the mask that the CNC reads.
@@ -83,7 +132,12 @@ struct Machine {
   std::optional<double> datum_sphere_diameter_mm;
   std::optional<double> datum_gap_mm;  // between two parallel plates across X
   double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
+  std::optional<PeriodicCheckDescription> periodic_check;
   CentrelineDescription centreline;
+  std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
+  std::optional<SwivelDescription> swivel;
+  std::optional<RotaryTableDescription> rotary_table;
+  std::vector<ToolDescription> tools;  // whose lengths are known by number
   CorrectionsDescription corrections;
 };
 

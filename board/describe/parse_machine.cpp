@@ -5,6 +5,7 @@
 
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/rotary_sections.hpp"
 
 namespace probebox::board {
 namespace {
@@ -88,6 +89,21 @@ ScrewDescription readScrew(Section section, double hold_s) {
   return screw;
 }
 
+PeriodicCheckDescription readPeriodicCheck(Section section) {
+  const auto optional = [&](std::string_view key, Range range) -> std::optional<double> {
+    if (!section.has(key)) return std::nullopt;
+    return section.number(key, range);
+  };
+  PeriodicCheckDescription check;
+  check.ball_diameter_mm = section.number("ball_diameter_mm", {0.1, 1000});
+  check.ball_centre_z_mm = section.number("ball_centre_z_mm", kPosition_mm);
+  check.accepted_x_mm = optional("accepted_x_mm", kPosition_mm);
+  check.accepted_y_mm = optional("accepted_y_mm", kPosition_mm);
+  check.limit_mm = optional("limit_mm", {1e-6, 100});
+  section.finish();
+  return check;
+}
+
 CentrelineDescription readCentreline(Section section, double hold_s) {
   CentrelineDescription centreline;
   centreline.assumed_x_mm = section.number("assumed_x_mm", kPosition_mm, 0);
@@ -100,7 +116,7 @@ CentrelineDescription readCentreline(Section section, double hold_s) {
 }
 
 CorrectionsDescription readCorrections(Section section) {
-  // By bit of the mask; those without a bit's meaning yet are refused.
+  // By bit of the mask.
   constexpr std::array<std::string_view, 4> kSources{"screw", "swivel", "rotary", "centreline"};
   CorrectionsDescription corrections;
   corrections.hold_s = section.number("hold_s", kSeconds);
@@ -109,8 +125,9 @@ CorrectionsDescription readCorrections(Section section) {
     for (const auto& name : section.texts("sources")) {
       const auto found = std::ranges::find(kSources, name);
       const auto bit = static_cast<unsigned>(found - kSources.begin());
-      if (found == kSources.end() || name == "swivel" || name == "rotary") {
-        section.problem(node, "'sources' names '" + name + "': this release knows \"screw\" and \"centreline\"");
+      if (found == kSources.end()) {
+        section.problem(
+            node, "'sources' names '" + name + "': there are \"screw\", \"swivel\", \"rotary\" and \"centreline\"");
       } else {
         corrections.mask = static_cast<std::uint16_t>(corrections.mask | 1U << bit);
       }
@@ -140,6 +157,10 @@ Machine readMachine(Section& root) {
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();
 
+  const bool has_check = root.has("periodic_check");
+  auto check = root.section("periodic_check", false);
+  if (has_check) machine.periodic_check = readPeriodicCheck(std::move(check));
+
   machine.corrections = readCorrections(root.section("corrections"));
   const double hold_s = machine.corrections.hold_s;
   auto screws = root.section("screw", false);
@@ -151,6 +172,7 @@ Machine readMachine(Section& root) {
   }
   screws.finish();
   machine.centreline = readCentreline(root.section("centreline", false), hold_s);
+  readRotary(root, hold_s, machine);
   return machine;
 }
 

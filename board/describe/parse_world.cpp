@@ -102,6 +102,13 @@ WorldPartSpindle readPartSpindle(Section section) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
     ball.finish();
   }
+  const auto error = [&](std::string_view key, double most) {
+    return section.has(key) ? section.vector(key, {-most, most}) : Vector3{};
+  };
+  spindle.error_cosine_mm = error("error_cosine_mm", 1);
+  spindle.error_sine_mm = error("error_sine_mm", 1);
+  spindle.error_cosine_rad = error("error_cosine_rad", 0.01);
+  spindle.error_sine_rad = error("error_sine_rad", 0.01);
   if (spindle.balls_mm.size() > kMostBalls) section.problem(*section.node("ball"), "more than 8 balls: remove some");
   section.finish();
   return spindle;
@@ -121,6 +128,7 @@ WorldRotary readRotary(Section section) {
   WorldRotary rotary;
   rotary.speed_rad_s = section.number("speed_rad_s", {0.01, 1000});
   rotary.noise_rad = section.number("noise_rad", {0, 0.01});
+  rotary.c_counts_per_deg = section.number("c_counts_per_deg", {0, 1e9}, 0);
   section.finish();
   return rotary;
 }

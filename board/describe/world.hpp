@@ -79,6 +79,9 @@ struct WorldPartSpindle {
   std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
   double ball_radius_mm{};
   std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
+  // What the axis does beside its turn: a cosine and a sine of its angle, along (mm) and about (rad) X, Y, Z.
+  Vector3 error_cosine_mm{}, error_sine_mm{};
+  Vector3 error_cosine_rad{}, error_sine_rad{};
 };
 
 // The spindle of the probe: rotary axis A.
@@ -90,7 +93,8 @@ struct WorldProbeSpindle {
 
 struct WorldRotary {
   double speed_rad_s{};
-  double noise_rad{};  // of every stop (k = 1)
+  double noise_rad{};         // of every stop (k = 1)
+  double c_counts_per_deg{};  // of an encoder of C; 0: it has none
 };
 
 // A ball screw that warms up from the start on, with a sensor at its free end. Its pitch, its length and where it is

@@ -93,7 +93,8 @@ std::vector<NamedKernels> find() {
 #if defined(PROBEBOX_HAS)
   if (!PROBEBOX_HAS("sse4.2")) return all;
   all.push_back({"SSE4.2", &sse4::kTable});
-  if (!PROBEBOX_HAS("avx2") || !PROBEBOX_HAS("bmi") || !PROBEBOX_HAS("bmi2")) return all;
+  // Where lzcnt is masked its bytes are bsr, which counts the other way.
+  if (!PROBEBOX_HAS("avx2") || !PROBEBOX_HAS("bmi") || !PROBEBOX_HAS("bmi2") || !PROBEBOX_HAS("lzcnt")) return all;
   all.push_back({"AVX2", &avx2::kTable});
   if (!PROBEBOX_HAS("avx512f") || !PROBEBOX_HAS("avx512vl") || !PROBEBOX_HAS("avx512bw") || !PROBEBOX_HAS("avx512dq"))
     return all;

@@ -4,6 +4,8 @@
 #include <type_traits>
 #include <variant>
 
+#include "protocol/events/activation.hpp"
+#include "protocol/events/axes.hpp"
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
@@ -15,8 +17,6 @@ namespace probebox {
 // What a wire of the box is for; which line of which chip it is stands in box.toml.
 enum class LineRole : std::uint8_t { sync = 0, trigger = 1, index = 2, skip = 3, inhibit = 4 };
 enum class Level : std::uint8_t { inactive = 0, active = 1 };
-enum class Axis : std::uint8_t { x = 0, y = 1, z = 2 };
-inline constexpr std::size_t kLinearAxes = 3;
 
 // One edge of a digital line, stamped by the kernel.
 struct Edge {
@@ -189,21 +189,6 @@ struct Solved {
   }
 };
 
-// A result about the system delay came into force ((A1): tau = t_machine - t_probe). result_id 0: there is none any
-// more.
-struct DelayActivated {
-  std::uint64_t result_id{};
-  std::array<double, kLinearAxes> tau_s{};
-  std::array<double, kLinearAxes> sd_s{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("result_id", self.result_id, "the result that is in force from now on");
-    field("tau_s", self.tau_s, "s, X Y Z");
-    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
-    field("at", self.at, "ns, monotonic, of this boot");
-  }
-};
-
 // One sample of a probe receiver that counts its samples on an oscillator of its own. Only clock says when it was.
 struct CountedDeflection {
   std::uint8_t run{};
@@ -220,50 +205,6 @@ struct CountedDeflection {
     field("newest", self.newest,
           "1 when it was the last sample taken before `at`: only then `at` tells about its time");
     field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
-  }
-};
-
-// A result about the turning axis came into force: c(Z) = centre + slope (Z - reference_z), XY in machine axes, radius
-// (B14). result_id 0: there is none any more.
-struct CentrelineActivated {
-  std::uint64_t result_id{};
-  std::array<double, 2> centre_mm{};
-  std::array<double, 2> slope{};
-  double reference_z_mm{};
-  std::array<double, 2> sd_centre_mm{};
-  std::array<double, 2> sd_slope{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
-    field("centre_mm", self.centre_mm, "mm, X Y at the reference Z");
-    field("slope", self.slope, "mm/mm, of X and Y over Z");
-    field("reference_z_mm", self.reference_z_mm, "mm, machine Z");
-    field("sd_centre_mm", self.sd_centre_mm, "mm, standard deviation (k = 1)");
-    field("sd_slope", self.sd_slope, "mm/mm, standard deviation (k = 1)");
-    field("at", self.at, "ns, monotonic, of this boot");
-  }
-};
-
-inline constexpr std::size_t kMostScrewSectors = 24;
-
-// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force.
-struct ScrewActivated {
-  std::uint64_t result_id{};
-  Axis axis{};
-  double gain{};
-  double sd_gain{};
-  std::uint8_t sectors{};
-  std::array<std::int32_t, kMostScrewSectors> sector_nm{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
-    field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
-    field("gain", self.gain,
-          "K of (D2): it predicts the error, so the correction is its negative; 0: machine.toml's stays");
-    field("sd_gain", self.sd_gain, "standard deviation (k = 1)");
-    field("sectors", self.sectors, "equal sectors of a turn in the whole table, 0 for no table");
-    field("sector_nm", self.sector_nm, "nm, the sensor's reading that each sector of the screw's face adds (D3)");
-    field("at", self.at, "ns, monotonic, of this boot");
   }
 };
 
@@ -309,10 +250,43 @@ struct SourcesEnabled {
   }
 };
 
+// The encoder counts of one rotary axis, latched by its counter.
+struct AngleCount {
+  RotaryAxis axis{};
+  std::uint32_t sequence{};
+  std::int64_t counts{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("axis", self.axis, "0 A, 1 B, 2 C");
+    field("sequence", self.sequence, "counts every latch of this axis; a gap means latches were lost");
+    field("counts", self.counts, "encoder counts; their size is in machine.toml");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// The controller says how its rotary axes stand, and which tool is in the spindle.
+struct PoseTold {
+  std::uint8_t axes{};
+  std::array<double, kRotaryAxes> angles_rad{};
+  bool has_tool{};
+  std::uint32_t tool{};
+  double tool_length_mm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("axes", self.axes, "whose angles are told: bit 0 A, 1 B, 2 C");
+    field("angles_rad", self.angles_rad, "rad, A B C, in the senses of the control");
+    field("has_tool", self.has_tool, "1 when the tool is told");
+    field("tool", self.tool, "its number, 0 for none");
+    field("tool_length_mm", self.tool_length_mm, "mm; 0: as machine.toml has it by its number");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
 // The order is the journal's type number: add at the end, never change.
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
                            ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
-                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled>;
+                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,
+                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -27,12 +27,12 @@ struct AxisStatus {
   double position_mm{};
   std::uint8_t last_fault{};
   std::uint32_t reference_losses{};
-  std::uint32_t unused_indexes{};
   bool has_screw{};
   std::uint8_t sensor_fault{};
   double extension_um{};
   double screw_offset_mm{};
   double screw_slope{};
+  std::uint32_t unused_indexes{};
   static constexpr void fields(auto& self, auto&& field) {
     field("referenced", self.referenced, "1 when counts mean a machine position");
     field("position_mm", self.position_mm, "mm, machine position, the correction in it; 0 without a reference");
@@ -40,12 +40,55 @@ struct AxisStatus {
         "last_fault", self.last_fault,
         "what took the reference away last: 0 nothing, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
     field("reference_losses", self.reference_losses, "times that it was lost");
-    field("unused_indexes", self.unused_indexes, "marks that said nothing: passed too fast, or two at once");
     field("has_screw", self.has_screw, "1 when machine.toml describes its screw");
     field("sensor_fault", self.sensor_fault, "0 good, 1 silent, 2 out of range, 3 unplugged");
     field("extension_um", self.extension_um, "um, of the whole screw since it was cold, as last believed");
     field("screw_offset_mm", self.screw_offset_mm, "mm, the screw's correction at machine position 0");
     field("screw_slope", self.screw_slope, "mm of correction per mm of position");
+    field("unused_indexes", self.unused_indexes, "marks that said nothing: passed too fast, or two at once");
+  }
+};
+
+// A rotary axis: how it stands, and its errors there. Since protocol 1.2.
+struct RotaryAxisStatus {
+  bool described{};
+  bool known{};
+  bool doubtful{};
+  double angle_rad{};
+  std::uint8_t last_fault{};
+  std::uint32_t reference_losses{};
+  std::uint64_t result_id{};
+  bool has_errors{};
+  std::array<double, 6> errors{};
+  std::array<double, 6> sd_errors{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("described", self.described, "1 when machine.toml says how its angle is known");
+    field("known", self.known, "1 when its encoder is referenced, or the controller has told its angle");
+    field("doubtful", self.doubtful, "1 when nobody has said so for too long");
+    field("angle_rad", self.angle_rad, "rad; 0 when it is not known");
+    field("last_fault", self.last_fault,
+          "what took its reference away last: 0 nothing, 1 impossible speed, 3 encoder lost");
+    field("reference_losses", self.reference_losses, "times that it was lost");
+    field("result_id", self.result_id, "of rotary-axis-errors in force about it; 0 for none");
+    field("has_errors", self.has_errors, "1 when somebody has measured around this angle");
+    field("errors", self.errors, "mm along X Y Z and rad about them, of the table at this angle");
+    field("sd_errors", self.sd_errors, "the same units, standard deviation (k = 1), the largest of all angles");
+  }
+};
+
+// The head that swivels, and the tool in it. Since protocol 1.2.
+struct SwivelStatus {
+  std::uint64_t result_id{};
+  std::array<double, 3> error_mm{};
+  std::uint32_t tool{};
+  bool has_tool_length{};
+  double tool_length_mm{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "of swivel-error in force; 0 for none");
+    field("error_mm", self.error_mm, "mm, what it adds; 0 unless the source is good or held");
+    field("tool", self.tool, "number of the tool in the spindle as told last, 0 for none");
+    field("has_tool_length", self.has_tool_length, "1 when its length is known");
+    field("tool_length_mm", self.tool_length_mm, "mm, 0 when it is not");
   }
 };
 
@@ -94,6 +137,8 @@ struct Corrections {
     std::uint32_t unplaced_triggers{};
     std::uint32_t refused_homings{};
     bool delay_applied{};
+    std::vector<RotaryAxisStatus> rotary_axes{};
+    SwivelStatus swivel{};
     static constexpr void fields(auto& self, auto&& field) {
       field("valid", self.valid, "1 when the values may be used");
       field("degraded", self.degraded, "1 when a value is held or saturated");
@@ -122,6 +167,8 @@ struct Corrections {
             "protocol 1.2");
       field("refused_homings", self.refused_homings, "of axes that did not stand still; since protocol 1.2");
       field("delay_applied", self.delay_applied, "1 when the samples have the delay in force; since protocol 1.2");
+      field("rotary_axes", self.rotary_axes, "A B C; since protocol 1.2");
+      field("swivel", self.swivel, "since protocol 1.2");
     }
   };
 };
@@ -140,12 +187,34 @@ struct HomeAxes {
   using Answer = Nothing;
 };
 
+// The controller says how its rotary axes stand, and which tool is in the spindle. Since protocol 1.2.
+struct TellPose {
+  static constexpr Operation kOperation = Operation::tell_pose;
+  struct Request {
+    std::uint8_t axes{};
+    std::array<double, 3> angles_rad{};
+    bool has_tool{};
+    std::uint32_t tool{};
+    double tool_length_mm{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("axes", self.axes, "whose angles are told: bit 0 A, 1 B, 2 C");
+      field("angles_rad", self.angles_rad, "rad, A B C, in the senses of the control");
+      field("has_tool", self.has_tool, "1 when the tool is told");
+      field("tool", self.tool, "its number, 0 for none");
+      field("tool_length_mm", self.tool_length_mm, "mm; 0: as machine.toml has it by its number");
+    }
+  };
+  using Answer = Nothing;
+};
+
 // Which sources are summed from now on; until the box starts again, when machine.toml says so. Since protocol 1.2.
 struct EnableSources {
   static constexpr Operation kOperation = Operation::enable_sources;
   struct Request {
     std::uint16_t mask{};
-    static constexpr void fields(auto& self, auto&& field) { field("mask", self.mask, "bit 0 screw, 3 centreline"); }
+    static constexpr void fields(auto& self, auto&& field) {
+      field("mask", self.mask, "bit 0 screw, 1 swivel, 2 rotary, 3 centreline");
+    }
   };
   using Answer = Nothing;
 };

@@ -144,6 +144,8 @@ struct Start {
   std::uint64_t credit_bytes{kUnlimitedCredit};
   bool has_resume{};
   SampleIndex resume_from{};
+  bool triggers{};
+  std::uint32_t triggers_from{};
   static constexpr void fields(auto& self, auto&& field) {
     field("stream", self.stream, "stream id, 1 for the samples");
     field("profile", self.profile, "0 raw, 1 fast (since protocol 1.2), 2 tight (none sends it yet)");
@@ -152,6 +154,10 @@ struct Start {
           "bytes of SAMPLES and GAP frames that may be sent at once; all ones for no limit");
     field("has_resume", self.has_resume, "1 when resume_from counts");
     field("resume_from", self.resume_from, "the first sample that the host does not have");
+    field("triggers", self.triggers, "1 when TRIGGER frames are wanted; since protocol 1.2");
+    field("triggers_from", self.triggers_from,
+          "number of the first trigger that the host does not have, of the same boot; 0 for the next one that comes; "
+          "since protocol 1.2");
   }
   friend bool operator==(const Start&, const Start&) = default;
 };

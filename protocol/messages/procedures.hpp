@@ -53,8 +53,10 @@ struct StartProcedure {
       field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact; 0: the method's own");
       field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch; 0: the method's own");
       field("approach_rad", self.approach_rad, "rad off the normal, for delay-non-normal; 0: the method's own");
-      field("arc_rad", self.arc_rad, "rad over which the angles of C are spread, for centreline; 0: a whole turn");
-      field("angles", self.angles, "how many angles of C, for centreline; 0: the method's own");
+      field("arc_rad", self.arc_rad,
+            "rad over which the angles of C are spread, for centreline and centreline-limited-access; 0: the method's "
+            "own");
+      field("angles", self.angles, "how many angles of C, for the same; 0: the method's own");
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
       field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
@@ -95,7 +97,10 @@ struct ProcedureStatus {
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
-      field("state", self.state, "0 idle, 1 waiting, 2 running, 3 solving, 4 proposed, 5 refused, 6 aborted");
+      field(
+          "state", self.state,
+          "0 idle, 1 waiting, 2 running, 3 solving, 4 proposed (or done, where there is nothing to accept), 5 refused, "
+          "6 aborted");
       field("step", self.step, "present step, from 0");
       field("steps", self.steps, "how many there are");
       field("prompt", self.prompt, "what to do next, for a person");
@@ -124,7 +129,12 @@ struct ProcedureStatus {
 
 struct AbortProcedure {
   static constexpr Operation kOperation = Operation::abort_procedure;
-  using Request = Nothing;
+  struct Request {
+    std::uint32_t run{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("run", self.run, "the one to be given up, and no other; 0: whichever goes on. Since 1.2");
+    }
+  };
   using Answer = Nothing;
 };
 

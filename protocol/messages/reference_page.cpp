@@ -37,9 +37,13 @@ std::string structureName() {
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
   if constexpr (std::same_as<T, CorrectionSource>) return "CorrectionSource";
   if constexpr (std::same_as<T, AxisStatus>) return "AxisStatus";
+  if constexpr (std::same_as<T, RotaryAxisStatus>) return "RotaryAxisStatus";
+  if constexpr (std::same_as<T, SwivelStatus>) return "SwivelStatus";
   if constexpr (std::same_as<T, StampedTrigger>) return "StampedTrigger";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
   if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
+  if constexpr (std::same_as<T, CaseEntry>) return "CaseEntry";
+  if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
 }
 
 template <class T>
@@ -220,8 +224,14 @@ std::string stream() {
          message<Credit>(
              "Host to box; also the host's sign of life, at least every 0.5 s: three missed and the link is down.") +
          samples() + message<Gap>("Box to host, in the place of the missing samples.") +
+         message<Trigger>(
+             "Box to host, to those whose START asked for triggers: a trigger line became active. Numbers rise by one; "
+             "where they do "
+             "not, a TRIGGER_GAP stands, or a frame was lost on the way. Needs no credit. Since protocol 1.2.") +
+         message<TriggerGap>("Box to host, in the place of the missing triggers. Since protocol 1.2.") +
          message<Heartbeat>(
-             "Box to host, 10 a second. produced = sent_samples + lost_at_source + lost_in_queue = position - start.") +
+             "Box to host, 10 a second. produced = sent_samples + lost_at_source + lost_in_queue = position - start. "
+             "sent_triggers + lost_triggers = next_trigger - first_trigger.") +
          message<Request>("Host to box; sent again with the same id until it is answered.") +
          message<Answer>("Box to host.") + message<Refusal>("Box to host: the message was understood and refused.");
 }
@@ -246,7 +256,12 @@ std::string control() {
          operation<LoopBack>(
              "Measures how late the box stamps edges, over a wire from one of its outputs to one of its inputs. "
              "Allowed as "
-             "calibrating is. Since protocol 1.2.");
+             "calibrating is. Since protocol 1.2.") +
+         operation<TellPose>(
+             "How the rotary axes stand, and which tool is in the spindle. Allowed as markers are. Since protocol "
+             "1.2.") +
+         operation<ProposeCase>(
+             "A case that was measured without the box, in pieces. Allowed as calibrating is. Since protocol 1.2.");
 }
 
 std::string structures() {
@@ -255,7 +270,8 @@ std::string structures() {
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
          structure<ResultSummary>() + structure<ResultTransition>() + structure<CorrectionSource>() +
-         structure<AxisStatus>() + structure<StampedTrigger>();
+         structure<AxisStatus>() + structure<StampedTrigger>() + structure<RotaryAxisStatus>() +
+         structure<SwivelStatus>() + structure<CaseEntry>() + structure<CaseColumn>();
 }
 
 std::string numbers() {

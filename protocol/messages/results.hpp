@@ -192,4 +192,61 @@ struct SetInhibit {
   using Answer = Nothing;
 };
 
+// One entry of a case's configuration. Since protocol 1.2.
+struct CaseEntry {
+  std::string key{};
+  std::uint8_t kind{};
+  std::vector<double> numbers{};
+  std::uint16_t columns{};
+  std::string text{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("key", self.key, "such as sigma_mm");
+    field("kind", self.kind, "0 yes or no (number 1 or 0), 1 number, 2 text, 3 numbers, 4 matrix");
+    field("numbers", self.numbers, "of a matrix row by row");
+    field("columns", self.columns, "of a matrix");
+    field("text", self.text, "of a text");
+  }
+};
+
+// Rows of one column of a case's table. Since protocol 1.2.
+struct CaseColumn {
+  std::string table{};
+  std::string column{};
+  std::vector<double> values{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("table", self.table, "such as readings");
+    field("column", self.column, "name with the unit in it");
+    field("values", self.values, "go on where the values of this column ended that came before");
+  }
+};
+
+// A case that was measured without the box: it solves the case and keeps the result as proposed. Since protocol 1.2.
+struct ProposeCase {
+  static constexpr Operation kOperation = Operation::propose_case;
+  struct Request {
+    std::uint32_t number{};
+    bool first{};
+    bool last{};
+    std::string method{};
+    std::vector<CaseEntry> config{};
+    std::vector<CaseColumn> columns{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("number", self.number, "chosen by the host, the same for all pieces of a case");
+      field("first", self.first, "1 with the first piece");
+      field("last", self.last, "1 with the last piece: solve it now");
+      field("method", self.method, "such as swivel-error; counts in the first piece");
+      field("config", self.config, "entries of config.json");
+      field("columns", self.columns, "of its tables");
+    }
+  };
+  struct Answer {
+    std::uint64_t result_id{};
+    std::string refusal{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("result_id", self.result_id, "of the proposed result, or of the stored refusal; 0 before the last piece");
+      field("refusal", self.refusal, "why the data support no answer: its name, a colon and its reason; else empty");
+    }
+  };
+};
+
 }  // namespace probebox::messages

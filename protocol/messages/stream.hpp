@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 
 #include "protocol/messages/fields.hpp"
@@ -19,6 +20,56 @@ struct Gap {
     field("reason", self.reason,
           "0 clock, 1 probe, 2 encoders (lost at the source); 3 queue full, 4 ring overrun, 5 resume too old (lost in "
           "the box)");
+  }
+};
+
+// Box to host, where START asked for it: a trigger line became active. Each has its number, once. Since protocol 1.2.
+struct Trigger {
+  static constexpr MessageType kType = MessageType::trigger;
+  std::uint32_t number{};
+  std::uint8_t line{};
+  std::uint32_t line_sequence{};
+  MonoTime at{};
+  Tick tick{};
+  std::uint32_t phase_q32{};
+  std::uint32_t sigma_ns{};
+  ClockState clock_state{};
+  std::uint8_t has_position{};
+  std::array<double, 3> position_mm{};
+  std::array<double, 3> correction_mm{};
+  bool correction_valid{};
+  bool correction_degraded{};
+  std::uint16_t sequence{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("number", self.number, "of the trigger, from 1 since the box started");
+    field("line", self.line, "which trigger line, from 0");
+    field("line_sequence", self.line_sequence, "the kernel's count of this line's edges; edges of both levels count");
+    field("at", self.at, "ns, monotonic, of this boot: the stamp");
+    field("tick", self.tick, "the last tick of the master clock that is not after it");
+    field("phase_q32", self.phase_q32, "2^-32 of a tick that had passed since");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of the tick's time");
+    field("clock_state", self.clock_state,
+          "0 unlocked (tick and phase say nothing), 1 locked, 2 holdover, 3 ambiguous");
+    field("has_position", self.has_position, "which positions are known: bit 0 X, 1 Y, 2 Z");
+    field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
+    field("correction_mm", self.correction_mm,
+          "mm, what was being served then: who measures with the trigger takes it out, or it is corrected twice");
+    field("correction_valid", self.correction_valid, "1 when it was valid");
+    field("correction_degraded", self.correction_degraded, "1 when a value of it was held or saturated");
+    field("sequence", self.sequence, "the corrections' sequence then");
+  }
+};
+
+// Box to host, in the place of the missing triggers. Since protocol 1.2.
+struct TriggerGap {
+  static constexpr MessageType kType = MessageType::trigger_gap;
+  std::uint32_t first{};
+  std::uint32_t count{};
+  GapReason reason{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("first", self.first, "number of the first missing trigger");
+    field("count", self.count, "how many are missing");
+    field("reason", self.reason, "3 queue full (too many at once), 4 ring overrun, 5 resume too old");
   }
 };
 
@@ -81,6 +132,10 @@ struct Heartbeat {
   std::uint32_t clock_sigma_ns{};
   std::uint64_t deadline_misses{};
   EdgeCounters edges{};
+  std::uint32_t first_trigger{};
+  std::uint32_t next_trigger{};
+  std::uint32_t sent_triggers{};
+  std::uint32_t lost_triggers{};
   static constexpr void fields(auto& self, auto&& field) {
     field("uptime_ms", self.uptime_ms, "ms since the box started");
     field("streaming", self.streaming, "1 between START and STOP");
@@ -100,6 +155,13 @@ struct Heartbeat {
     field("clock_sigma_ns", self.clock_sigma_ns, "ns, standard deviation (k = 1) of a tick's time");
     field("deadline_misses", self.deadline_misses, "times that the box was late for a tick");
     field("edges", self.edges, "sync edges since the box started");
+    field("first_trigger", self.first_trigger,
+          "number of the first trigger of this link's stream; 0 where START asked for none, and in a replay while none "
+          "has "
+          "come; since protocol 1.2");
+    field("next_trigger", self.next_trigger, "number of the next one; since protocol 1.2");
+    field("sent_triggers", self.sent_triggers, "in TRIGGER frames; since protocol 1.2");
+    field("lost_triggers", self.lost_triggers, "in TRIGGER_GAP frames; since protocol 1.2");
   }
 };
 

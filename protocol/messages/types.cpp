@@ -12,16 +12,16 @@ std::string_view pick(std::span<const std::string_view> names, std::size_t numbe
   return number < first || number - first >= names.size() ? "unknown" : names[number - first];
 }
 
-constexpr auto kMessageTypes =
-    std::to_array<std::string_view>({"HELLO", "WELCOME", "DESCRIPTOR", "TEST_PATTERN", "START", "STOP", "CREDIT",
-                                     "SAMPLES", "GAP", "HEARTBEAT", "REQUEST", "ANSWER", "REFUSAL"});
+constexpr auto kMessageTypes = std::to_array<std::string_view>(
+    {"HELLO", "WELCOME", "DESCRIPTOR", "TEST_PATTERN", "START", "STOP", "CREDIT", "SAMPLES", "GAP", "HEARTBEAT",
+     "REQUEST", "ANSWER", "REFUSAL", "TRIGGER", "TRIGGER_GAP"});
 constexpr auto kErrorCodes =
     std::to_array<std::string_view>({"ok", "malformed", "unknown_operation", "not_permitted", "busy", "not_found",
                                      "refused", "wrong_state", "too_large", "version_mismatch"});
-constexpr auto kOperations =
-    std::to_array<std::string_view>({"status", "post_marker", "start_procedure", "procedure_status", "abort_procedure",
-                                     "list_results", "accept_result", "corrections", "get_dataset", "rollback_result",
-                                     "result_history", "set_inhibit", "home_axes", "enable_sources", "loop_back"});
+constexpr auto kOperations = std::to_array<std::string_view>(
+    {"status", "post_marker", "start_procedure", "procedure_status", "abort_procedure", "list_results", "accept_result",
+     "corrections", "get_dataset", "rollback_result", "result_history", "set_inhibit", "home_axes", "enable_sources",
+     "loop_back", "tell_pose", "propose_case"});
 constexpr auto kProfiles = std::to_array<std::string_view>({"raw", "fast", "tight"});
 constexpr auto kPolicies = std::to_array<std::string_view>({"live", "record"});
 constexpr auto kGapReasons = std::to_array<std::string_view>(

@@ -26,6 +26,8 @@ enum class MessageType : std::uint8_t {
   request = 0x0B,
   answer = 0x0C,
   refusal = 0x0D,
+  trigger = 0x0E,
+  trigger_gap = 0x0F,
 };
 
 // Named reasons why something asked for was not done.
@@ -58,6 +60,8 @@ enum class Operation : std::uint16_t {
   home_axes = 13,
   enable_sources = 14,
   loop_back = 15,
+  tell_pose = 16,
+  propose_case = 17,
 };
 
 // How the columns of a block are coded.

@@ -10,9 +10,9 @@
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
-inline constexpr std::uint16_t kMapVersion = 2;
+inline constexpr std::uint16_t kMapVersion = 3;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
-inline constexpr std::size_t kRegisterCount = 256;
+inline constexpr std::size_t kRegisterCount = 384;
 
 enum class Kind : std::uint8_t {
   u16,
@@ -108,6 +108,22 @@ enum : std::uint16_t {
   trigger_state = 230,
   trigger_sequence = 231,
   triggers_unplaced = 232,
+  pose_angle = 240,
+  pose_told = 246,
+  pose_tool = 247,
+  pose_tool_length = 248,
+  pose_commit = 250,
+  angles_known = 256,
+  angles_doubtful = 257,
+  angle = 258,  // A; B and C follow
+  tool = 264,
+  tool_length = 266,
+  swivel_result = 268,
+  swivel_error = 270,
+  rotary_known = 276,
+  rotary_result = 278,
+  rotary_errors = 288,  // of A: along X Y Z, about X Y Z; those of B and C follow
+  rotary_errors_sd = 324,
 };
 }  // namespace address
 

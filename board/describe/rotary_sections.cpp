@@ -1,0 +1,123 @@
+#include "board/describe/rotary_sections.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace probebox::board {
+namespace {
+
+constexpr Range kSeconds{0, 3600};
+constexpr double kUsualStale_s = 0.25;
+constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
+constexpr std::size_t kMostTools = 64;
+constexpr std::string_view kLetters = "ABC";
+
+RotaryAxisDescription readRotaryAxis(Section section) {
+  RotaryAxisDescription axis;
+  axis.angle_from = static_cast<AngleFrom>(section.choice("angle_from", {"encoder", "controller"}));
+  if (axis.angle_from == AngleFrom::controller) {
+    axis.stale_s = section.number("stale_s", kSeconds);
+    section.finish();
+    return axis;
+  }
+  axis.counts_per_deg = section.number("counts_per_deg", {1e-3, 1e9});
+  axis.sense = static_cast<int>(section.integer("sense", {-1, 1}));
+  if (axis.sense == 0)
+    section.problem(*section.node("sense"), "'sense' = 0: write 1 when counts rise with the angle, else -1");
+  axis.reference =
+      section.choice("reference", {"absolute", "homing"}, 1) == 0 ? ReferenceBy::absolute : ReferenceBy::homing;
+  axis.maximum_speed_deg_s = section.number("maximum_speed_deg_s", {1, 1e6}, kUsualSpeed_deg_s);
+  axis.stale_s = section.number("stale_s", {1e-3, 3600}, kUsualStale_s);
+  section.finish();
+  return axis;
+}
+
+// Without [rotary_axis.B] nobody would know the angle of B.
+void requireDescribed(Section& section, std::string_view key, RotaryLetter letter, const Machine& machine) {
+  const auto index = static_cast<std::size_t>(letter);
+  if (machine.rotary_axes[index]) return;
+  const std::string name{kLetters[index]};
+  section.problem(*section.node(key), "'" + std::string{key} + "' names the axis " + name +
+                                          ", whose angle nobody tells: add [rotary_axis." + name + "]");
+}
+
+SwivelDescription readSwivel(Section section, double hold_s, const Machine& machine) {
+  SwivelDescription swivel;
+  swivel.axis = static_cast<RotaryLetter>(section.choice("axis", {"A", "B", "C"}));
+  if (section.has("axis")) requireDescribed(section, "axis", swivel.axis, machine);
+  swivel.by_angle = section.flag("by_angle", false);
+  swivel.hold_s = section.number("hold_s", kSeconds, hold_s);
+  section.finish();
+  return swivel;
+}
+
+std::vector<RotaryLetter> readChain(Section& section, const Machine& machine) {
+  std::vector<RotaryLetter> chain;
+  const auto* node = section.node("chain");
+  if (node == nullptr) return chain;
+  for (const auto& name : section.texts("chain")) {
+    const auto letter = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
+    if (letter == std::string_view::npos) {
+      section.problem(*node,
+                      "'chain' names '" + name + "': write the axes from the base outwards, such as [\"B\", \"C\"]");
+      continue;
+    }
+    const auto axis = static_cast<RotaryLetter>(letter);
+    if (std::ranges::find(chain, axis) != chain.end())
+      section.problem(*node, "'chain' names the axis " + name + " twice");
+    requireDescribed(section, "chain", axis, machine);
+    chain.push_back(axis);
+  }
+  if (chain.empty()) section.problem(*node, "'chain' names no axis: write those that turn the table, such as [\"C\"]");
+  return chain;
+}
+
+RotaryTableDescription readTable(Section section, double hold_s, const Machine& machine) {
+  RotaryTableDescription table;
+  table.chain = readChain(section, machine);
+  table.between = static_cast<BetweenAngles>(section.choice("between", {"linear", "fourier"}, 0));
+  table.at_tip = section.choice("tool_point", {"position", "tip"}) == 1;
+  if (table.at_tip) {
+    const auto& d = table.tool_direction = section.vector("tool_direction", {-1, 1});
+    if (section.has("tool_direction") && std::abs(std::hypot(d[0], d[1], d[2]) - 1) > 1e-6)
+      section.problem(*section.node("tool_direction"), "'tool_direction' has not the length 1: such as [0, 0, -1]");
+    table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
+  }
+  table.hold_s = section.number("hold_s", kSeconds, hold_s);
+  section.finish();
+  return table;
+}
+
+void readTools(std::vector<Section> sections, Machine& machine) {
+  for (auto& section : sections) {
+    const ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", {1, 65'535})),
+                               .length_mm = section.number("length_mm", {0.1, 2000})};
+    section.finish();
+    if (std::ranges::find(machine.tools, tool.number, &ToolDescription::number) != machine.tools.end())
+      section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
+    if (machine.tools.size() == kMostTools)
+      section.problem(*section.node("number"), "there are more than 64 tools: let the controller tell their lengths");
+    machine.tools.push_back(tool);
+  }
+}
+
+}  // namespace
+
+void readRotary(Section& root, double hold_s, Machine& machine) {
+  auto axes = root.section("rotary_axis", false);
+  for (std::size_t axis = 0; axis < machine.rotary_axes.size(); ++axis) {
+    const std::string name{kLetters[axis]};
+    const bool described = axes.has(name);
+    auto section = axes.section(name, false);
+    if (described) machine.rotary_axes[axis] = readRotaryAxis(std::move(section));
+  }
+  axes.finish();
+  const bool has_swivel = root.has("swivel"), has_table = root.has("rotary_table");
+  auto swivel = root.section("swivel", false), table = root.section("rotary_table", false);
+  if (has_swivel) machine.swivel = readSwivel(std::move(swivel), hold_s, machine);
+  if (has_table) machine.rotary_table = readTable(std::move(table), hold_s, machine);
+  readTools(root.sections("tool"), machine);
+}
+
+}  // namespace probebox::board

@@ -1,0 +1,131 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "protocol/events/axes.hpp"
+#include "protocol/units/time.hpp"
+
+// Results that come into force, as the core hears of them.
+namespace probebox {
+
+// A result about the system delay came into force ((A1): tau = t_machine - t_probe). result_id 0: there is none any
+// more.
+struct DelayActivated {
+  std::uint64_t result_id{};
+  std::array<double, kLinearAxes> tau_s{};
+  std::array<double, kLinearAxes> sd_s{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on");
+    field("tau_s", self.tau_s, "s, X Y Z");
+    field("sd_s", self.sd_s, "s, X Y Z, standard deviation (k = 1)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// A result about the turning axis came into force: c(Z) = centre + slope (Z - reference_z), XY in machine axes, radius
+// (B14). result_id 0: there is none any more.
+struct CentrelineActivated {
+  std::uint64_t result_id{};
+  std::array<double, 2> centre_mm{};
+  std::array<double, 2> slope{};
+  double reference_z_mm{};
+  std::array<double, 2> sd_centre_mm{};
+  std::array<double, 2> sd_slope{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("centre_mm", self.centre_mm, "mm, X Y at the reference Z");
+    field("slope", self.slope, "mm/mm, of X and Y over Z");
+    field("reference_z_mm", self.reference_z_mm, "mm, machine Z");
+    field("sd_centre_mm", self.sd_centre_mm, "mm, standard deviation (k = 1)");
+    field("sd_slope", self.sd_slope, "mm/mm, standard deviation (k = 1)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+inline constexpr std::size_t kMostScrewSectors = 24;
+
+// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force.
+struct ScrewActivated {
+  std::uint64_t result_id{};
+  Axis axis{};
+  double gain{};
+  double sd_gain{};
+  std::uint8_t sectors{};
+  std::array<std::int32_t, kMostScrewSectors> sector_nm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
+    field("gain", self.gain,
+          "K of (D2): it predicts the error, so the correction is its negative; 0: machine.toml's stays");
+    field("sd_gain", self.sd_gain, "standard deviation (k = 1)");
+    field("sectors", self.sectors, "equal sectors of a turn in the whole table, 0 for no table");
+    field("sector_nm", self.sector_nm, "nm, the sensor's reading that each sector of the screw's face adds (D3)");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+inline constexpr std::size_t kMostErrorRows = 72;
+
+// A result about a swivelling head came into force: E(B, L) (B19)-(B21). Its table by angle follows, a row an event,
+// and it is in force from the last row on. result_id 0: there is none any more.
+struct SwivelActivated {
+  std::uint64_t result_id{};
+  RotaryAxis axis{};
+  std::array<double, 12> terms{};
+  std::uint8_t rows{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("axis", self.axis, "0 A, 1 B, 2 C: which axis swivels");
+    field("terms", self.terms, "for X, Y, Z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B); mm and mm/mm");
+    field("rows", self.rows, "how many rows of what is left by angle follow");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+// A result about an axis of the table came into force (E5). Its rows follow, as above. result_id 0: there is none any
+// more.
+struct RotaryActivated {
+  std::uint64_t result_id{};
+  RotaryAxis axis{};
+  std::array<double, 3> point_mm{};
+  std::array<double, 3> direction{};
+  std::array<double, 6> sd{};
+  std::uint8_t rows{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("axis", self.axis, "0 A, 1 B, 2 C");
+    field("point_mm", self.point_mm, "mm, machine axes: a point of the nominal axis, all angles zero");
+    field("direction", self.direction, "unit vector: the axis turns right-handed about it");
+    field("sd", self.sd, "mm and rad, standard deviation (k = 1) of each error, the largest of all angles");
+    field("rows", self.rows, "how many rows follow, an angle each");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+enum class ErrorsOf : std::uint8_t { swivel = 0, rotary = 1 };
+
+// One row of the result that is coming into force.
+struct ErrorsAtAngle {
+  ErrorsOf of{};
+  RotaryAxis axis{};
+  std::uint64_t result_id{};
+  double angle_rad{};
+  std::array<double, 6> errors{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("of", self.of, "0 the swivelling head, 1 the table");
+    field("axis", self.axis, "0 A, 1 B, 2 C");
+    field("result_id", self.result_id, "the result that it belongs to");
+    field("angle_rad", self.angle_rad, "rad, of the axis");
+    field("errors", self.errors, "mm along X, Y, Z, and rad about them; of a head the first three alone");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
+}  // namespace probebox
