@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 #include <fcntl.h>
+#include <string>
 #include <thread>
 #include <time.h>
 #include <utility>
@@ -33,6 +34,27 @@ struct HeldLine {
   LineRequest request;
   unsigned offset{};
 };
+
+// Where a line really is.
+struct Place {
+  std::string chip;
+  unsigned offset{};
+  bool operator==(const Place&) const = default;
+};
+
+// Nothing for a line that is not there now.
+std::optional<Place> placeOf(const std::string& chip_name, const RequestedLine& line) {
+  const auto chip = openChip(chip_name);
+  if (!chip) return std::nullopt;
+  const auto offset = offsetOf(**chip, chip_name, line);
+  const ChipInfo info{gpiod_chip_get_info(chip->get())};
+  if (!offset || !info) return std::nullopt;
+  return Place{gpiod_chip_info_get_name(info.get()), *offset};
+}
+
+std::optional<Place> placeOf(const board::GpioLine& line) {
+  return placeOf(line.chip, {line.name, line.line, {}});
+}
 
 bool addOutput(gpiod_line_config& config, unsigned offset, board::ActiveLevel active) {
   const LineSettings settings{gpiod_line_settings_new()};
@@ -126,7 +148,24 @@ class Wire {
 
 }  // namespace
 
+std::optional<Error> LinuxLoopBack::whyShared() const {
+  const auto shared = [](const board::GpioLine& line, const std::string& with) {
+    return Error{describe(line) + " is the line of '" + with + "': give each a line of its own in box.toml"};
+  };
+  const auto output = placeOf(lines_.output), input = placeOf(lines_.input);
+  if (output && output == input) return shared(lines_.output, lines_.input.name);
+  for (const auto& chip : watched_) {
+    for (const auto& line : chip.lines) {
+      const auto place = placeOf(chip.chip, line);
+      if (place && place == output) return shared(lines_.output, line.name);
+      if (place && place == input) return shared(lines_.input, line.name);
+    }
+  }
+  return std::nullopt;
+}
+
 Outcome<std::vector<LoopBackPulse>> LinuxLoopBack::measure(std::size_t pulses) {
+  if (auto error = whyShared()) return std::move(*error);
   auto output = hold(lines_.output, true);
   if (!output) return output.error();
   auto input = hold(lines_.input, false);

@@ -1,9 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "board/describe/box.hpp"
+#include "drivers/gpio/lines.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
@@ -26,14 +28,19 @@ class LoopBack {
   virtual Outcome<std::vector<LoopBackPulse>> measure(std::size_t pulses) = 0;
 };
 
-// The lines of a real board, held only while measuring.
+// The lines of a real board, held only while measuring. A line has several names, and chips have as well: what the box
+// watches (`watched`) is never driven, whatever it is called, and neither is the input.
 class LinuxLoopBack final : public LoopBack {
  public:
-  explicit LinuxLoopBack(board::LoopBack lines) : lines_{std::move(lines)} {}
+  LinuxLoopBack(board::LoopBack lines, std::vector<ChipLines> watched)
+      : lines_{std::move(lines)}, watched_{std::move(watched)} {}
   Outcome<std::vector<LoopBackPulse>> measure(std::size_t pulses) override;
 
  private:
+  std::optional<Error> whyShared() const;
+
   board::LoopBack lines_;
+  std::vector<ChipLines> watched_;
 };
 
 }  // namespace probebox::gpio

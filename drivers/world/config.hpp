@@ -42,6 +42,8 @@ struct EncoderConfig {
   std::array<int, 3> sense{1, 1, 1};  // -1 when counts fall in the positive direction of the axis
   double dropout_probability{0};      // per latch of one axis
   Vector3 power_up_mm{};              // what the counters show at machine position 0: nobody knows after power-up
+  double c_counts_per_deg{0};         // of an encoder on the part spindle; 0: it has none
+  double c_power_up_deg{0};           // what its counter shows at 0
 };
 
 struct AxesConfig {
@@ -81,6 +83,13 @@ struct PlatesConfig {
   double thickness_mm{8};  // along X
 };
 
+// What a rotary axis does beside its turn: along X, Y, Z (mm) and about them (rad), a cosine and a sine of its angle.
+// Nothing at zero.
+struct AxisErrorsConfig {
+  Vector3 cosine_mm{}, sine_mm{};
+  Vector3 cosine_rad{}, sine_rad{};
+};
+
 // The part spindle: rotary axis C through `point_mm` along `direction`, and what stands on it. Balls are given where
 // they stand at C = 0, relative to the point, in machine axes.
 struct PartSpindleConfig {
@@ -90,6 +99,7 @@ struct PartSpindleConfig {
   std::array<Vector3, kMostBalls> balls_mm{};
   std::size_t ball_count{0};
   double ball_radius_mm{6};
+  AxisErrorsConfig errors;
 };
 
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs

@@ -1,6 +1,7 @@
 #include "drivers/world/encoders.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace probebox::world {
 namespace {
@@ -18,20 +19,39 @@ Encoders::Encoders(const Config& config, std::uint64_t seed)
 bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults,
                     Ledger& ledger) {
   const MonoTime at = nextAt();
+  const bool is_linear = axis_ < kLinearAxes;
   if (!faults.active(FaultKind::stick_encoders, at)) {
-    position_mm_[axis_] = screws.motorPosition_mm(axis_, machine.positionAt(at, tau_s_[axis_])[axis_], at);
+    if (is_linear) {
+      position_mm_[axis_] = screws.motorPosition_mm(axis_, machine.positionAt(at, tau_s_[axis_])[axis_], at);
+    } else {
+      angle_rad_ = machine.partAngleAt(at, tau_s_.back());
+    }
   }
-  const double position_mm =
-      position_mm_[axis_] + config_.power_up_mm[axis_] + 1e-3 * config_.noise_um * random_.normal();
-  const bool dropped = random_.happens(config_.dropout_probability) || faults.active(FaultKind::drop_encoders, at);
-  event = Count{.axis = static_cast<Axis>(axis_),
-                .sequence = static_cast<std::uint32_t>(latch_),
-                .counts = config_.sense[axis_] * std::llround(position_mm * config_.counts_per_mm),
-                .at = at};
+  event = is_linear ? countOf(axis_, at) : Event{angleCount(at)};
+  const bool missed = is_linear ? random_.happens(config_.dropout_probability)  // the same with an angle and without
+                                : faults.active(FaultKind::drop_angles, at);
+  const bool dropped = missed || faults.active(FaultKind::drop_encoders, at);
   ++ledger.encoder_latches;
   if (dropped) ++ledger.dropped_encoders;
-  if (++axis_ == kLinearAxes) axis_ = 0, ++latch_;
+  if (++axis_ == axes()) axis_ = 0, ++latch_;
   return !dropped;
+}
+
+Event Encoders::countOf(std::size_t axis, MonoTime at) {
+  const double position_mm =
+      position_mm_[axis] + config_.power_up_mm[axis] + 1e-3 * config_.noise_um * random_.normal();
+  return Count{.axis = static_cast<Axis>(axis),
+               .sequence = static_cast<std::uint32_t>(latch_),
+               .counts = config_.sense[axis] * std::llround(position_mm * config_.counts_per_mm),
+               .at = at};
+}
+
+AngleCount Encoders::angleCount(MonoTime at) const {
+  const double degrees = angle_rad_ * 180 / std::numbers::pi + config_.c_power_up_deg;
+  return {.axis = RotaryAxis::c,
+          .sequence = static_cast<std::uint32_t>(latch_),
+          .counts = std::llround(degrees * config_.c_counts_per_deg),
+          .at = at};
 }
 
 }  // namespace probebox::world

@@ -13,8 +13,8 @@
 
 namespace probebox::world {
 
-// Latches the counts of three incremental encoders, on the motors of the ball screws, at their own rate, stale by the
-// machine's delay.
+// Latches the counts of three incremental encoders, on the motors of the ball screws, and of one on the part spindle
+// where it is fitted, at their own rate, stale by the machine's delay.
 class Encoders {
  public:
   Encoders(const Config& config, std::uint64_t seed);
@@ -24,11 +24,16 @@ class Encoders {
   bool take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults, Ledger& ledger);
 
  private:
+  std::size_t axes() const { return config_.c_counts_per_deg > 0 ? kLinearAxes + 1 : kLinearAxes; }
+  Event countOf(std::size_t axis, MonoTime at);
+  AngleCount angleCount(MonoTime at) const;
+
   EncoderConfig config_;
   Vector3 tau_s_;
   Random random_;
   Sampling sampling_;
   Vector3 position_mm_{};  // as last seen
+  double angle_rad_{};
   std::int64_t latch_{};
   std::size_t axis_{};
 };

@@ -16,6 +16,7 @@ enum class FaultKind : std::uint8_t {
   freeze_probe,    // every sample is the one before
   shake_probe,     // a hundred times the noise
   jump_clock,      // once: the master clock's phase steps by `jump`
+  drop_angles,     // no latches of the part spindle's encoder: their sequence numbers run on
 };
 
 // What goes wrong, from `at` on and for `duration`.

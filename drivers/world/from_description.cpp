@@ -47,7 +47,11 @@ PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
                             .direction = alongZ(described.tilt),
                             .balls_mm = {},
                             .ball_count = std::min(described.balls_mm.size(), PartSpindleConfig::kMostBalls),
-                            .ball_radius_mm = described.ball_radius_mm};
+                            .ball_radius_mm = described.ball_radius_mm,
+                            .errors = {.cosine_mm = described.error_cosine_mm,
+                                       .sine_mm = described.error_sine_mm,
+                                       .cosine_rad = described.error_cosine_rad,
+                                       .sine_rad = described.error_sine_rad}};
   std::copy_n(described.balls_mm.begin(), spindle.ball_count, spindle.balls_mm.begin());
   return spindle;
 }
@@ -82,8 +86,10 @@ void addFeatures(Config& config, const board::World& description) {
                             .stylus_offset_mm = spindle->stylus_offset_mm,
                             .stylus_length_mm = spindle->stylus_length_mm};
   }
-  if (description.rotary)
+  if (description.rotary) {
     config.rotary = {.speed_rad_s = description.rotary->speed_rad_s, .noise_rad = description.rotary->noise_rad};
+    config.encoders.c_counts_per_deg = description.rotary->c_counts_per_deg;
+  }
 }
 
 }  // namespace

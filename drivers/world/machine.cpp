@@ -39,10 +39,21 @@ bool Machine::turnTo(double a_rad, double c_rad, MonoTime now) {
   if (touching || solids_.swept(motion_.target() + hold_.tip, commanded_c_rad_, c_rad)) ++crashes_;
   if (a_rad != commanded_a_rad_) hold_ = holdAt(stopAt(a_rad));
   if (c_rad != commanded_c_rad_) solids_.turnPart(stopAt(c_rad));
+  turned_from_c_rad_ = commanded_c_rad_;
+  turns_since_ = now;
   commanded_a_rad_ = a_rad;
   commanded_c_rad_ = c_rad;
   turned_at_ = now + Nanoseconds{std::llround(1e9 * way_rad / rotary_.speed_rad_s)};
   return true;
+}
+
+// At constant speed on its way.
+double Machine::partAngleAt(MonoTime at, double delay_s) const {
+  const MonoTime seen = at - Nanoseconds{std::llround(1e9 * delay_s)};
+  if (seen >= turned_at_) return commanded_c_rad_;
+  if (seen <= turns_since_) return turned_from_c_rad_;
+  const double share = toSeconds(seen - turns_since_) / toSeconds(turned_at_ - turns_since_);
+  return turned_from_c_rad_ + share * (commanded_c_rad_ - turned_from_c_rad_);
 }
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle would

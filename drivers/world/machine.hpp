@@ -44,6 +44,10 @@ class Machine {
     return stylus_.inProbeAxes(positionAt(at, delay_s), at, delay_s);
   }
   const Stylus& stylus() const { return stylus_; }
+  // How C stands as its encoder sees it.
+  double partAngleAt(MonoTime at, double delay_s = 0) const;
+  // Where a point of the part is with C at that angle, when it stands at `at_zero` at C = 0.
+  Vector3 partPoint(const Vector3& at_zero, double c_rad) const { return solids_.partPoint(at_zero, c_rad); }
   // How often a part that turned struck the stylus, or a spindle turned while the stylus touched.
   std::uint64_t crashes() const { return crashes_; }
 
@@ -60,6 +64,8 @@ class Machine {
   Random random_;
   Hold hold_;
   double commanded_a_rad_{}, commanded_c_rad_{};
+  double turned_from_c_rad_{};
+  MonoTime turns_since_{MonoTime::min()};
   MonoTime turned_at_{MonoTime::min()};
   std::uint64_t crashes_{};
 };

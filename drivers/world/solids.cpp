@@ -59,8 +59,17 @@ Solids::Solids(const Config& config)
   turnPart(0);
 }
 
+Vector3 Solids::partPoint(const Vector3& at_zero, double c_rad) const {
+  const auto& errors = spindle_.errors;
+  const double cosine = std::cos(c_rad) - 1, sine = std::sin(c_rad);
+  const Vector3 shift = cosine * errors.cosine_mm + sine * errors.sine_mm;
+  const Vector3 tilt = cosine * errors.cosine_rad + sine * errors.sine_rad;
+  const Vector3 turned = rotation(spindle_.direction, c_rad) * (at_zero - spindle_.point_mm);
+  return spindle_.point_mm + shift + rotation(unit(tilt), norm(tilt)) * turned;
+}
+
 Vector3 Solids::ballAt(std::size_t ball, double c_rad) const {
-  return spindle_.point_mm + rotation(spindle_.direction, c_rad) * spindle_.balls_mm[ball];
+  return partPoint(spindle_.point_mm + spindle_.balls_mm[ball], c_rad);
 }
 
 void Solids::turnPart(double c_rad) {

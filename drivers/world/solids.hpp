@@ -38,6 +38,8 @@ class Solids {
   explicit Solids(const Config& config);
 
   void turnPart(double c_rad);
+  // Where a point of the part is when C has turned: it stands at `at_zero` at C = 0.
+  Vector3 partPoint(const Vector3& at_zero, double c_rad) const;
   // The nearest surface from `from_mm` on; nothing when the way is free.
   std::optional<Meeting> meet(const Move& way, double from_mm) const;
   // True when a ball of the part sweeps over the point while C turns between the two angles.
