@@ -4,8 +4,6 @@ namespace probebox::capture {
 namespace {
 
 constexpr std::size_t kFewestRows = 5;
-// The screw turns slowly, for minutes: so many positions are enough to interpolate between.
-constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 constexpr std::uint8_t kAllAxes = (1U << kLinearAxes) - 1U;
 
 }  // namespace
@@ -31,6 +29,10 @@ const char* explain(TouchFault fault) {
              "marker";
     case TouchFault::no_drift_rows:
       return "no readings of the screw's sensor arrived: check its cable, and [devices] drift in box.toml";
+    case TouchFault::screw_unknown:
+      return "the sensor of a warm screw is silent, so nobody knows where the tool was: repair it (`probebox "
+             "corrections` "
+             "names it), or take its [screw] out of machine.toml";
   }
   return "";
 }
@@ -58,8 +60,9 @@ void TouchCapture::begin(const TouchRequest& request) {
   running_ = true;
 }
 
-void TouchCapture::push(const Count& count, std::int32_t screw_nm) {
+void TouchCapture::push(const Count& count, std::optional<std::int32_t> screw_nm) {
   if (!running_) return;
+  if (!screw_nm && !touch_.request.sweeps) note(TouchFault::screw_unknown);
   if (axes_in_row_ != 0 && count.at != row_.at) {
     ++incomplete_rows_;
     axes_in_row_ = 0;
@@ -67,7 +70,7 @@ void TouchCapture::push(const Count& count, std::int32_t screw_nm) {
   const auto axis = static_cast<std::size_t>(count.axis);
   row_.at = count.at;
   row_.counts[axis] = count.counts;
-  row_.screw_nm[axis] = screw_nm;
+  row_.screw_nm[axis] = screw_nm.value_or(0);
   axes_in_row_ |= static_cast<std::uint8_t>(1U << axis);
   if (axes_in_row_ != kAllAxes) return;
   axes_in_row_ = 0;

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/capture/recording.hpp"
 #include "protocol/events/event.hpp"
@@ -19,8 +21,12 @@ enum class TouchFault : std::uint8_t {
   recording_full,
   wrong_pose,
   no_drift_rows,
+  screw_unknown,
 };
 const char* explain(TouchFault fault);
+
+// A screw turns slowly, for minutes: so many positions are enough to interpolate between.
+inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
 // Collects the rows of one touch after the other, between the markers of its begin and its end.
 class TouchCapture {
@@ -31,8 +37,8 @@ class TouchCapture {
   // referenced like this.
   void clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm);
   void begin(const TouchRequest& request);
-  // screw_nm: as in MachineRow, of the axis of the count.
-  void push(const Count& count, std::int32_t screw_nm = 0);
+  // screw_nm: as in MachineRow, of the axis of the count; nothing where the extension of its screw is not known.
+  void push(const Count& count, std::optional<std::int32_t> screw_nm = 0);
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);

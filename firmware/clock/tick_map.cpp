@@ -44,4 +44,12 @@ SampleIndex sampleBefore(const TickMap& map, MonoTime at, std::int32_t samples_p
   return {map.tick.index * samples_per_tick + floorDivide(elapsed * samples_per_tick, map.period_q32_ns)};
 }
 
+std::uint32_t phaseQ32(const TickMap& map, MonoTime at) {
+  const Wide since =
+      elapsedQ32(map, at) - static_cast<Wide>(tickBefore(map, at).index - map.tick.index) * map.period_q32_ns;
+  // tickBefore() rounds by half a nanosecond: just before a tick the phase is 0 of it.
+  const Wide phase = since <= 0 ? 0 : since * kOneNs / map.period_q32_ns;
+  return static_cast<std::uint32_t>(phase < kOneNs ? phase : kOneNs - 1);
+}
+
 }  // namespace probebox::clock

@@ -19,4 +19,7 @@ MasterTime masterTimeOf(const TickMap& map, MonoTime at, Nanoseconds nominal_per
 Tick tickBefore(const TickMap& map, MonoTime at);
 SampleIndex sampleBefore(const TickMap& map, MonoTime at, std::int32_t samples_per_tick);
 
+// What has passed at `at` since tickBefore(), in 2^-32 of a tick.
+std::uint32_t phaseQ32(const TickMap& map, MonoTime at);
+
 }  // namespace probebox::clock

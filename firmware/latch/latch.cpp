@@ -10,17 +10,17 @@
 namespace probebox::latch {
 namespace {
 
+constexpr Nanoseconds kShortestInterval{1'000};
+
 Nanoseconds longestDelay(const LatchConfig& config) {
   const auto [smallest, largest] = std::minmax_element(config.tau.begin(), config.tau.end());
   return std::max({Nanoseconds{0}, *largest, -*smallest});
 }
 
-std::optional<Error> whyRefused(const SourceConfig& source, const char* name, Nanoseconds kept) {
-  if (source.interval.count() < 0) return Error{std::string{name} + ": the interval between stamps cannot be negative"};
-  if (source.interval.count() > 0 && kept / source.interval >= static_cast<std::int64_t>(kTraceCapacity) - 8) {
-    return Error{std::string{name} + ": maximum_wait and tau span more stamps than the " +
-                 std::to_string(kTraceCapacity) + " that are kept: wait less, or sample more slowly"};
-  }
+std::optional<Error> whyRefused(const SourceConfig& source, const std::string& name) {
+  if (source.interval.count() < 0) return Error{name + ": the interval between stamps cannot be negative"};
+  if (source.interval.count() > 0 && source.interval < kShortestInterval)
+    return Error{name + ": more than a million stamps a second cannot be kept"};
   return std::nullopt;
 }
 
@@ -32,11 +32,13 @@ std::optional<Error> whyRefused(const LatchConfig& config) {
   }
   const Nanoseconds second{1'000'000'000};
   if (config.maximum_wait.count() <= 0 || config.maximum_wait > second) return Error{"maximum_wait must be up to 1 s"};
-  if (longestDelay(config) > second) return Error{"tau beyond 1 s is not a delay of a probe: it is in ns here"};
-  const Nanoseconds kept = config.maximum_wait + longestDelay(config);
-  if (auto refused = whyRefused(config.probe, "probe", kept)) return refused;
+  if (longestDelay(config) > kLongestDelay) {
+    return Error{"a delay beyond " + std::to_string(kLongestDelay.count() / 1'000'000) +
+                 " ms is none of a probe: samples would have to wait for it"};
+  }
+  if (auto refused = whyRefused(config.probe, "probe")) return refused;
   for (const SourceConfig& axis : config.axes) {
-    if (auto refused = whyRefused(axis, "axis", kept)) return refused;
+    if (auto refused = whyRefused(axis, "axis")) return refused;
   }
   return std::nullopt;
 }
@@ -44,8 +46,10 @@ std::optional<Error> whyRefused(const LatchConfig& config) {
 Latch::Latch(const LatchConfig& config)
     : config_{config},
       patience_{config.maximum_wait + longestDelay(config)},
-      probe_{config.probe},
-      axes_{Source<1>{config.axes[0]}, Source<1>{config.axes[1]}, Source<1>{config.axes[2]}} {}
+      probe_{config.probe, config.maximum_wait + kLongestDelay},
+      axes_{Source<1>{config.axes[0], config.maximum_wait + kLongestDelay},
+            Source<1>{config.axes[1], config.maximum_wait + kLongestDelay},
+            Source<1>{config.axes[2], config.maximum_wait + kLongestDelay}} {}
 
 bool Latch::setTau(const std::array<Nanoseconds, kLinearAxes>& tau) {
   LatchConfig wanted = config_;

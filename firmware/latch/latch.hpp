@@ -11,6 +11,9 @@
 
 namespace probebox::latch {
 
+// The longest delay that samples can wait for, either way.
+inline constexpr Nanoseconds kLongestDelay{200'000'000};
+
 struct LatchConfig {
   std::int32_t samples_per_tick{1};  // 1 to 100
   SourceConfig probe{};
@@ -36,8 +39,8 @@ struct LatchCounters {
 };
 
 // Events in, one decision a sample out: a Record, or samples declared Lost. No index is skipped or repeated.
-// About 150 kB of buffers: not an object for a small stack.
-// The first sample is the first one of the first tick after the clock has locked.
+// Buffers for all stamps of maximum_wait and kLongestDelay are allocated when it is made: 10 kB a channel at 1 kHz, 1
+// MB at 100 kHz. The first sample is the first one of the first tick after the clock has locked.
 //
 //   latch.push(event); latch.setClock(estimator.map()); while (const auto decision = latch.next()) ...
 class Latch {
@@ -53,7 +56,7 @@ class Latch {
   void advance(MonoTime now);
 
   // (A20): another delay for the samples that are not decided yet. Where an axis then needs counts that have gone by,
-  // samples are lost. False, and nothing changes, for a delay that no buffer spans.
+  // samples are lost. False, and nothing changes, for a delay beyond kLongestDelay.
   bool setTau(const std::array<Nanoseconds, kLinearAxes>& tau);
 
   // The clock's map after each of its decisions.

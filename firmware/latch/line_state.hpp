@@ -33,7 +33,7 @@ class LineState {
   Pushed push(MonoTime at, Change change);
   void apply(Change change);
 
-  Trace<Change, kCapacity> changes_;
+  Trace<Change> changes_{kCapacity};
   MonoTime passed_{MonoTime::min()};
   std::uint32_t touching_{};  // a bit per trigger line
   std::uint32_t skipping_{};

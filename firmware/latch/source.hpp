@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,8 +21,12 @@ struct SourceConfig {
   Interpolation interpolation{Interpolation::linear};
 };
 
-// Stamps that one source can keep until samples have passed them.
-inline constexpr std::size_t kTraceCapacity = 1024;
+// Stamps that a source keeps until samples have passed them: what comes in `kept`, and some to spare.
+inline std::size_t stampsKept(const SourceConfig& source, Nanoseconds kept) {
+  constexpr std::size_t kFewest = 64, kSpare = 8;
+  if (source.interval.count() <= 0) return 1;
+  return std::max(kFewest, static_cast<std::size_t>(kept / source.interval) + kSpare);
+}
 
 enum class Answer : std::uint8_t {
   waiting,  // the source has not passed the time yet
@@ -36,8 +41,11 @@ class Source {
   using Values = std::array<std::int64_t, kWidth>;
   enum class Pushed : std::uint8_t { taken, disordered, overwrote };
 
-  explicit Source(const SourceConfig& config)
-      : interval_{config.interval}, is_cubic_{config.interpolation == Interpolation::cubic} {}
+  // kept: for how long a sample may have to wait for what belongs to it.
+  Source(const SourceConfig& config, Nanoseconds kept)
+      : interval_{config.interval},
+        is_cubic_{config.interpolation == Interpolation::cubic},
+        trace_{stampsKept(config, kept)} {}
 
   bool fitted() const { return interval_.count() > 0; }
 
@@ -103,7 +111,7 @@ class Source {
 
   Nanoseconds interval_;
   bool is_cubic_;
-  Trace<Reading, kTraceCapacity> trace_;
+  Trace<Reading> trace_;
 };
 
 }  // namespace probebox::latch

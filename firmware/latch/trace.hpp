@@ -1,14 +1,15 @@
 #pragma once
-#include <array>
+#include <bit>
 #include <cstddef>
-#include <cstdint>
+#include <vector>
 
 #include "protocol/units/time.hpp"
 
 namespace probebox::latch {
 
-// The last stamped values of one source, oldest first, of which the oldest ones fall out as samples pass them.
-template <class Value, std::size_t kCapacity>
+// The last stamped values of one source, oldest first, of which the oldest ones fall out as samples pass them. Its
+// memory is allocated once, when it is made.
+template <class Value>
 class Trace {
  public:
   struct Point {
@@ -16,15 +17,18 @@ class Trace {
     Value value{};
   };
 
+  // least: rounded up to a power of two.
+  explicit Trace(std::size_t least) : points_(std::bit_ceil(least)) {}
+
   bool empty() const { return count_ == 0; }
-  bool full() const { return count_ == kCapacity; }
+  bool full() const { return count_ == points_.size(); }
   std::size_t size() const { return count_; }
-  const Point& operator[](std::size_t i) const { return points_[(first_ + i) % kCapacity]; }
+  const Point& operator[](std::size_t i) const { return points_[wrapped(first_ + i)]; }
   const Point& front() const { return points_[first_]; }
   const Point& back() const { return (*this)[count_ - 1]; }
 
   // The caller makes room first.
-  void push(const Point& point) { points_[(first_ + count_++) % kCapacity] = point; }
+  void push(const Point& point) { points_[wrapped(first_ + count_++)] = point; }
   // The same for points of several sources: keeps the order of time, and of arrival at equal times.
   void insert(const Point& point) {
     std::size_t place = count_++;
@@ -35,12 +39,13 @@ class Trace {
   void shift(Nanoseconds by) {
     for (std::size_t i = 0; i < count_; ++i) at(i).at += by;
   }
-  void pop() { first_ = (first_ + 1) % kCapacity, --count_; }
+  void pop() { first_ = wrapped(first_ + 1), --count_; }
 
  private:
-  Point& at(std::size_t i) { return points_[(first_ + i) % kCapacity]; }
+  std::size_t wrapped(std::size_t i) const { return i & (points_.size() - 1); }
+  Point& at(std::size_t i) { return points_[wrapped(first_ + i)]; }
 
-  std::array<Point, kCapacity> points_{};
+  std::vector<Point> points_;
   std::size_t first_{};
   std::size_t count_{};
 };
