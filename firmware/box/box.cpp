@@ -36,9 +36,9 @@ std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
 
 }  // namespace
 
-std::optional<Error> whyUnfit(const BoxConfig& config, const Event& event) {
-  const auto* delay = std::get_if<DelayActivated>(&event);
-  if (delay == nullptr) return std::nullopt;
+std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result) {
+  const auto* delay = result.empty() ? nullptr : std::get_if<DelayActivated>(&result.front());
+  if (delay == nullptr) return corrections::whyUnfit(config.corrections, result);
   latch::LatchConfig with_delay = config.latch;
   with_delay.tau = tauOf(*delay);
   const auto refused = latch::whyRefused(with_delay);
@@ -81,9 +81,19 @@ corrections::DelayInForce Box::delayInSamples() const {
 
 void Box::push(const Event& event) {
   ++state_.events;
+  if (corrections_.snapshot().inhibited && changesCorrections(event)) {
+    if (!parked_.push(event)) ++state_.lost.queue_events;
+    return;
+  }
+  handle(event);
+  if (!corrections_.snapshot().inhibited && !parked_.empty()) parked_.release([this](const Event& e) { handle(e); });
+  giveTriggers();
+  if (procedure_.takeReadyToSolve()) outputs_.solve(procedure_.progress().run);
+}
+
+void Box::handle(const Event& event) {
   std::visit([this](const auto& e) { on(e); }, event);
   drainLatch();
-  if (procedure_.takeReadyToSolve()) outputs_.solve(procedure_.progress().run);
 }
 
 void Box::on(const TimeAdvanced& time) {
@@ -124,7 +134,12 @@ void Box::on(const Count& count) {
   corrections_.push(count);
   // The encoders sit on the motors, so a warm screw puts the tool elsewhere than they say: what is measured is where
   // the tool was. A correction that the machine was moved by is in its counts already, and is not taken out again.
-  procedure_.push(count, corrections_.screw_nm(count.axis));
+  procedure_.push(count, corrections_.screw_nm(count.axis, count.at));
+}
+
+void Box::on(const AngleCount& count) {
+  state_.lost.counts += angle_sequence_[static_cast<std::size_t>(count.axis)].missingBefore(count.sequence);
+  corrections_.push(count);
 }
 
 void Box::on(const Deflection& deflection) {
@@ -199,6 +214,7 @@ void Box::on(const DelayActivated& activated) {
   drainLatch();
   closeBlock();
   state_.delay_applied = latch_.setTau(tauOf(activated));
+  if (!state_.delay_applied) latch_.setTau({});  // none rather than one that is not in force any more
   corrections_.push(activated);
 }
 
@@ -207,6 +223,18 @@ void Box::tick(const latch::Record& record) {
   const auto samples_per_tick = config_.latch.samples_per_tick;
   if (record.index.index % samples_per_tick != 0) return;
   corrections_.tick(record, clock::timeOf(clock_.map(), record.index, samples_per_tick));
+}
+
+void Box::giveTriggers() {
+  const TickMap& map = clock_.map();
+  while (const auto stamp = corrections_.nextTrigger()) {
+    PlacedTrigger placed{.stamp = *stamp, .sigma_ns = map.sigma_ns, .clock_state = map.state};
+    if (map.state != ClockState::unlocked) {
+      placed.tick = clock::tickBefore(map, stamp->at);
+      placed.phase_q32 = clock::phaseQ32(map, stamp->at);
+    }
+    outputs_.trigger(placed);
+  }
 }
 
 void Box::lose(const latch::Lost& lost) {

@@ -2,9 +2,11 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/outputs.hpp"
+#include "firmware/box/parked_changes.hpp"
 #include "firmware/box/sequence_watch.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/capture/touch_dataset.hpp"
@@ -32,8 +34,8 @@ struct BoxConfig {
 // Says which value cannot be used and what could be; nothing when the configuration is good.
 std::optional<Error> whyRefused(const BoxConfig& config);
 
-// Why what a result asks for cannot be done by a box that is configured so; nothing when it can.
-std::optional<Error> whyUnfit(const BoxConfig& config, const Event& event);
+// Why what a result asks for, told by these events, cannot be done by a box that is configured so; nothing when it can.
+std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result);
 
 // The whole core: a function of stamped events. Reads no clock, makes no system call, and allocates nothing after
 // construction: the same events give the same bytes.
@@ -51,11 +53,14 @@ class Box {
   capture::Scales scales() const;
   // What the samples of the block that is being given have been moved by; not calibrated when by nothing.
   corrections::DelayInForce delayInSamples() const;
+  // Of the first trigger that may still come out: all before it did, or never will.
+  std::uint32_t nextTrigger() const { return corrections_.nextTriggerNumber(); }
 
  private:
   void on(const TimeAdvanced& time);
   void on(const Edge& edge);
   void on(const Count& count);
+  void on(const AngleCount& count);
   void on(const Deflection& deflection);
   void on(const CountedDeflection& counted);
   void on(const Drift& drift);
@@ -65,12 +70,14 @@ class Box {
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
   void on(const DelayActivated& activated);
-  // What came into force, homing, cuts, which sources are summed.
+  // What came into force, homing, poses, cuts, which sources are summed.
   void on(const auto& for_corrections) { corrections_.push(for_corrections); }
 
+  void handle(const Event& event);
   void take(const Deflection& deflection);
   void drainLatch();
   void tick(const latch::Record& record);
+  void giveTriggers();
   void lose(const latch::Lost& lost);
   void closeBlock();
   void publish(MonoTime now);
@@ -82,9 +89,11 @@ class Box {
   latch::Latch latch_;
   procedure::Procedure procedure_;
   corrections::Corrections corrections_;
+  ParkedChanges parked_;
   BlockBuilder block_;
   PerLine<SequenceWatch> line_sequence_;
   std::array<SequenceWatch, kLinearAxes> count_sequence_;
+  std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
   std::uint64_t lost_in_queue_samples_{};
   std::uint64_t source_losses_untold_{};  // of them: they were lost at their source before

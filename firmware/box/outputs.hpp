@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/box/placed_trigger.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/latch/record.hpp"
 #include "protocol/units/time.hpp"
@@ -18,6 +19,10 @@ class Outputs {
   // without a hole. False: there was no room, and the samples are counted as lost in the queue.
   virtual bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) = 0;
   virtual bool lost(const latch::Lost& lost) = 0;
+
+  // In the order of their numbers. One that finds no room is left out: Box::nextTrigger() and the next one's number
+  // tell.
+  virtual void trigger(const PlacedTrigger& trigger) = 0;
 
   virtual void state(const State& state) = 0;
 

@@ -31,9 +31,10 @@ enum class ReferenceFault : std::uint8_t {
   encoder_lost = 3,      // the encoder went away
 };
 
-// The reference of one incremental axis: nothing until the index pulse or the controller's word, and nothing again
-// after a count error. Counts lag behind the lines by the system delay (A1), so a mark is looked up in the counts that
-// come that much later; while the delay is not known, marks that are passed fast say nothing.
+// The reference of one incremental axis (of a rotary one, degrees stand wherever mm is written): nothing until the
+// index pulse or the controller's word, and nothing again after a count error. Counts lag behind the lines by the
+// system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
+// marks that are passed fast say nothing.
 class AxisReference {
  public:
   // A delay that nobody has measured may be up to this.

@@ -34,6 +34,24 @@ std::optional<Error> whyRefused(const CorrectionsConfig& config) {
   const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
   if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
     return Error{"sources names \"screw\", and machine.toml describes no screw: add [screw.X], or leave it out."};
+  if ((config.mask & bitOf(SourceKind::swivel)) != 0 && !config.swivel.fitted)
+    return Error{
+        "sources names \"swivel\", and machine.toml describes no head that swivels: add [swivel], or leave it "
+        "out."};
+  if ((config.mask & bitOf(SourceKind::rotary)) != 0 && !config.rotary.fitted())
+    return Error{
+        "sources names \"rotary\", and machine.toml describes no table that turns: add [rotary_table], or "
+        "leave it out."};
+  return std::nullopt;
+}
+
+std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result) {
+  if (result.empty()) return std::nullopt;
+  const auto rows = result.subspan(1);
+  if (const auto* swivel = std::get_if<SwivelActivated>(&result.front()))
+    return SwivelSource::whyUnfit(config.swivel, *swivel, rows);
+  if (const auto* rotary = std::get_if<RotaryActivated>(&result.front()))
+    return RotarySource::whyUnfit(config.rotary, *rotary, rows);
   return std::nullopt;
 }
 
@@ -43,6 +61,10 @@ Corrections::Corrections(const CorrectionsConfig& config)
                   AxisReference{config.references[2]}},
       screws_{ScrewSource{config.screws[0], 0}, ScrewSource{config.screws[1], 1}, ScrewSource{config.screws[2], 2}},
       centreline_{config.centreline},
+      angles_{RotaryAngle{config.angles[0]}, RotaryAngle{config.angles[1]}, RotaryAngle{config.angles[2]}},
+      tool_{config.tools},
+      swivel_{config.swivel},
+      rotary_{config.rotary},
       output_{config.limits},
       mask_{config.mask} {}
 
@@ -50,8 +72,9 @@ void Corrections::push(const Count& count) {
   references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
 }
 
-std::int32_t Corrections::screw_nm(Axis axis) const {
+std::optional<std::int32_t> Corrections::screw_nm(Axis axis, MonoTime now) const {
   const auto i = static_cast<std::size_t>(axis);
+  if (!screws_[i].extensionKnown(now)) return std::nullopt;
   const auto position_mm = references_[i].position_mm();
   return position_mm ? nanometres(screws_[i].offset_mm() + screws_[i].slope() * *position_mm) : 0;
 }
@@ -73,6 +96,7 @@ void Corrections::push(const SourceLost& lost) {
   if (!is_gone) return;
   if (lost.source == Source::encoders) {
     for (auto& reference : references_) reference.encoderLost();
+    for (auto& angle : angles_) angle.encoderLost();
   } else if (lost.source == Source::drift) {
     for (auto& screw : screws_) screw.sensorLost();
   }
@@ -80,6 +104,14 @@ void Corrections::push(const SourceLost& lost) {
 
 void Corrections::push(const AxisHomed& homed) {
   if (!references_[static_cast<std::size_t>(homed.axis)].homed(homed.position_mm)) ++refused_homings_;
+}
+
+void Corrections::push(const PoseTold& pose) {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    if ((unsigned{pose.axes} >> axis & 1U) == 0) continue;
+    if (!angles_[axis].told(pose.angles_rad[axis], pose.at)) ++refused_homings_;
+  }
+  tool_.told(pose);
 }
 
 void Corrections::push(const DelayActivated& activated) {
@@ -104,8 +136,13 @@ void Corrections::push(const SourcesEnabled& enabled) {
 }
 
 MachineTick Corrections::machineTick(const latch::Record& record, MonoTime at) {
-  MachineTick tick{
-      .at = at, .elapsed_s = ticked_at_ ? toSeconds(at - *ticked_at_) : 0, .position_mm = {}, .speed_mm_s = {}};
+  MachineTick tick{.at = at,
+                   .elapsed_s = ticked_at_ ? toSeconds(at - *ticked_at_) : 0,
+                   .position_mm = {},
+                   .speed_mm_s = {},
+                   .angles = {},
+                   .tool_length_mm = tool_.length_mm()};
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) tick.angles[axis] = angles_[axis].at(at);
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const auto counts = static_cast<double>(record.values[static_cast<std::size_t>(latch::Channel::x) + axis]);
     const double u_mm = counts * config_.references[axis].mm_per_count;
@@ -124,6 +161,8 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
   triggers_.tick(tick);
   for (auto& screw : screws_) screw.tick(tick);
   centreline_.tick(tick);
+  swivel_.tick(tick);
+  rotary_.tick(tick);
   const bool nothing_to_serve = mask_ == 0 && !was_valid_;
   if (const Sum now = sum(); now.any_invalid || nothing_to_serve) {
     output_.freeze();
@@ -137,7 +176,7 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
 void Corrections::include(Sum& sum, SourceKind kind, const HeldSource& source) const {
   auto& health = sum.health[static_cast<std::size_t>(kind)];
   health = std::max(health, source.health());
-  if ((mask_ & bitOf(kind)) == 0) return;
+  if (!sums(kind)) return;
   sum.any_invalid = sum.any_invalid || source.health() == Health::invalid;
   sum.any_held = sum.any_held || source.health() == Health::held;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) sum.value_mm[axis] += source.value()[axis];
@@ -149,9 +188,11 @@ Corrections::Sum Corrections::sum() const {
     if (screw.fitted()) include(sum, SourceKind::screw, screw.held());
   }
   include(sum, SourceKind::centreline, centreline_.held());
-  // Sources that this release does not compute say nothing, so their sum is not known.
-  for (const auto kind : {SourceKind::swivel, SourceKind::rotary})
-    sum.any_invalid = sum.any_invalid || (mask_ & bitOf(kind)) != 0;
+  include(sum, SourceKind::swivel, swivel_.held());
+  include(sum, SourceKind::rotary, rotary_.held());
+  // A head or a table that machine.toml does not describe says nothing, so the sum is not known.
+  sum.any_invalid = sum.any_invalid || (sums(SourceKind::swivel) && !swivel_.fitted()) ||
+                    (sums(SourceKind::rotary) && !rotary_.config().fitted());
   return sum;
 }
 
@@ -203,6 +244,8 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   if (now - arrived_ >= kSilence) {
     for (auto& screw : screws_) screw.doubtful(now);
     centreline_.doubtful(now);
+    swivel_.doubtful(now);
+    rotary_.doubtful(now);
   }
   const Sum sum = this->sum();
   if (sum.any_invalid) output_.freeze();
@@ -210,6 +253,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   beat(now);
   tick_since_advance_ = false;
   describeAxes();
+  describeRotary(now);
   snapshot_.at = now;
   snapshot_.last_trigger = triggers_.newest();
   snapshot_.unplaced_triggers = triggers_.unplaced();
@@ -242,7 +286,7 @@ void Corrections::describeAxes() {
                             .screw_slope = screw.slope()};
   }
   snapshot_.screw_sensors_good = any_screw && all_good;
-  snapshot_.referenced = neededAxesReferenced();
+  snapshot_.referenced = neededAxesReferenced() && neededAnglesKnown();
   snapshot_.centreline_calibrated = centreline_.calibrated();
   const auto z_mm = references_[static_cast<std::size_t>(Axis::z)].position_mm();
   snapshot_.centreline = {
@@ -251,16 +295,57 @@ void Corrections::describeAxes() {
       .here_mm = centreline_.calibrated() && z_mm ? centreline_.centreAt(*z_mm) : std::array<double, 2>{}};
 }
 
+void Corrections::describeRotary(MonoTime now) {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    const auto& angle = angles_[axis];
+    const auto named = static_cast<RotaryAxis>(axis);
+    const auto stands = angle.at(now);
+    const auto& in_force = rotary_.inForce(named);
+    const auto errors = rotary_.errorsAt(named, stands.rad);
+    auto& state = snapshot_.rotary[axis];
+    state = {.described = angle.described(),
+             .known = angle.known(),
+             .doubtful = stands.doubtful,
+             .angle_rad = stands.rad.value_or(0),
+             .last_fault = angle.reference().lastFault(),
+             .reference_losses = angle.reference().losses(),
+             .result_id = in_force.result_id,
+             .has_errors = errors.has_value(),
+             .errors = {},
+             .sd_errors = in_force.sd};
+    for (std::size_t i = 0; errors && i < state.errors.size(); ++i)
+      state.errors[i] = (*errors)[static_cast<Eigen::Index>(i)];
+  }
+  const auto health = swivel_.held().health();
+  const bool says = health == Health::good || health == Health::held;
+  snapshot_.swivel = {.result_id = swivel_.resultId(),
+                      .error_mm = says ? swivel_.held().value() : Vector{},
+                      .tool = tool_.number(),
+                      .has_tool_length = tool_.length_mm().has_value(),
+                      .tool_length_mm = tool_.length_mm().value_or(0)};
+}
+
 // Where no source needs any, all axes count.
 bool Corrections::neededAxesReferenced() const {
   std::array<bool, kLinearAxes> needed{};
-  if ((mask_ & bitOf(SourceKind::screw)) != 0) {
+  if (sums(SourceKind::screw)) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) needed[axis] = screws_[axis].fitted();
   }
-  if ((mask_ & bitOf(SourceKind::centreline)) != 0) needed[static_cast<std::size_t>(Axis::z)] = true;
-  const bool none = !needed[0] && !needed[1] && !needed[2];
+  if (sums(SourceKind::rotary)) needed = {true, true, true};
+  if (sums(SourceKind::centreline)) needed[static_cast<std::size_t>(Axis::z)] = true;
+  const bool none = !sums(SourceKind::swivel) && !needed[0] && !needed[1] && !needed[2];
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((needed[axis] || none) && !references_[axis].referenced()) return false;
+  }
+  return true;
+}
+
+bool Corrections::neededAnglesKnown() const {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    const auto named = static_cast<RotaryAxis>(axis);
+    const bool swivels = sums(SourceKind::swivel) && swivel_.fitted() && swivel_.axis() == named;
+    const bool turns = sums(SourceKind::rotary) && rotary_.config().turnsBy(named);
+    if ((swivels || turns) && !angles_[axis].known()) return false;
   }
   return true;
 }

@@ -2,13 +2,18 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "firmware/corrections/axis_reference.hpp"
 #include "firmware/corrections/centreline_source.hpp"
 #include "firmware/corrections/output.hpp"
+#include "firmware/corrections/rotary_angle.hpp"
+#include "firmware/corrections/rotary_source.hpp"
 #include "firmware/corrections/screw_source.hpp"
 #include "firmware/corrections/served.hpp"
 #include "firmware/corrections/snapshot.hpp"
+#include "firmware/corrections/swivel_source.hpp"
+#include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/corrections/trigger_log.hpp"
 #include "firmware/latch/record.hpp"
 #include "protocol/units/outcome.hpp"
@@ -27,11 +32,18 @@ struct CorrectionsConfig {
   std::array<OutputLimits, kLinearAxes> limits{};
   std::array<ScrewConfig, kLinearAxes> screws{};
   CentrelineConfig centreline{};
+  std::array<RotaryAngleConfig, kRotaryAxes> angles{};
+  ToolsConfig tools{};
+  SwivelConfig swivel{};
+  RotaryConfig rotary{};
   std::uint16_t mask{};  // sources that are summed at the start
 };
 
 // Says which value cannot be used and what could be; nothing when the configuration is good.
 std::optional<Error> whyRefused(const CorrectionsConfig& config);
+
+// Why a result, told by these events, cannot come into force under that configuration; nothing when it can.
+std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result);
 
 // Results in force and events -> what the CNC reads. Starts with valid = 0; a source without its inputs is invalid,
 // never zero; a doubtful one is held for its T_hold; then the value stands still and is not valid.
@@ -46,6 +58,7 @@ class Corrections {
   explicit Corrections(const CorrectionsConfig& config);
 
   void push(const Count& count);
+  void push(const AngleCount& count) { angles_[static_cast<std::size_t>(count.axis)].push(count); }
   void push(const Edge& edge);  // index, trigger and inhibit lines
   void push(const Drift& drift) { screws_[static_cast<std::size_t>(drift.axis)].push(drift); }
   void push(const SourceLost& lost);
@@ -53,6 +66,10 @@ class Corrections {
   void push(const DelayActivated& activated);
   void push(const CentrelineActivated& activated) { centreline_.push(activated); }
   void push(const ScrewActivated& activated) { screws_[static_cast<std::size_t>(activated.axis)].push(activated); }
+  void push(const SwivelActivated& activated) { swivel_.push(activated); }
+  void push(const RotaryActivated& activated) { rotary_.push(activated); }
+  void push(const ErrorsAtAngle& row) { swivel_.push(row), rotary_.push(row); }
+  void push(const PoseTold& pose);
   void push(const CutInhibit& inhibit);
   void push(const StandingRestored& standing) { output_.standAt(standing.correction_mm); }
   void push(const SourcesEnabled& enabled);
@@ -64,10 +81,13 @@ class Corrections {
   void advance(MonoTime now, const TickMap& map, const Ledger& ledger);
 
   const Snapshot& snapshot() const { return snapshot_; }
+  // The triggers, one after the other, as soon as the machine's position at them is known.
+  std::optional<TriggerStamp> nextTrigger() { return triggers_.next(); }
+  std::uint32_t nextTriggerNumber() const { return triggers_.nextNumber(); }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
   // What its warm screw asks for where the axis is now, by the last extension that was believed, whether it is summed
-  // and served or not; 0 for an axis without a screw or a reference.
-  std::int32_t screw_nm(Axis axis) const;
+  // and served or not; 0 for an axis without a screw or a reference. Nothing where that extension is older than T_hold.
+  std::optional<std::int32_t> screw_nm(Axis axis, MonoTime now) const;
 
  private:
   struct Sum {
@@ -80,16 +100,23 @@ class Corrections {
   MachineTick machineTick(const latch::Record& record, MonoTime at);
   Sum sum() const;
   void include(Sum& sum, SourceKind kind, const HeldSource& source) const;
+  bool sums(SourceKind kind) const { return (mask_ & bitOf(kind)) != 0; }
   void inhibit();
   void serve(MonoTime now, const Sum& sum);
   void beat(MonoTime now);
   void describeAxes();
+  void describeRotary(MonoTime now);
   bool neededAxesReferenced() const;
+  bool neededAnglesKnown() const;
 
   CorrectionsConfig config_;
   std::array<AxisReference, kLinearAxes> references_;
   std::array<ScrewSource, kLinearAxes> screws_;
   CentrelineSource centreline_;
+  std::array<RotaryAngle, kRotaryAxes> angles_;
+  ToolInSpindle tool_;
+  SwivelSource swivel_;
+  RotarySource rotary_;
   Output output_;
   ServedHistory history_;
   TriggerLog triggers_;

@@ -44,14 +44,18 @@ std::optional<double> ScrewSource::freshReading(MonoTime now) {
       extension_um >= config_.limits.least_extension_um && extension_um <= config_.limits.greatest_extension_um;
   fault_ = inside ? SensorFault::none : SensorFault::out_of_range;
   if (!inside) return std::nullopt;
-  extension_um_ = extension_um;
+  believed_at_ = now;
   return reading_um_;
 }
 
 void ScrewSource::tick(const MachineTick& tick) {
   if (!config_.fitted) return;
   const auto sensor_um = freshReading(tick.at);
-  if (!tick.position_mm[axis_]) return held_.invalid();
+  if (!tick.position_mm[axis_]) {
+    // Nobody knows which part of the face the sensor looks at.
+    if (sensor_um) extension_um_ = *sensor_um - model_.reference_um;
+    return held_.invalid();
+  }
   const double position_mm = *tick.position_mm[axis_];
   const auto output =
       compensator_.step({.position_mm = position_mm,
@@ -60,9 +64,14 @@ void ScrewSource::tick(const MachineTick& tick) {
                          .sensor_um = sensor_um},
                         tick.elapsed_s);
   if (output.held) return held_.doubtful(tick.at);
+  extension_um_ = output.extension_um;
   Vector value{};
   value[axis_] = output.compensation_um * 1e-3;
   held_.good(value);
+}
+
+bool ScrewSource::extensionKnown(MonoTime now) const {
+  return !config_.fitted || (believed_at_ && now - *believed_at_ <= config_.hold);
 }
 
 double ScrewSource::offset_mm() const {

@@ -40,8 +40,10 @@ class ScrewSource {
   bool fitted() const { return config_.fitted; }
   SensorFault fault() const { return fault_; }
   bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
-  // The last one that was believed; 0 before.
+  // The last one that was believed, what the face of the screw added taken out; 0 before.
   double extension_um() const { return extension_um_; }
+  // Whether that is at most T_hold old. A screw without a sensor has none that anybody could ask for.
+  bool extensionKnown(MonoTime now) const;
   // The correction as a line over the axis position, for controllers that compensate by position: at 0 mm, and per mm.
   double offset_mm() const;
   double slope() const;
@@ -56,6 +58,7 @@ class ScrewSource {
   HeldSource held_;
   std::optional<double> reading_um_;
   double extension_um_{};
+  std::optional<MonoTime> believed_at_;
   MonoTime reading_at_{};
   SensorFault fault_{};
 };

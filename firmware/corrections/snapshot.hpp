@@ -47,6 +47,29 @@ struct AxisState {
   double screw_slope{};      // mm of correction per mm
 };
 
+// One rotary axis: how it stands, and its errors there.
+struct RotaryAxisState {
+  bool described{};
+  bool known{};        // it has its reference, or was told
+  bool doubtful{};     // nobody has said so for too long
+  double angle_rad{};  // when known
+  ReferenceFault last_fault{};
+  std::uint32_t reference_losses{};
+  std::uint64_t result_id{};          // in force about it; 0: none
+  bool has_errors{};                  // at this angle
+  std::array<double, 6> errors{};     // mm along X Y Z and rad about them
+  std::array<double, 6> sd_errors{};  // standard deviation (k = 1), the largest of all angles
+};
+
+// The head that swivels, and the tool in it.
+struct SwivelState {
+  std::uint64_t result_id{};  // in force; 0: none
+  Vector error_mm{};          // what it adds; 0 unless good or held
+  std::uint32_t tool{};       // as told last, 0 for none
+  bool has_tool_length{};
+  double tool_length_mm{};
+};
+
 // The last calibration, for a controller that has no screen of its own.
 enum class CalibrationState : std::uint16_t {
   idle = 0,
@@ -79,6 +102,8 @@ struct Snapshot {
   std::array<AxisState, kLinearAxes> axes{};
   DelayInForce delay{};
   CentrelineInForce centreline{};
+  std::array<RotaryAxisState, kRotaryAxes> rotary{};
+  SwivelState swivel{};
   TriggerStamp last_trigger{};
   std::uint32_t unplaced_triggers{};
   std::uint32_t refused_homings{};

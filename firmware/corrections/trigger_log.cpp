@@ -16,14 +16,25 @@ void TriggerLog::push(const Edge& edge, const Served& served) {
     ++unplaced_;
     return;
   }
-  waiting_[end_++ % kWaiting] = TriggerStamp{
-      .number = count_, .line = edge.line, .at = edge.at, .has_position = {}, .position_mm = {}, .served = served};
+  if (end_ - given_ == kWaiting) ++given_;
+  waiting_[end_++ % kWaiting] = TriggerStamp{.number = count_,
+                                             .line = edge.line,
+                                             .line_sequence = edge.line_sequence,
+                                             .at = edge.at,
+                                             .has_position = {},
+                                             .position_mm = {},
+                                             .served = served};
   placeWaiting();
 }
 
 void TriggerLog::tick(const MachineTick& tick) {
   ticks_[tick_count_++ % kTicks] = tick;
   placeWaiting();
+}
+
+std::optional<TriggerStamp> TriggerLog::next() {
+  if (given_ == first_) return std::nullopt;
+  return waiting_[given_++ % kWaiting];
 }
 
 void TriggerLog::placeWaiting() {

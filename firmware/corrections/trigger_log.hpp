@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
@@ -13,6 +14,7 @@ namespace probebox::corrections {
 struct TriggerStamp {
   std::uint32_t number{};  // from 1; 0: there was none
   std::uint8_t line{};
+  std::uint32_t line_sequence{};
   MonoTime at{};
   std::array<bool, kLinearAxes> has_position{};
   std::array<double, kLinearAxes> position_mm{};  // machine position, the correction in it
@@ -27,6 +29,11 @@ class TriggerLog {
 
   // The last one that could be placed, or could not for good.
   const TriggerStamp& newest() const { return newest_; }
+  // All of them, one after the other; the oldest of many that nobody takes is left out, and so is one that finds too
+  // many waiting: their numbers tell.
+  std::optional<TriggerStamp> next();
+  // Of the first one that next() may still give: all before it were given, or left out.
+  std::uint32_t nextNumber() const { return given_ < end_ ? waiting_[given_ % kWaiting].number : count_ + 1; }
   std::uint32_t unplaced() const { return unplaced_; }  // too many between two ticks, or no ticks around them
 
  private:
@@ -37,7 +44,7 @@ class TriggerLog {
   bool place(TriggerStamp& stamp) const;
 
   std::array<TriggerStamp, kWaiting> waiting_{};
-  std::size_t first_{}, end_{};
+  std::size_t given_{}, first_{}, end_{};  // of the ring: not given yet, not placed yet
   std::uint32_t count_{};
   std::uint32_t unplaced_{};
   TriggerStamp newest_;

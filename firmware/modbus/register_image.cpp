@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace probebox::modbus {
 namespace {
@@ -55,6 +56,7 @@ void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order)
   putAxes(snapshot);
   putTrigger(snapshot.last_trigger);
   put(address::triggers_unplaced, snapshot.unplaced_triggers & 0xFFFFU);
+  putRotary(snapshot);
   putState(snapshot);
 }
 
@@ -102,6 +104,32 @@ void RegisterImage::putAxes(const corrections::Snapshot& snapshot) {
     put(address::screw_fault + axis, state.has_screw ? static_cast<double>(state.sensor_fault) : 0);
   }
   put(address::axes_referenced, referenced);
+}
+
+void RegisterImage::putRotary(const corrections::Snapshot& snapshot) {
+  unsigned known = 0, doubtful = 0, with_errors = 0;
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    const auto& state = snapshot.rotary[axis];
+    const unsigned bit = 1U << axis;
+    if (state.known) known |= bit;
+    if (state.doubtful) doubtful |= bit;
+    if (state.has_errors) with_errors |= bit;
+    put(address::angle + 2 * axis, state.known ? state.angle_rad * 180 / std::numbers::pi : 0);
+    put(address::rotary_result + 2 * axis, modulo32(state.result_id));
+    for (std::size_t i = 0; i < state.errors.size(); ++i) {
+      const std::size_t offset = 2 * (axis * state.errors.size() + i);
+      put(address::rotary_errors + offset, state.has_errors ? state.errors[i] : 0);
+      put(address::rotary_errors_sd + offset, state.sd_errors[i]);
+    }
+  }
+  put(address::angles_known, known);
+  put(address::angles_doubtful, doubtful);
+  put(address::rotary_known, with_errors);
+  const auto& swivel = snapshot.swivel;
+  put(address::tool, swivel.tool);
+  put(address::tool_length, swivel.tool_length_mm);
+  put(address::swivel_result, modulo32(swivel.result_id));
+  putTriple(address::swivel_error, swivel.error_mm, 1);
 }
 
 void RegisterImage::putTrigger(const corrections::TriggerStamp& trigger) {

@@ -32,6 +32,7 @@ class RegisterImage {
   void putCentreline(const corrections::CentrelineInForce& centreline);
   void putAxes(const corrections::Snapshot& snapshot);
   void putTrigger(const corrections::TriggerStamp& trigger);
+  void putRotary(const corrections::Snapshot& snapshot);
   void putState(const corrections::Snapshot& snapshot);
 
   std::array<std::uint16_t, kRegisterCount> image_{};

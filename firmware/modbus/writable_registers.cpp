@@ -8,6 +8,7 @@ namespace probebox::modbus {
 namespace {
 
 constexpr double kMostDegrees = 3600;
+constexpr double kMostToolLength_mm = 2000;
 
 double valueAt(std::size_t address, std::span<const std::uint16_t> words) {
   const auto order = static_cast<WordOrder>(words[address::word_order]);
@@ -46,6 +47,10 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
           .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
     }
   }
+  if (changed(address::pose_commit)) {
+    if (const auto refusal = checkPose(words)) return *refusal;
+    asked.push_back(poseOf(words));
+  }
   words_ = words;
   return asked;
 }
@@ -57,6 +62,7 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::marker_at_rest] > 1) return refuse("at rest is 0 or 1");
   if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
   if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");
+  if (words[address::pose_told] > 15) return refuse("what a pose tells are bits 0 to 3");
   return std::nullopt;
 }
 
@@ -78,6 +84,30 @@ std::optional<WriteRefusal> WritableRegisters::checkMarker(const Words& words) {
     return WriteRefusal{ExceptionCode::illegal_value, "an angle of a marker is from -3600 to 3600 degrees"};
   }
   return std::nullopt;
+}
+
+std::optional<WriteRefusal> WritableRegisters::checkPose(const Words& words) {
+  if (words[address::pose_commit] == 0)
+    return WriteRefusal{ExceptionCode::illegal_value, "a pose is committed by a number from 1 to 65535"};
+  if (words[address::pose_told] == 0)
+    return WriteRefusal{ExceptionCode::illegal_value, "register 246 says that the pose tells nothing"};
+  const double length_mm = valueAt(address::pose_tool_length, words);
+  if (length_mm < 0 || length_mm > kMostToolLength_mm)
+    return WriteRefusal{ExceptionCode::illegal_value, "the length of a tool is from 0 to 2000 mm"};
+  return std::nullopt;
+}
+
+PoseTold WritableRegisters::poseOf(const Words& words) {
+  const unsigned told = words[address::pose_told];
+  PoseTold pose{.axes = static_cast<std::uint8_t>(told & 7U),
+                .angles_rad = {},
+                .has_tool = (told & 8U) != 0,
+                .tool = words[address::pose_tool],
+                .tool_length_mm = valueAt(address::pose_tool_length, words),
+                .at = {}};
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
+    pose.angles_rad[axis] = valueAt(address::pose_angle + 2 * axis, words) * std::numbers::pi / 180;
+  return pose;
 }
 
 Marker WritableRegisters::markerOf(const Words& words) {

@@ -21,11 +21,13 @@ struct WriteRefusal {
   std::string_view reason;
 };
 
-// What the master of one line has written: word order, inhibit, and the marker and homing that it is putting together.
+// What the master of one line has written: word order, inhibit, and the marker, homing and pose that it is putting
+// together.
 class WritableRegisters {
  public:
-  // Takes the whole write, or refuses it and changes nothing. Gives what it asks of the box: a marker or homed axes
-  // when their commit register was written, and a change of the inhibit register. The stamps are the caller's to set.
+  // Takes the whole write, or refuses it and changes nothing. Gives what it asks of the box: a marker, homed axes or a
+  // pose when their commit register was written, and a change of the inhibit register. The stamps are the caller's to
+  // set.
   Outcome<std::vector<Event>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
 
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
@@ -38,6 +40,8 @@ class WritableRegisters {
   static std::optional<WriteRefusal> check(const Words& words);
   static std::optional<WriteRefusal> checkMarker(const Words& words);
   static std::optional<WriteRefusal> checkHoming(const Words& words);
+  static std::optional<WriteRefusal> checkPose(const Words& words);
+  static PoseTold poseOf(const Words& words);
   static Marker markerOf(const Words& words);
 
   Words words_{};

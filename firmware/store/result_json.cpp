@@ -3,6 +3,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "firmware/metrology/weakest.hpp"
+
 namespace probebox::store {
 namespace {
 
@@ -92,6 +94,7 @@ metrology::Result result(const Json& json) {
   if (json.contains("covariance")) {
     const auto& covariance = json.at("covariance");
     all.covariance = {covariance.at("components").get<std::vector<std::string>>(), numbers(covariance.at("values"))};
+    all.weakest = metrology::weakestOf(*all.covariance);
   }
   all.convention = json.value("convention", std::string{});
   all.warnings = json.at("warnings").get<std::vector<std::string>>();

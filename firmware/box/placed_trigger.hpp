@@ -1,0 +1,18 @@
+#pragma once
+#include <cstdint>
+
+#include "firmware/corrections/trigger_log.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::box {
+
+// A trigger on the master clock: the last tick before it, and what of the next one had passed.
+struct PlacedTrigger {
+  corrections::TriggerStamp stamp;
+  Tick tick{};
+  std::uint32_t phase_q32{};
+  std::uint32_t sigma_ns{};
+  ClockState clock_state{};
+};
+
+}  // namespace probebox::box

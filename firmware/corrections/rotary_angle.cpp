@@ -1,0 +1,42 @@
+#include "firmware/corrections/rotary_angle.hpp"
+
+#include <numbers>
+
+namespace probebox::corrections {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+}  // namespace
+
+void RotaryAngle::push(const AngleCount& count) {
+  if (!config_.described || config_.from != AngleFrom::encoder) return;
+  reference_.push(count.at, count.counts);
+  heard_at_ = count.at;
+}
+
+bool RotaryAngle::told(double angle_rad, MonoTime at) {
+  if (!config_.described) return true;
+  if (config_.from == AngleFrom::controller) {
+    told_rad_ = angle_rad;
+    heard_at_ = at;
+    return true;
+  }
+  const bool tells_itself = config_.reference.by == ReferenceBy::absolute && reference_.referenced();
+  // A controller that goes on telling where the axis is while it turns references nothing, and does no harm.
+  return tells_itself || reference_.homed(angle_rad / kDegree) || reference_.referenced();
+}
+
+bool RotaryAngle::known() const {
+  if (!config_.described) return false;
+  return config_.from == AngleFrom::controller ? told_rad_.has_value() : reference_.position_mm().has_value();
+}
+
+AngleNow RotaryAngle::at(MonoTime now) const {
+  if (!known()) return {};
+  const bool is_encoder = config_.from == AngleFrom::encoder;
+  return {.rad = is_encoder ? *reference_.position_mm() * kDegree : *told_rad_,
+          .doubtful = config_.stale > Nanoseconds{} && now - heard_at_ > config_.stale};
+}
+
+}  // namespace probebox::corrections

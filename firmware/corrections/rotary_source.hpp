@@ -1,0 +1,72 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <span>
+
+#include "firmware/corrections/held_source.hpp"
+#include "firmware/corrections/incoming_table.hpp"
+#include "firmware/corrections/machine_tick.hpp"
+#include "firmware/metrology/rotary_correction.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::corrections {
+
+// The table that turns, as machine.toml describes it.
+struct RotaryConfig {
+  std::size_t count{};                          // of the axes; 0: there is no such table
+  std::array<RotaryAxis, kRotaryAxes> chain{};  // from the base outwards
+  metrology::Between between{metrology::Between::linear};
+  bool at_tip{};                    // the tool's length moves the point that is corrected
+  Vector tool_direction{0, 0, -1};  // from the spindle to the tip
+  double measured_length_mm{};      // of the tool that the axes were measured with
+  Nanoseconds hold{std::chrono::seconds{5}};
+
+  bool fitted() const { return count > 0; }
+  bool turnsBy(RotaryAxis axis) const;
+};
+
+// What the errors of a table's axes add to the command, where the tool is now: + [delta + eps x p] of all links
+// (docs/metrology.md, (F2)). It needs a result in force for every axis, all angles, all positions, and where the tip
+// counts the tool's length.
+class RotarySource {
+ public:
+  explicit RotarySource(const RotaryConfig& config);
+
+  // Says why a result cannot come into force; nothing for one that can.
+  static std::optional<Error> whyUnfit(const RotaryConfig& config, const RotaryActivated& activated,
+                                       std::span<const Event> rows);
+
+  void push(const RotaryActivated& activated);
+  void push(const ErrorsAtAngle& row);
+  void tick(const MachineTick& tick);
+  void doubtful(MonoTime now) {
+    if (config_.fitted()) held_.doubtful(now);
+  }
+
+  const HeldSource& held() const { return held_; }
+  const RotaryConfig& config() const { return config_; }
+  // In force about the axis; result_id 0: none.
+  const RotaryActivated& inForce(RotaryAxis axis) const { return axes_[static_cast<std::size_t>(axis)].in_force; }
+  // Its errors at an angle: mm along and rad about X, Y, Z. Nothing where nobody has measured.
+  std::optional<metrology::SixErrors> errorsAt(RotaryAxis axis, std::optional<double> angle_rad) const;
+
+ private:
+  // A result on its way, and the one in force.
+  struct AxisErrors {
+    RotaryActivated coming;
+    IncomingTable<6> table;
+    RotaryActivated in_force;
+    metrology::CalibratedAxis calibrated;
+  };
+
+  void chainUp();
+  Eigen::Vector3d toolPoint(const MachineTick& tick) const;
+
+  RotaryConfig config_;
+  HeldSource held_;
+  std::array<AxisErrors, kRotaryAxes> axes_;
+  std::optional<metrology::RotaryCorrection> correction_;  // nothing unless every axis has a result in force
+};
+
+}  // namespace probebox::corrections

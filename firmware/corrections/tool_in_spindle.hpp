@@ -1,0 +1,53 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "protocol/events/event.hpp"
+
+namespace probebox::corrections {
+
+inline constexpr std::size_t kMostTools = 64;
+
+struct ToolLength {
+  std::uint32_t number{};
+  double length_mm{};
+};
+
+// The tools that machine.toml knows.
+struct ToolsConfig {
+  std::size_t count{};
+  std::array<ToolLength, kMostTools> lengths{};
+};
+
+// The tool that the controller says is in the spindle: nobody else knows it, so after a start there is none.
+class ToolInSpindle {
+ public:
+  explicit ToolInSpindle(const ToolsConfig& config) : config_{config} {}
+
+  void told(const PoseTold& pose) {
+    if (pose.has_tool) number_ = pose.tool, length_mm_ = lengthOf(pose);
+  }
+
+  std::uint32_t number() const { return number_; }  // 0: none
+  // Nothing without a tool, and for one whose length neither the controller nor machine.toml tells.
+  std::optional<double> length_mm() const { return length_mm_; }
+
+ private:
+  std::optional<double> lengthOf(const PoseTold& pose) const {
+    if (pose.tool == 0) return std::nullopt;
+    if (pose.tool_length_mm > 0) return pose.tool_length_mm;
+    const std::span known{config_.lengths.data(), config_.count};
+    const auto found = std::ranges::find(known, pose.tool, &ToolLength::number);
+    return found == known.end() ? std::nullopt : std::optional{found->length_mm};
+  }
+
+  ToolsConfig config_;
+  std::uint32_t number_{};
+  std::optional<double> length_mm_;
+};
+
+}  // namespace probebox::corrections
