@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "firmware/metrology/result.hpp"
 #include "protocol/units/outcome.hpp"
@@ -20,8 +19,8 @@ inline constexpr std::size_t kMostAngles = 72;
 // How a table is read between its angles: straight lines, or the harmonics that the angles can tell apart.
 enum class Between { linear, fourier };
 
-// Errors by angle of a rotary axis, as a function of any angle ((E8) in docs/metrology.md). Made once; reading it
-// allocates nothing. kWidth: how many errors stand at an angle.
+// Errors by angle of a rotary axis, as a function of any angle ((E8) in docs/metrology.md). Neither making nor reading
+// it allocates anything. kWidth: how many errors stand at an angle.
 template <int kWidth>
 class AngleTable {
  public:
@@ -67,7 +66,9 @@ std::optional<Refusal> AngleTable<kWidth>::bad(std::span<const double> angles, s
   }
   for (std::size_t k = 0; k < angles.size(); ++k) {
     if (!std::isfinite(angles[k]) || !rows[k].allFinite()) {
-      return Refusal{"not-finite", "row " + std::to_string(k + 1) + " of the table by angle is not a finite number"};
+      return Refusal{"not-finite",
+                     "row " + std::to_string(k + 1) +
+                         " of the table by angle is not a finite number: measure that angle again, or leave it out"};
     }
   }
   return std::nullopt;
@@ -77,7 +78,8 @@ template <int kWidth>
 Outcome<AngleTable<kWidth>, Refusal> AngleTable<kWidth>::make(std::span<const double> angles, std::span<const Row> rows,
                                                               Between between) {
   if (auto refusal = bad(angles, rows)) return *refusal;
-  std::vector<std::size_t> order(angles.size());
+  std::array<std::size_t, kMostAngles> all{};
+  const std::span order{all.data(), angles.size()};
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::ranges::sort(order, {}, [&](std::size_t k) { return withinTurn(angles[k]); });
   AngleTable table;

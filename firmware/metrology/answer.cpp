@@ -1,5 +1,6 @@
 #include "firmware/metrology/answer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,7 +11,8 @@ std::vector<double> listOf(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-constexpr std::size_t kMostRows = 600;  // of residuals that are told
+constexpr std::size_t kMostRows = 600;          // of residuals that are told
+constexpr Eigen::Index kMostInCovariance = 60;  // numbers of one value
 
 // Roots of the diagonal of J C J'.
 std::vector<double> rootsOf(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
@@ -40,15 +42,30 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
 Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
     : promised_{Eigen::MatrixXd::Zero(0, fit.parameters.size())} {
   result_.method = dataset.method;
-  const auto rows = static_cast<double>(fit.residuals.size());
-  result_.rms = std::sqrt(fit.sumOfSquares() / rows) * sigma.value;
   result_.dof = fit.dof;
   result_.condition = fit.condition;
   result_.design_per = "one coordinate of one reading, mm";
   result_.residuals.unit = "mm";
   cofactor_ = fit.cofactor / (sigma.value * sigma.value);
   residuals_ = fit.residuals * sigma.value;
-  if (const auto scale = scaleOf(fit, sigma, result_)) covariance_ = fit.cofactor * (*scale * *scale);
+  dropped_ = fit.dropped;
+  readingRows(residuals_.size());
+  const auto scale = scaleOf(fit, sigma, result_);
+  if (!scale) return;
+  covariance_ = fit.cofactor * (*scale * *scale);
+  reading_sd_ = *scale * sigma.value;
+}
+
+void Answer::readingRows(Eigen::Index count) {
+  double squares = residuals_.head(count).squaredNorm();
+  auto used = static_cast<double>(count);
+  for (const auto dropped : dropped_) {
+    const auto row = static_cast<Eigen::Index>(dropped);
+    if (row >= count) continue;
+    squares -= residuals_[row] * residuals_[row];
+    used -= 1.0;
+  }
+  result_.rms = std::sqrt(std::max(squares, 0.0) / used);
 }
 
 std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {
@@ -68,6 +85,7 @@ std::optional<double> Answer::sdOf(const Eigen::RowVectorXd& jacobian) const {
 }
 
 void Answer::remember(const std::string& key, Shape shape, std::size_t columns, const Eigen::MatrixXd& jacobian) {
+  if (jacobian.rows() > kMostInCovariance) return;
   promised_.conservativeResize(promised_.rows() + jacobian.rows(), Eigen::NoChange);
   promised_.bottomRows(jacobian.rows()) = jacobian;
   for (std::size_t k = 0; k < static_cast<std::size_t>(jacobian.rows()); ++k) {
@@ -100,6 +118,11 @@ void Answer::alsoScalar(std::string key, double value, const Eigen::RowVectorXd&
 
 void Answer::alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian) {
   result_.also.push_back(with(Estimate::vector(std::move(key), listOf(values), {}), jacobian));
+}
+
+void Answer::alsoMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values,
+                        const Eigen::MatrixXd& jacobian) {
+  result_.also.push_back(with(Estimate::matrix(std::move(key), columns, listOf(values), {}), jacobian));
 }
 
 void Answer::warn(std::string sentence) {
@@ -136,7 +159,7 @@ void Answer::readingIs(std::string what, std::string unit) {
 }
 
 Result Answer::take(bool with_covariance) && {
-  if (with_covariance && covariance_.size() > 0) {
+  if (with_covariance && covariance_.size() > 0 && !components_.empty()) {
     const Eigen::MatrixXd covariance = promised_ * covariance_ * promised_.transpose();
     result_.covariance = Covariance{components_, {}};
     for (const double entry : covariance.reshaped<Eigen::RowMajor>()) result_.covariance->values.push_back(entry);

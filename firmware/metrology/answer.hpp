@@ -30,6 +30,7 @@ class Answer {
   // The same for what was found on the way.
   void alsoScalar(std::string key, double value, const Eigen::RowVectorXd& jacobian);
   void alsoVector(std::string key, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
+  void alsoMatrix(std::string key, std::size_t columns, const Eigen::VectorXd& values, const Eigen::MatrixXd& jacobian);
   void warn(std::string sentence);
 
   // Where the readings stand, for a picture of the residuals: `parts` rows of the fit to each row of the table, in the
@@ -39,6 +40,8 @@ class Answer {
                 double sense = -1.0);
   // The same for a linear fit whose rows come from several tables.
   void readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against);
+  // How many rows of the fit, the first, are readings: what else it holds are conditions, which rms leaves out.
+  void readingRows(Eigen::Index count);
   // What one reading is, and its unit, where it is not one coordinate in mm.
   void readingIs(std::string what, std::string unit);
 
@@ -46,6 +49,9 @@ class Answer {
   Result take(bool with_covariance) &&;
   Result& result() { return result_; }
 
+  // The sd of one reading: the stated one, widened where the residuals are worse, or that of the residuals; nothing
+  // where nobody knows it.
+  std::optional<double> readingSd() const { return reading_sd_; }
   // The sd of a combination of the parameters.
   std::optional<double> sdOf(const Eigen::RowVectorXd& jacobian) const;
 
@@ -58,7 +64,9 @@ class Answer {
   Eigen::MatrixXd covariance_;  // of the parameters; empty when it is unknown
   Eigen::MatrixXd cofactor_;    // of the parameters, for readings of unit sigma
   Eigen::VectorXd residuals_;   // as fitted, in the unit of the readings
-  Eigen::MatrixXd promised_;    // rows of the promised values
+  std::vector<std::size_t> dropped_;
+  std::optional<double> reading_sd_;
+  Eigen::MatrixXd promised_;  // rows of the promised values
   std::vector<std::string> components_;
 };
 

@@ -1,9 +1,11 @@
 #include "firmware/metrology/ball_readings.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "firmware/metrology/checks.hpp"
 
@@ -11,6 +13,7 @@ namespace probebox::metrology {
 namespace {
 
 constexpr double kSameAngle = 1e-6;        // rad
+constexpr double kRadiusSeen = 0.01;       // of the touches on a shank, least over greatest
 constexpr double kInflationLimit = 400.0;  // |sin(alpha/2)| < 0.05 for two readings
 
 template <class Angle>
@@ -51,6 +54,68 @@ std::optional<Refusal> slopeHidden(const BallModel& model, Turned turned) {
   return std::nullopt;
 }
 
+// Whether the touches of a shank tell its radius from its run-out. Where it always met the ball with the same two
+// points of itself, as (B16) has it, they do not, and need not: the run-out then holds both.
+bool radiusSeen(std::span<const BallReading> readings, std::size_t set) {
+  Eigen::Matrix3d seen = Eigen::Matrix3d::Zero();
+  for (const auto& reading : readings) {
+    if (reading.set != set || !reading.shank_side) continue;
+    const Eigen::Vector2d on_shank = turn(-reading.spindle) * *reading.shank_side;
+    const Eigen::Vector3d row{on_shank.x(), on_shank.y(), 1.0};
+    seen += row * row.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread{seen, Eigen::EigenvaluesOnly};
+  return spread.eigenvalues()[0] > kRadiusSeen * spread.eigenvalues()[2];
+}
+
+// Which unknown stands where: o, k, then the arms, the styli and the radii of the shanks.
+class Columns {
+ public:
+  Columns(std::span<const BallReading> readings, const BallModel& model, Turned turned) : sloped_{model.sloped} {
+    const std::size_t sets = 1 + std::ranges::max(readings, {}, &BallReading::set).set;
+    const bool merged = turned == Turned::together;
+    const auto add = [this](std::size_t vectors) {
+      return std::exchange(count_, count_ + static_cast<Eigen::Index>(2 * vectors));
+    };
+    add(sloped_ ? 2 : 1);
+    arm_per_set_ = model.arm_per_set || (merged && model.stylus_per_set);
+    stylus_per_set_ = model.stylus_per_set;
+    if (turned != Turned::spindle_only) arms_ = add(arm_per_set_ ? sets : 1);
+    if (turned == Turned::both || turned == Turned::spindle_only) styli_ = add(stylus_per_set_ ? sets : 1);
+    for (std::size_t set = 0; set < sets; ++set) {
+      if (radiusSeen(readings, set)) radii_.emplace(set, count_++);
+    }
+  }
+
+  Eigen::Index count() const { return count_; }
+  Eigen::Index arms() const { return arms_; }
+  Eigen::Index styli() const { return styli_; }
+
+  // d (x, y) / d unknowns. Shape: 2 x count().
+  Eigen::MatrixXd rowsOf(const BallReading& reading) const {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, count_);
+    const auto at = [&](Eigen::Index first, bool per_set) {
+      return first + static_cast<Eigen::Index>(per_set ? 2 * reading.set : 0);
+    };
+    rows.leftCols<2>().setIdentity();
+    if (sloped_) rows.middleCols<2>(2) = reading.lever * Eigen::Matrix2d::Identity();
+    if (arms_ >= 0) rows.middleCols<2>(at(arms_, arm_per_set_)) = turn(reading.c);
+    if (styli_ >= 0) rows.middleCols<2>(at(styli_, stylus_per_set_)) = -turn(reading.spindle);
+    if (const auto radius = radii_.find(reading.set); radius != radii_.end())
+      rows.col(radius->second) = *reading.shank_side;
+    return rows;
+  }
+
+ private:
+  bool sloped_{};
+  bool arm_per_set_{};
+  bool stylus_per_set_{};
+  Eigen::Index count_{};
+  Eigen::Index arms_{-1};
+  Eigen::Index styli_{-1};
+  std::map<std::size_t, Eigen::Index> radii_;  // by set
+};
+
 }  // namespace
 
 Eigen::Matrix2d turn(double angle_rad) {
@@ -67,36 +132,23 @@ Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const B
   const auto turned = turnedOf(readings);
   if (!turned) return tooClose("the axis from the ball's offset");
   if (auto refusal = slopeHidden(model, *turned)) return *refusal;
-  const std::size_t sets = 1 + std::ranges::max(readings, {}, &BallReading::set).set;
-  const bool merged = *turned == Turned::together;
-  const std::size_t arms = model.arm_per_set || (merged && model.stylus_per_set) ? sets : 1;
-  const std::size_t styli = model.stylus_per_set ? sets : 1;
-
-  BallFit ball{.fit = {}, .turned = *turned, .arms = -1, .styli = -1};
-  Eigen::Index columns = model.sloped ? 4 : 2;
-  if (*turned != Turned::spindle_only) {
-    ball.arms = columns;
-    columns += static_cast<Eigen::Index>(2 * arms);
-  }
-  if (*turned == Turned::both || *turned == Turned::spindle_only) {
-    ball.styli = columns;
-    columns += static_cast<Eigen::Index>(2 * styli);
-  }
-  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, columns);
+  const Columns columns{readings, model, *turned};
+  Eigen::Index rows = 0;
+  for (const auto& reading : readings) rows += reading.shank_side ? 1 : 2;
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, columns.count());
   Eigen::VectorXd values{rows};
   double levers = 0.0;
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto& reading = readings[k];
-    const auto row = static_cast<Eigen::Index>(2 * k);
-    const auto column = [&](Eigen::Index first, std::size_t count) {
-      return first + static_cast<Eigen::Index>(count > 1 ? 2 * reading.set : 0);
-    };
-    design.block<2, 2>(row, 0).setIdentity();
-    if (model.sloped) design.block<2, 2>(row, 2) = reading.lever * Eigen::Matrix2d::Identity();
-    if (ball.arms >= 0) design.block<2, 2>(row, column(ball.arms, arms)) = turn(reading.c);
-    if (ball.styli >= 0) design.block<2, 2>(row, column(ball.styli, styli)) = -turn(reading.spindle);
-    values.segment<2>(row) = reading.at;
+  Eigen::Index row = 0;
+  for (const auto& reading : readings) {
+    const Eigen::MatrixXd both = columns.rowsOf(reading);
+    if (const auto& side = reading.shank_side) {
+      design.row(row) = side->transpose() * both;
+      values[row++] = side->dot(reading.at);
+    } else {
+      design.middleRows<2>(row) = both;
+      values.segment<2>(row) = reading.at;
+      row += 2;
+    }
     levers += reading.lever * reading.lever;
   }
   auto fit = linearLeastSquares(design / sigma, values / sigma);
@@ -109,15 +161,27 @@ Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const B
       (model.sloped && fit->cofactor(2, 2) * unit * levers > kInflationLimit)) {
     return tooClose("the axes from the offsets of ball and stylus");
   }
-  ball.fit = std::move(fit).value();
-  return ball;
+  return BallFit{std::move(fit).value(), *turned, columns.arms(), columns.styli()};
 }
 
-Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, std::string_view lever_column) {
+double BallTable::leverSpan() const {
+  const auto [least, greatest] = std::ranges::minmax(levers);
+  return greatest - least;
+}
+
+void BallTable::centreLevers() {
+  double sum = 0.0;
+  for (const auto& reading : readings) sum += levers[reading.set];
+  mean_lever = sum / static_cast<double>(readings.size());
+  for (auto& reading : readings) reading.lever = levers[reading.set] - mean_lever;
+}
+
+Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColumns& named) {
   const double no_lever = 0.0;
   std::vector<std::string_view> columns{"A_rad", "C_rad", "x_mm", "y_mm"};
-  if (!lever_column.empty()) columns.push_back(lever_column);
-  const auto table = checkedTable(dataset, "readings", columns);
+  if (!named.lever.empty()) columns.push_back(named.lever);
+  columns.insert(columns.end(), named.further.begin(), named.further.end());
+  const auto table = checkedTable(dataset, named.table, columns);
   if (!table) return table.error();
   const auto spindle_sense = configSense(dataset, "A_sense");
   if (!spindle_sense) return spindle_sense.error();
@@ -127,21 +191,20 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, std::string_vi
     return column.empty() ? no_lever : (*(*table)->column(column))[row];
   };
 
-  BallTable ball{.readings = {}, .warnings = equalRows(**table)};
+  BallTable ball{.readings = {}, .warnings = equalRows(**table), .levers = {}, .mean_lever = 0.0};
   std::map<double, std::size_t> sets;
   const std::size_t rows = (*table)->rows();
   for (std::size_t row = 0; row < rows; ++row) {
-    const double lever = value(lever_column, row);
+    const double lever = value(named.lever, row);
     const auto set = sets.try_emplace(lever, sets.size()).first->second;
     ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
                              .spindle = *spindle_sense * value("A_rad", row),
                              .c = *c_sense * value("C_rad", row),
                              .set = set,
                              .lever = lever});
-    ball.mean_lever += lever / static_cast<double>(rows);
+    if (set == ball.levers.size()) ball.levers.push_back(lever);
   }
-  for (auto& reading : ball.readings) reading.lever -= ball.mean_lever;
-  ball.lever_span = sets.rbegin()->first - sets.begin()->first;
+  ball.centreLevers();
   return ball;
 }
 

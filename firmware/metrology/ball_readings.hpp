@@ -25,6 +25,9 @@ struct BallReading {
   double c{};          // rad, right-handed about +Z
   std::size_t set{};   // of readings at one height or tip length
   double lever{};      // that height or length, about the mean of all readings; mm
+  // Touched by a shank from this side, a unit vector: what is read counts along it only, and is further out by the
+  // radii of ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
+  std::optional<Eigen::Vector2d> shank_side{};
 };
 
 // Model (B4): m = o + R2(C) r - R2(A) s. o is the C axis minus the spindle axis, r how far the ball is off C, s how far
@@ -57,15 +60,25 @@ struct BallFit {
 // model would need to tell k), and what linearLeastSquares refuses.
 Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model, double sigma);
 
-// Table readings{<lever_column>,A_rad,C_rad,x_mm,y_mm}, without the lever where its name is empty. Config: A_sense,
-// C_sense. Rows with the same lever make a set; levers are about their mean, which is `mean_lever`.
+struct BallColumns {
+  std::string_view table{"readings"};
+  std::string_view lever{};  // none where it is empty
+  std::vector<std::string_view> further{};
+};
+
+// Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever make a
+// set; levers are about their mean, which is `mean_lever`.
 struct BallTable {
   std::vector<BallReading> readings;
   std::vector<std::string> warnings;
+  std::vector<double> levers;  // of the sets
   double mean_lever{};
-  double lever_span{};
+
+  double leverSpan() const;
+  // Levers about the mean of all readings from now on.
+  void centreLevers();
 };
-Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, std::string_view lever_column);
+Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColumns& named);
 
 // How much less certain than the mean of `count` readings the angles make a parameter, squared, from its cofactor with
 // unit sigma: 1/(1 - |w|^2) of (B7).

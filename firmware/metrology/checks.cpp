@@ -50,6 +50,21 @@ std::optional<Refusal> wrongNumbers(const Table& table) {
   return std::nullopt;
 }
 
+template <std::size_t size>
+Outcome<std::optional<std::array<double, size>>, Refusal> configList(const Dataset& dataset, std::string_view key,
+                                                                     const std::string& count) {
+  const auto entry = dataset.config.find(key);
+  std::optional<std::array<double, size>> found;
+  if (entry == dataset.config.end()) return found;
+  const auto* values = std::get_if<std::vector<double>>(&entry->second);
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (!values || values->size() != size || !std::ranges::all_of(*values, finite)) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be " + count + " finite numbers"};
+  }
+  std::ranges::copy(*values, found.emplace().begin());
+  return found;
+}
+
 }  // namespace
 
 Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name,
@@ -126,15 +141,11 @@ Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_vi
 }
 
 Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Dataset& dataset, std::string_view key) {
-  using Found = std::optional<std::array<double, 3>>;
-  const auto entry = dataset.config.find(key);
-  if (entry == dataset.config.end()) return Found{};
-  const auto* values = std::get_if<std::vector<double>>(&entry->second);
-  const auto finite = [](double value) { return std::isfinite(value); };
-  if (!values || values->size() != 3 || !std::ranges::all_of(*values, finite)) {
-    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be three finite numbers"};
-  }
-  return Found{{(*values)[0], (*values)[1], (*values)[2]}};
+  return configList<3>(dataset, key, "three");
+}
+
+Outcome<std::optional<std::array<double, 2>>, Refusal> configPlane(const Dataset& dataset, std::string_view key) {
+  return configList<2>(dataset, key, "two");
 }
 
 Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key) {

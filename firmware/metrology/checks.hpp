@@ -38,6 +38,9 @@ Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_vi
 // Three finite numbers; nothing when the key is absent. Refuses: bad-config.
 Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Dataset& dataset, std::string_view key);
 
+// Two finite numbers, x and y; nothing when the key is absent. Refuses: bad-config.
+Outcome<std::optional<std::array<double, 2>>, Refusal> configPlane(const Dataset& dataset, std::string_view key);
+
 // Sense of rotation or direction, +1 or -1; +1 when the key is absent. Refuses: bad-config.
 Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key);
 

@@ -82,7 +82,7 @@ Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   const double radius = side == Side::outside ? effective - stylus : effective + stylus;
   if (auto refusal = badRadius(radius, config.value())) return *refusal;
   if (config->sigma.stated && config->outliers == Outliers::keep) {
-    if (auto refusal = pointOff(fit.value(), config->sigma.value, "the circle")) return *refusal;
+    if (auto refusal = pointOff(fit.value(), config->sigma.value, "the circle", kAgainOrRobust)) return *refusal;
   }
   Answer answer{dataset, fit.value(), config->sigma};
   answer.result().design_per = kOnePoint;

@@ -20,6 +20,7 @@ Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
   Result result = measured->report(kKeys);
   result.estimates.push_back(measured->delay());
   if (const auto centre = measured->centre()) result.estimates.push_back(*centre);
+  result.covariance = measured->covarianceOf(result.estimates);
   if (const auto gain = measured->gainMatrix()) result.estimates.push_back(*gain);
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
@@ -51,9 +52,7 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   if (const auto centre = measured->centre()) result.also.push_back(*centre);
   if (const auto gain = measured->gainMatrix()) result.also.push_back(*gain);
   addSizes(result, measured->touches().retracts, fit);
-  const Eigen::MatrixXd covariance = fit.covariance * measured->widening();
-  const auto entries = covariance.reshaped<Eigen::RowMajor>();
-  result.covariance = Covariance{{"tau_s", "effective_diameter_mm"}, {entries.begin(), entries.end()}};
+  result.covariance = measured->covarianceOf(std::span{result.estimates}.first(2));
   return result;
 }
 

@@ -57,6 +57,7 @@ Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
   if (!measured) return measured.error();
   Result result = measured->report(kKeys);
   result.estimates.push_back(measured->delay());
+  result.covariance = measured->covarianceOf(result.estimates);
   return result;
 }
 

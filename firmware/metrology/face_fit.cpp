@@ -29,7 +29,8 @@ constexpr std::array<std::string_view, 3> kCornerKeys{"feature_axis", "sigma_mm"
 constexpr double kUnit = 1e-3;        // how far from 1 the length of a direction may be
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
-constexpr double kStraight = 0.01;    // thickness of a face's points against their width
+constexpr double kStraight = 0.01;    // thickness of a face's points against their width, width against their distance
+constexpr double kLeastWidth = 1.0;   // mm, root of the summed squares
 
 // Points of one face.
 struct Face {
@@ -110,20 +111,29 @@ struct Corner {
   Index dimensions() const { return static_cast<Index>(faces.size()); }
 };
 
+// How far the points lie apart along the face, greatest first.
+VectorXd widthsOf(const Face& face) {
+  const MatrixXd centred = face.points.rowwise() - face.mean().transpose();
+  const MatrixXd along = centred - centred * face.normal * face.normal.transpose();
+  return Eigen::JacobiSVD<MatrixXd>{along}.singularValues();
+}
+
+Refusal collinear(const std::string& face) {
+  return {"collinear", "the points of " + face +
+                           " lie nearly on one spot or one line, or together far from the corner: they do not tell how "
+                           "the face stands; spread them out"};
+}
+
 std::optional<Refusal> badFace(const Face& face, double name) {
   if (face.points.rows() < face.normal.size()) {
     return Refusal{"too-few-readings", "face " + text(name) + " has " + std::to_string(face.points.rows()) +
                                            " points where it needs " + std::to_string(face.normal.size()) +
                                            ": touch it at more places"};
   }
-  const MatrixXd centred = face.points.rowwise() - face.mean().transpose();
-  const MatrixXd along = centred - centred * face.normal * face.normal.transpose();
-  const VectorXd widths = Eigen::JacobiSVD<MatrixXd>{along}.singularValues();
+  const VectorXd widths = widthsOf(face);
   const Index last = face.normal.size() - 2;  // the widths that a line or a plane needs
-  if (widths[0] > 0.0 && widths[last] >= kStraight * widths[0]) return std::nullopt;
-  return Refusal{"collinear",
-                 "the points of face " + text(name) +
-                     " lie on one spot or one line: they do not tell how the face stands; spread them out"};
+  if (widths[0] >= kLeastWidth && widths[last] >= kStraight * widths[0]) return std::nullopt;
+  return collinear("face " + text(name));
 }
 
 Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const SwivelPlane& plane) {
@@ -223,13 +233,18 @@ Outcome<Meeting, Refusal> meet(const Corner& corner, const VectorXd& parameters,
     distances[f] = leans.back().normal.dot(face.mean()) + parameters[n * f + n - 1] - stylus;
   }
   if (std::abs(normals.determinant()) < kLeastVolume) {
-    return Refusal{"faces-parallel", "the faces are nearly parallel: they do not meet in a corner"};
+    return Refusal{
+        "faces-parallel",
+        "the faces are nearly parallel and do not meet in a corner: touch faces that stand across each other"};
   }
   const MatrixXd inverse = normals.inverse();
   Meeting meeting{inverse * distances, MatrixXd::Zero(n, n * n), 0.0, Eigen::RowVectorXd::Zero(n * n)};
   for (Index f = 0; f < n; ++f) {
     Eigen::RowVectorXd shift = Eigen::RowVectorXd::Ones(n);  // of the face at the corner
-    const VectorXd arm = corner.faces[static_cast<std::size_t>(f)].mean() - meeting.corner;
+    const Face& face = corner.faces[static_cast<std::size_t>(f)];
+    const VectorXd arm = face.mean() - meeting.corner;
+    if (widthsOf(face)[0] < kStraight * arm.norm())
+      return collinear("row " + std::to_string(f + 1) + " of table 'faces'");
     shift.head(n - 1) = arm.transpose() * leans[static_cast<std::size_t>(f)].slopes;
     meeting.slopes.middleCols(n * f, n) = inverse.col(f) * shift;
   }

@@ -44,13 +44,13 @@ Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points) {
       .cwiseSqrt();
 }
 
-std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what) {
+std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what, std::string_view remedy) {
   Eigen::Index worst = 0;
   const double largest = fit.residuals.cwiseAbs().maxCoeff(&worst) * sigma;
   if (largest <= std::max(4.0 * sigma, kResidualFloor)) return std::nullopt;
   return Refusal{"residual-too-large", "point " + std::to_string(worst + 1) + " lies " + text(largest) + " mm off " +
                                            std::string{off_what} + ", more than 4 sigma = " + text(4.0 * sigma) +
-                                           " mm: touch it again, or set robust to drop it"};
+                                           " mm: " + std::string{remedy}};
 }
 
 Residuals pointResiduals(const Fit& fit, double sigma, double sense) {

@@ -25,7 +25,11 @@ Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points);
 
 // Refuses the worst point of a fit, one residual a point, when it lies more than 4 sigma off (residual-too-large).
 // off_what: "the sphere".
-std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what);
+std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what,
+                                std::string_view remedy = "touch it again");
+
+// The remedy where the method has a key for it.
+inline constexpr std::string_view kAgainOrRobust = "touch it again, or set robust to drop it";
 
 // What one reading is in design figures of points.
 inline constexpr const char* kOnePoint = "one point along its normal, mm";

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/signal.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -26,12 +27,6 @@ Eigen::MatrixXd invertedNormal(const Eigen::MatrixXd& r, const Eigen::VectorXd& 
   const Eigen::MatrixXd inverse = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
   const Eigen::MatrixXd unscaled = norms.cwiseInverse().asDiagonal() * inverse;
   return unscaled * unscaled.transpose();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<std::size_t> outlyingRows(const Eigen::VectorXd& residuals) {
@@ -74,13 +69,8 @@ Refusal illConditioned(double condition) {
                                  "): spread them out further"};
 }
 
-// Of the column-scaled Jacobian, by the eigenvalues of R'R: good to four digits at the limit, and fast.
 double conditionOf(const Eigen::MatrixXd& upper) {
-  const Eigen::MatrixXd normal = upper.transpose() * upper;
-  const Eigen::VectorXd squares =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{normal, Eigen::EigenvaluesOnly}.eigenvalues();
-  const double least = squares[0];
-  return least > 0.0 ? std::sqrt(squares[squares.size() - 1] / least) : std::numeric_limits<double>::infinity();
+  return scaledCondition(upper.transpose() * upper);
 }
 
 // One step from where the model was linearised.
@@ -142,6 +132,18 @@ Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) 
 }
 
 }  // namespace
+
+// By the eigenvalues of the scaled J'J: good to four digits at the limit, and fast.
+double scaledCondition(const Eigen::MatrixXd& normal) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd norms = normal.diagonal().cwiseSqrt();
+  if (!(norms.minCoeff() > 0.0)) return kInfinite;
+  const Eigen::VectorXd squares =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{normal.cwiseQuotient(norms * norms.transpose()),
+                                                     Eigen::EigenvaluesOnly}
+          .eigenvalues();
+  return squares[0] > 0.0 ? std::sqrt(squares[squares.size() - 1] / squares[0]) : kInfinite;
+}
 
 double Fit::sumOfSquares() const {
   double sum = residuals.squaredNorm();

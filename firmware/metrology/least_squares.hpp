@@ -12,6 +12,9 @@ namespace probebox::metrology {
 // Above this condition number of the column-scaled Jacobian the readings do not determine the answer.
 inline constexpr double kConditionLimit = 1e6;
 
+// Condition number of a Jacobian J whose columns are scaled to length 1, from J'J. Infinite where a column is empty.
+double scaledCondition(const Eigen::MatrixXd& normal);
+
 // Residuals e(p) and their Jacobian de/dp, both already divided by the standard deviation of the reading.
 struct Linearised {
   Eigen::VectorXd residuals;

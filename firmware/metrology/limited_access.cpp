@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr std::array<std::string_view, 2> kKeys{"sigma_mm", "sigma_C_rad"};
+constexpr std::array<std::string_view, 3> kKeys{"sigma_mm", "sigma_C_rad", "previous_tau_axis_s"};
 constexpr double kLeastHalfArc = 15.0 * std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // rad
 
@@ -138,7 +138,7 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   answer.readingIs("the middle of one pair of contacts", "rad");
   answer.readings(**table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
   answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
-  for (auto& warning : unusedKeys(dataset, std::span{kKeys}.last(1))) answer.warn(std::move(warning));
+  for (auto& warning : unusedKeys(dataset, std::span{kKeys}.subspan(1, 1))) answer.warn(std::move(warning));
   answer.result().convention = "new zero of C in the old count; rms in rad";
   return std::move(answer).take(true);
 }

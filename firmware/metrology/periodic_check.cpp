@@ -66,16 +66,36 @@ double side(double degrees) {
   return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
 }
 
-// All means as one linear fit, so that sigma, residuals and degrees of freedom are common to them.
+// Of one coordinate of a centre, and of a single touch.
+struct Sigmas {
+  Sigma centre;
+  double touch{1.0};
+
+  double of(const Quantity& quantity) const { return quantity.table == "centres" ? centre.value : touch; }
+};
+
+Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
+  const auto centre = configSigma(dataset, "sigma_mm");
+  if (!centre) return centre.error();
+  const auto touch = configPositive(dataset, "sigma_touch_mm");
+  if (!touch) return touch.error();
+  if (touch.value() && !centre->stated) {
+    return Refusal{"missing-key", "config.json states sigma_touch_mm without sigma_mm: state both, or neither"};
+  }
+  return Sigmas{centre.value(), touch->value_or(centre->value)};
+}
+
+// All means as one linear fit, so that residuals and degrees of freedom are common to them.
 struct Means {
   std::vector<const Quantity*> quantities;
   std::vector<Eigen::Index> columns;  // of each quantity's mean
   std::vector<std::string> readings;  // name of each row
   std::vector<double> swivels;        // degrees, of each row
+  std::vector<double> sigmas;         // of each row
   Fit fit;
 };
 
-Outcome<Means, Refusal> fitMeans(const Dataset& dataset, double sigma) {
+Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
   Means means;
   struct Row {
     double value{};
@@ -86,12 +106,14 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, double sigma) {
   std::vector<Row> rows;
   Eigen::Index parameters = 0;
   for (const auto& quantity : kQuantities) {
+    if (dataset.table(quantity.table) == nullptr) continue;
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
     for (std::size_t row = 0; row < table.rows(); ++row) {
       if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle) continue;
       means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
       means.swivels.push_back(quantity.swivel);
+      means.sigmas.push_back(sigmas.of(quantity));
       rows.push_back({(*table.column(quantity.column))[row], parameters,
                       quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
                       quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0});
@@ -106,12 +128,13 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, double sigma) {
   Eigen::VectorXd values{design.rows()};
   for (Eigen::Index k = 0; k < design.rows(); ++k) {
     const Row& row = rows[static_cast<std::size_t>(k)];
-    design(k, row.mean) = 1.0;
-    if (row.ball != 0.0) design(k, row.mean + 1) = row.ball;
-    if (row.stylus != 0.0) design(k, row.mean + (row.ball != 0.0 ? 2 : 1)) = row.stylus;
-    values[k] = row.value;
+    const double weight = 1.0 / means.sigmas[static_cast<std::size_t>(k)];
+    design(k, row.mean) = weight;
+    if (row.ball != 0.0) design(k, row.mean + 1) = weight * row.ball;
+    if (row.stylus != 0.0) design(k, row.mean + (row.ball != 0.0 ? 2 : 1)) = weight * row.stylus;
+    values[k] = weight * row.value;
   }
-  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  auto fit = linearLeastSquares(design, values);
   if (!fit) {
     return Refusal{"missing-orientation",
                    "the run-out of ball and stylus does not cancel: read every centre with C and spindle at 0 and 180 "
@@ -149,29 +172,34 @@ double reference(const Quantity& quantity, const Ball& ball) {
 
 // Compares one value with the accepted one; its verdict, or nothing when no limit is stated.
 Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error,
-                                           Answer& answer) {
+                                           Result& result) {
   const auto accepted = configNumber(dataset, "accepted_" + estimate.key);
   if (!accepted) return accepted.error();
   auto limit = configPositive(dataset, "limit_" + estimate.key);
   if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
   if (!limit) return limit.error();
   if (!limit.value() || (!accepted.value() && !error)) return std::optional<int>{};
-  const double deviation = estimate.value() - accepted->value_or(0.0);
-  const double doubt = 2.0 * estimate.standardDeviation().value_or(0.0);
-  answer.result().also.push_back(
-      Estimate::scalar("deviation_" + estimate.key, deviation, estimate.standardDeviation()));
-  const int verdict = std::abs(deviation) > **limit ? 2 : std::abs(deviation) + doubt > **limit ? 1 : 0;
+  Estimate deviation = estimate;
+  deviation.key = "deviation_" + estimate.key;
+  deviation.values = {estimate.value() - accepted->value_or(0.0)};
+  deviation.design.clear();
+  const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
+  const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
+  const double off = std::abs(deviation.value());
+  const int verdict = off > **limit ? 2 : off + doubt > **limit ? 1 : 0;
   if (verdict > 0) {
-    answer.warn(std::string{verdict == 2 ? "fail: " : "warn: "} + estimate.key + " is " + text(deviation) +
-                " mm off the accepted value; the limit is " + text(**limit) +
-                (verdict == 2 ? " mm: calibrate again" : " mm, within two sd"));
+    result.warnings.push_back(std::string{verdict == 2 ? "fail: " : "warn: "} + estimate.key + " is " +
+                              text(deviation.value()) + " mm off the accepted value; the limit is " + text(**limit) +
+                              (verdict == 2 ? " mm: calibrate again" : " mm, within U (k = 2)"));
   }
+  result.also.push_back(std::move(deviation));
   return std::optional<int>{verdict};
 }
 
 std::vector<std::string> unused(const Dataset& dataset) {
-  std::vector<std::string> known{"effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm",
-                                 "limit_mm"};
+  std::vector<std::string> known{
+      "effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm", "sigma_touch_mm", "limit_mm",
+      "previous_tau_axis_s"};
   std::vector<std::string_view> keys{kRunOuts.begin(), kRunOuts.end()};
   for (const auto& quantity : kQuantities) keys.push_back(quantity.key);
   for (const auto key : keys) {
@@ -183,33 +211,22 @@ std::vector<std::string> unused(const Dataset& dataset) {
 }
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
-// check starts from once this one is accepted. Says which of the run-outs were judged, and the worst verdict on them.
-Outcome<std::optional<int>, Refusal> addRunOuts(Answer& answer, const Means& means, const Ball& ball,
-                                                const Dataset& dataset) {
+// check starts from once this one is accepted.
+void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
   std::array<const Quantity*, 2> wanted{&kQuantities[2], &kQuantities[3]};  // Xcen_B0, Ycen_B0
   std::array<Eigen::Index, 2> at{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto found = std::ranges::find(means.quantities, wanted[k]);
-    if (found == means.quantities.end()) return std::optional<int>{};
+    if (found == means.quantities.end()) return;
     at[k] = means.columns[static_cast<std::size_t>(found - means.quantities.begin())];
   }
   const auto& parameters = means.fit.parameters;
   const auto one = [&](Eigen::Index column) { return Eigen::RowVectorXd{pick(column, 1, parameters.size()).row(0)}; };
-  std::optional<int> worst;
   for (std::size_t k = 0; k < kRunOuts.size(); ++k) {
     const bool stylus = k >= 2;
     const double sign = stylus ? -1.0 : 1.0;  // (B4): the stylus is taken off
     const Eigen::Index column = at[k % 2] + (stylus ? 2 : 1);
     answer.alsoScalar(std::string{kRunOuts[k]}, sign * parameters[column], sign * one(column));
-    if (!dataset.config.contains("accepted_" + std::string{kRunOuts[k]})) continue;
-    const Estimate estimate = answer.result().also.back();
-    const auto verdict = judge(dataset, estimate, false, answer);
-    if (!verdict) return verdict.error();
-    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
-  }
-  if (worst == 2) {
-    answer.warn(
-        "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
   }
   Eigen::VectorXd centre{3};
   Eigen::MatrixXd rows{3, parameters.size()};
@@ -219,12 +236,51 @@ Outcome<std::optional<int>, Refusal> addRunOuts(Answer& answer, const Means& mea
     rows.row(k) = one(mean) + one(mean + 1);
   }
   const auto z = std::ranges::find(means.quantities, &kQuantities[6]);
-  if (z == means.quantities.end()) return worst;
+  if (z == means.quantities.end()) return;
   const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
   centre[2] = parameters[touched] - ball.radius;
   rows.row(2) = one(touched);
   answer.alsoVector("ball_centre_mm", centre, rows);
+}
+
+// The worst verdict on the run-outs that a value was accepted of.
+Outcome<std::optional<int>, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
+  std::optional<int> worst;
+  for (const auto key : kRunOuts) {
+    if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
+    const Estimate estimate = *result.find(key);
+    const auto verdict = judge(dataset, estimate, false, result);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst == 2) {
+    result.warnings.emplace_back(
+        "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
+  }
   return worst;
+}
+
+bool hasSwivel(const Table& table, double swivel) {
+  return std::ranges::any_of(*table.column("B_deg"), [&](double b) { return std::abs(b - swivel) <= kSameAngle; });
+}
+
+// X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.
+std::optional<Refusal> badTables(const Dataset& dataset) {
+  const auto centres = checkedTable(dataset, "centres", kCentreColumns);
+  if (!centres) return centres.error();
+  if (auto refusal = badAngles(**centres)) return refusal;
+  struct Touches {
+    std::string_view name;
+    std::span<const std::string_view> columns;
+    double swivel{};  // degrees
+  };
+  for (const auto& touches : {Touches{"x_touch", kXColumns, 90.0}, Touches{"z_touch", kZColumns, 0.0}}) {
+    if (dataset.table(touches.name) == nullptr && !hasSwivel(**centres, touches.swivel)) continue;
+    const auto table = checkedTable(dataset, touches.name, touches.columns);
+    if (!table) return table.error();
+    if (auto refusal = badAngles(**table)) return refusal;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -232,21 +288,17 @@ Outcome<std::optional<int>, Refusal> addRunOuts(Answer& answer, const Means& mea
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   const auto ball = ballOf(dataset);
   if (!ball) return ball.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  using Columns = std::pair<std::string_view, std::span<const std::string_view>>;
-  for (const auto& [name, columns] :
-       {Columns{"centres", kCentreColumns}, {"x_touch", kXColumns}, {"z_touch", kZColumns}}) {
-    const auto table = checkedTable(dataset, name, columns);
-    if (!table) return table.error();
-    if (auto refusal = badAngles(**table)) return *refusal;
-  }
-  const auto means = fitMeans(dataset, sigma->value);
+  const auto sigmas = sigmasOf(dataset);
+  if (!sigmas) return sigmas.error();
+  if (auto refusal = badTables(dataset)) return *refusal;
+  const auto means = fitMeans(dataset, sigmas.value());
   if (!means) return means.error();
 
   const auto& parameters = means->fit.parameters;
-  Answer answer{dataset, means->fit, sigma.value()};
+  Answer answer{dataset, means->fit, sigmas->centre};
   answer.readings(means->readings, means->swivels, "B_deg");
+  auto& residuals = answer.result().residuals.values;
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means->sigmas[k] / sigmas->centre.value;
   for (std::size_t k = 0; k < means->quantities.size(); ++k) {
     const Quantity& quantity = *means->quantities[k];
     const Eigen::RowVectorXd row = pick(means->columns[k], 1, parameters.size()).row(0);
@@ -254,16 +306,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
     if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
   }
-  const auto run_outs = addRunOuts(answer, means.value(), ball.value(), dataset);
-  if (!run_outs) return run_outs.error();
-  std::optional<int> worst = run_outs.value();
-  for (const Quantity* quantity : means->quantities) {
-    const Estimate estimate = *answer.result().find(quantity->key);
-    const auto verdict = judge(dataset, estimate, quantity->table != "centres", answer);
-    if (!verdict) return verdict.error();
-    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
-  }
-  if (worst) answer.result().also.push_back(Estimate::scalar("verdict", *worst, std::nullopt));
+  addRunOuts(answer, means.value(), ball.value());
   for (const auto& quantity : kQuantities) {
     if (std::ranges::find(means->quantities, &quantity) == means->quantities.end()) {
       answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
@@ -272,6 +315,21 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   for (auto& warning : unused(dataset)) answer.warn(std::move(warning));
   answer.result().convention = ball->x_is_radius ? "X in radius" : "X in diameters";
   return std::move(answer).take(true);
+}
+
+std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
+  const auto run_outs = judgeRunOuts(dataset, result);
+  if (!run_outs) return run_outs.error();
+  std::optional<int> worst = run_outs.value();
+  for (const Quantity& quantity : kQuantities) {
+    if (!result.find(quantity.key)) continue;
+    const Estimate estimate = *result.find(quantity.key);
+    const auto verdict = judge(dataset, estimate, quantity.table != "centres", result);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst) result.also.push_back(Estimate::scalar("verdict", *worst, std::nullopt));
+  return std::nullopt;
 }
 
 }  // namespace probebox::metrology

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
-#include "firmware/metrology/ball_readings.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
 #include "firmware/metrology/tilt_readings.hpp"
 
@@ -17,13 +15,7 @@ namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kTableColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kTableKeys{"tilt_axis", "sigma_mm"};
-constexpr std::array<std::string_view, 3> kHeadKeys{"ball_mm", "swivel_axis", "sigma_mm"};
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // degrees
 constexpr double kSkewLength = 1.0;  // mm
 
@@ -33,42 +25,12 @@ bool skewSeen(const std::vector<TiltReading>& readings) {
   return greatest.along - least.along > kSkewLength && std::ranges::max(readings, {}, &TiltReading::point).point > 0;
 }
 
-// Parameters: pivot half way along the readings, the arm of each point at tilt zero, and the skew of the axis, which
-// moves the pivot of a point that lies further along it.
-Outcome<Fit, Refusal> fitPivot(const std::vector<TiltReading>& readings, double sigma) {
-  if (auto refusal = refuseSpan(readings)) return *refusal;
-  const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
-  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
-  const bool skew = skewSeen(readings);
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(2 + 2 * points) + (skew ? 2 : 0));
-  Eigen::VectorXd values{rows};
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(2 * k);
-    design.block<2, 2>(row, 0).setIdentity();
-    design.block<2, 2>(row, static_cast<Eigen::Index>(2 + 2 * readings[k].point)) =
-        turn(readings[k].tilt_deg * kDegree);
-    if (skew) design.block(row, design.cols() - 2, 2, 2) = readings[k].along * Eigen::Matrix2d::Identity();
-    values.segment<2>(row) = readings[k].at;
-  }
-  auto fit = linearLeastSquares(design / sigma, values / sigma);
-  // Two readings 20 degrees apart make the pivot 4 times less certain than they are; 20 times is a span that is none.
-  if ((!fit && fit.error().name == "ill-conditioned") ||
-      (fit && inflation(fit->cofactor(0, 0) / (sigma * sigma), readings.size()) > 400.0)) {
-    return Refusal{"tilt-span-too-small",
-                   "no point was read at tilts that differ enough: read each angle of the other axis at two or more "
-                   "tilts, 20 degrees apart or more"};
-  }
-  return fit;
-}
-
 std::optional<Refusal> shortArm(const std::vector<TiltReading>& readings, const Fit& fit, const Sigma& sigma) {
   double longest = 0.0;
   for (const auto& reading : readings) {
     longest = std::max(longest, fit.parameters.segment<2>(static_cast<Eigen::Index>(2 + 2 * reading.point)).norm());
   }
-  if (!sigma.stated || longest >= 5.0 * sigma.value) return std::nullopt;
-  return Refusal{"arm-too-short",
-                 "the ball lies " + text(longest) + " mm from the pivot, less than 5 sigma: move it further out"};
+  return refuseArm(longest, sigma);
 }
 
 // Means over the other axis at tilts of -90 and 0; nothing where the data are not just these, each point at both.
@@ -127,14 +89,14 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto plane = swivelPlane(dataset, "tilt_axis");
   if (!plane) return plane.error();
-  const auto table = checkedTable(dataset, "readings", kTableColumns);
+  const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
   if (!table) return table.error();
   const auto readings = tiltReadings(**table, plane.value(), nullptr).readings;
-  const auto fit = fitPivot(readings, sigma->value);
+  const auto fit = fitTilts(readings, skewSeen(readings), sigma->value);
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
   if (auto refusal = failsCheck(readings, fit->parameters.head<2>())) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kTableKeys);
+  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kTableTiltKeys);
   result.convention = "machine coordinates of the tilt axis";
   return result;
 }
@@ -144,17 +106,15 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return plane.error();
-  const auto ball = configVector(dataset, "ball_mm");
+  const auto ball = tiltedBall(dataset);
   if (!ball) return ball.error();
-  if (!ball.value()) return Refusal{"missing-key", "config.json has no key 'ball_mm': give the ball's place"};
-  const auto table = checkedTable(dataset, "readings", kHeadColumns);
+  const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
   if (!table) return table.error();
-  const Vector3d place{ball->value().data()};
-  const auto readings = tiltReadings(**table, plane.value(), &place).readings;
-  const auto fit = fitPivot(readings, sigma->value);
+  const auto readings = tiltReadings(**table, plane.value(), &ball.value()).readings;
+  const auto fit = fitTilts(readings, skewSeen(readings), sigma->value);
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kHeadKeys);
+  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kHeadTiltKeys);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
-#include "firmware/metrology/ball_readings.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
 #include "firmware/metrology/tilt_readings.hpp"
 
@@ -22,10 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 5> kTableColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 2> kTableKeys{"tilt_axis", "sigma_mm"};
-constexpr std::array<std::string_view, 3> kHeadKeys{"ball_mm", "swivel_axis", "sigma_mm"};
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr Index kAxis = 4;  // parameters of the axis: pivot, lean
 
@@ -61,26 +56,15 @@ Linearised pivotModel(const std::vector<TiltReading>& readings, double sigma, co
   return model;
 }
 
-// The fit in the plane, the axis parallel to its machine axis: pivot and points.
-Outcome<VectorXd, Refusal> startOf(const std::vector<TiltReading>& readings, Index points) {
-  const auto rows = static_cast<Index>(2 * readings.size());
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, 2 + 2 * points);
-  VectorXd values{rows};
+// From the fit in the plane, the axis parallel to its machine axis.
+VectorXd startFrom(const Fit& plane, const std::vector<TiltReading>& readings) {
+  const Index points = (plane.parameters.size() - 2) / 2;
   VectorXd start = VectorXd::Zero(kAxis + 3 * points);
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto row = static_cast<Index>(2 * k);
-    const auto point = static_cast<Index>(readings[k].point);
-    design.block<2, 2>(row, 0).setIdentity();
-    design.block<2, 2>(row, 2 + 2 * point) = turn(readings[k].tilt_deg * kDegree);
-    values.segment<2>(row) = readings[k].at;
-    start[kAxis + 3 * point + 2] = readings[k].along;
-  }
-  const auto fit = linearLeastSquares(design, values);
-  if (!fit) return fit.error();
-  start.head<2>() = fit->parameters.head<2>();
+  start.head<2>() = plane.parameters.head<2>();
   for (Index point = 0; point < points; ++point) {
-    start.segment<2>(kAxis + 3 * point) = fit->parameters.head<2>() + fit->parameters.segment<2>(2 + 2 * point);
+    start.segment<2>(kAxis + 3 * point) = plane.parameters.head<2>() + plane.parameters.segment<2>(2 + 2 * point);
   }
+  for (const auto& reading : readings) start[kAxis + 3 * static_cast<Index>(reading.point) + 2] = reading.along;
   return start;
 }
 
@@ -89,9 +73,7 @@ std::optional<Refusal> shortArm(const Fit& fit, const Sigma& sigma) {
   for (Index point = kAxis; point < fit.parameters.size(); point += 3) {
     longest = std::max(longest, (fit.parameters.segment<2>(point) - fit.parameters.head<2>()).norm());
   }
-  if (!sigma.stated || longest >= 5.0 * sigma.value) return std::nullopt;
-  return Refusal{"arm-too-short",
-                 "the ball lies " + text(longest) + " mm from the axis, less than 5 sigma: move it further out"};
+  return refuseArm(longest, sigma);
 }
 
 Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& tilts, const SwivelPlane& plane,
@@ -99,16 +81,19 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   const auto sigma = configSigma(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
   const auto& readings = tilts.readings;
-  if (auto refusal = refuseSpan(readings)) return *refusal;
-  const auto points = static_cast<Index>(1 + std::ranges::max(readings, {}, &TiltReading::point).point);
-  const auto start = startOf(readings, points);
-  if (!start) return start.error();
+  const auto flat = fitTilts(readings, false, sigma->value);
+  if (!flat) return flat.error();
   const auto fit =
-      leastSquares([&](const VectorXd& at) { return pivotModel(readings, sigma->value, at); }, start.value());
+      refuseUncertainPivot(leastSquares([&](const VectorXd& at) { return pivotModel(readings, sigma->value, at); },
+                                        startFrom(flat.value(), readings)),
+                           readings.size(), sigma->value);
   if (!fit) return fit.error();
   if (auto refusal = shortArm(fit.value(), sigma.value())) return *refusal;
 
   Answer answer{dataset, fit.value(), sigma.value()};
+  constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
+  const Table& table = *dataset.table("readings");
+  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
   const auto promise = [&](const std::string& key, Index from) {
     Eigen::Vector2d values = fit->parameters.segment<2>(from);
     Eigen::MatrixXd rows = pick(from, 2, fit->parameters.size());
@@ -135,21 +120,19 @@ Vector3d TiltAxis::tilted(const Vector3d& at, double tilt_rad) const {
 Outcome<Result, Refusal> solveTablePivot3d(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "tilt_axis");
   if (!plane) return plane.error();
-  const auto table = checkedTable(dataset, "readings", kTableColumns);
+  const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
   if (!table) return table.error();
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), nullptr), plane.value(), kTableKeys);
+  return solvePivot(dataset, tiltReadings(**table, plane.value(), nullptr), plane.value(), kTableTiltKeys);
 }
 
 Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return plane.error();
-  const auto ball = configVector(dataset, "ball_mm");
+  const auto ball = tiltedBall(dataset);
   if (!ball) return ball.error();
-  if (!ball.value()) return Refusal{"missing-key", "config.json has no key 'ball_mm': give the ball's place"};
-  const auto table = checkedTable(dataset, "readings", kHeadColumns);
+  const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
   if (!table) return table.error();
-  const Vector3d place{ball->value().data()};
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), &place), plane.value(), kHeadKeys);
+  return solvePivot(dataset, tiltReadings(**table, plane.value(), &ball.value()), plane.value(), kHeadTiltKeys);
 }
 
 }  // namespace probebox::metrology

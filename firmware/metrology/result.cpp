@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/metrology/estimate_parts.hpp"
+
 namespace probebox::metrology {
 
 Estimate Estimate::scalar(std::string key, double value, std::optional<double> sd) {
@@ -37,9 +39,10 @@ const Estimate* Result::find(std::string_view key) const {
 
 std::optional<double> Result::designFigure() const {
   if (estimates.empty() || estimates.front().design.empty()) return std::nullopt;
+  const auto part = partsOf(estimates.front()).front();
   double squares = 0.0;
-  for (const double figure : estimates.front().design) squares += figure * figure;
-  return std::sqrt(squares / static_cast<double>(estimates.front().design.size()));
+  for (const auto k : part.at) squares += estimates.front().design[k] * estimates.front().design[k];
+  return std::sqrt(squares / static_cast<double>(part.at.size()));
 }
 
 }  // namespace probebox::metrology

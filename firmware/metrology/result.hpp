@@ -31,18 +31,21 @@ struct Estimate {
   std::optional<double> standardDeviation() const {
     return sd.empty() ? std::nullopt : std::optional<double>{sd.front()};
   }
+  friend bool operator==(const Estimate&, const Estimate&) = default;
 };
 
 // Covariance of named components ("tau_s", "centre_mm[0]"), in the products of their units, row by row.
 struct Covariance {
   std::vector<std::string> components;
   std::vector<double> values;
+  friend bool operator==(const Covariance&, const Covariance&) = default;
 };
 
 // A reading that the estimate does not use, and why.
 struct Dropped {
   std::string name;  // "touch 7", "point 3"
   std::string reason;
+  friend bool operator==(const Dropped&, const Dropped&) = default;
 };
 
 // One line of an uncertainty budget: what one cause adds to the standard uncertainty of every promised value.
@@ -50,12 +53,14 @@ struct Contribution {
   std::string name;        // "readings", "sd_effective_diameter_mm"
   bool type_b{};           // else type A: from the statistics of these readings
   std::vector<double> sd;  // k = 1, value by value, in the order of Result::estimates
+  friend bool operator==(const Contribution&, const Contribution&) = default;
 };
 
 // Something that the case states for the record, as a person reads it: probe, machine, temperature.
 struct Condition {
   std::string name;  // "temperature_c"
   std::string value;
+  friend bool operator==(const Condition&, const Condition&) = default;
 };
 
 // What is left of the readings after the fit, read minus fitted, for a picture.
@@ -65,6 +70,7 @@ struct Residuals {
   std::vector<std::string> names;  // "readings 3, x_mm"; "touch 7"
   std::vector<double> at;
   std::vector<double> values;
+  friend bool operator==(const Residuals&, const Residuals&) = default;
 };
 
 // The combination of promised values that the readings determine worst: values in their own sd, times these
@@ -73,6 +79,7 @@ struct Weakest {
   std::vector<std::string> components;
   std::vector<double> coefficients;  // unit length
   double sd{};
+  friend bool operator==(const Weakest&, const Weakest&) = default;
 };
 
 // What every method answers.
@@ -81,7 +88,7 @@ struct Result {
   std::vector<Estimate> estimates;  // what the method promises
   std::vector<Estimate> also;       // what it found on the way: centre, gain matrix, speeds
   std::string convention;           // sign and sense of the estimates, where the field has more than one
-  double rms{};        // of the residuals, in the unit of the readings (mm unless the method says otherwise)
+  double rms{};        // of the readings that are used, in their unit (mm unless the method says otherwise)
   std::size_t dof{};   // degrees of freedom of the fit
   double condition{};  // of the column-scaled Jacobian
   std::optional<double> chi2_reduced;
@@ -99,6 +106,7 @@ struct Result {
   const Estimate* find(std::string_view key) const;
   // The design figure in one number: of the first estimate, root mean square over its components.
   std::optional<double> designFigure() const;
+  friend bool operator==(const Result&, const Result&) = default;
 };
 
 // Why there is no number. The name is stable, for programs; the reason is one sentence with the remedy, for a person.

@@ -36,24 +36,33 @@ struct RimReading {
 };
 using Loop = std::vector<RimReading>;
 
-// Step 1: readings with the spindle half a turn apart; the later ones are made with the spindle at zero.
-Outcome<Vector2d, Refusal> stylusOffset(const Dataset& dataset) {
-  if (!dataset.table("stylus")) return Vector2d{0.0, 0.0};
+// How far the stylus is off the spindle, in every reading alike, and what that is uncertain by.
+struct StylusOffset {
+  Vector2d offset{0.0, 0.0};
+  double variance{};  // of each coordinate, for readings of unit sigma
+};
+
+// Step 1, (B11): readings with the spindle half a turn apart; the later ones are made with the spindle at zero.
+Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
+  if (!dataset.table("stylus")) return StylusOffset{};
   const auto table = checkedTable(dataset, "stylus", kStylusColumns);
   if (!table) return table.error();
+  const auto notOpposite = [](const std::string& where) {
+    return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
+  };
   std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
   std::array<double, 2> counts{};
   for (std::size_t row = 0; row < (*table)->rows(); ++row) {
     const double angle = std::remainder((*(*table)->column("A_rad"))[row], 2.0 * std::numbers::pi);
     const bool zero = std::abs(angle) < kSameAngle;
-    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle) counts = {};
+    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle) {
+      return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
+    }
     sums[zero ? 0 : 1] += Vector2d{(*(*table)->column("x_mm"))[row], (*(*table)->column("y_mm"))[row]};
     counts[zero ? 0 : 1] += 1.0;
   }
-  if (counts[0] == 0.0 || counts[1] == 0.0) {
-    return Refusal{"not-opposite", "table 'stylus' needs readings with the spindle at 0 and at 180 degrees"};
-  }
-  return Vector2d{(sums[1] / counts[1] - sums[0] / counts[0]) / 2.0};
+  if (counts[0] == 0.0 || counts[1] == 0.0) return notOpposite("table 'stylus'");
+  return StylusOffset{(sums[1] / counts[1] - sums[0] / counts[0]) / 2.0, (1.0 / counts[0] + 1.0 / counts[1]) / 4.0};
 }
 
 Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& stylus) {
@@ -122,14 +131,9 @@ Outcome<Settled, Refusal> settle(const std::vector<Loop>& loops, double level_li
   return settled;
 }
 
-// What the centre of the steps is uncertain by: differences of (B26), (B27) in each coordinate of each reading, which
-// the noise of C moves along the rim.
-struct StepsSd {
-  Vector2d centre;
-  double radius{};
-};
-
-StepsSd sdOf(const RimSteps& steps, const RimCentre& centre, const RotationNoise& noise) {
+// Covariance of centre and radius of the steps: differences of (B26), (B27) in each coordinate of each reading, which
+// the noise of C moves along the rim. The stylus' offset is left out.
+Eigen::Matrix3d covarianceOf(const RimSteps& steps, const RimCentre& centre, const RotationNoise& noise) {
   constexpr double kStep = 1e-3;  // mm
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (Vector2d RimSteps::*reading : {&RimSteps::plus, &RimSteps::minus, &RimSteps::zero}) {
@@ -150,22 +154,22 @@ StepsSd sdOf(const RimSteps& steps, const RimCentre& centre, const RotationNoise
                                        noise.angle * noise.angle * along * along.transpose();
     covariance += slopes * of_reading * slopes.transpose();
   }
-  return {covariance.diagonal().head<2>().cwiseSqrt(), std::sqrt(covariance(2, 2))};
+  return covariance;
 }
 
 // The radius from the reading at +theta and from that at -theta, and the steps against the fit.
 std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& found, const Vector2d& fitted,
-                                        const StepsSd& sd) {
+                                        const Eigen::Vector3d& sd) {
   RimSteps other = steps;
   std::swap(other.plus, other.minus);
   const auto mirrored = turnedRimCentre(other);
-  if (mirrored && std::abs(mirrored->radius - found.radius) > kDisagree * 2.0 * sd.radius) {
+  if (mirrored && std::abs(mirrored->radius - found.radius) > kDisagree * 2.0 * sd[2]) {
     return "the readings at +theta and -theta give radii that differ by " +
            text(std::abs(mirrored->radius - found.radius)) + " mm";
   }
   const Vector2d off = found.centre - fitted;
   for (Eigen::Index k = 0; k < 2; ++k) {
-    if (std::abs(off[k]) > kDisagree * sd.centre[k]) {
+    if (std::abs(off[k]) > kDisagree * sd[k]) {
       return "the steps put the centre " + text(std::abs(off[k])) + " mm from the fit of all readings in " +
              std::string(1, "xy"[k]) + ", more than 4 sd";
     }
@@ -183,9 +187,17 @@ Outcome<double, Refusal> contactShift(const Dataset& dataset) {
   return solved->find("C_shift_rad")->value();
 }
 
-}  // namespace
+// What a case asks, read and checked.
+struct Measured {
+  StatedNoise noise;
+  bool trust{true};  // the angles of C
+  StylusOffset stylus;
+  double contact{};  // rad
+  std::vector<Loop> loops;
+  Settled settled;
+};
 
-Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
+Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
   const auto noise = statedNoise(dataset);
   if (!noise) return noise.error();
   const auto level_limit = configPositive(dataset, "level_limit_mm");
@@ -199,51 +211,128 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   if (!stylus) return stylus.error();
   const auto contact = contactShift(dataset);
   if (!contact) return contact.error();
-  const auto loops = loopsOf(**table, stylus.value());
+  auto loops = loopsOf(**table, stylus->offset);
   if (!loops) return loops.error();
   const auto settled = settle(loops.value(), level_limit->value_or(kLevelLimit));
   if (!settled) return settled.error();
-  const RimSteps& steps = settled->steps;
+  return Measured{noise.value(), trust, stylus.value(), contact.value(), std::move(loops).value(), settled.value()};
+}
+
+// All readings with their known angles; the stylus' offset goes into the centre one to one.
+Outcome<Fit, Refusal> fitOf(const Measured& measured) {
+  std::vector<RotationReading> readings;
+  for (std::size_t k = 0; k < measured.loops.size(); ++k) {
+    for (const auto& reading : measured.loops[k]) {
+      readings.push_back({reading.at, -(reading.c + measured.settled.zeros[k])});
+    }
+  }
+  auto fit = fitRotation(readings, measured.noise.noise);
+  if (!fit) return fit;
+  fit->cofactor.diagonal().head<2>().array() += measured.stylus.variance * std::pow(measured.noise.noise.position, 2);
+  return fit;
+}
+
+// Read minus fitted, in the order of the loops.
+Residuals residualsOf(const Measured& measured, const Fit& fit) {
+  const RotationNoise& noise = measured.noise.noise;
+  Residuals residuals{.unit = "mm", .against = std::string{kColumns[1]}, .names = {}, .at = {}, .values = {}};
+  for (std::size_t loop = 0; loop < measured.loops.size(); ++loop) {
+    for (const auto& reading : measured.loops[loop]) {
+      for (const auto part : residualParts(noise)) {
+        const double left = fit.residuals[static_cast<Eigen::Index>(residuals.values.size())];
+        residuals.names.push_back("loop " + std::to_string(loop + 1) + ", C " + text(reading.c) + " rad, " +
+                                  std::string{part});
+        residuals.at.push_back(reading.c);
+        residuals.values.push_back(residualSense(noise) * noise.position * left);
+      }
+    }
+  }
+  return residuals;
+}
+
+Result resultOfFit(const Dataset& dataset, const Measured& measured, const Fit& fit) {
+  const Vector2d arm = fit.parameters.tail<2>();
+  Answer answer{dataset, fit, {measured.noise.noise.position, measured.noise.stated}};
+  answer.result().residuals = residualsOf(measured, fit);
+  answer.promiseVector("centre_mm", fit.parameters.head<2>(), pick(0, 2, 4));
+  answer.promiseScalar("radius_mm", arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
+  return std::move(answer).take(true);
+}
+
+// Nothing of the fit, whose angles are not to be trusted. What is left of the steps is how far their readings lie off
+// their circle; six coordinates tell centre, radius, psi and theta.
+Result resultOfSteps(const Dataset& dataset, const Measured& measured, const RimCentre& found,
+                     const Eigen::Matrix3d& covariance) {
+  const RimSteps& steps = measured.settled.steps;
+  const bool stated = measured.noise.stated;
+  const Eigen::Vector3d sd = covariance.diagonal().cwiseSqrt();
+  Result result;
+  result.method = dataset.method;
+  result.estimates = {Estimate::vector("centre_mm", {found.centre.x(), found.centre.y()},
+                                       stated ? std::vector{sd[0], sd[1]} : std::vector<double>{}),
+                      Estimate::scalar("radius_mm", found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
+  result.residuals = {
+      .unit = "mm", .against = "reading", .names = {"+theta", "-theta", "zero"}, .at = {}, .values = {}};
+  double squares = 0.0;
+  for (const Vector2d& at : {steps.plus, steps.minus, steps.zero}) {
+    const double off = (at - found.centre).norm() - found.radius;
+    squares += off * off;
+    result.residuals.at.push_back(static_cast<double>(result.residuals.at.size() + 1));
+    result.residuals.values.push_back(off);
+  }
+  result.rms = std::sqrt(squares / 3.0);
+  result.dof = 1;
+  result.condition = scaledCondition(covariance.inverse());  // of a Jacobian that would have this covariance
+  if (stated) {
+    const auto entries = covariance.reshaped();
+    result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};
+  } else {
+    result.warnings.emplace_back("no sd: the steps are uncertain by what sigma_mm says, which is not stated");
+  }
+  return result;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
+  const auto read = measuredOf(dataset);
+  if (!read) return read.error();
+  const Measured& measured = read.value();
+  const RimSteps& steps = measured.settled.steps;
   const auto plain = rimCentre(steps.plus, steps.minus, steps.zero);
   const auto found = turnedRimCentre(steps);
   if (!plain || !found) {
     return Refusal{"level-readings",
                    "the readings at 0 and at theta are equally high: they tell no radius; turn further"};
   }
-  std::vector<RotationReading> readings;
-  for (std::size_t k = 0; k < loops->size(); ++k) {
-    for (const auto& reading : (*loops)[k]) readings.push_back({reading.at, -(reading.c + settled->zeros[k])});
-  }
-  const auto fit = fitRotation(readings, noise->noise);
+  const auto fit = fitOf(measured);
   if (!fit) return fit.error();
-  const Vector2d centre = fit->parameters.head<2>();
-  const Vector2d arm = fit->parameters.tail<2>();
-  const StepsSd sd = sdOf(steps, *found, noise->noise);
-  const auto differ = noise->stated ? disagreement(steps, *found, centre, sd) : std::nullopt;
-  if (differ && trust) {
+  const Vector2d fitted = fit->parameters.head<2>();
+  const RotationNoise& noise = measured.noise.noise;
+  Eigen::Matrix3d covariance = covarianceOf(steps, *found, noise);
+  // The stylus' offset is the same in both.
+  const auto differ =
+      measured.noise.stated ? disagreement(steps, *found, fitted, covariance.diagonal().cwiseSqrt()) : std::nullopt;
+  if (differ && measured.trust) {
     return Refusal{"steps-disagree",
                    *differ + ": are the angles of C right? Set trust_C_angles to false if they are not"};
   }
+  covariance.diagonal().head<2>().array() += measured.stylus.variance * noise.position * noise.position;
 
-  Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
-  answer.promiseVector("centre_mm", centre, pick(0, 2, 4));
-  answer.promiseScalar("radius_mm", arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
-  if (differ) answer.warn(*differ + "; the angles of C are not trusted, so the steps count");
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
-  answer.result().convention = "C clockwise from +Y";
-  Result result = std::move(answer).take(false);
+  Result result = measured.trust ? resultOfFit(dataset, measured, fit.value())
+                                 : resultOfSteps(dataset, measured, *found, covariance);
+  auto& warnings = result.warnings;
+  if (differ) warnings.push_back(*differ + "; the angles of C are not trusted, so the steps count");
+  if (!measured.noise.stated) warnings.emplace_back("the steps are not compared with the fit: that needs sigma_mm");
+  for (auto& warning : unusedKeys(dataset, kKeys)) warnings.push_back(std::move(warning));
+  result.convention = "C clockwise from +Y";
   auto& also = result.also;
-  also.push_back(Estimate::vector("fit_centre_mm", {centre.x(), centre.y()}, {}));
+  also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));
   also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
   also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
-  also.push_back(Estimate::scalar("C_shift_rad", contact.value() + settled->zeros.back(), std::nullopt));
-  also.push_back(Estimate::vector("stylus_offset_mm", {stylus->x(), stylus->y()}, {}));
-  if (!trust) {
-    const std::vector<double> sds = noise->stated ? std::vector{sd.centre.x(), sd.centre.y()} : std::vector<double>{};
-    result.estimates = {
-        Estimate::vector("centre_mm", {found->centre.x(), found->centre.y()}, sds),
-        Estimate::scalar("radius_mm", found->radius, noise->stated ? std::optional{sd.radius} : std::nullopt)};
-  }
+  also.push_back(Estimate::scalar("C_shift_rad", measured.contact + measured.settled.zeros.back(), std::nullopt));
+  const Vector2d& stylus = measured.stylus.offset;
+  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.x(), stylus.y()}, {}));
   return result;
 }
 

@@ -2,17 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/answer.hpp"
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/least_squares.hpp"
 #include "firmware/metrology/rigid.hpp"
@@ -29,8 +28,8 @@ using Balls = std::map<double, Vector3d>;
 
 constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 4> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm"};
-constexpr double kSameAngle = 1e-8;      // rad
+constexpr std::array<std::string_view, 5> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm",
+                                                "station_correction"};
 constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -48,9 +47,11 @@ struct Station {
 // The rigid motion between ideal and read coordinates as six errors.
 struct Motion {
   SixErrors errors;
-  Matrix6 information;  // for unit sigma
-  double squares{};     // of the residuals, mm^2
+  Matrix6 information;   // for unit sigma
+  Eigen::VectorXd left;  // residuals, mm, three a ball
   double condition{};
+
+  std::size_t dof() const { return static_cast<std::size_t>(left.size()) - 6; }
 };
 
 Eigen::MatrixX3d rowsOf(const std::vector<Vector3d>& points) {
@@ -67,19 +68,16 @@ Outcome<Motion, Refusal> motionOf(const Station& station) {
   }
   Motion motion;
   motion.errors << rigid->shift, rotationVector(rigid->rotation);
-  motion.information.setZero();
   const auto count = static_cast<Eigen::Index>(station.ideal.size());
   Eigen::MatrixXd design{3 * count, 6};
-  for (std::size_t k = 0; k < station.ideal.size(); ++k) {
-    const Vector3d left = station.read[k] - (*rigid)(station.ideal[k]);
-    motion.squares += left.squaredNorm();
-    design.middleRows<3>(static_cast<Eigen::Index>(3 * k)) = smallMotionRows(station.ideal[k]);
+  motion.left.resize(3 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto ball = static_cast<std::size_t>(k);
+    motion.left.segment<3>(3 * k) = station.read[ball] - (*rigid)(station.ideal[ball]);
+    design.middleRows<3>(3 * k) = smallMotionRows(station.ideal[ball]);
   }
   motion.information = design.transpose() * design;
-  const Eigen::VectorXd norms = design.colwise().norm();
-  const Eigen::VectorXd widths =
-      Eigen::JacobiSVD<Eigen::MatrixXd>{design * norms.cwiseInverse().asDiagonal()}.singularValues();
-  motion.condition = widths[0] / widths[5];
+  motion.condition = scaledCondition(motion.information);
   if (!(motion.condition <= kConditionLimit)) {
     return Refusal{"collinear", "at " + text(station.angle * 360.0 / kTurn) +
                                     " degrees the balls do not fix six errors: measure three that are not on one line"};
@@ -132,17 +130,14 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
 // Stations at the sorted distinct angles of first, for a plate at `plate` (its balls from the axis point at zero).
 Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Balls& third, const NominalAxis& axis,
                                                   const RigidMotion& plate) {
-  std::vector<double> angles = *first.column("phi_rad");
-  std::ranges::sort(angles);
-  const auto same = [](double a, double b) { return std::abs(a - b) < kSameAngle; };
-  angles.erase(std::ranges::unique(angles, same).begin(), angles.end());
+  const std::vector<double> angles = distinctAngles(*first.column("phi_rad"));
   std::vector<Station> stations(angles.size());
   for (std::size_t k = 0; k < angles.size(); ++k) stations[k].angle = angles[k];
   for (std::size_t row = 0; row < first.rows(); ++row) {
     const auto value = [&](std::size_t k) { return (*first.column(kFirstColumns[k]))[row]; };
     const auto certified = third.find(value(1));
     if (certified == third.end()) return missingBall(value(1), "first");
-    const auto at = std::ranges::lower_bound(angles, value(0) - kSameAngle) - angles.begin();
+    const auto at = std::ranges::lower_bound(angles, value(0) - kSameRotaryAngle) - angles.begin();
     Station& station = stations[static_cast<std::size_t>(at)];
     const Eigen::AngleAxisd turned{station.angle, axis.direction};
     station.ideal.push_back(turned * plate(certified->second));
@@ -152,7 +147,7 @@ Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Ball
 }
 
 bool atZero(double angle) {
-  return std::abs(std::remainder(angle, kTurn)) < kSameAngle;
+  return std::abs(std::remainder(angle, kTurn)) < kSameRotaryAngle;
 }
 
 // An error of the plate's place, as seen after the axis has turned it.
@@ -164,114 +159,157 @@ Matrix6 turnedPlate(const NominalAxis& axis, double angle) {
   return both;
 }
 
-// Six errors at every angle, and their covariance for unit sigma.
-struct Errors {
-  std::vector<double> angles;
-  Eigen::VectorXd values;
-  Eigen::MatrixXd cofactor;
-  double squares{};
-  std::size_t dof{};
-  double condition{};
-  bool zero_agrees{true};
-  Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
-};
-
 // What the rigid motion of one angle leaves of the balls, in the order of their rows.
-void addResiduals(Residuals& residuals, const Station& station) {
-  const auto rigid = registerRigid(rowsOf(station.ideal), rowsOf(station.read));
-  if (!rigid) return;
-  for (std::size_t k = 0; k < station.ideal.size(); ++k) {
-    const Vector3d left = station.read[k] - (*rigid)(station.ideal[k]);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
-                                std::to_string(k + 1) + " of the angle, " +
-                                std::string{kBallColumns[static_cast<std::size_t>(axis) + 1]});
-      residuals.at.push_back(station.angle);
-      residuals.values.push_back(left[axis]);
-    }
+void addResiduals(Residuals& residuals, const Station& station, const Motion& motion) {
+  for (Eigen::Index k = 0; k < motion.left.size(); ++k) {
+    residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
+                              std::to_string(k / 3 + 1) + " of the angle, " +
+                              std::string{kBallColumns[static_cast<std::size_t>(k % 3) + 1]});
+    residuals.at.push_back(station.angle);
+    residuals.values.push_back(motion.left[k]);
   }
 }
 
-// The plate is refined by the readings at phi = 0 where they agree with it: the axis stands there in both, so what they
-// differ by is noise. The row of phi = 0 stays the plain difference of the two.
-Outcome<Errors, Refusal> errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motion& second,
-                                  const Sigma& sigma) {
-  const auto count = static_cast<Eigen::Index>(stations.size());
-  Errors errors;
-  errors.values.resize(6 * count);
-  errors.cofactor = Eigen::MatrixXd::Zero(6 * count, 6 * count);
-  std::vector<Motion> motions;
+// The rigid motions of all angles, and that of the plate.
+struct Motions {
+  std::vector<Motion> first;
+  Motion second;
+
+  std::size_t dof() const {
+    std::size_t dof = second.dof();
+    for (const auto& motion : first) dof += motion.dof();
+    return dof;
+  }
+  Eigen::VectorXd left() const {
+    std::vector<double> all;
+    for (const auto& motion : first) all.insert(all.end(), motion.left.begin(), motion.left.end());
+    all.insert(all.end(), second.left.begin(), second.left.end());
+    return Eigen::VectorXd::Map(all.data(), static_cast<Eigen::Index>(all.size()));
+  }
+  double condition() const {
+    double worst = second.condition;
+    for (const auto& motion : first) worst = std::max(worst, motion.condition);
+    return worst;
+  }
+};
+
+Outcome<Motions, Refusal> motionsOf(const std::vector<Station>& stations, const Motion& second) {
+  Motions motions{{}, second};
   for (const auto& station : stations) {
     const auto motion = motionOf(station);
     if (!motion) return motion.error();
-    motions.push_back(motion.value());
-    errors.squares += motion->squares;
-    errors.dof += 3 * station.ideal.size() - 6;
-    errors.condition = std::max(errors.condition, motion->condition);
-    errors.angles.push_back(station.angle);
-    addResiduals(errors.residuals, station);
+    motions.first.push_back(motion.value());
   }
-  // Shift of the plate that the readings at zero ask for, and what remains uncertain of the plate.
-  SixErrors shift = SixErrors::Zero();
-  Matrix6 plate = second.information.inverse();
+  return motions;
+}
+
+// Whether the readings at phi = 0 differ from the second ones by no more than noise: the axis stands there in both.
+bool zeroAgrees(const std::vector<Station>& stations, const Motions& motions, const Sigma& sigma) {
+  const double found = motions.left().squaredNorm() / static_cast<double>(std::max<std::size_t>(motions.dof(), 1));
+  const double variance = sigma.stated ? sigma.value * sigma.value : found;
   for (std::size_t k = 0; k < stations.size(); ++k) {
     if (!atZero(stations[k].angle)) continue;
-    const Matrix6 difference = plate + motions[k].information.inverse();
-    const double pooled =
-        sigma.stated ? sigma.value * sigma.value
-                     : (errors.squares + second.squares) / static_cast<double>(std::max<std::size_t>(errors.dof, 1));
-    const double chi2 = motions[k].errors.dot(difference.inverse() * motions[k].errors) / pooled;
-    errors.zero_agrees = errors.zero_agrees && chi2 <= kSameState;
+    const Motion& motion = motions.first[k];
+    const Matrix6 difference = motions.second.information.inverse() + motion.information.inverse();
+    if (motion.errors.dot(difference.inverse() * motion.errors) > kSameState * variance) return false;
   }
-  if (errors.zero_agrees) {
-    Matrix6 information = second.information;
-    SixErrors weighted = SixErrors::Zero();
-    for (std::size_t k = 0; k < stations.size(); ++k) {
-      if (!atZero(stations[k].angle)) continue;
-      information += motions[k].information;
-      weighted += motions[k].information * motions[k].errors;
-    }
-    plate = information.inverse();
-    shift = plate * weighted;
+  return true;
+}
+
+// How far the readings at zero move the plate, and what remains uncertain of its place, for unit sigma.
+struct PlatePlace {
+  SixErrors shift = SixErrors::Zero();
+  Matrix6 cofactor;
+};
+
+PlatePlace plateOf(const std::vector<Station>& stations, const Motions& motions, bool zero_agrees) {
+  Matrix6 information = motions.second.information;
+  SixErrors weighted = SixErrors::Zero();
+  for (std::size_t k = 0; zero_agrees && k < stations.size(); ++k) {
+    if (!atZero(stations[k].angle)) continue;
+    information += motions.first[k].information;
+    weighted += motions.first[k].information * motions.first[k].errors;
   }
+  const Matrix6 cofactor = information.inverse();
+  return {cofactor * weighted, cofactor};
+}
+
+// Six errors at every angle. The plate is refined by the readings at phi = 0 where they agree with it; their own row
+// stays the plain difference of the two.
+Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motions& motions, bool zero_agrees,
+             double sigma) {
+  const auto count = static_cast<Eigen::Index>(stations.size());
+  const PlatePlace plate = plateOf(stations, motions, zero_agrees);
+  const auto isZero = [&](Eigen::Index k) {
+    return zero_agrees && atZero(stations[static_cast<std::size_t>(k)].angle);
+  };
+  const auto seen = [&](Eigen::Index k) { return turnedPlate(axis, stations[static_cast<std::size_t>(k)].angle); };
+  Fit fit;
+  fit.parameters.resize(6 * count);
+  fit.cofactor = Eigen::MatrixXd::Zero(6 * count, 6 * count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto& station = stations[static_cast<std::size_t>(k)];
-    const auto& motion = motions[static_cast<std::size_t>(k)];
-    const bool zero = atZero(station.angle) && errors.zero_agrees;
-    const Matrix6 seen = turnedPlate(axis, station.angle);
-    errors.values.segment<6>(6 * k) = motion.errors;
-    if (!zero) errors.values.segment<6>(6 * k) -= seen * shift;
-    errors.cofactor.block<6, 6>(6 * k, 6 * k) = motion.information.inverse();
+    const Motion& motion = motions.first[static_cast<std::size_t>(k)];
+    fit.parameters.segment<6>(6 * k) = motion.errors;
+    if (!isZero(k)) fit.parameters.segment<6>(6 * k) -= seen(k) * plate.shift;
+    fit.cofactor.block<6, 6>(6 * k, 6 * k) = motion.information.inverse();
     for (Eigen::Index l = 0; l < count; ++l) {
-      const auto& other = stations[static_cast<std::size_t>(l)];
-      const bool other_zero = atZero(other.angle) && errors.zero_agrees;
-      if (zero && other_zero) {
-        errors.cofactor.block<6, 6>(6 * k, 6 * l) += second.information.inverse();
-      } else if (!zero && !other_zero) {
-        errors.cofactor.block<6, 6>(6 * k, 6 * l) += seen * plate * turnedPlate(axis, other.angle).transpose();
+      if (isZero(k) && isZero(l)) {
+        fit.cofactor.block<6, 6>(6 * k, 6 * l) += motions.second.information.inverse();
+      } else if (!isZero(k) && !isZero(l)) {
+        fit.cofactor.block<6, 6>(6 * k, 6 * l) += seen(k) * plate.cofactor * seen(l).transpose();
       }
     }
   }
-  return errors;
+  fit.cofactor *= sigma * sigma;
+  fit.residuals = motions.left() / sigma;
+  fit.dof = motions.dof();
+  fit.condition = motions.condition();
+  return fit;
 }
 
-std::vector<double> sdOf(const Eigen::MatrixXd& map, const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd variance = (map * covariance).cwiseProduct(map).rowwise().sum();
-  const Eigen::VectorXd sd = variance.cwiseMax(0.0).cwiseSqrt();
-  return {sd.begin(), sd.end()};
+// What a case holds, read and checked: the plate where second and third put it, the stations of first.
+struct Bench {
+  NominalAxis axis;
+  Sigma sigma;
+  Motion plate;
+  std::vector<Station> stations;
+};
+
+Outcome<Bench, Refusal> benchOf(const Dataset& dataset) {
+  const auto axis = nominalAxis(dataset);
+  if (!axis) return axis.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto first = checkedTable(dataset, "first", kFirstColumns);
+  if (!first) return first.error();
+  const auto second_table = checkedTable(dataset, "second", kBallColumns);
+  if (!second_table) return second_table.error();
+  const auto third_table = checkedTable(dataset, "third", kBallColumns);
+  if (!third_table) return third_table.error();
+  const auto second = ballsOf(**second_table);
+  if (!second) return second.error();
+  const auto third = ballsOf(**third_table);
+  if (!third) return third.error();
+  auto placed = plateStation(second.value(), third.value(), axis.value());
+  if (!placed) return placed.error();
+  const auto plate = registerRigid(rowsOf(placed->ideal), rowsOf(placed->read));
+  if (!plate) return Refusal{plate.error().name, "table 'second': " + plate.error().reason};
+  if (auto refusal = badPlate(placed.value(), plate.value(), sigma.value())) return *refusal;
+  for (auto& ball : placed->ideal) ball = (*plate)(ball);
+  const auto place = motionOf(placed.value());
+  if (!place) return place.error();
+  auto stations = stationsOf(**first, third.value(), axis.value(), plate.value());
+  if (!stations) return stations.error();
+  return Bench{axis.value(), sigma.value(), place.value(), std::move(stations).value()};
 }
 
-// Factor on the cofactor; nothing where neither sigma nor residuals are there.
-std::optional<double> varianceOf(Result& result, const Sigma& sigma) {
-  if (result.dof == 0) return sigma.stated ? std::optional<double>{sigma.value * sigma.value} : std::nullopt;
-  const double pooled = result.rms * result.rms;
-  if (!sigma.stated) return pooled;
-  const double stated = sigma.value * sigma.value;
-  result.chi2_reduced = pooled / stated;
-  if (*result.chi2_reduced <= 1.0 + 4.0 * std::sqrt(2.0 / static_cast<double>(result.dof))) return stated;
-  result.warnings.push_back("the readings agree worse than the stated sigma promises (reduced chi-square " +
-                            text(*result.chi2_reduced) + "): the sd is widened by its root; look for a bad reading");
-  return pooled;
+// Whether a case of "rotary-axis-errors" needs one fit of everything: tables with a column `mount`, station_correction
+// switched on, or the key sigma_third_mm.
+bool asksForStack(const Dataset& dataset) {
+  const Table* first = dataset.table("first");
+  const auto correct = dataset.config.find("station_correction");
+  const bool corrected = correct != dataset.config.end() && correct->second != Value{false};
+  return (first && first->column("mount")) || corrected || dataset.config.contains("sigma_third_mm");
 }
 
 }  // namespace
@@ -289,72 +327,33 @@ Eigen::Vector3d chainError(std::span<const RotaryLink> links, const Eigen::Vecto
 
 Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   if (asksForStack(dataset)) return solveRotaryStack(dataset);
-  const auto axis = nominalAxis(dataset);
-  if (!axis) return axis.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto first = checkedTable(dataset, "first", kFirstColumns);
-  if (!first) return first.error();
-  const auto second_table = checkedTable(dataset, "second", kBallColumns);
-  if (!second_table) return second_table.error();
-  const auto third_table = checkedTable(dataset, "third", kBallColumns);
-  if (!third_table) return third_table.error();
-  const auto second = ballsOf(**second_table);
-  if (!second) return second.error();
-  const auto third = ballsOf(**third_table);
-  if (!third) return third.error();
+  const auto bench = benchOf(dataset);
+  if (!bench) return bench.error();
+  const auto& stations = bench->stations;
+  const auto motions = motionsOf(stations, bench->plate);
+  if (!motions) return motions.error();
+  const bool zero_agrees = zeroAgrees(stations, motions.value(), bench->sigma);
+  const Fit fit = errorsOf(stations, bench->axis, motions.value(), zero_agrees, bench->sigma.value);
 
-  auto placed = plateStation(second.value(), third.value(), axis.value());
-  if (!placed) return placed.error();
-  const auto plate = registerRigid(rowsOf(placed->ideal), rowsOf(placed->read));
-  if (!plate) return Refusal{plate.error().name, "table 'second': " + plate.error().reason};
-  if (auto refusal = badPlate(placed.value(), plate.value(), sigma.value())) return *refusal;
-  for (auto& ball : placed->ideal) ball = (*plate)(ball);
-  const auto place = motionOf(placed.value());
-  if (!place) return place.error();
-  const auto stations = stationsOf(**first, third.value(), axis.value(), plate.value());
-  if (!stations) return stations.error();
-  const auto errors = errorsOf(stations.value(), axis.value(), place.value(), sigma.value());
-  if (!errors) return errors.error();
-
-  Result result;
-  result.method = dataset.method;
-  result.dof = errors->dof + 3 * placed->ideal.size() - 6;
-  result.rms =
-      std::sqrt((errors->squares + place->squares) / static_cast<double>(std::max<std::size_t>(result.dof, 1)));
-  result.condition = std::max(errors->condition, place->condition);
-  const auto variance = varianceOf(result, sigma.value());
-  const auto add = [&](const char* key, std::size_t columns, const Eigen::MatrixXd& map) {
-    const Eigen::VectorXd values = map * errors->values;
-    std::vector<double> sd;
-    if (variance) sd = sdOf(map, errors->cofactor * *variance);
-    const std::vector<double> list{values.begin(), values.end()};
-    const auto design = sdOf(map, errors->cofactor);
-    result.estimates.push_back(columns > 1 ? Estimate::matrix(key, columns, list, std::move(sd))
-                                           : Estimate::vector(key, list, std::move(sd)));
-    result.estimates.back().design = design;
-  };
-  result.design_per = "one coordinate of one ball, mm";
-  result.residuals = errors->residuals;
-  add("six_errors", 6, Eigen::MatrixXd::Identity(errors->values.size(), errors->values.size()));
-  result.also.push_back(Estimate::vector("angle_rad", errors->angles, {}));
-  if (locationKnown(errors->angles)) {
-    add("location_mm", 1, locationMap(errors->angles, axis->direction, 0));
-    add("tilt_rad", 1, locationMap(errors->angles, axis->direction, 3));
-  } else {
-    result.warnings.emplace_back(
-        "no location of the axis: it needs four or more angles that are spread wider than 60 degrees");
+  Answer answer{dataset, fit, bench->sigma};
+  answer.readingIs("one coordinate of one ball", "mm");
+  answer.result().residuals.against = "phi_rad";
+  std::vector<double> angles;
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    angles.push_back(stations[k].angle);
+    addResiduals(answer.result().residuals, stations[k], motions->first[k]);
   }
-  if (!errors->zero_agrees) {
-    result.warnings.emplace_back(
+  const Eigen::Index size = fit.parameters.size();
+  promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench->axis.direction);
+  addNominalAxis(answer.result(), bench->axis);
+  if (!zero_agrees) {
+    answer.warn(
         "the first coordinates at phi = 0 disagree with the second ones, so they are left out of the plate's place: "
         "did "
         "the axis return to zero?");
   }
-  if (!variance) result.warnings.emplace_back("no sd: no sigma_mm is stated and there are no more balls than needed");
-  for (auto& warning : unusedKeys(dataset, kKeys)) result.warnings.push_back(std::move(warning));
-  result.convention = "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
-  return result;
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
 }
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #include "firmware/metrology/rotary_correction.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -47,6 +48,18 @@ std::optional<Eigen::Vector3d> RotaryCorrection::at(std::span<const std::optiona
     chain[k] = {links_[k].point, links_[k].direction, *angles[k], *errors};
   }
   return chainError(std::span{chain}.first(count_), point);
+}
+
+std::optional<Eigen::Vector3d> RotaryCorrection::tablePoint(std::span<const std::optional<double>> angles,
+                                                            const Eigen::Vector3d& machine_point) const {
+  if (angles.size() != count_) return std::nullopt;
+  Eigen::Vector3d point = machine_point;
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (!angles[k]) return std::nullopt;
+    const auto& link = links_[k];
+    point = link.point + Eigen::AngleAxisd{-*angles[k], link.direction} * (point - link.point);
+  }
+  return point;
 }
 
 }  // namespace probebox::metrology

@@ -39,6 +39,11 @@ class RotaryCorrection {
   // table: without its inputs a correction is invalid, never zero.
   std::optional<Eigen::Vector3d> at(std::span<const std::optional<double>> angles, const Eigen::Vector3d& point) const;
 
+  // The point of the table, in its own frame, that its nominal axes bring to `machine_point` (mm, machine axes) at
+  // these angles. Nothing without one of the angles.
+  std::optional<Eigen::Vector3d> tablePoint(std::span<const std::optional<double>> angles,
+                                            const Eigen::Vector3d& machine_point) const;
+
  private:
   std::size_t count_{};
   std::array<CalibratedAxis, kMostLinks> links_{};

@@ -17,6 +17,16 @@ using Eigen::Vector3d;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kLeastSector = kTurn / 6.0;
 
+// Whether the angles tell the location.
+bool locationKnown(std::vector<double> angles) {
+  if (angles.size() < 4) return false;
+  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
+  std::ranges::sort(angles);
+  double widest = angles.front() + kTurn - angles.back();
+  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
+  return kTurn - widest >= kLeastSector;
+}
+
 }  // namespace
 
 Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
@@ -32,6 +42,11 @@ Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
     return Refusal{"bad-config", "config key 'axis_direction' must have length 1"};
   }
   return NominalAxis{Vector3d{point->value().data()}, along.normalized()};
+}
+
+void addNominalAxis(Result& result, const NominalAxis& axis) {
+  result.also.push_back(Estimate::vector("axis_point_mm", {axis.point.begin(), axis.point.end()}, {}));
+  result.also.push_back(Estimate::vector("axis_direction", {axis.direction.begin(), axis.direction.end()}, {}));
 }
 
 Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
@@ -53,13 +68,27 @@ Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& dire
   return map;
 }
 
-bool locationKnown(std::vector<double> angles) {
-  if (angles.size() < 4) return false;
-  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
+std::vector<double> distinctAngles(std::vector<double> angles) {
   std::ranges::sort(angles);
-  double widest = angles.front() + kTurn - angles.back();
-  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
-  return kTurn - widest >= kLeastSector;
+  const auto same = [](double a, double b) { return std::abs(a - b) < kSameRotaryAngle; };
+  angles.erase(std::ranges::unique(angles, same).begin(), angles.end());
+  return angles;
+}
+
+void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
+                   const Eigen::MatrixXd& rows, const Vector3d& direction) {
+  answer.promiseMatrix("six_errors", 6, six, rows);
+  answer.result().also.push_back(Estimate::vector("angle_rad", angles, {}));
+  answer.result().convention =
+      "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
+  if (!locationKnown(angles)) {
+    answer.warn("no location of the axis: it needs four or more angles that are spread wider than 60 degrees");
+    return;
+  }
+  const Eigen::MatrixXd location = locationMap(angles, direction, 0);
+  const Eigen::MatrixXd tilt = locationMap(angles, direction, 3);
+  answer.promiseVector("location_mm", location * six, location * rows);
+  answer.promiseVector("tilt_rad", tilt * six, tilt * rows);
 }
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "firmware/metrology/answer.hpp"
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
 #include "protocol/units/outcome.hpp"
@@ -18,11 +19,22 @@ struct NominalAxis {
 // Config keys axis_point_mm and axis_direction. Refuses: missing-key, bad-config.
 Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset);
 
+// What the errors are about, beside them: axis_point_mm and axis_direction.
+void addNominalAxis(Result& result, const NominalAxis& axis);
+
 // (E7) as a linear map of the six errors at all angles: (I - R(phi)) d + b, d across the axis, by least squares.
 // offset: 0 for the translations, 3 for the rotations. Rows: the three components of d in machine axes.
 Eigen::MatrixXd locationMap(std::span<const double> angles, const Eigen::Vector3d& direction, Eigen::Index offset);
 
-// Whether the angles tell the location: four or more, not all within 60 degrees.
-bool locationKnown(std::vector<double> angles);
+// Angles closer than this are one, rad.
+inline constexpr double kSameRotaryAngle = 1e-8;
+
+// The angles, each once, rising.
+std::vector<double> distinctAngles(std::vector<double> angles);
+
+// Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
+// than 60 degrees, else a warning; also angle_rad. six: at all angles; rows: d six / d parameters.
+void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
+                   const Eigen::MatrixXd& rows, const Eigen::Vector3d& direction);
 
 }  // namespace probebox::metrology

@@ -1,7 +1,6 @@
 #include "firmware/metrology/rotary_stack.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +27,6 @@ using Eigen::VectorXd;
 
 constexpr std::array<std::string_view, 7> kKeys{"axis",           "axis_point_mm",      "axis_direction",   "sigma_mm",
                                                 "sigma_third_mm", "station_correction", "station_radius_mm"};
-constexpr double kSameAngle = 1e-8;      // rad
 constexpr double kWorstResidual = 5.0;   // sigma, between second and third
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kStationRadius = 30.0;  // mm
@@ -72,6 +70,11 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!third) return third.error();
   if (third.value() && !sigma->stated) {
     return Refusal{"missing-key", "sigma_third_mm needs sigma_mm beside it: which of the two weighs more?"};
+  }
+  if (third.value() && dataset.config.contains("sd_certificate_mm")) {
+    return Refusal{"bad-config",
+                   "sigma_third_mm and sd_certificate_mm both say how uncertain the certificate is, which would count "
+                   "twice: keep one of the two"};
   }
   const auto correct = configSwitch(dataset, "station_correction");
   if (!correct) return correct.error();
@@ -173,10 +176,7 @@ class StackReader {
 
   std::optional<Refusal> readFirst() {
     const Table& first = *tables_.first;
-    stack_.angles = *first.column("phi_rad");
-    std::ranges::sort(stack_.angles);
-    const auto same = [](double a, double b) { return std::abs(a - b) < kSameAngle; };
-    stack_.angles.erase(std::ranges::unique(stack_.angles, same).begin(), stack_.angles.end());
+    stack_.angles = distinctAngles(*first.column("phi_rad"));
     for (std::size_t row = 0; row < first.rows(); ++row) {
       const auto ball = ballOf(first, row);
       if (!ball) return ball.error();
@@ -187,7 +187,7 @@ class StackReader {
                                            " is not in table 'second': read the plate there with the axis at zero"};
       }
       const double phi = (*first.column("phi_rad"))[row];
-      const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameAngle) - stack_.angles.begin();
+      const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameRotaryAngle) - stack_.angles.begin();
       stack_.readings.push_back(
           {mount->second, *ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
     }
@@ -252,11 +252,7 @@ std::optional<Refusal> badRank(const Stack& stack, const NominalAxis& axis) {
       design.conservativeResize(design.rows() + 3, Eigen::NoChange);
       design.bottomRows<3>() = smallMotionRows(idealOf(stack, reading, axis));
     }
-    const VectorXd norms = design.colwise().norm();
-    if (design.rows() >= 6 && norms.minCoeff() > 0.0) {
-      const VectorXd widths = Eigen::JacobiSVD<MatrixXd>{design * norms.cwiseInverse().asDiagonal()}.singularValues();
-      if (widths[0] <= kConditionLimit * widths[5]) continue;
-    }
+    if (design.rows() >= 6 && scaledCondition(design.transpose() * design) <= kConditionLimit) continue;
     return Refusal{"rank-too-small", "at " + text(stack.angles[k] * kDegrees) +
                                          " degrees the balls of all mounts do not fix six errors: read three that are "
                                          "not on one line, in one mount or in several"};
@@ -353,13 +349,22 @@ std::optional<Refusal> badSecond(const Stack& stack, const Fit& fit, const Keys&
                                            " mm off, more than 5 sigma: measure it again"};
 }
 
-}  // namespace
-
-bool asksForStack(const Dataset& dataset) {
-  const Table* first = dataset.table("first");
-  return (first && first->column("mount")) || dataset.config.contains("station_correction") ||
-         dataset.config.contains("sigma_third_mm");
+// Read minus fitted, one a coordinate.
+Residuals residualsOf(const Stack& stack, const Fit& fit, double sigma) {
+  Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
+  for (std::size_t k = 0; k < 3 * stack.readings.size(); ++k) {
+    const BallReading3& reading = stack.readings[k / 3];
+    const double angle = reading.angle ? stack.angles[*reading.angle] : 0.0;
+    residuals.names.push_back((reading.angle ? "first, " + text(angle * kDegrees) + " degrees" : "second") +
+                              ", mount " + std::to_string(reading.mount + 1) + ", ball " +
+                              std::to_string(reading.ball + 1) + ", " + "xyz"[k % 3] + "_mm");
+    residuals.at.push_back(angle);
+    residuals.values.push_back(-fit.residuals[static_cast<Index>(k)] * sigma);
+  }
+  return residuals;
 }
+
+}  // namespace
 
 Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
   const auto keys = keysOf(dataset);
@@ -381,20 +386,12 @@ Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
   const auto count = 6 * static_cast<Index>(stack->angles.size());
   const VectorXd six = fit->parameters.segment(model.errorsAt(), count);
   const MatrixXd rows = pick(model.errorsAt(), count, model.size());
-  answer.promiseMatrix("six_errors", 6, six, rows);
-  answer.result().also.push_back(Estimate::vector("angle_rad", stack->angles, {}));
-  if (locationKnown(stack->angles)) {
-    const MatrixXd location = locationMap(stack->angles, keys->axis.direction, 0);
-    const MatrixXd tilt = locationMap(stack->angles, keys->axis.direction, 3);
-    answer.promiseVector("location_mm", location * six, location * rows);
-    answer.promiseVector("tilt_rad", tilt * six, tilt * rows);
-  } else {
-    answer.warn("no location of the axis: it needs four or more angles that are spread wider than 60 degrees");
-  }
+  answer.result().residuals = residualsOf(stack.value(), fit.value(), keys->sigma.value);
+  answer.readingRows(3 * static_cast<Index>(stack->readings.size()));
+  promiseErrors(answer, stack->angles, six, rows, keys->axis.direction);
+  addNominalAxis(answer.result(), keys->axis);
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
-  answer.result().convention =
-      "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
-  return std::move(answer).take(false);
+  return std::move(answer).take(true);
 }
 
 }  // namespace probebox::metrology

@@ -5,10 +5,6 @@
 
 namespace probebox::metrology {
 
-// Whether a case of "rotary-axis-errors" needs one fit of everything: tables with a column `mount`, or one of the keys
-// station_correction and sigma_third_mm.
-bool asksForStack(const Dataset& dataset);
-
 // The six errors of a rotary axis from a ball plate in several mounts, from stations that see some of the balls only,
 // or with errors of the linear axes taken out (CN112247668, docs/metrology.md (E10)-(E12)). One least squares over
 // everything: the place of the plate in each mount, the six errors at each angle, with station_correction the error of
@@ -16,7 +12,8 @@ bool asksForStack(const Dataset& dataset);
 // Tables as rotary-axis-errors, first and second with `mount` before `ball`. Config also: station_correction: a reading
 // belongs to the station of the ball of `second` that the nominal axis brings it next to; station_radius_mm (default
 // 30). Gives the same keys. The row of an angle of zero is what the axis was off when first was read.
-// Refuses: as rotary-axis-errors, and rank-too-small (the balls of an angle do not fix six errors), not-at-station.
+// Refuses: as rotary-axis-errors (bad-config also where sd_certificate_mm stands beside sigma_third_mm), and
+// rank-too-small (the balls of an angle do not fix six errors), not-at-station.
 Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -68,18 +68,25 @@ bool ScrewCompensator::usable(const ScrewReading& reading, double extension_um) 
 ScrewOutput ScrewCompensator::step(const ScrewReading& reading, double elapsed_s) {
   const double extension = reading.sensor_um.value_or(0.0) - screw_.reference_um;
   if (!usable(reading, extension)) {
-    return {.compensation_um = last_um_.value_or(0.0), .table_used = share_.inUse(), .held = true};
+    return {.compensation_um = last_um_.value_or(0.0),
+            .extension_um = extension_um_,
+            .table_used = share_.inUse(),
+            .held = true};
   }
   const double share = share_.at(reading.speed_rpm, screw_.threshold_rpm);
-  const double wanted =
-      compensationUm(screw_, reading.position_mm, extension - share * faceErrorUm(screw_, reading.angle_rad));
+  extension_um_ = extension - share * faceErrorUm(screw_, reading.angle_rad);
+  const double wanted = compensationUm(screw_, reading.position_mm, extension_um_);
   double given = wanted;
   if (last_um_ && limits_.rate_um_s > 0.0) {
     const double most = limits_.rate_um_s * std::max(elapsed_s, 0.0);
     given = std::clamp(wanted, *last_um_ - most, *last_um_ + most);
   }
   last_um_ = given;
-  return {.compensation_um = given, .table_used = share_.inUse(), .held = false, .rate_limited = given != wanted};
+  return {.compensation_um = given,
+          .extension_um = extension_um_,
+          .table_used = share_.inUse(),
+          .held = false,
+          .rate_limited = given != wanted};
 }
 
 }  // namespace probebox::metrology

@@ -69,6 +69,7 @@ struct ScrewReading {
 
 struct ScrewOutput {
   double compensation_um{};
+  double extension_um{};  // of the screw, what its face added taken out; of the value that is held
   bool table_used{};
   bool held{};          // the last good value: the reading was not usable (D6)
   bool rate_limited{};  // the value is still on its way
@@ -90,6 +91,7 @@ class ScrewCompensator {
   ScrewLimits limits_;
   TableShare share_;
   std::optional<double> last_um_;
+  double extension_um_{};
 };
 
 }  // namespace probebox::metrology

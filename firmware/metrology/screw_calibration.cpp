@@ -166,11 +166,30 @@ Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const 
   return std::optional<Fit>{std::move(*fit)};
 }
 
+// Of values that do not depend on each other, those of the first one first.
+Covariance apart(const Covariance& first, const Covariance& second) {
+  Covariance both = first;
+  both.components.insert(both.components.end(), second.components.begin(), second.components.end());
+  const std::size_t n = first.components.size();
+  const std::size_t of = both.components.size();
+  both.values.assign(of * of, 0.0);
+  for (std::size_t i = 0; i < of; ++i) {
+    for (std::size_t k = 0; k < of; ++k) {
+      if (i < n && k < n) both.values[i * of + k] = first.values[i * n + k];
+      if (i >= n && k >= n) both.values[i * of + k] = second.values[(i - n) * (of - n) + k - n];
+    }
+  }
+  return both;
+}
+
 void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
   Answer of_gain{dataset, gain, {}};
   of_gain.readingIs("one true error of table gain_cal", "um");
   of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
-  const Result gain_result = std::move(of_gain).take(false);
+  const Result gain_result = std::move(of_gain).take(true);
+  if (gain_result.covariance && result.covariance) {
+    result.covariance = apart(*gain_result.covariance, *result.covariance);
+  }
   result.estimates.insert(result.estimates.begin(), gain_result.estimates.front());
   result.also.push_back(Estimate::scalar("gain_rms_um", gain_result.rms, std::nullopt));
   result.also.push_back(Estimate::scalar("gain_dof", static_cast<double>(gain_result.dof), std::nullopt));
@@ -206,7 +225,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   answer.promiseVector("sector_table_um", about_mean * fit->parameters, about_mean);
   answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit->parameters.size()).row(0));
 
-  Result result = std::move(answer).take(false);
+  Result result = std::move(answer).take(true);
   if (*gain) addGain(result, dataset, **gain);
   std::vector<std::string_view> keys{kKeys.begin(), kKeys.end()};
   if (!*gain) keys.emplace_back(kStandingGain);

@@ -94,6 +94,19 @@ Balls ballsOf(const Table& table, const SensorHead& head, const Vector3d& tool) 
   return balls;
 }
 
+// The noise of every reading comes on top of that of the calibration. seen: of a ball, per unit sigma of three sensors.
+void addReadingNoise(Result& result, const Matrix3d& seen) {
+  auto& sd = result.estimates.back().sd;
+  const Matrix3d own = seen * seen.transpose();
+  for (std::size_t k = 0; k < sd.size(); ++k) {
+    const auto axis = static_cast<Index>(k % 3);
+    sd[k] = std::sqrt(sd[k] * sd[k] + own(axis, axis));
+  }
+  const auto size = result.covariance ? static_cast<Index>(result.covariance->components.size()) : 0;
+  Eigen::Map<MatrixXd> covariance{size > 0 ? result.covariance->values.data() : nullptr, size, size};
+  for (Index ball = kParameters; ball < size; ball += 3) covariance.block<3, 3>(ball, ball) += own;
+}
+
 }  // namespace
 
 Vector3d SensorHead::displacement(const Vector3d& sensors) const {
@@ -124,10 +137,8 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
     pick_zero(sensor, 4 * sensor + 3) = 1.0;
   }
   Answer answer{dataset, fit.value(), sigma.value()};
-  // What the answer takes one sensor's noise for.
-  const auto zero_sd = answer.sdOf(pick_zero.row(0));
-  const std::optional<double> noise =
-      zero_sd ? std::optional{*zero_sd / std::sqrt(fit->cofactor(3, 3)) * sigma->value} : std::nullopt;
+  answer.readingIs("one sensor", "units of the sensors");
+  const std::optional<double> noise = answer.readingSd();
   if (auto refusal = badHead(head.matrix, moves, noise.value_or(0.0))) return *refusal;
   answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit->parameters, pick_matrix);
   answer.promiseVector("sensor_zero", head.zero, pick_zero);
@@ -139,17 +150,16 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
     const Vector3d vector = tool.value() ? Vector3d{tool.value()->data()} : Vector3d{Vector3d::Zero()};
     const Balls balls = ballsOf(**readings, head, vector);
     answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
-    // The reading's own noise comes on top of that of the calibration.
-    auto& sd = answer.result().estimates.back().sd;
-    const Vector3d of_reading = noise.value_or(0.0) * head.matrix.inverse().rowwise().norm();
-    for (std::size_t k = 0; k < sd.size(); ++k) sd[k] = std::hypot(sd[k], of_reading[static_cast<Index>(k % 3)]);
   }
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention =
       "sensors = zero + matrix * place of the ball from the head's reference; rms in the unit of "
       "the sensors";
-  return std::move(answer).take(false);
+  answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
+  Result result = std::move(answer).take(true);
+  if (dataset.table("readings")) addReadingNoise(result, head.matrix.inverse() * noise.value_or(0.0));
+  return result;
 }
 
 }  // namespace probebox::metrology

@@ -1,6 +1,7 @@
 #include "firmware/metrology/solve.hpp"
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "firmware/metrology/axis_alignment.hpp"
@@ -37,6 +38,8 @@ namespace {
 struct Method {
   std::string_view name;
   Solver solver;
+  // What is said of the values once their whole uncertainty is known.
+  std::optional<Refusal> (*judge)(const Dataset&, Result&){};
 };
 
 // In alphabetical order.
@@ -60,7 +63,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"delay-stepped-scan", solveDelaySteppedScan},
     {"head-pivot", solveHeadPivot},
     {"head-pivot-3d", solveHeadPivot3d},
-    {"periodic-check", solvePeriodicCheck},
+    {"periodic-check", solvePeriodicCheck, judgePeriodicCheck},
     {"pocket-fit", solvePocketFit},
     {"rotary-axis-errors", solveRotaryAxisErrors},
     {"screw-calibration", solveScrewCalibration},
@@ -82,7 +85,11 @@ constexpr auto kMethods = std::to_array<Method>({
 
 Solved solve(const Dataset& dataset) {
   for (const auto& method : kMethods) {
-    if (method.name == dataset.method) return withUncertainty(dataset, method.solver);
+    if (method.name != dataset.method) continue;
+    auto solved = withUncertainty(dataset, method.solver);
+    if (!solved || method.judge == nullptr) return solved;
+    if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
+    return solved;
   }
   std::string known;
   for (const auto name : methods()) known += (known.empty() ? "" : ", ") + std::string{name};

@@ -164,7 +164,7 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   const double radius = radius_known ? *question.radius : fit->parameters[3];
   if (auto refusal = wrongRadius(radius, config.value())) return *refusal;
   if (config->sigma_stated && question.outliers == Outliers::keep) {
-    if (auto refusal = pointOff(fit.value(), question.sigma, "the sphere")) return *refusal;
+    if (auto refusal = pointOff(fit.value(), question.sigma, "the sphere", kAgainOrRobust)) return *refusal;
   }
 
   Result result;

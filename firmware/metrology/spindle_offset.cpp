@@ -9,7 +9,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kKeys{"sigma_mm", "A_sense", "C_sense"};
+constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s"};
 
 struct Offset {
   BallFit ball;
@@ -20,7 +20,7 @@ struct Offset {
 Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   const auto sigma = configSigma(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
-  const auto table = readBallTable(dataset, "");
+  const auto table = readBallTable(dataset, {});
   if (!table) return table.error();
   auto ball = fitBall(table->readings, {}, sigma->value);
   if (!ball) return ball.error();

@@ -1,6 +1,7 @@
 #include "firmware/metrology/surface_points.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -61,22 +62,78 @@ Vector3d velocityOf(const Stream& article, const Line& machine) {
   return fitLine(article.timesOf(run), article.valuesOf(run)).slope;
 }
 
+// What the article's samples give of the line through positions that are relative to it: the article is interpolated,
+// so neighbours share its noise. For unit variance of one sample of the article.
+struct ArticleShare {
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the line's middle and slope
+  double scatter{};  // of a residual of the line, on average over its degrees of freedom
+};
+
+ArticleShare articleShare(const Stream& article, const Stream& relative, const Line& machine) {
+  const double half = std::sqrt(3.0 * machine.sxx / static_cast<double>(machine.n));
+  const Signal signal = channelOf(article, 0);
+  const Interpolant between{signal, Interpolation::cubic};
+  std::array<Eigen::VectorXd, 2> gains{Eigen::VectorXd::Zero(article.values.rows()),
+                                       Eigen::VectorXd::Zero(article.values.rows())};
+  const auto n = static_cast<double>(machine.n);
+  ArticleShare share;
+  std::size_t cursor = 0;
+  for (const double t : relative.times) {
+    const double since = t - machine.t_mean;
+    if (std::abs(since) > half) continue;
+    between.addGains(t, 1.0 / n, cursor, gains[0]);
+    between.addGains(t, since / machine.sxx, cursor, gains[1]);
+    share.scatter += between.varianceAt(t, cursor) / (n - 2.0);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t j = 0; j < 2; ++j) {
+      share.covariance(static_cast<Index>(i), static_cast<Index>(j)) = gains[i].dot(gains[j]);
+    }
+  }
+  share.scatter -= (n * share.covariance(0, 0) + machine.sxx * share.covariance(1, 1)) / (n - 2.0);
+  return share;
+}
+
+// Of one sample, by what it misses its neighbours by: the article need not move evenly.
+SampleNoise articleNoise(const Stream& article, const Vector3d& motion) {
+  Signal along{article.times, {}};
+  for (const auto row : article.values.rowwise()) along.values.push_back(row.dot(motion));
+  SampleNoise noise{sampleVariance(along, Interpolation::cubic), 0.0};
+  for (Index channel = 0; channel < 3; ++channel) {
+    noise.across += 0.5 * sampleVariance(channelOf(article, channel), Interpolation::cubic);
+  }
+  noise.across = std::max(noise.across - 0.5 * noise.along, 0.0);
+  return noise;
+}
+
 struct Crossing {
   double time{};      // s
   double variance{};  // s^2
 };
 
+// Variance of |A d| where the deflection falls.
+double bendVariance(const Retract& retract, const SampleNoise& probe, const Eigen::Matrix3d& gain) {
+  const Vector3d falling = retract.probe.slope.normalized();
+  const Vector3d seen = gain.transpose() * (gain * falling).normalized();
+  return probe.across * seen.squaredNorm() + (probe.along - probe.across) * std::pow(falling.dot(seen), 2);
+}
+
 // The last time at which |A d| falls through the level, by a line between the samples beside it.
-Outcome<Crossing, Refusal> crossingOf(const Touch& touch, const Retract& retract, const PointQuestion& question) {
+// probe: noise of one of its samples.
+Outcome<Crossing, Refusal> crossingOf(const Touch& touch, const Retract& retract, const SampleNoise& probe,
+                                      const PointQuestion& question) {
   const double level = *question.threshold_mm;
   Signal size{touch.probe.times, {}};
   for (const auto row : touch.probe.values.rowwise()) size.values.push_back((question.gain * row.transpose()).norm());
-  const double sigma = std::sqrt(sampleVariance(size, Interpolation::linear));
+  const double sigma = std::sqrt(bendVariance(retract, probe, question.gain));
   const double deepest = (question.gain * retract.probe_apex).norm();
-  if (level < kLeastThreshold * sigma || level > kHighestThreshold * deepest) {
+  // A sample after separation is not on the line any more: both beside the level must be in contact.
+  const double a_sample = (question.gain * retract.probe.slope).norm() * touch.probe.period();
+  const double least = std::max(kLeastThreshold * sigma, a_sample);
+  if (level < least || level > kHighestThreshold * deepest) {
     return Refusal{"bad-threshold", touch.plan.name + ": threshold_mm is " + text(level) + " mm; between " +
-                                        text(kLeastThreshold * sigma) + " mm (noise) and " +
-                                        text(kHighestThreshold * deepest) + " mm (ramp) it tells a point"};
+                                        text(least) + " mm (" + (least > a_sample ? "noise" : "the way of one sample") +
+                                        ") and " + text(kHighestThreshold * deepest) + " mm (ramp) it tells a point"};
   }
   std::size_t k = size.values.size() - 1;
   while (k > 0 && size.values[k] < level) --k;
@@ -96,9 +153,26 @@ struct Reduced {
   Touch touch;  // relative to the article
   Retract retract;
   Vector3d article_velocity;
+  SampleNoise article_noise{};
+  ArticleShare article{};
 };
 
-SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const std::optional<Crossing>& crossing) {
+// noise: of one sample of each stream, the article's pooled over all touches.
+void addNoise(SurfacePoint& point, const Reduced& reduced, const TouchNoise& noise, const SampleNoise& article) {
+  const Line& machine = reduced.retract.machine;
+  const auto n = static_cast<double>(machine.n);
+  const ArticleShare& share = reduced.article;
+  // The residuals hold what both streams scatter by.
+  const double along = std::max(noise.machine.along - article.along * share.scatter, 0.0);
+  const double across = std::max(noise.machine.across - article.across * share.scatter, 0.0);
+  point.of_mean += along / n + article.along * share.covariance(0, 0);
+  point.of_slope = along / machine.sxx + article.along * share.covariance(1, 1);
+  point.of_both = article.along * share.covariance(0, 1);
+  point.across = across / n + article.across * share.covariance(0, 0);
+}
+
+SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const SampleNoise& article,
+                     const std::optional<Crossing>& crossing) {
   const Line& machine = reduced.retract.machine;
   const Line& probe = reduced.retract.probe;
   const double speed = machine.slope.norm();
@@ -111,25 +185,29 @@ SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const std:
   point.name = reduced.retract.plan.name;
   point.normal = reduced.retract.plan.normal;
   point.machine = machine.at(time);
+  point.apex = reduced.retract.machine_apex;
   point.article_velocity = reduced.article_velocity;
   point.probe_velocity = machine.slope + reduced.article_velocity;
   point.depth_mm = speed * reduced.retract.probe_apex.norm() / probe.slope.norm();
   point.lever_s = time - machine.t_mean;
-  point.of_mean = noise.machine.along / static_cast<double>(machine.n) + of_time * speed * speed;
-  point.of_slope = noise.machine.along / machine.sxx;
-  point.across = noise.machine.across / static_cast<double>(machine.n);
+  point.of_mean = of_time * speed * speed;
+  addNoise(point, reduced, noise, article);
   return point;
 }
 
 Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article) {
-  Reduced reduced{touch, {}, Vector3d::Zero()};
+  Reduced reduced{.touch = touch, .retract = {}, .article_velocity = Vector3d::Zero()};
   if (article) reduced.touch.machine = relativeTo(article->machine, touch.machine);
   if (reduced.touch.machine.times.size() < 5) {
     return Refusal{"gap", touch.plan.name + ": machine and article have no samples in common; record both at once"};
   }
   auto retract = fitRetract(reduced.touch);
   if (!retract) return retract.error();
-  if (article) reduced.article_velocity = velocityOf(article->machine, retract->machine);
+  if (article) {
+    reduced.article_velocity = velocityOf(article->machine, retract->machine);
+    reduced.article_noise = articleNoise(article->machine, retract->machine.slope.normalized());
+    reduced.article = articleShare(article->machine, reduced.touch.machine, retract->machine);
+  }
   reduced.retract = std::move(retract).value();
   return reduced;
 }
@@ -145,6 +223,29 @@ Outcome<std::vector<Touch>, Refusal> readArticles(const Dataset& dataset) {
   auto read = readTouches(turned);
   if (read) return read;
   return Refusal{read.error().name, "of the article, in the place of the machine: " + read.error().reason};
+}
+
+std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduced>& kept,
+                                 const PointQuestion& question) {
+  std::vector<Retract> retracts;
+  SampleNoise article;
+  for (const auto& reduced : kept) {
+    retracts.push_back(reduced.retract);
+    article.along += reduced.article_noise.along / static_cast<double>(kept.size());
+    article.across += reduced.article_noise.across / static_cast<double>(kept.size());
+  }
+  const PooledNoise noise = poolNoise(retracts);
+  result.dof = noise.dof;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    std::optional<Crossing> crossing;
+    if (question.threshold_mm) {
+      const auto found = crossingOf(kept[i].touch, kept[i].retract, noise.of_touch[i].probe, question);
+      if (!found) return found.error();
+      crossing = found.value();
+    }
+    result.points.push_back(pointOf(kept[i], noise.of_touch[i], article, crossing));
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -176,19 +277,7 @@ Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const Poin
   if (2 * refusals.size() > touches->size() || (!refusals.empty() && kept.size() <= question.unknowns)) {
     return refusals.front();
   }
-  std::vector<Retract> retracts;
-  for (const auto& reduced : kept) retracts.push_back(reduced.retract);
-  const PooledNoise noise = poolNoise(retracts);
-  result.dof = noise.dof;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    std::optional<Crossing> crossing;
-    if (question.threshold_mm) {
-      const auto found = crossingOf(kept[i].touch, kept[i].retract, question);
-      if (!found) return found.error();
-      crossing = found.value();
-    }
-    result.points.push_back(pointOf(kept[i], noise.of_touch[i], crossing));
-  }
+  if (auto refusal = addPoints(result, kept, question)) return *refusal;
   return result;
 }
 

@@ -17,12 +17,14 @@ struct SurfacePoint {
   std::string name;
   Eigen::Vector3d normal;   // of the surface, outward
   Eigen::Vector3d machine;  // M, mm: of the probe relative to the workpiece
+  Eigen::Vector3d apex;     // the same at rest on the surface
   Eigen::Vector3d probe_velocity;
   Eigen::Vector3d article_velocity;  // zero where only the probe moves
   double depth_mm{};                 // overtravel, as the gain of the touch has it
   double lever_s{};                  // from the middle of the machine's window to the point
   double of_mean{};   // variance, mm^2: along the motion of the machine's line at its middle, and of the probe
   double of_slope{};  // (mm/s)^2
+  double of_both{};   // covariance of that line's middle and slope, mm^2/s; there is one where the workpiece moves
   double across{};    // mm^2, across the motion
 };
 

@@ -24,7 +24,9 @@ struct SwivelTerms {
 // it was made.
 class SwivelCorrection {
  public:
-  explicit SwivelCorrection(const SwivelTerms& terms) : terms_{terms} {}
+  // left: what is left at each angle, and added too; nothing for none.
+  explicit SwivelCorrection(const SwivelTerms& terms, const std::optional<AngleTable<3>>& left = {})
+      : terms_{terms}, left_{left} {}
 
   // From what the method swivel-error answered: its swivel_terms_mm. With `by_angle`, what its readings have left at
   // each angle is added too (left_by_angle_mm: an index error of B). Refuses: wrong-result, and what AngleTable::make

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -25,8 +24,8 @@ constexpr std::array<std::string_view, 3> kKeys{"swivel_axis", "sigma_mm", "mode
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLeastLengths = 10.0;  // mm
 constexpr double kLeastSine = 0.2;
-// How much the sum of squares may fall from rigid to free, 4 parameters more, before rigid is given up: 4 + 4 sqrt(8).
-constexpr double kContradiction = 16.0;
+// How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
+constexpr double kChance = 0.003;
 
 enum class Kind { sine, rigid, free };
 
@@ -112,8 +111,8 @@ std::size_t swivelAngles(const std::vector<SwivelReading>& readings) {
   return angles.size();
 }
 
-// Parameters: those of the model, then the ball as reported at B = 0 for each length.
-Outcome<Fit, Refusal> fitSwivel(const std::vector<SwivelReading>& readings, const SwivelModel& model, double sigma) {
+// Three rows a reading. Parameters: those of the model, then the ball as reported at B = 0 for each length.
+Eigen::MatrixXd designOf(const std::vector<SwivelReading>& readings, const SwivelModel& model) {
   std::vector<double> lengths;
   for (const auto& reading : readings) {
     if (std::ranges::find(lengths, reading.length) == lengths.end()) lengths.push_back(reading.length);
@@ -121,15 +120,21 @@ Outcome<Fit, Refusal> fitSwivel(const std::vector<SwivelReading>& readings, cons
   const Eigen::Index own = model.parameters();
   const auto rows = static_cast<Eigen::Index>(3 * readings.size());
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, own + static_cast<Eigen::Index>(3 * lengths.size()));
-  Eigen::VectorXd values{rows};
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(3 * k);
     const auto base = 3 * (std::ranges::find(lengths, readings[k].length) - lengths.begin());
     design.block(row, 0, 3, own) = model.terms(readings[k].swivel_deg, readings[k].length);
     design.block<3, 3>(row, own + base).setIdentity();
-    values.segment<3>(row) = readings[k].at;
   }
-  return linearLeastSquares(design / sigma, values / sigma);
+  return design;
+}
+
+Outcome<Fit, Refusal> fitSwivel(const std::vector<SwivelReading>& readings, const SwivelModel& model, double sigma) {
+  Eigen::VectorXd values{static_cast<Eigen::Index>(3 * readings.size())};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    values.segment<3>(static_cast<Eigen::Index>(3 * k)) = readings[k].at;
+  }
+  return linearLeastSquares(designOf(readings, model) / sigma, values / sigma);
 }
 
 Outcome<std::optional<Kind>, Refusal> statedKind(const Dataset& dataset) {
@@ -158,15 +163,21 @@ struct Candidates {
   }
 };
 
-// Whether the readings contradict a rigid head: chi-square of the four parameters that free has more.
+// How probable it is that four parameters take off so much of a sum of squares by chance: chi-square with 4 degrees of
+// freedom; F with 4 and `dof` where the variance comes from what is left.
+double chanceOf(double taken_off, double left, std::size_t dof, bool stated) {
+  if (stated) return std::exp(-0.5 * taken_off) * (1.0 + 0.5 * taken_off);
+  const double half = 0.5 * static_cast<double>(dof);
+  const double share = left / (left + taken_off);
+  return std::pow(share, half) * (1.0 + half * (1.0 - share));
+}
+
 bool rigidContradicted(const Candidates& candidates, const Sigma& sigma) {
   const auto& rigid = candidates.of(Kind::rigid);
   const auto& free = candidates.of(Kind::free);
-  if (!rigid || !free) return false;
-  const double scale = sigma.stated     ? 1.0
-                       : free->dof >= 4 ? free->sumOfSquares() / static_cast<double>(free->dof)
-                                        : std::numeric_limits<double>::infinity();
-  return (rigid->sumOfSquares() - free->sumOfSquares()) / scale > kContradiction;
+  if (!rigid || !free || (!sigma.stated && free->dof == 0)) return false;
+  const double left = free->sumOfSquares();
+  return chanceOf(rigid->sumOfSquares() - left, left, free->dof, sigma.stated) < kChance;
 }
 
 struct Chosen {
@@ -227,22 +238,37 @@ Candidates fitAll(const std::vector<SwivelReading>& readings, SwivelModel model,
 
 // What the model leaves at each angle, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
 // index error of B shows here.
-Estimate leftByAngle(const std::vector<SwivelReading>& readings, const Fit& fit, double sigma) {
-  std::map<double, std::pair<Eigen::Vector3d, double>> sums;
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    auto& [sum, count] = sums.try_emplace(readings[k].swivel_deg, Eigen::Vector3d::Zero(), 0.0).first->second;
-    sum -= sigma * fit.residuals.segment<3>(static_cast<Eigen::Index>(3 * k));
-    count += 1.0;
-  }
-  const auto zero = sums.find(0.0);
-  const Eigen::Vector3d at_zero =
-      zero == sums.end() ? Eigen::Vector3d::Zero() : Eigen::Vector3d{zero->second.first / zero->second.second};
+Estimate leftByAngle(const std::vector<SwivelReading>& readings, const Chosen& chosen, double sigma,
+                     std::optional<double> reading_sd) {
+  std::map<double, std::vector<std::size_t>> at_angle;
+  for (std::size_t k = 0; k < readings.size(); ++k) at_angle[readings[k].swivel_deg].push_back(k);
+  // Residuals are the readings less what the fit has drawn them to; the two are uncorrelated.
+  const Eigen::MatrixXd design = designOf(readings, chosen.model);
+  const Eigen::MatrixXd seen = chosen.fit.cofactor / (sigma * sigma);
+  const Eigen::VectorXd left = -sigma * chosen.fit.residuals;
+  const auto meanOver = [&](const std::vector<std::size_t>& rows, Eigen::Index axis) {
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(left.size());
+    for (const auto row : rows) {
+      weights[3 * static_cast<Eigen::Index>(row) + axis] = 1.0 / static_cast<double>(rows.size());
+    }
+    return weights;
+  };
   std::vector<double> values;
-  for (const auto& [angle, mean] : sums) {
-    const Eigen::Vector3d left = mean.first / mean.second - at_zero;
-    values.insert(values.end(), {angle, left.x(), left.y(), left.z()});
+  std::vector<double> sds;
+  for (const auto& [angle, rows] : at_angle) {
+    values.push_back(angle);
+    sds.push_back(0.0);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      Eigen::VectorXd weights = meanOver(rows, axis);
+      if (at_angle.contains(0.0)) weights -= meanOver(at_angle.at(0.0), axis);
+      const Eigen::VectorXd drawn = design.transpose() * weights;
+      values.push_back(weights.dot(left));
+      sds.push_back(reading_sd.value_or(0.0) *
+                    std::sqrt(std::max(weights.squaredNorm() - drawn.dot(seen * drawn), 0.0)));
+    }
   }
-  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), {});
+  if (!reading_sd) sds.clear();
+  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), std::move(sds));
 }
 
 // What stands beside the answer: which model it is and how well each fits, and all that live corrections need.
@@ -261,9 +287,9 @@ void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates
     answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
     answer.alsoVector("tool_direction_rad", parameters.segment(2, 2), pick(2, 2, parameters.size()));
   }
-  const Eigen::VectorXd terms = chosen.model.map() * parameters.head(chosen.model.parameters());
-  also.push_back(Estimate::matrix("swivel_terms_mm", 4, {terms.begin(), terms.end()}, {}));
-  also.push_back(leftByAngle(readings, chosen.fit, sigma));
+  const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
+  answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
+  also.push_back(leftByAngle(readings, chosen, sigma, answer.readingSd()));
 }
 
 }  // namespace
@@ -302,7 +328,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";
-  return std::move(answer).take(false);
+  return std::move(answer).take(true);
 }
 
 }  // namespace probebox::metrology

@@ -10,8 +10,8 @@ namespace probebox::metrology {
 // of one ball; table queries{B_deg,L_mm}. Config: swivel_axis, sigma_mm, model. Models: "rigid" (B20), small deviations
 // of the gauge line and of the tool direction in the head, in the plane of the swivel, and sin B, 1 - cos B along the
 // axis; "free" (B21), sin B and 1 - cos B for every coordinate; "sine", the source's (B17)-(B19), right only where the
-// 1 - cos B terms vanish. Without `model`: rigid, or free where two or more angles contradict rigid by 4 deviations of
-// chi-square and more. What the control adds for each length cancels. Gives error_at_queries_mm, a row a query; also
+// 1 - cos B terms vanish. Without `model`: rigid, or free where two or more angles contradict rigid as chance does in 3
+// of 1000 runs or fewer. What the control adds for each length cancels. Gives error_at_queries_mm, a row a query; also
 // model and recommended_model (0 sine, 1 rigid, 2 free); rms_sine_mm, rms_rigid_mm, rms_free_mm, what each leaves of a
 // reading; for rigid gauge_line_mm and tool_direction_rad, in the plane's order (z, x) for Y; and for live corrections
 // (SwivelCorrection) swivel_terms_mm, for x, y, z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B), and

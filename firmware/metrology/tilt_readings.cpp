@@ -3,15 +3,24 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
-#include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/ball_readings.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr double kLeastSpan = 20.0;  // degrees
 constexpr double kSameAngle = 1e-6;  // degrees
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
+  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
+  const double span = greatest.tilt_deg - least.tilt_deg;
+  if (span >= kLeastSpan) return std::nullopt;
+  return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
+}
 
 }  // namespace
 
@@ -35,11 +44,43 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
   return {std::move(readings), mean};
 }
 
-std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
-  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
-  const double span = greatest.tilt_deg - least.tilt_deg;
-  if (span >= kLeastSpan) return std::nullopt;
-  return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
+Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset) {
+  const auto ball = configVector(dataset, "ball_mm");
+  if (!ball) return ball.error();
+  if (!ball.value()) return Refusal{"missing-key", "config.json has no key 'ball_mm': give the ball's place"};
+  return Eigen::Vector3d{ball->value().data()};
+}
+
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma) {
+  if (auto refusal = refuseSpan(readings)) return *refusal;
+  const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
+  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(2 + 2 * points) + (skew ? 2 : 0));
+  Eigen::VectorXd values{rows};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    design.block<2, 2>(row, 0).setIdentity();
+    design.block<2, 2>(row, static_cast<Eigen::Index>(2 + 2 * readings[k].point)) =
+        turn(readings[k].tilt_deg * kDegree);
+    if (skew) design.block(row, design.cols() - 2, 2, 2) = readings[k].along * Eigen::Matrix2d::Identity();
+    values.segment<2>(row) = readings[k].at;
+  }
+  return refuseUncertainPivot(linearLeastSquares(design / sigma, values / sigma), readings.size(), sigma);
+}
+
+Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_t readings, double sigma) {
+  if (!fit && fit.error().name != "ill-conditioned") return fit;
+  // Two readings 20 degrees apart make the pivot 4 times less certain than they are; 20 times is a span that is none.
+  if (fit && inflation(fit->cofactor.diagonal().head<2>().maxCoeff() / (sigma * sigma), readings) <= 400.0) return fit;
+  return Refusal{"tilt-span-too-small",
+                 "no point was read at tilts that differ enough: read each angle of the other axis at two or more "
+                 "tilts, 20 degrees apart or more"};
+}
+
+std::optional<Refusal> refuseArm(double longest_mm, const Sigma& sigma) {
+  if (!sigma.stated || longest_mm >= 5.0 * sigma.value) return std::nullopt;
+  return Refusal{"arm-too-short",
+                 "the ball lies " + text(longest_mm) + " mm from the axis, less than 5 sigma: move it further out"};
 }
 
 }  // namespace probebox::metrology

@@ -1,11 +1,17 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <optional>
+#include <string_view>
 #include <vector>
 
+#include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/least_squares.hpp"
 #include "firmware/metrology/result.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
+#include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
 
@@ -27,7 +33,25 @@ struct TiltReadings {
 // when the place of its ball is given; then the points are ball minus reading (B30).
 TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball);
 
-// Refuses tilts within 20 degrees (tilt-span-too-small).
-std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings);
+// What tables "readings" and configurations hold, of a tilting table and of a swivelling head.
+inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+inline constexpr std::array<std::string_view, 2> kTableTiltKeys{"tilt_axis", "sigma_mm"};
+inline constexpr std::array<std::string_view, 3> kHeadTiltKeys{"ball_mm", "swivel_axis", "sigma_mm"};
+
+// Where the ball of a swivelling head stands, config key ball_mm. Refuses: missing-key, bad-config.
+Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset);
+
+// (B29): pivot half way along the readings, then each point's arm at tilt zero; with `skew` also how far the pivot
+// moves for each mm along the axis. sigma: mm, of one coordinate. Refuses tilts within 20 degrees
+// (tilt-span-too-small), and as below.
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma);
+
+// Refuses a fit whose first two parameters, the pivot, are 20 times less certain than the mean of the readings, or that
+// is ill-conditioned: tilt-span-too-small.
+Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_t readings, double sigma);
+
+// Refuses arm-too-short: no point further from the axis than 5 sigma.
+std::optional<Refusal> refuseArm(double longest_mm, const Sigma& sigma);
 
 }  // namespace probebox::metrology

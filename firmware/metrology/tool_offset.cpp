@@ -122,9 +122,20 @@ std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3
   return std::nullopt;
 }
 
-// Adds a variance that the fit does not know of.
-void widen(Estimate& estimate, std::size_t component, double sd) {
-  if (!estimate.sd.empty()) estimate.sd[component] = std::hypot(estimate.sd[component], sd);
+// Adds what the fit does not know of: one row a promised value, one column an input of that sd.
+void widen(Result& result, const Eigen::MatrixXd& slopes, const Eigen::VectorXd& sds) {
+  const Eigen::MatrixXd scaled = slopes * sds.asDiagonal();
+  const Eigen::MatrixXd added = scaled * scaled.transpose();
+  Eigen::Index row = 0;
+  for (auto& estimate : result.estimates) {
+    for (double& sd : estimate.sd) {
+      sd = std::hypot(sd, std::sqrt(added(row, row)));
+      ++row;
+    }
+  }
+  if (!result.covariance) return;
+  const auto entries = added.reshaped<Eigen::RowMajor>();
+  for (Eigen::Index k = 0; k < added.size(); ++k) result.covariance->values[static_cast<std::size_t>(k)] += entries[k];
 }
 
 // Means of three coordinates of each of `groups` kinds of rows, with one pooled sigma.
@@ -179,14 +190,16 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
   for (auto& warning : unusedKeys(dataset, kAssemblyKeys)) answer.warn(std::move(warning));
-  Result result = std::move(answer).take(false);
+  Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
-  const double part_sd = share * lengths->part_sd;
-  widen(result.estimates[0], 0, std::hypot(lengths->holder_sd, part_sd));
-  widen(result.estimates[1], 0, part_sd);
-  widen(result.estimates[1], 1, part_sd);
-  widen(result.estimates[1], 2, std::hypot(lengths->tool_sd, part_sd));
+  // Assembled length and compensation by L1, L2 and the workpiece.
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(4, 5);
+  slopes(0, 0) = slopes(3, 1) = -1.0;
+  slopes(0, 4) = slopes(1, 2) = slopes(2, 3) = slopes(3, 4) = -share;
+  Eigen::VectorXd sds = Eigen::VectorXd::Constant(5, lengths->part_sd);
+  sds.head<2>() << lengths->holder_sd, lengths->tool_sd;
+  widen(result, slopes, sds);
   result.convention =
       "Z positive along the tool, X and Y as the machine counts; add the compensation to the lengths in store";
   addStoreRecords(result, dataset);
@@ -233,10 +246,8 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   answer.promiseVector("tool_offset_mm", setter - fit->parameters.tail<3>(), pick(0, 3, 6) - pick(3, 3, 6));
   answer.promiseVector("setter_mm", setter, pick(0, 3, 6));
   for (auto& warning : unusedKeys(dataset, kSetterKeys)) answer.warn(std::move(warning));
-  Result result = std::move(answer).take(false);
-  for (auto& estimate : result.estimates) {
-    for (std::size_t k = 0; k < 3; ++k) widen(estimate, k, offset_sd->value_or(0.0));
-  }
+  Result result = std::move(answer).take(true);
+  widen(result, Eigen::Matrix3d::Identity().replicate(2, 1), Eigen::Vector3d::Constant(offset_sd->value_or(0.0)));
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   return result;
 }

@@ -1,5 +1,6 @@
 #include "firmware/metrology/tool_store.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -76,6 +77,16 @@ Outcome<Dataset, Refusal> withStoredLengths(const Dataset& dataset) {
     if (!number) return number.error();
   }
   return filled;
+}
+
+std::optional<StoredLength> storedLength(const Dataset& dataset, std::string_view key) {
+  const auto store = std::ranges::find(kStores, key, &Store::length);
+  if (store == kStores.end() || !dataset.table(store->table) || !withStoredLengths(dataset)) return std::nullopt;
+  const Table& table = *dataset.table(store->table);
+  const auto row = rowOf(table, *store, *configNumber(dataset, store->id).value());
+  const double sd = (*table.column("sd_mm"))[*row];
+  if (!(sd > 0.0)) return std::nullopt;
+  return StoredLength{store->table, store->length, *row, sd};
 }
 
 void addStoreRecords(Result& result, const Dataset& dataset) {

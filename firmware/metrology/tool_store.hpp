@@ -1,4 +1,8 @@
 #pragma once
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
 #include "protocol/units/outcome.hpp"
@@ -11,6 +15,17 @@ namespace probebox::metrology {
 // the store), duplicated-id, bad-config (a length in the case and in the store), missing-key (measured_at_s, seconds
 // since 1970, without which nothing can be written back), and what checkedTable does.
 Outcome<Dataset, Refusal> withStoredLengths(const Dataset& dataset);
+
+// The cell of a store that stands for a config key, and the sd beside it.
+struct StoredLength {
+  std::string_view table;
+  std::string_view column;
+  std::size_t row{};
+  double sd{};
+};
+
+// Nothing where no store stands for the key, its sd is zero, or withStoredLengths would refuse.
+std::optional<StoredLength> storedLength(const Dataset& dataset, std::string_view key);
 
 // What goes back to the stores, with time, tool and holder: also motion_control_mm (W2x, W2y, L4) and simulation_mm
 // (W1x, W1y, L3), tool_id, holder_id, measured_at_s. Nothing where the case has no stores.

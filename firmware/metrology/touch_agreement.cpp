@@ -109,14 +109,11 @@ std::optional<Refusal> fitOnce(Selection& selection) {
   return std::nullopt;
 }
 
-// A deflection that stays behind the machine's overtravel was limited by the sensor or its converter.
 std::vector<std::string> clipped(const AgreedTouches& touches) {
   std::vector<std::string> found;
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double missing = std::abs(touches.fit.full_depth[static_cast<Eigen::Index>(i)]);
-    if (missing > (1.0 - kLeastDepthShare) * (depthOf(touches.retracts[i]) + missing)) {
-      found.push_back(touches.retracts[i].plan.name);
-    }
+    if (isClipped(missing, depthOf(touches.retracts[i]))) found.push_back(touches.retracts[i].plan.name);
   }
   return found;
 }
@@ -124,11 +121,7 @@ std::vector<std::string> clipped(const AgreedTouches& touches) {
 std::optional<Refusal> dropClipped(Selection& selection) {
   const auto names = clipped(selection.touches);
   if (names.empty()) return std::nullopt;
-  for (const auto& name : names) {
-    selection.drop(name,
-                   {"clipped", name + ": the deflection stays behind the overtravel by more than 10 %; reduce the "
-                                      "overtravel or the gain"});
-  }
+  for (const auto& name : names) selection.drop(name, clippedTouch(name));
   if (auto refusal = selection.insufficient()) return refusal;
   return fitOnce(selection);
 }
@@ -162,6 +155,15 @@ std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
 }
 
 }  // namespace
+
+bool isClipped(double missing_mm, double depth_mm) {
+  return missing_mm > (1.0 - kLeastDepthShare) * (depth_mm + missing_mm);
+}
+
+Refusal clippedTouch(const std::string& name) {
+  return {"clipped",
+          name + ": the deflection stays behind the overtravel by more than 10 %; reduce the overtravel or the gain"};
+}
 
 bool AgreedTouches::disagree() const {
   return exceeds(fit.radial_chi2, fit.dof, 4.0);

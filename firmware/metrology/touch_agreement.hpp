@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "firmware/metrology/result.hpp"
@@ -32,5 +33,10 @@ struct AgreedTouches {
 // speed where the size is not known. Refuses what fitRetract, refuseSpeeds and fitTouches refuse; clipped;
 // residual-too-large.
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question);
+
+// Whether a deflection stays so far behind the overtravel that the sensor or its converter must have limited it (A.3).
+// missing_mm: what the deflection, which shows depth_mm, does not.
+bool isClipped(double missing_mm, double depth_mm);
+Refusal clippedTouch(const std::string& name);
 
 }  // namespace probebox::metrology

@@ -114,7 +114,7 @@ void TouchDelay::addWarnings(Result& result) const {
 }
 
 void TouchDelay::addResiduals(Result& result) const {
-  result.design_per = "one touch: the point where it leaves the surface, along the normal, mm";
+  result.design_per = kOneTouch;
   result.residuals = {.unit = "mm", .against = "normal_speed_mm_s", .names = {}, .at = {}, .values = {}};
   for (std::size_t i = 0; i < touches_.retracts.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -153,10 +153,30 @@ Estimate TouchDelay::size() const {
   return estimate;
 }
 
+Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
+  const Eigen::MatrixXd& whole = touches_.fit.covariance;
+  Covariance covariance;
+  std::vector<Eigen::Index> rows;
+  for (const auto& estimate : estimates) {
+    const Eigen::Index first = estimate.key.starts_with("tau_") ? 0
+                               : estimate.key == "centre_mm"    ? question_.delayCount()
+                                                                : whole.rows() - 1;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      const bool scalar = estimate.shape == Shape::scalar;
+      covariance.components.push_back(scalar ? estimate.key : estimate.key + "[" + std::to_string(k) + "]");
+      rows.push_back(first + static_cast<Eigen::Index>(k));
+    }
+  }
+  const Eigen::MatrixXd chosen = whole(rows, rows) * widening();
+  for (const double entry : chosen.reshaped<Eigen::RowMajor>()) covariance.values.push_back(entry);
+  return covariance;
+}
+
 Result TouchDelay::onSphere(std::span<const std::string_view> keys) const {
   Result result = report(keys);
   result.estimates.push_back(delay());
   if (const auto found = centre()) result.estimates.push_back(*found);
+  result.covariance = covarianceOf(result.estimates);
   if (const auto gain = gainMatrix()) result.also.push_back(*gain);
   if (!question_.size_mm) result.also.push_back(size());
   return result;

@@ -37,6 +37,8 @@ class TouchDelay {
   std::optional<Estimate> gainMatrix() const;
   // Where it was not known.
   Estimate size() const;
+  // Of some of these, in their order.
+  Covariance covarianceOf(std::span<const Estimate> estimates) const;
 
  private:
   TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, Eigen::VectorXd previous)

@@ -30,6 +30,14 @@ MatrixXd rowsOf(std::span<const Retract> retracts, const TouchFit& fit, const To
 
 }  // namespace
 
+std::optional<MatrixXd> unitCofactor(const MatrixXd& rows) {
+  const Eigen::RowVectorXd scale = rows.colwise().norm().cwiseInverse();
+  const MatrixXd scaled = rows * scale.asDiagonal();
+  const Eigen::FullPivLU<MatrixXd> lu{scaled.transpose() * scaled};
+  if (!lu.isInvertible()) return std::nullopt;
+  return MatrixXd{scale.asDiagonal() * lu.inverse() * scale.asDiagonal()};
+}
+
 TouchDesign touchDesign(std::span<const Retract> retracts, const TouchFit& fit, const TouchQuestion& question) {
   MatrixXd normals{static_cast<Index>(retracts.size()), 3};
   for (Index i = 0; i < normals.rows(); ++i) {
@@ -37,11 +45,9 @@ TouchDesign touchDesign(std::span<const Retract> retracts, const TouchFit& fit, 
   }
   const MatrixXd span = spanOf(normals);
   const MatrixXd rows = rowsOf(retracts, fit, question, span);
-  const Eigen::RowVectorXd scale = rows.colwise().norm().cwiseInverse();
-  const MatrixXd scaled = rows * scale.asDiagonal();
-  const Eigen::FullPivLU<MatrixXd> lu{scaled.transpose() * scaled};
-  if (!lu.isInvertible()) return {};
-  const MatrixXd cofactor = scale.asDiagonal() * lu.inverse() * scale.asDiagonal();
+  const auto known = unitCofactor(rows);
+  if (!known) return {};
+  const MatrixXd& cofactor = *known;
   const Index n = span.cols();
   TouchDesign design;
   for (Index k = 0; k < question.delayCount(); ++k) design.tau_s_mm.push_back(std::sqrt(cofactor(n + k, n + k)));

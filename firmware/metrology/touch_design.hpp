@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +15,12 @@ struct TouchDesign {
   std::vector<double> centre;    // mm/mm; three, where the touches span space
   std::vector<double> size;      // mm/mm, of the diameter; one, unless it is known
 };
+
+// Inverse of J'J, by rows whose columns may have any unit; nothing where the rows do not determine every unknown.
+std::optional<Eigen::MatrixXd> unitCofactor(const Eigen::MatrixXd& rows);
+
+// What one touch is in the design figures.
+inline constexpr const char* kOneTouch = "one touch: the point where it leaves the surface, along the normal, mm";
 
 // From the rows of (A12), all of one weight.
 TouchDesign touchDesign(std::span<const Retract> retracts, const TouchFit& fit, const TouchQuestion& question);

@@ -41,25 +41,28 @@ VectorXd deviations(const MatrixXd& covariance) {
   return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
+// Three numbers where the normals span space, else in their span.
+MatrixXd centreRows(const TouchModel& model) {
+  const Index n = model.dimensions();
+  return n == 3 ? model.span() : MatrixXd{MatrixXd::Identity(n, n)};
+}
+
 void addCentre(TouchFit& result, const TouchModel& model, const Fit& fit) {
   const Index n = model.dimensions();
-  result.centre = fit.parameters.head(n);
-  if (n == 3) result.centre = model.span() * result.centre;
+  result.centre = centreRows(model) * fit.parameters.head(n);
   result.centre_sd = deviations(model.span() * fit.cofactor.topLeftCorner(n, n) * model.span().transpose());
 }
 
 void addDelays(TouchFit& result, const TouchModel& model, const Fit& fit, const TouchQuestion& question) {
-  std::vector<Index> wanted;
-  for (Index k = 0; k < question.delayCount(); ++k) wanted.push_back(model.tauAt() + k);
-  VectorXd unit = VectorXd::Ones(question.delayCount());
-  if (!question.size_mm) {
-    wanted.push_back(model.tauAt() - 1);
-    unit.conservativeResize(unit.size() + 1);
-    unit.tail<1>().setConstant(2.0);  // of the radius in the size
-  }
-  result.tau_s = fit.parameters.segment(model.tauAt(), question.delayCount());
+  const Index delays = question.delayCount();
+  const Index n = model.dimensions();
+  MatrixXd rows = MatrixXd::Zero(delays + n + (question.size_mm ? 0 : 1), fit.parameters.size());
+  rows.block(0, model.tauAt(), delays, delays).setIdentity();
+  rows.block(delays, 0, n, n) = centreRows(model);
+  if (!question.size_mm) rows(delays + n, model.tauAt() - 1) = 2.0;  // of the radius
+  result.tau_s = fit.parameters.segment(model.tauAt(), delays);
   result.size_mm = 2.0 * model.radius(fit.parameters);
-  result.covariance = unit.asDiagonal() * fit.cofactor(wanted, wanted) * unit.asDiagonal();
+  result.covariance = rows * fit.cofactor * rows.transpose();
 }
 
 void addGain(TouchFit& result, const TouchModel& model, const Fit& fit) {

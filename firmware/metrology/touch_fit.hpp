@@ -17,10 +17,11 @@ namespace probebox::metrology {
 // it is known, R. The normals may span a space (sphere), a plane (circle) or a line (opposed touches); c lives in that
 // span.
 struct TouchFit {
-  Eigen::VectorXd tau_s;       // one, or one an axis
-  double size_mm{};            // 2 R, known or fitted
-  Eigen::MatrixXd covariance;  // of tau_s, then size_mm when it is fitted, as the noise of the samples states it
-  Eigen::VectorXd centre;      // mm, in the span of the normals: three numbers for a sphere
+  Eigen::VectorXd tau_s;  // one, or one an axis
+  double size_mm{};       // 2 R, known or fitted
+  // Of tau_s, centre, then size_mm when it is fitted, as the noise of the samples states it.
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd centre;  // mm, in the span of the normals: three numbers for a sphere
   Eigen::VectorXd centre_sd;
   std::optional<Eigen::Matrix3d> gain;  // A (A3), when it is common and the deflections span space
   Eigen::Matrix3d gain_sd;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/signal.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -91,9 +92,7 @@ double usualVariance(std::span<const Retract> retracts, const Retract& touch, Li
     if (sameSpeed(touch, other)) at_speed.push_back(variance);
   }
   auto& variances = at_speed.size() >= 4 ? at_speed : of_all;
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
-  return *middle;
+  return median(variances);
 }
 
 }  // namespace

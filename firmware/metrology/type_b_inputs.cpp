@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/tool_store.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -32,9 +33,13 @@ struct Known {
 };
 
 constexpr auto kKnown = std::to_array<Known>({
+    {"a-axis-alignment", "sd_C_tilt_rad", "C_tilt_rad", Kind::value},
+    {"a-axis-alignment", "sd_ball_offset_mm", "ball_offset_mm", Kind::value},
     {"bore-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
     {"boss-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
     {"corner-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
+    {"delay-feature", "sd_size_mm", "size_mm"},
+    {"delay-feature", "sd_size_axis_mm", "size_axis_mm"},
     {"delay-known-sphere", "sd_effective_diameter_mm", "effective_diameter_mm"},
     {"delay-multi-speed", "sd_effective_diameter_mm", "effective_diameter_mm"},
     {"delay-non-normal", "sd_effective_diameter_mm", "effective_diameter_mm"},
@@ -80,7 +85,7 @@ double* numberIn(Dataset& dataset, std::string_view key, std::size_t part) {
 void scaleSizes(Dataset& dataset, double factor) {
   for (const auto& known : kKnown) {
     if (known.method != dataset.method || known.kind != Kind::size) continue;
-    if (double* size = numberIn(dataset, known.key, 0)) *size *= factor;
+    for (std::size_t part = 0; double* size = numberIn(dataset, known.key, part); ++part) *size *= factor;
   }
 }
 
@@ -137,25 +142,41 @@ Refusal tooUncertain(std::string_view sd_key, double sd, std::string_view key) {
                             std::string{key} + " itself: give its standard uncertainty (k = 1) in the same unit"};
 }
 
+TypeBInput cellInput(std::string_view sd_key, std::string_view table, std::string_view column, std::size_t row,
+                     double sd) {
+  const auto move = [=](Dataset& moved, double by) {
+    for (auto& changed : moved.tables) {
+      const auto found = std::ranges::find(changed.columns, column, &Column::name);
+      if (changed.name == table && found != changed.columns.end()) found->values[row] += by * sd;
+    }
+  };
+  return {std::string{sd_key}, sd, move};
+}
+
 void addTable(std::vector<TypeBInput>& inputs, const Known& known, const Dataset& dataset, double sd) {
   const Table* table = dataset.table(known.key);
   for (std::size_t row = 0; table != nullptr && row < table->rows(); ++row) {
     for (const auto coordinate : kCoordinates) {
-      const auto move = [row, coordinate, sd, name = known.key](Dataset& moved, double by) {
-        for (auto& changed : moved.tables) {
-          const auto column = std::ranges::find(changed.columns, coordinate, &Column::name);
-          if (changed.name == name && column != changed.columns.end()) column->values[row] += by * sd;
-        }
-      };
-      inputs.push_back({std::string{known.sd_key}, sd, move});
+      inputs.push_back(cellInput(known.sd_key, known.key, coordinate, row, sd));
     }
   }
+}
+
+// A length that a store holds has its sd there too.
+void addStored(std::vector<TypeBInput>& inputs, const Known& known, const Dataset& dataset) {
+  const auto stored = known.in_sd ? storedLength(dataset, known.key) : std::nullopt;
+  if (!stored) return;
+  inputs.push_back(cellInput(known.sd_key, stored->table, stored->column, stored->row, stored->sd));
+  inputs.back().in_sd = true;
 }
 
 std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const Known& known, const Dataset& dataset) {
   const auto sd = configPositive(dataset, known.sd_key);
   if (!sd) return sd.error();
-  if (!sd.value()) return std::nullopt;
+  if (!sd.value()) {
+    addStored(inputs, known, dataset);
+    return std::nullopt;
+  }
   if (known.kind == Kind::table) {
     addTable(inputs, known, dataset, **sd);
     return std::nullopt;

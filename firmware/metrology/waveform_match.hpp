@@ -43,6 +43,7 @@ struct Match {
   double rms_mm{};       // of e
   double expected_mm{};  // what the noise of the samples promises for it
   std::size_t dof{};
+  double condition{};                // of the column-scaled Jacobian of e
   std::vector<std::string> dropped;  // stretches of time, by name, in which e lies beyond 4.5 deviations
   double dropped_share{};
   Residuals residuals;  // e against the machine's time; every so many, so that a picture needs no more than 600

@@ -17,9 +17,11 @@ struct Side {
 
 // In which rotary poses the touches are made.
 enum class Poses : std::uint8_t {
-  one,         // wherever the rotary axes stand
-  around_c,    // one ball, C at several angles
-  two_by_two,  // every ball with A and C at 0 and 180 degrees each
+  one,           // wherever the rotary axes stand
+  around_c,      // one ball, C at several angles
+  within_reach,  // the same, to either side of 0, as far as the probe reaches
+  together,      // one ball, A and C together at 0, 90, 180 and 270 degrees
+  two_by_two,    // A and C at 0 and 180 degrees each
 };
 
 struct MethodRow {
@@ -32,7 +34,8 @@ struct MethodRow {
   Poses poses;
   Needs needs;
   bool off_normal;
-  bool jogs;  // first of all, every linear axis alone
+  bool jogs;       // first of all, every linear axis alone
+  bool heights{};  // several balls of one holder, not the first alone
 };
 
 namespace usual {
@@ -41,6 +44,8 @@ inline constexpr double kClearance_mm = 0.6;
 inline constexpr double kApproach_rad = 0.4363323129985824;  // 25 degrees
 inline constexpr double kTurn_rad = 6.283185307179586;
 inline constexpr std::uint16_t kAngles = 12;
+inline constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
+inline constexpr std::uint16_t kReachAngles = 3;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
 }  // namespace usual
@@ -68,7 +73,7 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 10> kMethods{{
+inline constexpr std::array<MethodRow, 14> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -84,7 +89,7 @@ inline constexpr std::array<MethodRow, 10> kMethods{{
     {Method::centreline, "centreline", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::around_c,
      Needs::delay_in_force, false, false},
     {Method::c_axis_alignment, "c-axis-alignment", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
-     Poses::two_by_two, Needs::delay_in_force, false, false},
+     Poses::two_by_two, Needs::delay_in_force, false, false, true},
     {Method::selftest, "selftest", Feature::datum_sphere, Kind::touch, kPushes, kReadingSpeed, Poses::one,
      Needs::nothing, false, true},
     {Method::screw_calibration,
@@ -97,6 +102,14 @@ inline constexpr std::array<MethodRow, 10> kMethods{{
      Needs::screw,
      false,
      false},
+    {Method::spindle_offset_2x2, "spindle-offset-2x2", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::two_by_two, Needs::delay_in_force, false, false},
+    {Method::spindle_offset_four, "spindle-offset-four", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::together, Needs::delay_in_force, false, false},
+    {Method::centreline_limited_access, "centreline-limited-access", Feature::part_ball, Kind::touch, kSphereSides,
+     kReadingSpeed, Poses::within_reach, Needs::delay_in_force, false, false},
+    {Method::periodic_check, "periodic-check", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::two_by_two, Needs::checked_ball, false, false},
 }};
 
 }  // namespace probebox::procedure

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "firmware/procedure/methods.hpp"
+#include "firmware/procedure/wording.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -35,20 +36,25 @@ struct Chosen {
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
   const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
   const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
+  const bool reach = row.poses == Poses::within_reach;
   return {
       .speeds_mm_s = speed_count > 0 ? std::span{options.speeds_mm_s}.first(speed_count) : row.speeds_mm_s,
       .overtravel_mm = or_usual(options.overtravel_mm, usual::kOvertravel_mm),
       .clearance_mm = or_usual(options.clearance_mm, usual::kClearance_mm),
       .approach_rad = row.off_normal ? or_usual(options.approach_rad, usual::kApproach_rad) : 0,
-      .arc_rad = or_usual(options.arc_rad, usual::kTurn_rad),
-      .angles = or_usual(options.angles, usual::kAngles),
-      .balls = row.poses == Poses::two_by_two ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
+      .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
+      .angles = or_usual(options.angles, reach ? usual::kReachAngles : usual::kAngles),
+      .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
   };
+}
+
+bool spreadsC(const MethodRow& row) {
+  return row.poses == Poses::around_c || row.poses == Poses::within_reach;
 }
 
 std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::one) return 1;
-  return row.poses == Poses::around_c ? std::size_t{with.angles} : std::size_t{4} * with.balls;
+  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls;
 }
 
 struct Pose {
@@ -56,15 +62,25 @@ struct Pose {
   std::uint16_t ball{};
 };
 
-// The part turns as seldom as can be: C is outermost, then A, then the balls.
+// C from zero on, or to either side of it.
+Pose aroundC(const MethodRow& row, const Chosen& with, std::size_t index) {
+  const bool whole_turn = with.arc_rad > usual::kTurn_rad - 1e-9;
+  const double intervals = whole_turn ? with.angles : with.angles - 1;
+  const double from_rad = row.poses == Poses::within_reach ? -with.arc_rad / 2 : 0;
+  return {{0, 0, from_rad + with.arc_rad * static_cast<double>(index) / intervals}, 1};
+}
+
+// Of several balls the part turns as seldom as can be: C is outermost, then A, then the balls. One ball is read after a
+// turn of C each, so that no two readings share what C stops beside its angle.
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
   if (row.poses == Poses::one) return {};
-  if (row.poses == Poses::around_c) {
-    const bool whole_turn = with.arc_rad > usual::kTurn_rad - 1e-9;
-    const double intervals = whole_turn ? with.angles : with.angles - 1;
-    return {{0, 0, with.arc_rad * static_cast<double>(index) / intervals}, 1};
-  }
+  if (spreadsC(row)) return aroundC(row, with, index);
   constexpr double kHalfTurn = std::numbers::pi;
+  if (row.poses == Poses::together) {
+    const double both = kHalfTurn / 2 * static_cast<double>(index);
+    return {{both, 0, both}, 1};
+  }
+  if (!row.heights) return {{index < 2 ? 0.0 : kHalfTurn, 0, index % 2 == 0 ? 0.0 : kHalfTurn}, 1};
   const std::size_t turned = index / with.balls;
   const double a = turned % 2 == 0 ? 0.0 : kHalfTurn;
   const double c = turned < 2 ? 0.0 : kHalfTurn;
@@ -93,8 +109,8 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
     return Error{std::string{row.name} + " takes no " + what + ": leave that option away."};
   };
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
-  if ((options.angles != 0 || options.arc_rad != 0) && row.poses != Poses::around_c) return leave_away("rotary angles");
-  if (options.balls != 0 && row.poses != Poses::two_by_two) return leave_away("number of balls");
+  if ((options.angles != 0 || options.arc_rad != 0) && !spreadsC(row)) return leave_away("rotary angles");
+  if (options.balls != 0 && !row.heights) return leave_away("number of balls");
   const bool sweeps = row.kind == Kind::sweep;
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
@@ -139,12 +155,6 @@ void addSweep(Plan& plan, const ProcedureOptions& options) {
   add(plan, {.touch = sweep, .kind = Kind::sweep});
 }
 
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
-
 std::string surfaceOf(const Step& step) {
   std::string side;
   for (const Side& known : kSphereSides) {
@@ -172,22 +182,20 @@ std::string ofAll(const Plan& plan, std::size_t step) {
   return std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": ";
 }
 
-// "X" of a direction along one axis.
-char axisOf(const std::array<double, 3>& direction) {
-  const auto along = std::ranges::max_element(direction, {}, [](double c) { return std::abs(c); });
-  return "XYZ"[along - direction.begin()];
+char axisOf(const capture::TouchRequest& touch) {
+  return "XYZ"[axisAlong(touch.outward_normal)];
 }
 
 std::string jogPrompt(const Plan& plan, std::size_t step) {
   const auto& jog = plan.steps[step].touch;
-  const char axis = axisOf(jog.outward_normal);
+  const char axis = axisOf(jog);
   return "step " + ofAll(plan, step) + "where nothing is in the way, jog " + axis + " alone by +" +
          number(jog.travel_mm) + " mm, as the control shows it";
 }
 
 std::string sweepPrompt(const Plan& plan, std::size_t step) {
   const auto& sweep = plan.steps[step].touch;
-  const char axis = axisOf(sweep.outward_normal);
+  const char axis = axisOf(sweep);
   return "step " + ofAll(plan, step) + "once the screw of " + axis +
          " keeps its temperature, and where nothing is in the way, move " + axis + " alone by +" +
          number(sweep.travel_mm) + " mm at " + number(sweep.retract_speed_mm_s) + " mm/s without a stop";
@@ -195,7 +203,7 @@ std::string sweepPrompt(const Plan& plan, std::size_t step) {
 
 std::string pushPrompt(const Plan& plan, std::size_t step) {
   const Step& wanted = plan.steps[step];
-  const char axis = axisOf(wanted.touch.outward_normal);
+  const char axis = axisOf(wanted.touch);
   const std::string direction =
       wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
   return "step " + ofAll(plan, step) + "push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
@@ -223,9 +231,17 @@ std::span<const std::string_view> methodNames() {
   return kNames;
 }
 
+bool isCalibration(Method method) {
+  return method != Method::none && method != Method::selftest;
+}
+
 Needs needsOf(Method method) {
   const MethodRow* row = rowOf(method);
   return row != nullptr ? row->needs : Needs::nothing;
+}
+
+bool readsBalls(Method method) {
+  return needsOf(method) == Needs::delay_in_force || needsOf(method) == Needs::checked_ball;
 }
 
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm) {
@@ -242,9 +258,10 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
   if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
   if (auto error = outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal")) return error;
-  if (auto error = outside("An arc", degrees(with.arc_rad), 1, 360, "degrees")) return error;
+  const double least_arc = row->poses == Poses::within_reach ? 30 : 1;  // (B27)
+  if (auto error = outside("An arc", degrees(with.arc_rad), least_arc, 360, "degrees")) return error;
   if (auto error = outside("A number", with.angles, 2, 30, "angles")) return error;
-  if (row->poses == Poses::two_by_two) {
+  if (row->heights) {
     if (auto error = outside("A number", with.balls, 2, 7, "balls")) return error;
   }
   const std::size_t touches = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();

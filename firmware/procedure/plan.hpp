@@ -26,12 +26,18 @@ enum class Method : std::uint16_t {
   c_axis_alignment = 8,
   selftest = 9,
   screw_calibration = 10,
+  spindle_offset_2x2 = 11,
+  spindle_offset_four = 12,
+  centreline_limited_access = 13,
+  periodic_check = 14,
 };
 
 std::string_view nameOf(Method method);
 std::optional<Method> methodNamed(std::string_view name);
 // The names of the methods that a box can run, for messages to a person.
 std::span<const std::string_view> methodNames();
+// False for the selftest: it says what it found, and there is nothing of it that could be in force.
+bool isCalibration(Method method);
 
 // What is touched. Numbers as on the wire.
 enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
@@ -66,8 +72,10 @@ struct Plan {
 };
 
 // What a method needs to be told about the features before its data mean anything.
-enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force, screw };
+enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force, screw, checked_ball };
 Needs needsOf(Method method);
+// It reads the centres of balls, with the delay in force taken out.
+bool readsBalls(Method method);
 
 // Says which option cannot be used and what could be; nothing when the run can be planned. deflection_limit_mm: of the
 // probe.

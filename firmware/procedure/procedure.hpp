@@ -12,7 +12,7 @@ enum class State : std::uint8_t {
   waiting = 1,   // for the machine to begin a step
   running = 2,   // between the markers of begin and end
   solving = 3,   // the recording is with the worker
-  proposed = 4,  // a result waits for somebody to accept it
+  proposed = 4,  // a result waits for somebody to accept it; with result_id 0 all is done, and nothing waits
   refused = 5,
   aborted = 6,
 };
@@ -50,7 +50,7 @@ class Procedure {
   void abort(const ProcedureAborted& aborted);
   // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.
   void mark(const Marker& marker, const TickMap& map);
-  void push(const Count& count, std::int32_t screw_nm = 0) { capture_.push(count, screw_nm); }
+  void push(const Count& count, std::optional<std::int32_t> screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const Drift& drift) { capture_.push(drift); }
   void push(const SourceLost& lost) { capture_.push(lost); }

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "firmware/capture/touch_dataset.hpp"
 #include "firmware/metrology/dataset.hpp"
@@ -18,6 +20,16 @@ struct ScrewFacts {
   double pitch_mm{};
   double sector_zero_mm{};
   double threshold_rpm{};
+  double travel_min_mm{}, travel_max_mm{};  // machine positions of its axis
+};
+
+// The ball of the part that periodic-check reads, and what was accepted of it.
+struct CheckedBall {
+  double diameter_mm{};
+  double centre_z_mm{};  // at C = 0
+  // Where the axis C was found, relative to that of the probe's spindle.
+  std::optional<double> accepted_x_mm, accepted_y_mm;
+  std::optional<double> limit_mm;
 };
 
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
@@ -29,6 +41,7 @@ struct Facts {
   // Of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
+  std::optional<CheckedBall> checked_ball{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
@@ -43,6 +56,7 @@ bool findsAPlace(Method method);
 struct RunDataset {
   metrology::Dataset dataset;
   std::optional<metrology::Refusal> refusal;
+  std::vector<std::string> warnings;  // about what is not in the case
 };
 RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts);

@@ -1,11 +1,15 @@
 #include "firmware/procedure/sweep.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <span>
 #include <string>
+#include <utility>
+
+#include "firmware/capture/touch_capture.hpp"
+#include "firmware/procedure/wording.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -20,15 +24,29 @@ constexpr double kUsual_rpm = 3;
 constexpr double kWholeTable = 0.9;
 constexpr double kTurn_rad = 2 * std::numbers::pi;
 
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
+// As long as positions find room, less a minute for whoever marks begin and end.
+constexpr double kLongest_s = static_cast<double>(capture::Capacity{}.machine_rows) *
+                                  std::chrono::duration<double>{capture::kSweepInterval}.count() -
+                              60;
+
+// An axis that was driven to a place stands a little beside it.
+constexpr double kAtRest_mm = 0.01;
+
+std::string nameOfAxis(std::size_t axis) {
+  return std::string{"XYZ"[axis]};
 }
 
-std::size_t axisOf(const capture::TouchRequest& sweep) {
-  const auto along = std::ranges::max_element(sweep.outward_normal);
-  return static_cast<std::size_t>(along - sweep.outward_normal.begin());
+// Never below: it is to be given as it is read.
+std::string roundedUp(double value) {
+  return number(std::ceil(value * 1e3) / 1e3);
+}
+
+std::optional<Error> whyTooLong(const ProcedureOptions& sweep) {
+  const double duration_s = sweep.travel_mm / sweep.speeds_mm_s[0];
+  if (duration_s <= kLongest_s) return std::nullopt;
+  return Error{"A way of " + number(sweep.travel_mm) + " mm at " + number(sweep.speeds_mm_s[0]) + " mm/s takes " +
+               number(duration_s) + " s, and a recording has room for " + number(kLongest_s) + " s: give at least " +
+               roundedUp(sweep.travel_mm / kLongest_s) + " mm/s, or fewer turns."};
 }
 
 // Positions of one motor over time.
@@ -67,7 +85,7 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
   const std::string method{nameOf(Method::screw_calibration)};
   if (options.axis < 1 || options.axis > kLinearAxes)
     return Error{method + " is about one screw: say which axis it moves, X, Y or Z (--axis X)."};
-  const std::string axis{"XYZ"[options.axis - 1]};
+  const std::string axis = nameOfAxis(options.axis - 1U);
   const auto& screw = facts.screws[options.axis - 1U];
   if (!screw) {
     return Error{"The screw of " + axis + " is not described: give [screw." + axis +
@@ -91,18 +109,35 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
                  " mm/s."};
   }
   options.travel_mm = turns * screw->pitch_mm;
+  if (const auto error = whyTooLong(options)) return *error;
   return options;
 }
 
-metrology::Dataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales,
-                                const Facts& facts) {
+std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm, const Facts& facts) {
+  const auto& screw = facts.screws.at(sweep.axis - 1U);
+  if (!screw) return std::nullopt;
+  const std::string axis = nameOfAxis(sweep.axis - 1U);
+  const double last_mm = screw->travel_max_mm - sweep.travel_mm;
+  const std::string way = "The way of +" + number(sweep.travel_mm) + " mm";
+  if (last_mm < screw->travel_min_mm) {
+    return Error{way + " is longer than the axis " + axis + ", which goes from " + number(screw->travel_min_mm) +
+                 " to " + number(screw->travel_max_mm) + " mm: choose fewer turns."};
+  }
+  if (position_mm <= last_mm + kAtRest_mm) return std::nullopt;
+  return Error{way + " from " + number(position_mm) + " mm ends beyond the axis " + axis + ", at " +
+               number(screw->travel_max_mm) + " mm: drive it to a place between " + number(screw->travel_min_mm) +
+               " and " + number(last_mm) + " mm first."};
+}
+
+RunDataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts) {
   metrology::Dataset dataset{.method = std::string{nameOf(Method::screw_calibration)}, .config = {}, .tables = {}};
   auto face = metrology::Table::withColumns("sector_cal", kFaceColumns);
+  std::size_t readings = 0;
   for (const auto& sweep : recording.touches()) {
-    const std::size_t axis = axisOf(sweep.request);
+    const std::size_t axis = axisAlong(sweep.request.outward_normal);
     const auto& screw = facts.screws[axis];
     if (!screw) continue;
-    dataset.config["axis"] = std::string{"XYZ"[axis]};
+    dataset.config["axis"] = nameOfAxis(axis);
     dataset.config["screw_length_mm"] = screw->length_mm;
     dataset.config["orgoff_mm"] = screw->offset_mm;
     if (screw->reversed) dataset.config["axis_reversed"] = true;
@@ -110,6 +145,7 @@ metrology::Dataset sweepDataset(const capture::Recording& recording, const captu
     dataset.config["K"] = screw->gain;
     Way way{recording.machineRows(sweep), axis, scales.mm_per_count[axis], recording.offset_mm()[axis]};
     const auto rows = recording.driftRows(sweep);
+    readings += rows.size();
     const double rate = capture::masterSecondsPerNs(sweep.map, scales.nominal_period);
     for (const auto& row : rows) {
       const auto motor_mm = way.motor_mm(row.at);
@@ -118,8 +154,14 @@ metrology::Dataset sweepDataset(const capture::Recording& recording, const captu
                    kTurn_rad * (*motor_mm - screw->sector_zero_mm) / screw->pitch_mm, row.reading_nm * 1e-3});
     }
   }
-  dataset.tables.push_back(std::move(face));
-  return dataset;
+  RunDataset run{std::move(dataset), {}, {}};
+  if (face.rows() < readings) {
+    run.warnings.push_back(std::to_string(readings - face.rows()) + " of " + std::to_string(readings) +
+                           " readings of the screw's sensor have no position of the axis before or after them, and are "
+                           "left out");
+  }
+  run.dataset.tables.push_back(std::move(face));
+  return run;
 }
 
 }  // namespace probebox::procedure

@@ -1,0 +1,219 @@
+#include "firmware/procedure/reading_tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/ball_centre.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 3> kCentrelineColumns{"C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 3> kRimColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 4> kOffsetColumns{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 5> kAlignmentColumns{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr std::array<std::string_view, 11> kCentresColumns{
+    "reading", "ball", "A_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
+constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
+
+// One place of one ball, and what was found there.
+struct Reading {
+  double number{};
+  double ball{};
+  double a_rad{}, c_rad{};
+  metrology::BallCentre centre;
+};
+
+metrology::Table posesOf(const capture::Recording& recording) {
+  auto poses = metrology::Table::withColumns("poses", kPosesColumns);
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    poses.append({static_cast<double>(at.step), static_cast<double>(at.reading), static_cast<double>(at.ball),
+                  at.rotary_angles_rad[0], at.rotary_angles_rad[1], at.rotary_angles_rad[2]});
+  }
+  return poses;
+}
+
+metrology::Table centresOf(const std::vector<Reading>& readings) {
+  auto centres = metrology::Table::withColumns("centres", kCentresColumns);
+  for (const auto& reading : readings) {
+    const auto& [centre, sd, radius] = reading.centre;
+    centres.append({reading.number, reading.ball, reading.a_rad, reading.c_rad, centre.x(), centre.y(), centre.z(),
+                    sd.x(), sd.y(), sd.z(), radius});
+  }
+  return centres;
+}
+
+// Of one coordinate of one reading, X and Y together.
+double sigmaOf(const std::vector<Reading>& readings) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += reading.centre.sd_mm.head<2>().squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// Mean distance of the places of one ball from their middle: on it an error of the angle acts.
+double reachOf(const std::vector<Reading>& readings) {
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> places;
+  for (const auto& reading : readings) {
+    if (reading.ball == readings.front().ball) places.emplace_back(reading.centre.centre_mm.head<2>());
+  }
+  for (const auto& place : places) middle += place / static_cast<double>(places.size());
+  double reach = 0;
+  for (const auto& place : places) reach += (place - middle).norm() / static_cast<double>(places.size());
+  return reach;
+}
+
+// Height of a ball: the mean of its places, so that one ball is one height.
+double heightOf(const std::vector<Reading>& readings, double ball) {
+  double sum = 0, count = 0;
+  for (const auto& reading : readings) {
+    if (reading.ball != ball) continue;
+    sum += reading.centre.centre_mm.z();
+    ++count;
+  }
+  return sum / count;
+}
+
+// `column`: how C counts. It is right-handed about +Z where it is C_rad, and the other way round from +Y.
+void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
+                   std::span<const std::string_view> columns, double sense) {
+  dataset.config["sigma_mm"] = sigmaOf(readings);
+  dataset.config["sigma_C_rad"] = facts.sigma_c_rad;
+  auto table = metrology::Table::withColumns("readings", columns);
+  for (const auto& reading : readings)
+    table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+// The methods below have no key for an error of the angle. It acts in one direction of two; where every reading is a
+// stop of C of its own, half of its variance belongs to each coordinate.
+double sigmaWithAngle(const std::vector<Reading>& readings, const Facts& facts) {
+  return std::hypot(sigmaOf(readings), reachOf(readings) * facts.sigma_c_rad / std::numbers::sqrt2);
+}
+
+void addOffset(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+  dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
+  auto table = metrology::Table::withColumns("readings", kOffsetColumns);
+  for (const auto& reading : readings)
+    table.append({reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+void addAlignment(metrology::Dataset& dataset, std::vector<Reading> readings, const Facts& facts) {
+  // Here the two readings of one stop of C share its error: for the mean of four that is one of its full size in each.
+  dataset.config["sigma_mm"] = std::hypot(sigmaOf(readings), reachOf(readings) * facts.sigma_c_rad);
+  std::ranges::stable_sort(readings, {}, [](const Reading& r) { return std::array{r.ball, r.c_rad, r.a_rad}; });
+  auto table = metrology::Table::withColumns("readings", kAlignmentColumns);
+  for (const auto& reading : readings) {
+    table.append({heightOf(readings, reading.ball), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
+                  reading.centre.centre_mm.y()});
+  }
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+// To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
+double halfTurns_deg(double angle_rad) {
+  return 180.0 * std::round(angle_rad / std::numbers::pi);
+}
+
+// What a wrong delay adds to touches from one side, k = 1.
+double delayError_mm(const capture::Recording& recording) {
+  double speeds_mm_s = 0;
+  for (const auto& touch : recording.touches()) speeds_mm_s += touch.request.retract_speed_mm_s;
+  return speeds_mm_s / static_cast<double>(recording.touches().size()) * recording.delay().sd_s[2];
+}
+
+// The part of the check that needs no swivel. Z is that of the ball's top at C = 0: on a leaning axis the ball stands
+// at another height at 180.
+void addCheck(metrology::Dataset& dataset, const std::vector<Reading>& readings, const capture::Recording& recording,
+              const Facts& facts) {
+  auto& config = dataset.config;
+  const CheckedBall& ball = *facts.checked_ball;
+  auto centres = metrology::Table::withColumns("centres", kCheckColumns);
+  auto tops = metrology::Table::withColumns("z_touch", kTopColumns);
+  for (const auto& reading : readings) {
+    const double c_deg = halfTurns_deg(reading.c_rad), a_deg = halfTurns_deg(reading.a_rad);
+    const auto& at = reading.centre.centre_mm;
+    centres.append({0, c_deg, a_deg, at.x(), at.y(), at.z()});
+    if (c_deg == 0) tops.append({0, c_deg, a_deg, at.z() + reading.centre.radius_mm});
+  }
+  // The top is one touch, a centre in X or Y the middle of two. The tops share the delay's error, which their mean
+  // keeps whole.
+  const double of_delay_mm = std::sqrt(static_cast<double>(tops.rows())) * delayError_mm(recording);
+  config["sigma_mm"] = sigmaWithAngle(readings, facts);
+  config["sigma_touch_mm"] = std::hypot(std::numbers::sqrt2 * sigmaOf(readings), of_delay_mm);
+  config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
+  config["expected_ball_centre_z_mm"] = ball.centre_z_mm;
+  config["x_is_radius"] = true;  // positions are, however X is programmed
+  if (ball.accepted_x_mm) config["accepted_Xcen_B0_mm"] = *ball.accepted_x_mm;
+  if (ball.accepted_y_mm) config["accepted_Ycen_B0_mm"] = *ball.accepted_y_mm;
+  if (ball.limit_mm) config["limit_mm"] = *ball.limit_mm;
+  dataset.tables.insert(dataset.tables.begin(), {centres, tops});
+}
+
+// The centres of all readings of a run, with the delay that was in force taken out.
+Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
+                                                             const capture::Recording& recording) {
+  std::vector<std::size_t> reading_of_touch;
+  std::vector<Reading> readings;
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    reading_of_touch.push_back(at.reading);
+    if (at.reading < readings.size()) continue;
+    readings.push_back({.number = static_cast<double>(at.reading),
+                        .ball = static_cast<double>(at.ball),
+                        .a_rad = at.rotary_angles_rad[0],
+                        .c_rad = at.rotary_angles_rad[2],
+                        .centre = {}});
+  }
+  const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
+  if (!centres) return centres.error();
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
+  return readings;
+}
+
+}  // namespace
+
+std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Method method,
+                                              const capture::Recording& recording, const Facts& facts) {
+  dataset.tables.push_back(posesOf(recording));
+  const auto& delay = recording.delay();
+  if (delay.result_id == 0) {
+    return metrology::Refusal{"no-delay",
+                              "no system delay is in force, so the touches lie beside the surface by an unknown "
+                              "lag: calibrate the delay first, accept it, and measure again"};
+  }
+  dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
+  const auto readings = readingsOf(dataset, recording);
+  if (!readings) return readings.error();
+  // The check has a table of this name itself, of its own columns.
+  if (method == Method::periodic_check) {
+    addCheck(dataset, *readings, recording, facts);
+    return std::nullopt;
+  }
+  dataset.tables.push_back(centresOf(*readings));
+  switch (method) {
+    case Method::centreline:
+      addCentreline(dataset, *readings, facts, kCentrelineColumns, 1);
+      break;
+    case Method::centreline_limited_access:
+      addCentreline(dataset, *readings, facts, kRimColumns, -1);
+      break;
+    case Method::c_axis_alignment:
+      addAlignment(dataset, *readings, facts);
+      break;
+    default:
+      addOffset(dataset, *readings, facts);
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,15 @@
+#pragma once
+#include <optional>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/result.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+
+namespace probebox::procedure {
+
+// Adds to the touches of a run that reads balls: the poses, the centres with the delay in force taken out, and the
+// tables and keys of the method. Refusal: the centres could not be computed; no-delay.
+std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Method method,
+                                              const capture::Recording& recording, const Facts& facts);
+
+}  // namespace probebox::procedure
