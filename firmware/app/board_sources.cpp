@@ -35,12 +35,11 @@ Sources openReal(const board::Box& box, Counters& counters) {
   return sources;
 }
 
-// Stamps as late as those of the emulated machine's sync line are, of a stream of their own.
+// Stamps as late as those of the emulated machine's sync line are, of a stream of their own. A jumper loses nothing.
 gpio::EmulatedLoopBack::NextLateness emulatedLateness(const board::World& world) {
   constexpr std::uint64_t kStream = 17;
   return [sync = world::fromDescription(world).sync,
           random = world::Random{world.seed, kStream}]() mutable -> std::optional<Nanoseconds> {
-    if (random.happens(sync.missing_probability)) return std::nullopt;
     bool outlier = false;
     return Nanoseconds{std::llround(world::latenessNs(sync, random, outlier))};
   };
@@ -85,7 +84,7 @@ std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptio
   const auto& lines = descriptions.box.loop_back;
   if (!lines) return nullptr;
   if (isEmulated(descriptions)) return std::make_unique<gpio::EmulatedLoopBack>(emulatedLateness(*descriptions.world));
-  return std::make_unique<gpio::LinuxLoopBack>(*lines);
+  return std::make_unique<gpio::LinuxLoopBack>(*lines, gpio::linesApart(descriptions.box));
 }
 
 }  // namespace probebox::app

@@ -45,7 +45,9 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
                  .gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain,
                  .pitch_mm = screw->pitch_mm,
                  .sector_zero_mm = screw->sector_zero_mm,
-                 .threshold_rpm = screw->threshold_rpm};
+                 .threshold_rpm = screw->threshold_rpm,
+                 .travel_min_mm = machine.axes[axis].travel_min_mm,
+                 .travel_max_mm = machine.axes[axis].travel_max_mm};
   }
   return all;
 }
@@ -71,6 +73,16 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   return config;
 }
 
+std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine) {
+  const auto& check = machine.periodic_check;
+  if (!check) return std::nullopt;
+  return procedure::CheckedBall{.diameter_mm = check->ball_diameter_mm,
+                                .centre_z_mm = check->ball_centre_z_mm,
+                                .accepted_x_mm = check->accepted_x_mm,
+                                .accepted_y_mm = check->accepted_y_mm,
+                                .limit_mm = check->limit_mm};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
@@ -78,7 +90,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
           .sigma_c_rad = machine.sigma_c_rad,
           .gain = descriptions.probe.gain,
-          .screws = screwFacts(machine)};
+          .screws = screwFacts(machine),
+          .checked_ball = checkedBall(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -1,5 +1,6 @@
 #include "firmware/app/calibrations.hpp"
 
+#include <array>
 #include <chrono>
 #include <string>
 #include <thread>
@@ -12,15 +13,30 @@
 namespace probebox::app {
 namespace {
 
+using Conditions = std::array<std::pair<const char*, std::string>, 3>;
+
+Conditions conditionsOf(const store::Binding& binding) {
+  return {{{"probe", binding.probe_serial_number}, {"machine", binding.machine}, {"mounting", binding.mounting}}};
+}
+
 // With what and when it was measured, for whoever reads the case: what the descriptions say, and the time of day.
 void addConditions(metrology::Dataset& dataset, const store::Binding& binding, const std::string& utc) {
-  const std::pair<const char*, const std::string&> conditions[]{{"probe", binding.probe_serial_number},
-                                                                {"machine", binding.machine},
-                                                                {"mounting", binding.mounting},
-                                                                {"measured_utc", utc}};
-  for (const auto& [key, value] : conditions) {
+  for (const auto& [key, value] : conditionsOf(binding)) {
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
+  dataset.config.try_emplace("measured_utc", utc);
+}
+
+// What a case states about its probe, machine or mounting that is not what the box describes.
+std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store::Binding& binding) {
+  for (const auto& [key, value] : conditionsOf(binding)) {
+    const auto stated = dataset.config.find(key);
+    const auto* text = stated == dataset.config.end() ? nullptr : std::get_if<std::string>(&stated->second);
+    if (text == nullptr || *text == value) continue;
+    return Error{std::string{"The case was measured with the "} + key + " '" + *text + "', and this box describes '" +
+                 value + "': propose it where it belongs."};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -48,20 +64,37 @@ void Calibrations::look(const box::State& state) {
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  auto [dataset, refusal] = procedure::runDataset(method, recording, scales, facts_);
+  auto [dataset, refusal, warnings] = procedure::runDataset(method, recording, scales, facts_);
   addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
   dataset_ = store::toJson(dataset);
-  const metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);
+  metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);
+  if (solved) solved->warnings.insert(solved->warnings.end(), warnings.begin(), warnings.end());
   setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
-  const auto id = keep(dataset, solved);
-  insist(Solved{.run = run, .refused = !solved || !id, .result_id = id.value_or(0), .at = now_()});
+  const bool lasts = procedure::isCalibration(method);
+  const auto id = lasts ? keep(dataset, solved) : std::nullopt;
+  const bool lost = lasts && !id;
+  insist(Solved{.run = run, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+}
+
+Outcome<Calibrations::Proposed> Calibrations::propose(metrology::Dataset dataset) {
+  if (auto error = whyElsewhere(dataset, in_force_.bindingFor({}))) return *error;
+  const auto solved = metrology::solve(dataset);
+  if (!solved && solved.error().name == "unknown-method") return Error{solved.error().reason};
+  const auto id = stored(dataset, solved, store::toJson(dataset));
+  if (!id) return Error{"The answer could not be stored: " + id.error().what};
+  return Proposed{.id = *id, .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason};
+}
+
+Outcome<store::Id, store::Failure> Calibrations::stored(const metrology::Dataset& dataset,
+                                                        const metrology::Solved& solved, const std::string& text) {
+  const auto binding = in_force_.bindingFor(subjectOf(dataset));
+  return solved ? store_.propose(binding, *solved, text, utcNow())
+                : store_.refuse(binding, dataset.method, solved.error(), text, utcNow());
 }
 
 std::optional<store::Id> Calibrations::keep(const metrology::Dataset& dataset, const metrology::Solved& solved) {
-  const auto binding = in_force_.bindingFor(subjectOf(dataset));
-  const auto id = solved ? store_.propose(binding, *solved, dataset_, utcNow())
-                         : store_.refuse(binding, dataset.method, solved.error(), dataset_, utcNow());
+  const auto id = stored(dataset, solved, dataset_);
   if (id) return *id;
   logError("A calibration could not be stored: " + id.error().what);
   if (solved) setRefusal("not-stored: The calibration succeeded and could not be stored: " + id.error().what);

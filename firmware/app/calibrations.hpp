@@ -31,8 +31,16 @@ class Calibrations {
   void look(const box::State& state);
   void finish(const box::State& state) { standing_.finish(state.snapshot); }
 
+  // A calibration is stored and proposed; what a selftest finds is answered alone.
   void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
              const capture::Scales& scales);
+  // Solves a case that was measured without the box, and keeps what comes of it. A case that says of which probe,
+  // machine or mounting it is must mean those that the box describes.
+  struct Proposed {
+    store::Id id{};
+    std::string refusal;  // name, colon and reason; empty where there is a result
+  };
+  Outcome<Proposed> propose(metrology::Dataset dataset);
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
   Outcome<std::vector<store::Record>, store::Failure> newest(std::size_t count) { return store_.newest(count); }
@@ -45,6 +53,8 @@ class Calibrations {
   std::string lastRefusal() const;
 
  private:
+  Outcome<store::Id, store::Failure> stored(const metrology::Dataset& dataset, const metrology::Solved& solved,
+                                            const std::string& text);
   std::optional<store::Id> keep(const metrology::Dataset& dataset, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
   void insist(const Event& command);

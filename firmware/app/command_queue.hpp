@@ -18,7 +18,8 @@ class CommandQueue {
 
  private:
   std::mutex commanders_;
-  SpscQueue<Event> queue_{256};
+  // At its start the core hears of all results in force, and a table by angle is an event a row.
+  SpscQueue<Event> queue_{1024};
 };
 
 }  // namespace probebox::app

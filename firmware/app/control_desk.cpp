@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "firmware/app/result_summary.hpp"
-#include "firmware/procedure/sweep.hpp"
+#include "firmware/app/run_options.hpp"
 #include "protocol/messages/control.hpp"
 
 namespace probebox::app {
@@ -14,6 +14,8 @@ namespace {
 
 using messages::ErrorCode;
 using messages::Operation;
+
+constexpr double kMostToolLength_mm = 2000;
 
 void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
   answer.outward_normal = step.touch.outward_normal;
@@ -31,32 +33,18 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.travel_mm = step.touch.travel_mm;
 }
 
-// Nothing when the request has more speeds than a run can have.
-std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Request& request) {
-  if (request.speeds_mm_s.size() > kMostSpeeds) return std::nullopt;
-  ProcedureOptions options{.speed_count = static_cast<std::uint8_t>(request.speeds_mm_s.size()),
-                           .speeds_mm_s = {},
-                           .overtravel_mm = request.overtravel_mm,
-                           .clearance_mm = request.clearance_mm,
-                           .approach_rad = request.approach_rad,
-                           .arc_rad = request.arc_rad,
-                           .angles = request.angles,
-                           .balls = request.balls,
-                           .axis = request.axis,
-                           .travel_mm = 0};
-  std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
-  return options;
-}
-
-// The angle of the screw comes from the position of its axis.
-std::optional<Error> whyNoSweepNow(const corrections::AxisState& axis, char name) {
-  if (!axis.referenced) {
-    return Error{std::string{"The angle of a screw counts from a machine position, and the axis "} + name +
-                 " is not referenced: home it, or drive it over its mark."};
-  }
-  if (axis.sensor_fault == corrections::SensorFault::none) return std::nullopt;
-  return Error{std::string{"The sensor of the screw of "} + name +
-               " says nothing that can be believed: probebox corrections tells why."};
+// A source that machine.toml does not describe can never be good.
+std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
+  using corrections::SourceKind;
+  constexpr auto kKnown = static_cast<std::uint16_t>((1U << corrections::kSourceKinds) - 1);
+  if ((mask & ~kKnown) != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
+  const auto absent = [&](SourceKind kind) {
+    return (mask & bitOf(kind)) != 0 &&
+           state.snapshot.health[static_cast<std::size_t>(kind)] == corrections::Health::off;
+  };
+  if (absent(SourceKind::swivel)) return Error{"machine.toml describes no head that swivels: add [swivel]."};
+  if (absent(SourceKind::rotary)) return Error{"machine.toml describes no table that turns: add [rotary_table]."};
+  return std::nullopt;
 }
 
 bool inProgress(procedure::State state) {
@@ -101,11 +89,13 @@ Reply ControlDesk::answer(const stream::PendingRequest& request, const box::Stat
     case Operation::start_procedure:
       return startProcedure(request.body, state);
     case Operation::abort_procedure:
-      return abortProcedure(state);
+      return abortProcedure(request.body, state);
     case Operation::corrections:
       return ok(correctionsAnswer(state));
     case Operation::home_axes:
       return homeAxes(request.body, state);
+    case Operation::tell_pose:
+      return tellPose(request.body, state);
     case Operation::enable_sources:
       return enableSources(request.body, state);
     default:
@@ -167,6 +157,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
     case procedure::State::solving:
       return "solving";
     case procedure::State::proposed:
+      if (progress.result_id == 0) return "done";
       return "result " + std::to_string(progress.result_id) + whereItStands(progress.result_id);
     case procedure::State::refused:
       return "refused";
@@ -256,13 +247,28 @@ Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& s
   return ok(messages::Nothing{});
 }
 
+Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::TellPose::Request>(body);
+  if (!request) return malformed(Operation::tell_pose);
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
+  if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= kMostToolLength_mm))
+    return refused(ErrorCode::malformed, "An angle is no number, or a tool's length is not from 0 to 2000 mm.");
+  const PoseTold told{.axes = request->axes,
+                      .angles_rad = request->angles_rad,
+                      .has_tool = request->has_tool,
+                      .tool = request->tool,
+                      .tool_length_mm = request->tool_length_mm,
+                      .at = {}};
+  if (const auto error = post(told, state)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
 Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::EnableSources::Request>(body);
   if (!request) return malformed(Operation::enable_sources);
   if (!access_.allow_accept) return notPermitted("allow_accept");
-  using corrections::SourceKind;
-  if ((request->mask & ~(bitOf(SourceKind::screw) | bitOf(SourceKind::centreline))) != 0)
-    return refused(ErrorCode::refused, "This release computes the sources screw (bit 0) and centreline (bit 3) alone.");
+  if (const auto error = whyNotSummed(request->mask, state)) return refused(ErrorCode::refused, error->what);
   if (state.snapshot.inhibited)
     return refused(ErrorCode::wrong_state, "A cut is on, and nothing changes meanwhile: try again when it is over.");
   if (!with_.commands.push(SourcesEnabled{.mask = request->mask, .at = with_.time.now()}))
@@ -280,16 +286,8 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
   }
-  auto options = optionsOf(*request);
-  if (!options)
-    return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
-  if (procedure::needsOf(*method) == procedure::Needs::screw) {
-    const auto sweep = procedure::sweepOptions(*options, request->turns, with_.facts);
-    if (!sweep) return refused(ErrorCode::refused, sweep.error().what);
-    if (const auto error = whyNoSweepNow(state.snapshot.axes.at(sweep->axis - 1U), "XYZ"[sweep->axis - 1U]))
-      return refused(ErrorCode::wrong_state, error->what);
-    options = *sweep;
-  }
+  const auto options = plannedOptions(*method, *request, with_.facts, state);
+  if (!options) return options.error();
   if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   if (const auto error = procedure::whyUnready(*method, with_.facts, state.snapshot.delay.calibrated))
@@ -319,31 +317,50 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 
-Reply ControlDesk::abortProcedure(const box::State& state) {
+Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::AbortProcedure::Request>(body);
+  if (!request) return malformed(Operation::abort_procedure);
   if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
-  if (!inProgress(state.procedure.state)) return refused(ErrorCode::wrong_state, "No procedure is running.");
-  if (state.procedure.state == procedure::State::solving)
+  // One that the core has not published yet can be given up as well.
+  const std::uint32_t run = std::max(last_run_, state.procedure.run);
+  const bool starting = run > state.procedure.run;
+  if (!starting && !inProgress(state.procedure.state))
+    return refused(ErrorCode::wrong_state, "No procedure is running.");
+  if (request->run != 0 && request->run != run) {
+    return refused(ErrorCode::wrong_state, "Run " + std::to_string(request->run) + " is over: the box is at run " +
+                                               std::to_string(run) + ", which goes on.");
+  }
+  if (!starting && state.procedure.state == procedure::State::solving)
     return refused(ErrorCode::wrong_state,
                    "All touches are done and being solved: wait for the result, and do not accept it.");
-  const ProcedureAborted aborted{.run = state.procedure.run, .at = with_.time.now()};
+  const ProcedureAborted aborted{.run = run, .at = with_.time.now()};
   if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
   return ok(messages::Nothing{});
 }
 
 std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
-  const bool posted = with_.worker.post([this, link, body, ticket = request.ticket, operation = request.operation] {
+  const auto job = [this, link, body, ticket = request.ticket, operation = request.operation] {
     Reply reply =
         operation == Operation::loop_back ? with_.loop_back.answer(*body) : with_.results.answer(operation, *body);
     reply.link = link;
     reply.ticket = ticket;
     reply_later_(std::move(reply));
-  });
-  if (posted) return std::nullopt;
-  Reply busy = refused(ErrorCode::busy, "Too much is waiting already: try again.");
-  busy.link = link;
-  busy.ticket = request.ticket;
-  return busy;
+  };
+  const auto busy = [&](const char* why) {
+    Reply reply = refused(ErrorCode::busy, why);
+    reply.link = link;
+    reply.ticket = request.ticket;
+    return reply;
+  };
+  if (request.operation != Operation::loop_back)
+    return with_.worker.post(job) ? std::nullopt : std::optional{busy("Too much is waiting already: try again.")};
+  // It takes seconds: one after the other, hosts would lose patience.
+  if (with_.loop_back.begin()) {
+    if (with_.worker.postPatient(job)) return std::nullopt;
+    with_.loop_back.end();
+  }
+  return busy("The loop-back is being measured already, or too much is waiting: try again in a few seconds.");
 }
 
 }  // namespace probebox::app

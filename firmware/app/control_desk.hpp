@@ -72,8 +72,9 @@ class ControlDesk {
   Reply describeProcedure(const box::State& state) const;
   Reply takeMarker(std::span<const std::byte> body, const box::State& state);
   Reply startProcedure(std::span<const std::byte> body, const box::State& state);
-  Reply abortProcedure(const box::State& state);
+  Reply abortProcedure(std::span<const std::byte> body, const box::State& state);
   Reply homeAxes(std::span<const std::byte> body, const box::State& state);
+  Reply tellPose(std::span<const std::byte> body, const box::State& state);
   Reply enableSources(std::span<const std::byte> body, const box::State& state);
   std::string procedureInWords(const box::State& state) const;
   std::string whereItStands(std::uint64_t result) const;

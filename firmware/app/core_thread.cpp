@@ -67,6 +67,7 @@ bool CoreThread::block(SampleIndex first, std::uint32_t count, std::span<const s
   item_.first = first;
   item_.count = count;
   item_.delay = box_.delayInSamples();
+  item_.next_trigger = box_.nextTrigger();
   item_.size = static_cast<std::uint32_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), item_.bytes.begin());
   return feedItem();
@@ -79,6 +80,14 @@ bool CoreThread::lost(const latch::Lost& lost) {
   item_.count = static_cast<std::uint64_t>(lost.count);
   item_.size = 0;
   return feedItem();
+}
+
+// Where there is no room the next block tells.
+void CoreThread::trigger(const box::PlacedTrigger& trigger) {
+  item_.kind = FeedItem::Kind::trigger;
+  item_.trigger = trigger;
+  feed_.push(item_);
+  if (links_ != nullptr) links_->notify();
 }
 
 // The links hear of every sample in order: what did not fit is told before what comes after it.

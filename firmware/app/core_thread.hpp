@@ -49,6 +49,7 @@ class CoreThread : private box::Outputs {
  private:
   bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
   bool lost(const latch::Lost& lost) override;
+  void trigger(const box::PlacedTrigger& trigger) override;
   void state(const box::State& state) override;
   void solve(std::uint32_t run) override;
 

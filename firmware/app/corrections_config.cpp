@@ -1,5 +1,6 @@
 #include "firmware/app/corrections_config.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace probebox::app {
@@ -42,6 +43,49 @@ corrections::ScrewConfig screwOf(const board::ScrewDescription& screw) {
   return config;
 }
 
+corrections::RotaryAngleConfig angleOf(const board::RotaryAxisDescription& axis) {
+  corrections::RotaryAngleConfig config{.described = true,
+                                        .from = corrections::AngleFrom::controller,
+                                        .reference = {},
+                                        .stale = nanoseconds(axis.stale_s)};
+  if (axis.angle_from == board::AngleFrom::controller) return config;
+  config.from = corrections::AngleFrom::encoder;
+  config.reference.by = axis.reference == board::ReferenceBy::absolute ? corrections::ReferenceBy::absolute
+                                                                       : corrections::ReferenceBy::homing;
+  config.reference.mm_per_count = axis.sense / axis.counts_per_deg;
+  config.reference.maximum_speed_mm_s = axis.maximum_speed_deg_s;
+  return config;
+}
+
+corrections::RotaryConfig tableOf(const board::RotaryTableDescription& table) {
+  corrections::RotaryConfig config{.count = table.chain.size(),
+                                   .chain = {},
+                                   .between = table.between == board::BetweenAngles::fourier
+                                                  ? metrology::Between::fourier
+                                                  : metrology::Between::linear,
+                                   .at_tip = table.at_tip,
+                                   .tool_direction = table.tool_direction,
+                                   .measured_length_mm = table.measured_length_mm,
+                                   .hold = nanoseconds(table.hold_s)};
+  std::ranges::transform(table.chain, config.chain.begin(),
+                         [](board::RotaryLetter letter) { return static_cast<RotaryAxis>(letter); });
+  return config;
+}
+
+void addRotary(const board::Machine& machine, corrections::CorrectionsConfig& config) {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    if (machine.rotary_axes[axis]) config.angles[axis] = angleOf(*machine.rotary_axes[axis]);
+  }
+  if (machine.rotary_table) config.rotary = tableOf(*machine.rotary_table);
+  if (const auto& swivel = machine.swivel)
+    config.swivel = {.fitted = true,
+                     .axis = static_cast<RotaryAxis>(swivel->axis),
+                     .by_angle = swivel->by_angle,
+                     .hold = nanoseconds(swivel->hold_s)};
+  for (const auto& tool : machine.tools)
+    config.tools.lengths[config.tools.count++] = {.number = tool.number, .length_mm = tool.length_mm};
+}
+
 }  // namespace
 
 corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine) {
@@ -56,6 +100,7 @@ corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine) 
   config.centreline = {.assumed_mm = {centreline.assumed_x_mm, centreline.assumed_y_mm},
                        .corrected = {centreline.correct_x, centreline.correct_y},
                        .hold = nanoseconds(centreline.hold_s)};
+  addRotary(machine, config);
   config.mask = machine.corrections.mask;
   return config;
 }

@@ -4,7 +4,7 @@
 
 namespace probebox::app {
 
-// What machine.toml says about references, screws, the turning axis and the limits of corrections.
+// What machine.toml says about references, screws, rotary axes, the turning axis and the limits of corrections.
 corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine);
 
 }  // namespace probebox::app

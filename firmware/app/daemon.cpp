@@ -28,7 +28,7 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kQueueEvents = 1U << 14U;  // two seconds and more of a busy box
+constexpr std::size_t kQueueEvents = 1U << 14U;  // 0.16 s of 100 000 events a second
 
 messages::BootId bootId() {
   messages::BootId id{};
@@ -81,12 +81,13 @@ struct Daemon::Parts {
         std::optional<JournalWriter> journal_writer)
       : time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
-        calibrations{std::move(store),
-                     mountingOf(descriptions),
-                     procedureFacts(descriptions),
-                     [this] { return time.now(); },
-                     [config = boxConfig(descriptions)](const Event& event) { return box::whyUnfit(config, event); },
-                     [this](const Event& command) { return tellCore(command); }},
+        calibrations{
+            std::move(store),
+            mountingOf(descriptions),
+            procedureFacts(descriptions),
+            [this] { return time.now(); },
+            [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
+            [this](const Event& command) { return tellCore(command); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
         results_desk{descriptions.service.access, calibrations, core_view, time},

@@ -16,17 +16,8 @@ constexpr std::chrono::milliseconds kAdvance{10};
 constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
-messages::GapReason wireReason(const FeedItem& item) {
-  if (item.kind == FeedItem::Kind::lost_in_queue) return messages::GapReason::queue_full;
-  switch (item.reason) {
-    case latch::LostReason::clock:
-      return messages::GapReason::source_clock;
-    case latch::LostReason::probe:
-      return messages::GapReason::source_probe;
-    case latch::LostReason::encoders:
-      return messages::GapReason::source_encoders;
-  }
-  return messages::GapReason::source_clock;
+messages::GapReason reasonOf(const FeedItem& item) {
+  return item.kind == FeedItem::Kind::lost_in_queue ? messages::GapReason::queue_full : wireReason(item.reason);
 }
 
 void addTo(messages::LinkCounters& sum, const messages::LinkCounters& counters) {
@@ -218,13 +209,16 @@ void LinkService::passOn() {
     if (item_.kind == FeedItem::Kind::block) {
       describe(item_.delay);
       a_block_has_come_ = true;
+      history_.reachTrigger(item_.next_trigger);
       const stream::EncodedBlock block{.first = item_.first,
                                        .count = static_cast<std::uint32_t>(item_.count),
                                        .bytes = std::span{item_.bytes}.first(item_.size)};
       passOn(block);
       passOn(transcoder_.fast(block));
+    } else if (item_.kind == FeedItem::Kind::trigger) {
+      history_.push(wireTrigger(item_.trigger));
     } else {
-      const stream::GapNotice gap{.first = item_.first, .count = item_.count, .reason = wireReason(item_)};
+      const stream::GapNotice gap{.first = item_.first, .count = item_.count, .reason = reasonOf(item_)};
       history_.push(gap);
       for (const auto& link : links_) link->host.session().offer(gap);
     }

@@ -12,7 +12,8 @@
 namespace probebox::app {
 namespace {
 
-// Locked stacks are resident from end to end. The deepest, the worker's while it solves, has been seen to use 36 kB.
+// Locked stacks are resident from end to end. The deepest is the links' while it makes a block of profile fast, whose
+// encoder alone is 66 kB; the worker's has been seen to use 36 kB while it solves.
 constexpr std::size_t kStackBytes = 256 * 1024;
 
 // A limit that is there may let the lock succeed and a later allocation fail: then better no lock.

@@ -4,8 +4,11 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <utility>
+
+#include "firmware/metrology/swivel_plane.hpp"
 
 namespace probebox::app {
 namespace {
@@ -13,6 +16,8 @@ namespace {
 constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kCentreline = "centreline";
 constexpr std::string_view kScrewOf = "screw-";
+constexpr std::string_view kRotaryOf = "rotary-";
+constexpr std::string_view kSwivelOf = "swivel-";
 
 constexpr std::array<std::string_view, 3> kTurningAxisMethods{"c-axis-alignment", "centreline",
                                                               "centreline-limited-access"};
@@ -31,6 +36,15 @@ std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-y") return Axis::y;
   if (subject == "screw-z") return Axis::z;
   return std::nullopt;
+}
+
+// "rotary-c" is about C; nothing for other subjects.
+std::optional<RotaryAxis> rotaryAxis(std::string_view subject, std::string_view stem) {
+  constexpr std::string_view kLetters = "abc";
+  if (!subject.starts_with(stem) || subject.size() != stem.size() + 1) return std::nullopt;
+  const auto letter = kLetters.find(subject.back());
+  if (letter == std::string_view::npos) return std::nullopt;
+  return static_cast<RotaryAxis>(letter);
 }
 
 // Values of one key with their standard deviations, 0 where there is none. The error names the key.
@@ -54,7 +68,7 @@ Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, 
   return Values{found->values, found->sd};
 }
 
-Outcome<std::optional<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
   const bool per_axis = result.find("tau_axis_s") != nullptr;
   const auto tau = per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1);
   if (!tau) return tau.error();
@@ -64,11 +78,11 @@ Outcome<std::optional<Event>> delay(const metrology::Result& result, std::uint64
     event.tau_s[axis] = tau->values[i];
     event.sd_s[axis] = tau->sdOf(i);
   }
-  return std::optional<Event>{event};
+  return std::vector<Event>{event};
 }
 
 // (B14). A method that finds the centre at one height says nothing about the tilt: slope 0.
-Outcome<std::optional<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
   CentrelineActivated event{.result_id = id,
                             .centre_mm = {},
                             .slope = {},
@@ -82,7 +96,7 @@ Outcome<std::optional<Event>> centreline(const metrology::Result& result, std::u
     event.centre_mm[i] = centre->values[i];
     event.sd_centre_mm[i] = centre->sdOf(i);
   }
-  if (result.find("C_tilt_rad") == nullptr) return std::optional<Event>{event};
+  if (result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
   const auto tilt = valuesOf(result, "C_tilt_rad", 2);
   if (!tilt) return tilt.error();
   const auto reference = valuesOf(result, "mean_z_mm", 1);
@@ -92,10 +106,10 @@ Outcome<std::optional<Event>> centreline(const metrology::Result& result, std::u
     event.slope[i] = tilt->values[i];  // small: the tangent is the angle
     event.sd_slope[i] = tilt->sdOf(i);
   }
-  return std::optional<Event>{event};
+  return std::vector<Event>{event};
 }
 
-Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
+Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
   ScrewActivated event{
       .result_id = id, .axis = axis, .gain = 0, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = now};
   const bool has_table = result.find("sector_table_um") != nullptr;
@@ -106,7 +120,7 @@ Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, 
     event.gain = gain->values[0];
     event.sd_gain = gain->sdOf(0);
   }
-  if (!has_table) return std::optional<Event>{event};
+  if (!has_table) return std::vector<Event>{event};
   const auto table = valuesOf(result, "sector_table_um", 0);
   if (!table) return table.error();
   if (table->values.size() > kMostScrewSectors) {
@@ -120,7 +134,64 @@ Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, 
     if (std::abs(value_um) > kMost_um) return Error{"A sector of the screw's table is longer than a metre."};
     event.sector_nm[i] = static_cast<std::int32_t>(std::lround(value_um * 1e3));
   }
-  return std::optional<Event>{event};
+  return std::vector<Event>{event};
+}
+
+std::optional<Error> tooManyRows(std::size_t rows) {
+  if (rows <= kMostErrorRows) return std::nullopt;
+  return Error{"The box holds a table of " + std::to_string(kMostErrorRows) + " angles, and this result has " +
+               std::to_string(rows) + ": leave some out."};
+}
+
+// (B19)-(B21), and what the readings have left at each angle.
+Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
+  SwivelActivated event{.result_id = id, .axis = axis, .terms = {}, .rows = 0, .at = now};
+  const auto terms = valuesOf(result, "swivel_terms_mm", event.terms.size());
+  if (!terms) return terms.error();
+  const auto left = valuesOf(result, "left_by_angle_mm", 0);
+  if (!left) return left.error();
+  const std::size_t rows = left->values.size() / 4;  // B_deg, x, y, z
+  if (auto error = tooManyRows(rows)) return *error;
+  std::ranges::copy(terms->values, event.terms.begin());
+  event.rows = static_cast<std::uint8_t>(rows);
+  std::vector<Event> events{event};
+  for (std::size_t k = 0; k < rows; ++k) {
+    const auto row = left->values.subspan(4 * k, 4);
+    events.emplace_back(ErrorsAtAngle{.of = ErrorsOf::swivel,
+                                      .axis = axis,
+                                      .result_id = id,
+                                      .angle_rad = row[0] * std::numbers::pi / 180,
+                                      .errors = {row[1], row[2], row[3]},
+                                      .at = now});
+  }
+  return events;
+}
+
+// (E5), with the nominal axis that the errors are about.
+Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
+  RotaryActivated event{.result_id = id, .axis = axis, .point_mm = {}, .direction = {}, .sd = {}, .rows = 0, .at = now};
+  const auto point = valuesOf(result, "axis_point_mm", event.point_mm.size());
+  if (!point) return point.error();
+  const auto direction = valuesOf(result, "axis_direction", event.direction.size());
+  if (!direction) return direction.error();
+  const auto angles = valuesOf(result, "angle_rad", 0);
+  if (!angles) return angles.error();
+  const std::size_t rows = angles->values.size();
+  if (auto error = tooManyRows(rows)) return *error;
+  const auto errors = valuesOf(result, "six_errors", 6 * rows);
+  if (!errors) return errors.error();
+  std::ranges::copy(point->values, event.point_mm.begin());
+  std::ranges::copy(direction->values, event.direction.begin());
+  event.rows = static_cast<std::uint8_t>(rows);
+  for (std::size_t i = 0; i < 6 * rows; ++i) event.sd[i % 6] = std::max(event.sd[i % 6], errors->sdOf(i));
+  std::vector<Event> events{event};
+  for (std::size_t k = 0; k < rows; ++k) {
+    ErrorsAtAngle row{
+        .of = ErrorsOf::rotary, .axis = axis, .result_id = id, .angle_rad = angles->values[k], .errors = {}, .at = now};
+    std::ranges::copy(errors->values.subspan(6 * k, 6), row.errors.begin());
+    events.emplace_back(row);
+  }
+  return events;
 }
 
 }  // namespace
@@ -128,7 +199,11 @@ Outcome<std::optional<Event>> screw(const metrology::Result& result, Axis axis, 
 std::string subjectOf(const metrology::Dataset& dataset) {
   const std::string axis = axisIn(dataset);
   if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
-  if (dataset.method == "rotary-axis-errors" && !axis.empty()) return "rotary-" + axis;
+  if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
+  if (dataset.method == "swivel-error") {
+    if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
+      return std::string{kSwivelOf} + "abc"[plane->axis];
+  }
   return subjectNamed(dataset.method);
 }
 
@@ -139,14 +214,16 @@ std::string subjectNamed(std::string_view subject_or_method) {
   return std::string{subject_or_method};
 }
 
-Outcome<std::optional<Event>> activationOf(const store::Record& record, MonoTime now) {
+Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{"Result " + std::to_string(record.id) + " is a refusal."};
   const auto& subject = record.binding.subject;
   if (subject == kDelay) return delay(*result, record.id, now);
   if (subject == kCentreline) return centreline(*result, record.id, now);
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
-  return std::optional<Event>{};
+  if (const auto axis = rotaryAxis(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
+  if (const auto axis = rotaryAxis(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
+  return std::vector<Event>{};
 }
 
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
@@ -158,6 +235,18 @@ std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
   }
   if (const auto axis = screwAxis(subject)) {
     ScrewActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = rotaryAxis(subject, kRotaryOf)) {
+    RotaryActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = rotaryAxis(subject, kSwivelOf)) {
+    SwivelActivated none{};
     none.axis = *axis;
     none.at = now;
     return none;

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/store/record.hpp"
@@ -12,16 +13,17 @@
 namespace probebox::app {
 
 // The question that a method answers: "delay" for every delay-* method, "centreline" for all that give the turning
-// axis, "screw-x", "screw-y", "screw-z" by the dataset's axis, "rotary-c" and so on likewise; otherwise the method's
-// own name.
+// axis, "screw-x", "screw-y", "screw-z" by the dataset's axis, "rotary-c" and so on likewise, "swivel-b" and so on by
+// the direction of its swivel_axis; otherwise the method's own name.
 std::string subjectOf(const metrology::Dataset& dataset);
 
 // What a person may call a subject: itself, or a method that answers it.
 std::string subjectNamed(std::string_view subject_or_method);
 
-// The event that brings a result into force; nothing for results that the core does not use. An error says what of it
-// the core cannot use: a value that is missing or not finite, a table that is too long.
-Outcome<std::optional<Event>> activationOf(const store::Record& record, MonoTime now);
+// The events that bring a result into force, one or, with a table by angle, one and a row each; none for results that
+// the core does not use. An error says what of it the core cannot use: a value that is missing or not finite, a table
+// that is too long.
+Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now);
 
 // The event that says: no result about this is in force any more.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);

@@ -24,12 +24,25 @@ messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
           .position_mm = axis.position_mm,
           .last_fault = static_cast<std::uint8_t>(axis.last_fault),
           .reference_losses = axis.reference_losses,
-          .unused_indexes = axis.unused_indexes,
           .has_screw = axis.has_screw,
           .sensor_fault = static_cast<std::uint8_t>(axis.sensor_fault),
           .extension_um = axis.extension_um,
           .screw_offset_mm = axis.screw_offset_mm,
-          .screw_slope = axis.screw_slope};
+          .screw_slope = axis.screw_slope,
+          .unused_indexes = axis.unused_indexes};
+}
+
+messages::RotaryAxisStatus rotaryStatus(const corrections::RotaryAxisState& axis) {
+  return {.described = axis.described,
+          .known = axis.known,
+          .doubtful = axis.doubtful,
+          .angle_rad = axis.angle_rad,
+          .last_fault = static_cast<std::uint8_t>(axis.last_fault),
+          .reference_losses = axis.reference_losses,
+          .result_id = axis.result_id,
+          .has_errors = axis.has_errors,
+          .errors = axis.errors,
+          .sd_errors = axis.sd_errors};
 }
 
 messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger) {
@@ -47,6 +60,24 @@ messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger
 }
 
 }  // namespace
+
+messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
+  const auto stamped = stampedTrigger(placed.stamp);
+  return {.number = stamped.number,
+          .line = placed.stamp.line,
+          .line_sequence = placed.stamp.line_sequence,
+          .at = placed.stamp.at,
+          .tick = placed.tick,
+          .phase_q32 = placed.phase_q32,
+          .sigma_ns = placed.sigma_ns,
+          .clock_state = placed.clock_state,
+          .has_position = stamped.has_position,
+          .position_mm = stamped.position_mm,
+          .correction_mm = stamped.correction_mm,
+          .correction_valid = stamped.correction_valid,
+          .correction_degraded = placed.stamp.served.degraded,
+          .sequence = stamped.sequence};
+}
 
 messages::ResultState wireState(store::State state) {
   return static_cast<messages::ResultState>(state);  // the store keeps the numbers of the wire
@@ -119,6 +150,13 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state) {
   answer.unplaced_triggers = snapshot.unplaced_triggers;
   answer.refused_homings = snapshot.refused_homings;
   answer.delay_applied = snapshot.delay.calibrated && state.delay_applied;
+  for (const auto& axis : snapshot.rotary) answer.rotary_axes.push_back(rotaryStatus(axis));
+  const auto& swivel = snapshot.swivel;
+  answer.swivel = {.result_id = swivel.result_id,
+                   .error_mm = swivel.error_mm,
+                   .tool = swivel.tool,
+                   .has_tool_length = swivel.has_tool_length,
+                   .tool_length_mm = swivel.tool_length_mm};
   return answer;
 }
 

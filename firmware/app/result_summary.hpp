@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
 
+#include "firmware/box/placed_trigger.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/messages/control.hpp"
+#include "protocol/messages/stream.hpp"
 
 // What the box knows, in the words of the wire.
 namespace probebox::app {
@@ -12,6 +14,7 @@ messages::ResultState wireState(store::State state);
 messages::ResultSummary summaryOf(const store::Record& record);
 messages::ResultTransition wireTransition(const store::Transition& transition);
 messages::Corrections::Answer correctionsAnswer(const box::State& state);
+messages::Trigger wireTrigger(const box::PlacedTrigger& placed);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::ReceiverStatus receiverStatus(const box::State& state);
 messages::UnusedEvents unusedEvents(const box::State& state);

@@ -38,6 +38,7 @@ bool ResultsDesk::answers(Operation operation) {
     case Operation::result_history:
     case Operation::get_dataset:
     case Operation::set_inhibit:
+    case Operation::propose_case:
       return true;
     default:
       return false;
@@ -58,6 +59,8 @@ Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body) 
       return getDataset(body);
     case Operation::set_inhibit:
       return setInhibit(body);
+    case Operation::propose_case:
+      return proposeCase(body);
     default:
       return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
   }
@@ -144,6 +147,18 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
   return ok(messages::GetDataset::Answer{
       .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostBytes)});
+}
+
+Reply ResultsDesk::proposeCase(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::ProposeCase::Request>(body);
+  if (!request) return malformed(Operation::propose_case);
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  auto whole = incoming_.add(*request);
+  if (!whole) return refused(ErrorCode::refused, whole.error().what);
+  if (!*whole) return ok(messages::ProposeCase::Answer{});
+  const auto proposed = calibrations_.propose(std::move(**whole));
+  if (!proposed) return refused(ErrorCode::refused, proposed.error().what);
+  return ok(messages::ProposeCase::Answer{.result_id = proposed->id, .refusal = proposed->refusal});
 }
 
 // Answered when the core holds it: what is asked for next finds it so.

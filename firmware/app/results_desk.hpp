@@ -5,6 +5,7 @@
 #include "board/describe/service.hpp"
 #include "firmware/app/calibrations.hpp"
 #include "firmware/app/core_view.hpp"
+#include "firmware/app/incoming_case.hpp"
 #include "firmware/app/reply.hpp"
 #include "firmware/app/time_source.hpp"
 #include "protocol/messages/types.hpp"
@@ -26,12 +27,14 @@ class ResultsDesk {
   Reply rollBack(std::span<const std::byte> body);
   Reply history(std::span<const std::byte> body);
   Reply getDataset(std::span<const std::byte> body);
+  Reply proposeCase(std::span<const std::byte> body);
   Reply setInhibit(std::span<const std::byte> body);
 
   board::Access access_;
   Calibrations& calibrations_;
   CoreView& core_;
   const TimeSource& time_;
+  IncomingCase incoming_;
 };
 
 }  // namespace probebox::app

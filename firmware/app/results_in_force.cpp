@@ -42,12 +42,23 @@ ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::func
       why_unfit_{std::move(why_unfit)},
       tell_core_{std::move(tell_core)} {}
 
-Outcome<std::optional<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
-  auto event = activationOf(record, now_());
-  if (event && *event) {
-    if (auto unfit = why_unfit_(**event)) return *unfit;
+Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
+  auto events = activationOf(record, now_());
+  if (events) {
+    if (auto unfit = why_unfit_(*events)) return *unfit;
   }
-  return event;
+  return events;
+}
+
+// A result that fitted when it was accepted may not fit what the box describes now: then none of its kind is in force.
+void ResultsInForce::tell(const store::Record& record) {
+  const auto events = fitActivation(record);
+  if (events) {
+    for (const auto& event : *events) tell_core_(event);
+    return;
+  }
+  logError(named(record.id) + " is not in force: " + events.error().what);
+  if (const auto none = noneInForce(record.binding.subject, now_())) tell_core_(*none);
 }
 
 store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
@@ -66,12 +77,12 @@ std::vector<Event> ResultsInForce::restore() {
       logError("A result in force could not be read: " + record.error().what);
       continue;
     }
-    const auto event = fitActivation(*record);
-    if (!event) {
-      logError(named(id) + " is not in force: " + event.error().what);
+    const auto told = fitActivation(*record);
+    if (!told) {
+      logError(named(id) + " is not in force: " + told.error().what);
       continue;
     }
-    if (*event) events.push_back(**event);
+    events.insert(events.end(), told->begin(), told->end());
   }
   return events;
 }
@@ -88,18 +99,20 @@ bool ResultsInForce::mayChange() const {
   return !inhibited_ && first_state_at_ && state_at_ - *first_state_at_ >= kSettling;
 }
 
-std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
+std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
   const auto& binding = record.binding;
-  if (binding != bindingFor(binding.subject)) {
-    return store::Failure{store::Reason::other_binding,
-                          named(record.id) + " is for probe " + binding.probe_serial_number + " in " +
-                              binding.mounting + " of " + binding.machine +
-                              ", which is not what this box describes now: change the descriptions, or calibrate "
-                              "again."};
-  }
+  if (binding == bindingFor(binding.subject)) return std::nullopt;
+  return store::Failure{store::Reason::other_binding,
+                        named(record.id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting +
+                            " of " + binding.machine +
+                            ", which is not what this box describes now: change the descriptions, or calibrate again."};
+}
+
+std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
+  if (auto other = otherBinding(record)) return other;
   if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
-  if (const auto event = fitActivation(record); !event)
-    return store::Failure{store::Reason::not_possible_now, event.error().what};
+  if (const auto told = fitActivation(record); !told)
+    return store::Failure{store::Reason::not_possible_now, told.error().what};
   return std::nullopt;
 }
 
@@ -112,7 +125,7 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   if (!accepted) return accepted;
   readStore();
   if (was_active || accepted->state != store::State::active) return accepted;
-  if (const auto event = activationOf(*accepted, now_()); event && *event) tell_core_(**event);
+  tell(*accepted);
   return accepted;
 }
 
@@ -123,7 +136,8 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, 
 ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::string& by) {
   const auto found = store_.find(id);
   if (!found) return found.error();
-  if (auto objection = objectionTo(*found)) return *objection;
+  // One that does not fit any more can be gone back from as well.
+  if (auto other = otherBinding(*found)) return *other;
   if (found->state == store::State::accepted) {
     auto withdrawn = store_.withdraw(id, by, utcNow());
     readStore();
@@ -148,8 +162,7 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
     if (const auto none = noneInForce(binding.subject, now_())) tell_core_(*none);
     return changed;
   }
-  // What could be activated once can be activated again.
-  if (const auto event = activationOf(*changed->active, now_()); event && *event) tell_core_(**event);
+  tell(*changed->active);
   return changed;
 }
 
@@ -168,8 +181,9 @@ void ResultsInForce::activateWaiting() {
       patient_until_ = now_() + kPatience;
       continue;
     }
-    logInfo("the cut is over: result " + std::to_string(id) + " is in force, accepted by " + activated->accepted_by);
-    if (const auto event = activationOf(*activated, now_()); event && *event) tell_core_(**event);
+    logInfo("no cut is on: result " + std::to_string(id) + ", which waited, is in force, accepted by " +
+            activated->accepted_by);
+    tell(*activated);
   }
   readStore();
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,12 @@ std::string utcNow();
 // ask.
 class ResultsInForce {
  public:
-  using WhyUnfit = std::function<std::optional<Error>(const Event&)>;
+  using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
   using Accepted = Outcome<store::Record, store::Failure>;
   using RolledBack = Outcome<store::RolledBack, store::Failure>;
 
-  // `why_unfit` says what keeps the core from following an event. `tell_core` hands one to it, however long that takes.
-  // `store` outlives this.
+  // `why_unfit` says what keeps the core from following the events of a result. `tell_core` hands one to it, however
+  // long that takes. `store` outlives this.
   ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
                  std::function<void(const Event&)> tell_core);
 
@@ -61,7 +62,9 @@ class ResultsInForce {
 
  private:
   bool mayChange() const;
-  Outcome<std::optional<Event>> fitActivation(const store::Record& record) const;
+  Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
+  void tell(const store::Record& record);
+  std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   void activateWaiting();
   void readStore();

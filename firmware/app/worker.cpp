@@ -24,10 +24,18 @@ void Worker::stop() {
 }
 
 bool Worker::post(std::function<void()> job) {
+  return post(jobs_, std::move(job));
+}
+
+bool Worker::postPatient(std::function<void()> job) {
+  return post(patient_, std::move(job));
+}
+
+bool Worker::post(Jobs& into, std::function<void()> job) {
   {
     const std::lock_guard lock{mutex_};
-    if (jobs_.size() >= kMostJobs) return false;
-    jobs_.push_back(std::move(job));
+    if (into.size() >= kMostJobs) return false;
+    into.push_back(std::move(job));
   }
   wake_up_.notify();
   return true;
@@ -35,9 +43,10 @@ bool Worker::post(std::function<void()> job) {
 
 std::function<void()> Worker::take() {
   const std::lock_guard lock{mutex_};
-  if (jobs_.empty()) return {};
-  auto job = std::move(jobs_.front());
-  jobs_.pop_front();
+  auto& from = jobs_.empty() ? patient_ : jobs_;
+  if (from.empty()) return {};
+  auto job = std::move(from.front());
+  from.pop_front();
   return job;
 }
 

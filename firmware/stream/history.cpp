@@ -1,10 +1,12 @@
 #include "firmware/stream/history.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace probebox::stream {
 
-History::History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others) {
+History::History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others, TriggerHistory triggers)
+    : triggers_{std::move(triggers)} {
   lines_.push_back({messages::Profile::raw, SampleRing{bytes, pieces}, false});
   for (const auto profile : others) lines_.push_back({profile, SampleRing{bytes, pieces}, false});
 }

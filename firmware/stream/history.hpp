@@ -5,6 +5,7 @@
 
 #include "firmware/stream/descriptor_book.hpp"
 #include "firmware/stream/sample_ring.hpp"
+#include "firmware/stream/trigger_history.hpp"
 #include "protocol/messages/types.hpp"
 
 namespace probebox::stream {
@@ -15,7 +16,8 @@ namespace probebox::stream {
 class History {
  public:
   // bytes, pieces: of each profile. Profile raw is always among them.
-  History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others = {});
+  History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others = {},
+          TriggerHistory triggers = TriggerHistory{});
 
   // What the blocks that are pushed from here on are encoded under. Allocates.
   void setDescriptor(std::span<const std::byte> encoded) { descriptors_.add(encoded); }
@@ -26,6 +28,10 @@ class History {
   void push(const EncodedBlock& block);
   // In all profiles.
   void push(const GapNotice& gap);
+
+  void push(const messages::Trigger& trigger) { triggers_.push(trigger); }
+  void reachTrigger(std::uint32_t number) { triggers_.reach(number); }
+  const TriggerHistory& triggers() const { return triggers_; }
 
   bool has(messages::Profile profile) const { return lineOf(profile) != nullptr; }
   // Of one of the profiles that it has.
@@ -50,6 +56,7 @@ class History {
 
   std::vector<Line> lines_;
   DescriptorBook descriptors_;
+  TriggerHistory triggers_;
 };
 
 }  // namespace probebox::stream

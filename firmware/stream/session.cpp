@@ -31,6 +31,7 @@ Session::Session(SessionOptions options, const History& history)
       control_reader_{options_.two_lanes ? options_.max_request : 0, framing()},
       control_{{options_.max_request, options_.max_payload}},
       feed_{{options_.queue_bytes, options_.live_bytes, options_.queue_pieces, options_.max_payload}, history},
+      triggers_{history.triggers()},
       outbox_{4 * options_.max_payload, kOutboxMessages},
       answers_{4 * options_.max_payload, kOutboxMessages},
       history_{history},
@@ -105,6 +106,7 @@ void Session::greet(const frame::Frame& received) {
   }
   control_.restart();
   feed_.stop();
+  triggers_.clear();
   outbox_.clear();
   answers_.clear();
   start_ = {};
@@ -153,6 +155,11 @@ void Session::begin(const frame::Frame& received) {
   } else {
     feed_.start(start->policy, start->profile);
   }
+  if (start->triggers) {
+    triggers_.start(resume_allowed_ ? start->triggers_from : 0);
+  } else {
+    triggers_.clear();
+  }
   start_ = *start;
   sent_bytes_ = 0;
   ++stream_number_;
@@ -162,12 +169,14 @@ void Session::begin(const frame::Frame& received) {
 
 void Session::halt() {
   feed_.stop();
+  triggers_.stop();
   state_ = SessionState::greeted;
   heartbeat_due_ = true;  // the closing ledger
 }
 
 void Session::hangUp() {
   feed_.stop();
+  triggers_.stop();
   control_.restart();
   outbox_.clear();
   answers_.clear();
@@ -252,9 +261,22 @@ void Session::load(Lane lane) {
     heartbeat_due_ = false;
     descriptor_due_ = descriptor_repeats_ > 0 && descriptor_repeats_-- > 0;
     loadHeartbeat();
-  } else {
+  } else if (!loadTrigger()) {
     loadSamples();
   }
+}
+
+// There are few, and somebody may wait for them.
+bool Session::loadTrigger() {
+  if (!triggers_.due()) return false;
+  const auto place = triggers_.next();
+  std::array<std::byte, 256> bytes{};
+  const auto size =
+      place.trigger != nullptr ? messages::encode(*place.trigger, bytes) : messages::encode(place.loss, bytes);
+  const auto type = place.trigger != nullptr ? MessageType::trigger : MessageType::trigger_gap;
+  frameUp(data_out_, type, start_.stream, std::span{bytes}.first(*size));
+  triggers_.take(place);
+  return true;
 }
 
 // The descriptor in force goes ahead of the first block under it; and by itself when no block waits.
@@ -325,6 +347,11 @@ void Session::loadHeartbeat() {
   beat.clock_sigma_ns = vitals_.clock_sigma_ns;
   beat.deadline_misses = vitals_.deadline_misses;
   beat.edges = vitals_.edges;
+  const auto& triggers = triggers_.ledger();
+  beat.first_trigger = triggers.first;
+  beat.next_trigger = triggers.next;
+  beat.sent_triggers = triggers.sent;
+  beat.lost_triggers = triggers.lost;
   std::array<std::byte, 512> bytes{};
   if (const auto size = messages::encode(beat, bytes)) {
     frameUp(data_out_, MessageType::heartbeat, kControlStream, std::span{bytes}.first(*size));

@@ -11,6 +11,7 @@
 #include "firmware/stream/control_channel.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/sample_feed.hpp"
+#include "firmware/stream/trigger_history.hpp"
 #include "protocol/frame/frame.hpp"
 #include "protocol/frame/reader.hpp"
 #include "protocol/messages/handshake.hpp"
@@ -79,6 +80,7 @@ class Session {
   SessionState state() const { return state_; }
   messages::LinkCounters linkCounters() const;
   const SampleFeed& feed() const { return feed_; }
+  const TriggerFeed& triggers() const { return triggers_; }
 
  private:
   void handle(const frame::Frame& frame);
@@ -108,6 +110,7 @@ class Session {
   void load(Lane lane);
   bool loadMessage(Outgoing& out, ByteFifo& from);
   bool loadDescriptor(std::uint32_t hash);
+  bool loadTrigger();
   void loadSamples();
   void loadPiece(const Piece& piece);
   void loadHeartbeat();
@@ -118,6 +121,7 @@ class Session {
   frame::Reader control_reader_;
   ControlChannel control_;
   SampleFeed feed_;
+  TriggerFeed triggers_;
   ByteFifo outbox_;   // u8 type, then payload: framed when their turn comes
   ByteFifo answers_;  // the same, for the control lane
   const History& history_;

@@ -1,0 +1,16 @@
+#pragma once
+#include "firmware/app/reply.hpp"
+#include "firmware/box/state.hpp"
+#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// The options of a run as it will be planned, or the reply that says why there can be none.
+Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
+                                                const messages::StartProcedure::Request& request,
+                                                const procedure::Facts& facts, const box::State& state);
+
+}  // namespace probebox::app
