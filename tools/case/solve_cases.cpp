@@ -7,6 +7,7 @@
 #include <ostream>
 #include <string>
 
+#include "firmware/metrology/estimate_parts.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/readable.hpp"
@@ -54,7 +55,8 @@ void print(std::ostream& out, const std::string& case_name, const Result& result
   if (result.chi2_reduced) out << ", reduced chi-square " << printed("%.3g", *result.chi2_reduced);
   out << ")\n";
   if (const auto figure = result.designFigure()) {
-    out << "  design: sd of " << designText(result.estimates.front().key, *figure, result.design_per) << "\n";
+    out << "  design: sd of "
+        << designText(metrology::partsOf(result.estimates.front()).front().key, *figure, result.design_per) << "\n";
   }
   if (!result.convention.empty()) out << "  " << result.convention << "\n";
   for (const auto& dropped : result.dropped) out << "  dropped: " << dropped.name << ": " << dropped.reason << "\n";

@@ -123,7 +123,10 @@ void addKnown(Json& line, const metrology::Result& result) {
     line["dropped"].push_back({{"name", dropped.name}, {"reason", dropped.reason}});
   }
   if (!result.convention.empty()) line["convention"] = result.convention;
-  for (const auto& estimate : result.also) line["also"][estimate.key] = shaped(estimate, estimate.values);
+  for (const auto& estimate : result.also) {
+    line["also"][estimate.key] = shaped(estimate, estimate.values);
+    if (!estimate.sd.empty()) line["also_sd"][estimate.key] = spread(estimate, estimate.sd, 1.0);
+  }
   addAbout(line, result);
 }
 

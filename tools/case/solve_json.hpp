@@ -14,8 +14,8 @@ inline constexpr int kSchemaVersion = 2;
 
 // The answer to one case as one JSON object, keys in this order: schema_version, method, case, status, result, sd,
 // condition, rms, dof, warnings, then those that are known: chi2_reduced, expanded_k2, covariance, dropped, convention,
-// also, design, design_figure, design_per, unobservable, weakest, budget, conditions, residuals. Numbers have the
-// digits that give the same double back. What is not finite becomes null.
+// also, also_sd, design, design_figure, design_per, unobservable, weakest, budget, conditions, residuals. Numbers have
+// the digits that give the same double back. What is not finite becomes null.
 nlohmann::ordered_json toJson(const metrology::Result& result, std::string_view case_name);
 
 // schema_version, method, case, status "refused", refusal (the stable name), reason ("name: sentence").

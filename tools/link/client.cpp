@@ -227,6 +227,18 @@ void Client::onHole(const messages::Gap& hole) {
   if (listener_ != nullptr) listener_->onHole(hole);
 }
 
+void Client::onTrigger(const messages::Trigger& trigger) {
+  if (listener_ != nullptr) listener_->onTrigger(trigger);
+}
+
+void Client::onTriggerGap(const messages::TriggerGap& gap) {
+  if (listener_ != nullptr) listener_->onTriggerGap(gap);
+}
+
+void Client::onTriggerHole(const messages::TriggerGap& hole) {
+  if (listener_ != nullptr) listener_->onTriggerHole(hole);
+}
+
 void Client::onHeartbeat(const messages::Heartbeat& beat, const std::optional<Balance>& balance) {
   // Credit that went into lost frames comes back here.
   if (beat.streaming) received_bytes_ = std::max(received_bytes_, beat.sent_bytes);

@@ -131,6 +131,9 @@ class Client : private StreamListener {
   void onBlock(const DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
   void onHole(const messages::Gap& hole) override;
+  void onTrigger(const messages::Trigger& trigger) override;
+  void onTriggerGap(const messages::TriggerGap& gap) override;
+  void onTriggerHole(const messages::TriggerGap& hole) override;
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<Balance>& balance) override;
   void onRefusal(const messages::Refusal& refusal) override;
   void onAnswer(const messages::Answer& answer) override;

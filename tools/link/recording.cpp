@@ -20,11 +20,12 @@ bool RecordingWriter::write(const frame::Frame& frame) {
   return out_.good();
 }
 
-Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress) {
+Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress,
+                                    const EnoughRead& enough) {
   StreamReader reader{listener};
   std::array<std::byte, 65536> buffer{};
   std::uint64_t bytes = 0;
-  while (in) {
+  while (in && !(enough && enough())) {
     in.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
     const auto got = static_cast<std::size_t>(in.gcount());
     reader.read(std::span{buffer}.first(got));
@@ -43,18 +44,19 @@ Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, 
                       .next = ledger.next(),
                       .balance = ledger.balance(),
                       .frames_missing = ledger.framesMissing(),
-                      .unexplained = ledger.unexplained()};
+                      .unexplained = ledger.unexplained(),
+                      .triggers_exact = reader.triggers().exact()};
 }
 
-Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener,
-                                    const ReadingProgress& progress) {
-  if (path == "-") return readRecording(std::cin, listener, progress);
+Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener, const ReadingProgress& progress,
+                                    const EnoughRead& enough) {
+  if (path == "-") return readRecording(std::cin, listener, progress, enough);
   std::ifstream file{path, std::ios::binary};
   if (!file) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
   std::error_code unknown;
   const auto size = std::filesystem::file_size(path, unknown);
   const auto of_file = [&](std::uint64_t done, std::uint64_t) { progress(done, unknown ? 0 : size); };
-  auto end = readRecording(file, listener, progress ? ReadingProgress{of_file} : ReadingProgress{});
+  auto end = readRecording(file, listener, progress ? ReadingProgress{of_file} : ReadingProgress{}, enough);
   if (!end) return Error{path + ": " + end.error().what};
   return end;
 }

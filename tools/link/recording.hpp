@@ -43,14 +43,19 @@ struct RecordingEnd {
   std::optional<Balance> balance{};  // as of the last heartbeat
   std::uint64_t frames_missing{};    // by the gaps in their sequences
   std::uint64_t unexplained{};       // samples missing between frames of which none is missing
+  bool triggers_exact{true};         // at every heartbeat
 };
 
 // Bytes read so far, of all (0 where that is not known).
 using ReadingProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
+// Looked at after every piece of the recording: true when no more of it is wanted.
+using EnoughRead = std::function<bool()>;
+
 // Fails when the file cannot be read or holds no frame. "-" is the standard input.
 Outcome<RecordingEnd> readRecording(const std::string& path, StreamListener& listener,
-                                    const ReadingProgress& progress = {});
-Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress = {});
+                                    const ReadingProgress& progress = {}, const EnoughRead& enough = {});
+Outcome<RecordingEnd> readRecording(std::istream& in, StreamListener& listener, const ReadingProgress& progress = {},
+                                    const EnoughRead& enough = {});
 
 }  // namespace probebox::link

@@ -62,6 +62,10 @@ void StreamReader::understand(const frame::Frame& received) {
       return onSamples(received);
     case MessageType::gap:
       return onGap(received.payload);
+    case MessageType::trigger:
+      return onTrigger(received.payload);
+    case MessageType::trigger_gap:
+      return onTriggerGap(received.payload);
     case MessageType::heartbeat:
       return onHeartbeat(received.payload);
     case MessageType::refusal:
@@ -82,6 +86,7 @@ void StreamReader::onWelcome(std::span<const std::byte> payload) {
   known_.clear();
   test_pattern_seen_ = false;
   ledger_.restart();
+  triggers_.restart();
   listener_.onWelcome(*welcome_);
 }
 
@@ -124,15 +129,34 @@ void StreamReader::onGap(std::span<const std::byte> payload) {
   listener_.onGap(*gap);
 }
 
+void StreamReader::onTrigger(std::span<const std::byte> payload) {
+  const auto trigger = decoded<messages::Trigger>(payload);
+  if (!trigger) return;
+  tellHole(triggers_.trigger(trigger->number));
+  listener_.onTrigger(*trigger);
+}
+
+void StreamReader::onTriggerGap(std::span<const std::byte> payload) {
+  const auto gap = decoded<messages::TriggerGap>(payload);
+  if (!gap) return;
+  tellHole(triggers_.gap(*gap));
+  listener_.onTriggerGap(*gap);
+}
+
 void StreamReader::onHeartbeat(std::span<const std::byte> payload) {
   const auto beat = decoded<messages::Heartbeat>(payload);
   if (!beat) return;
   tellHole(ledger_.heartbeat(*beat));
+  tellHole(triggers_.heartbeat(*beat));
   listener_.onHeartbeat(*beat, ledger_.balance());
 }
 
 void StreamReader::tellHole(const messages::Gap& hole) {
   if (hole.count > 0) listener_.onHole(hole);
+}
+
+void StreamReader::tellHole(const messages::TriggerGap& hole) {
+  if (hole.count > 0) listener_.onTriggerHole(hole);
 }
 
 }  // namespace probebox::link

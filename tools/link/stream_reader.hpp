@@ -12,6 +12,7 @@
 #include "protocol/messages/request.hpp"
 #include "protocol/messages/stream.hpp"
 #include "tools/link/host_ledger.hpp"
+#include "tools/link/trigger_ledger.hpp"
 
 namespace probebox::link {
 
@@ -43,6 +44,10 @@ class StreamListener {
   virtual void onGap(const messages::Gap&) {}
   // Frames that the wire lost; the reason says nothing.
   virtual void onHole(const messages::Gap&) {}
+  virtual void onTrigger(const messages::Trigger&) {}
+  // Declared by the box, and frames that the wire lost.
+  virtual void onTriggerGap(const messages::TriggerGap&) {}
+  virtual void onTriggerHole(const messages::TriggerGap&) {}
   // `balance` is empty before the stream's first sample.
   virtual void onHeartbeat(const messages::Heartbeat&, const std::optional<Balance>& /*balance*/) {}
   virtual void onRefusal(const messages::Refusal&) {}
@@ -68,6 +73,7 @@ class StreamReader {
   void readAnswers(std::span<const std::byte> bytes);
 
   const HostLedger& ledger() const { return ledger_; }
+  const TriggerLedger& triggers() const { return triggers_; }
   const frame::ReaderCounters& counters() const { return reader_.counters(); }
   const ReaderFaults& faults() const { return faults_; }
   const std::optional<messages::Welcome>& welcome() const { return welcome_; }
@@ -85,7 +91,10 @@ class StreamReader {
   void onSamples(const frame::Frame& frame);
   void onGap(std::span<const std::byte> payload);
   void onHeartbeat(std::span<const std::byte> payload);
+  void onTrigger(std::span<const std::byte> payload);
+  void onTriggerGap(std::span<const std::byte> payload);
   void tellHole(const messages::Gap& hole);
+  void tellHole(const messages::TriggerGap& hole);
   template <class Message>
   std::optional<Message> decoded(std::span<const std::byte> payload);
 
@@ -93,6 +102,7 @@ class StreamReader {
   frame::Reader reader_;
   frame::Reader answers_;
   HostLedger ledger_;
+  TriggerLedger triggers_;
   ReaderFaults faults_{};
   std::optional<messages::Welcome> welcome_;
   std::optional<messages::Descriptor> descriptor_;

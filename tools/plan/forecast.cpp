@@ -35,7 +35,7 @@ std::vector<Estimate> squared(std::vector<Estimate> estimates) {
 }
 
 bool turnsC(Method method) {
-  return method == Method::centreline;
+  return method == Method::centreline || method == Method::centreline_limited_access;
 }
 
 // Sets of speeds that tell a delay from a size, or repeat one speed.
@@ -72,7 +72,7 @@ std::vector<ProcedureOptions> candidates(Method method, const ProcedureOptions& 
     for (const auto& options : all) expand(options, wider);
     all = std::move(wider);
   };
-  if (given.speed_count == 0 && (method != Method::centreline && method != Method::c_axis_alignment)) {
+  if (given.speed_count == 0 && !procedure::readsBalls(method)) {
     spread([&](const ProcedureOptions& options, auto& wider) {
       for (const auto& speeds : speedSets(method)) {
         ProcedureOptions chosen = options;
@@ -107,6 +107,11 @@ bool touchesOnly(const procedure::Plan& plan) {
   });
 }
 
+Refusal notForecast(Method method) {
+  return {"not-forecast", std::string{procedure::nameOf(method)} +
+                              " does more than touch, and how precise that is depends on the machine: run it"};
+}
+
 double firstSd(const Forecast& forecast) {
   const bool known = !forecast.estimates.empty() && !forecast.estimates.front().sd.empty();
   return known ? forecast.estimates.front().sd.front() : std::numeric_limits<double>::infinity();
@@ -114,13 +119,12 @@ double firstSd(const Forecast& forecast) {
 
 Outcome<Forecast, Refusal> forecastOf(Method method, const ProcedureOptions& options, const SetUp& set_up,
                                       std::uint64_t runs) {
+  if (procedure::needsOf(method) == procedure::Needs::screw) return notForecast(method);
   constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
   if (const auto why = procedure::whyRefused(method, options, kAnyLimit_mm)) return Refusal{"bad-option", why->what};
   const auto plan = std::make_unique<procedure::Plan>();  // large
   procedure::fill(*plan, method, options);
-  if (!touchesOnly(*plan))
-    return Refusal{"not-forecast", std::string{procedure::nameOf(method)} +
-                                       " does more than touch, and how precise that is depends on the machine: run it"};
+  if (!touchesOnly(*plan)) return notForecast(method);
   Forecast forecast{.method = method,
                     .options = options,
                     .touches = plan->step_count,
@@ -150,12 +154,18 @@ Outcome<Forecast, Refusal> forecast(Method method, const ProcedureOptions& optio
   return forecastOf(method, options, set_up, kRuns);
 }
 
-std::vector<Forecast> proposals(Method method, const ProcedureOptions& options, const SetUp& set_up, double time_s) {
+Outcome<std::vector<Forecast>, Refusal> proposals(Method method, const ProcedureOptions& options, const SetUp& set_up,
+                                                  double time_s) {
   std::vector<Forecast> fitting;
+  std::optional<Refusal> first;
+  bool any = false;
   for (const auto& chosen : candidates(method, options)) {
     auto expected = forecastOf(method, chosen, set_up, 1);
+    any = any || expected;
+    if (!expected && !first) first = expected.error();
     if (expected && expected->duration_s <= time_s) fitting.push_back(std::move(expected).value());
   }
+  if (!any && first) return *first;
   std::ranges::stable_sort(fitting, {}, firstSd);
   return fitting;
 }

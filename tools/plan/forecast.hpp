@@ -29,8 +29,9 @@ Outcome<Forecast, metrology::Refusal> forecast(procedure::Method method, const P
                                                const SetUp& set_up);
 
 // Sets that fit into the time, the most precise first: other speeds, repeats, angles or numbers of balls, whatever the
-// method leaves open. By the sd of the first component of the method's first estimate. Empty when none fits.
-std::vector<Forecast> proposals(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up,
-                                double time_s);
+// method leaves open. By the sd of the first component of the method's first estimate. Empty when none fits. Refusal:
+// the first one, where every set is refused.
+Outcome<std::vector<Forecast>, metrology::Refusal> proposals(procedure::Method method, const ProcedureOptions& options,
+                                                             const SetUp& set_up, double time_s);
 
 }  // namespace probebox::plan

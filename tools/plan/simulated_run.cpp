@@ -165,6 +165,13 @@ class Run {
   std::array<double, 3> pose_{};
 };
 
+procedure::CheckedBall checkedBall(const SetUp& set_up) {
+  procedure::CheckedBall ball;
+  ball.diameter_mm = set_up.sphere_diameter_mm;
+  ball.centre_z_mm = set_up.ball_reach_mm;
+  return ball;
+}
+
 }  // namespace
 
 SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed) {
@@ -179,7 +186,8 @@ SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std:
                                .gap_mm = set_up.gap_mm,
                                .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
                                .sigma_c_rad = set_up.sigma_c_rad,
-                               .screws = {}};
+                               .screws = {},
+                               .checked_ball = checkedBall(set_up)};
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
                                .nominal_period = std::chrono::milliseconds{1}};
   const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);

@@ -59,6 +59,10 @@ Trouble usage(std::string what) {
   return {ExitStatus::usage, "usage", std::move(what)};
 }
 
+Trouble interruption() {
+  return {ExitStatus::interrupted, "interrupted", "interrupted"};
+}
+
 Outcome<link::Uri, Trouble> chooseUri(const std::string& given) {
   std::string text = given;
   if (const char* environment = std::getenv("PROBEBOX_URI"); text.empty() && environment != nullptr) text = environment;
@@ -97,7 +101,7 @@ Trouble troubleOf(const link::OpenFailure& failure) {
 }
 
 Trouble troubleOf(const link::Failure& failure, const Console& console) {
-  if (console.interrupted()) return {ExitStatus::interrupted, "interrupted", "interrupted"};
+  if (console.interrupted()) return interruption();
   switch (failure.kind) {
     case link::Failure::Kind::box_refused:
       return {ExitStatus::box_refused, std::string{messages::nameOf(failure.code)}, "the box refused: " + failure.what};

@@ -33,6 +33,7 @@ Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std
 Trouble troubleOf(const link::OpenFailure& failure);
 Trouble troubleOf(const link::Failure& failure, const Console& console);
 Trouble usage(std::string what);
+Trouble interruption();
 
 // Patience that ends at Ctrl-C.
 link::Wait patienceOf(const Console& console, milliseconds limit);

@@ -21,6 +21,7 @@ ExitStatus run(const Report& options, const std::string& uri, Console& console);
 ExitStatus run(const Calibrate& options, const std::string& uri, Console& console);
 ExitStatus run(const Plan& options, const std::string& uri, Console& console);
 ExitStatus run(const Selftest& options, const std::string& uri, Console& console);
+ExitStatus run(const Propose& options, const std::string& uri, Console& console);
 ExitStatus run(const Accept& options, const std::string& uri, Console& console);
 ExitStatus run(const Rollback& options, const std::string& uri, Console& console);
 ExitStatus run(const History& options, const std::string& uri, Console& console);

@@ -19,21 +19,18 @@ bool isOver(ProcedureState state) {
   return state == ProcedureState::proposed || state == ProcedureState::refused || state == ProcedureState::aborted;
 }
 
-Trouble interruption() {
-  return {ExitStatus::interrupted, "interrupted", "interrupted"};
-}
-
 }  // namespace
 
 Outcome<FollowedRun::Progress, Trouble> FollowedRun::go(const messages::StartProcedure::Request& request) {
   auto opened = openBox(uri_, console_);
   if (!opened) return opened.error();
   box_ = std::move(opened).value();
-  const auto started = ask<messages::StartProcedure>(*box_, console_, request);
-  if (!started) return unattended() ? aborted() : started.error();
+  // Ctrl-C waits for the answer: it alone says which run is to be given up.
+  const auto started = box_->request<messages::StartProcedure>(request, link::patience(kAnswerPatience));
+  if (!started) return troubleOf(started.error(), console_);
   run_ = started->run;
   auto last = follow();
-  if (!last && unattended()) return aborted();
+  if (!last && unattended() && !replaced_) return aborted();
   return last;
 }
 
@@ -96,7 +93,8 @@ void FollowedRun::markByHand(const Progress& progress) {
   if (!marked) console_.note("probebox: " + marked.error().what);
 }
 
-Trouble FollowedRun::replaced(std::uint32_t other) const {
+Trouble FollowedRun::replaced(std::uint32_t other) {
+  replaced_ = true;
   return {ExitStatus::failed, "run-replaced",
           "run " + std::to_string(run_) + " is gone: the box is at run " + std::to_string(other) +
               "; it was restarted, or somebody else began a calibration"};
@@ -138,7 +136,7 @@ Outcome<std::string, Trouble> FollowedRun::dataset() {
 }
 
 Trouble FollowedRun::aborted() {
-  const auto aborted = box_->request<messages::AbortProcedure>({}, link::patience(milliseconds{2000}));
+  const auto aborted = box_->request<messages::AbortProcedure>({run_}, link::patience(milliseconds{2000}));
   console_.note(aborted ? "probebox: the run was aborted"
                         : "probebox: the box could not be told to stop; see probebox calibrate --abort");
   return console_.interrupted() ? interruption() : outputGone();

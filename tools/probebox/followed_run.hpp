@@ -34,7 +34,7 @@ class FollowedRun {
   Outcome<Progress, Trouble> askAgain();
   bool unattended() const { return console_.interrupted() || !console_.writable(); }
   Trouble aborted();
-  Trouble replaced(std::uint32_t other) const;
+  Trouble replaced(std::uint32_t other);
   void rest();
   void markByHand(const Progress& progress);
   void show(const Progress& progress);
@@ -43,6 +43,7 @@ class FollowedRun {
   Console& console_;
   Box box_;
   std::uint32_t run_{};
+  bool replaced_{};  // by somebody else's run, which is not ours to abort
   bool told_of_keys_{};
 };
 

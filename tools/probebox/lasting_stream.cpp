@@ -1,5 +1,6 @@
 #include "tools/probebox/lasting_stream.hpp"
 
+#include <algorithm>
 #include <thread>
 #include <utility>
 
@@ -49,6 +50,8 @@ void LastingStream::start() {
   start.profile = options_.profile;
   start.has_resume = tally_.begun();
   start.resume_from = tally_.next();
+  start.triggers = options_.triggers;
+  start.triggers_from = next_trigger_;
   box_->start(start);
 }
 
@@ -116,7 +119,10 @@ bool LastingStream::search() {
 }
 
 void LastingStream::onWelcome(const messages::Welcome& welcome) {
-  if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
+  if (boot_id_ && *boot_id_ != welcome.boot_id) {
+    tally_.restarted();
+    next_trigger_ = 0;
+  }
   boot_id_ = welcome.boot_id;
   listener_.onWelcome(welcome);
 }
@@ -136,8 +142,26 @@ void LastingStream::onHole(const messages::Gap& hole) {
   listener_.onHole(hole);
 }
 
+void LastingStream::onTrigger(const messages::Trigger& trigger) {
+  ++triggers_.received;
+  next_trigger_ = trigger.number + 1;
+  listener_.onTrigger(trigger);
+}
+
+void LastingStream::onTriggerGap(const messages::TriggerGap& gap) {
+  triggers_.declared_lost += gap.count;
+  next_trigger_ = gap.first + gap.count;
+  listener_.onTriggerGap(gap);
+}
+
+void LastingStream::onTriggerHole(const messages::TriggerGap& hole) {
+  triggers_.inferred_lost += hole.count;
+  listener_.onTriggerHole(hole);
+}
+
 void LastingStream::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {
   tally_.heartbeat(beat, balance);
+  if (options_.triggers) next_trigger_ = std::max(next_trigger_, beat.next_trigger);
   listener_.onHeartbeat(beat, balance);
 }
 

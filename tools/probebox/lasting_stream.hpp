@@ -17,6 +17,7 @@ class LastingStream : private link::StreamListener {
     messages::Policy policy{};
     messages::Profile profile{};  // raw from a box that does not send this one
     milliseconds patience{};      // with a box that has gone
+    bool triggers{};              // those too
   };
 
   // `listener` hears what every link brings; it and `console` outlive the stream.
@@ -30,6 +31,8 @@ class LastingStream : private link::StreamListener {
   // Null while there is no link.
   link::Client* box() { return box_.get(); }
   const SampleTally& tally() const { return tally_; }
+  // Over all links.
+  const link::TriggerAccount& triggers() const { return triggers_; }
   std::uint64_t reconnections() const { return reconnections_; }
   const std::optional<Trouble>& trouble() const { return trouble_; }
   // What became of the last link.
@@ -42,6 +45,9 @@ class LastingStream : private link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
   void onHole(const messages::Gap& hole) override;
+  void onTrigger(const messages::Trigger& trigger) override;
+  void onTriggerGap(const messages::TriggerGap& gap) override;
+  void onTriggerHole(const messages::TriggerGap& hole) override;
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
 
   std::optional<Trouble> connect(milliseconds limit);
@@ -56,6 +62,8 @@ class LastingStream : private link::StreamListener {
   link::StreamListener& listener_;
   Console& console_;
   SampleTally tally_;
+  link::TriggerAccount triggers_;
+  std::uint32_t next_trigger_{};  // 0: whichever comes next
   std::optional<messages::BootId> boot_id_;
   Box box_;
   std::optional<Trouble> trouble_;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "tools/probebox/interruptible_input.hpp"
 #include "tools/probebox/run.hpp"
 
 namespace {
@@ -32,8 +33,10 @@ std::size_t terminalColumns() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
-// A whole line of the terminal is there to be read, and is now read.
+// A whole line of the terminal is there to be read, and is now read. One that is somebody else's, because this program
+// runs in the background, stays: to read it would stop the program in the middle of a run.
 bool enterPressed() {
+  if (tcgetpgrp(STDIN_FILENO) != getpgrp()) return false;
   pollfd keyboard{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   if (poll(&keyboard, 1, 0) != 1 || (keyboard.revents & POLLIN) == 0) return false;
   std::array<char, 256> line{};
@@ -46,8 +49,10 @@ int main(int count, char** words) {
   catchSignals();
   std::ios::sync_with_stdio(false);
   const std::vector<std::string> arguments{words + 1, words + count};
+  probebox::command::InterruptibleInput input{STDIN_FILENO, interrupted};
+  std::istream standard_input{&input};
   probebox::command::Streams streams{
-      std::cin,          std::cout,   std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
+      standard_input,    std::cout,  std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
       terminalColumns(), interrupted};
   if (isatty(STDIN_FILENO) == 1) streams.enter_pressed = enterPressed;
   return static_cast<int>(probebox::command::run(arguments, streams));

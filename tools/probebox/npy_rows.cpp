@@ -61,22 +61,27 @@ void NpyRows::begin(const messages::Descriptor& descriptor) {
   writeHeader();
 }
 
-// The same length whatever the number of rows. Data begin at a multiple of 64.
-void NpyRows::writeHeader() {
-  std::string count = std::to_string(rows_) + ",";
-  count.resize(kCountWidth + 1, ' ');
-  std::string header = "{'descr': [" + types_ + "], 'fortran_order': False, 'shape': (" + count + "), }";
+std::string npyHeader(const std::string& types, std::uint64_t rows) {
   constexpr std::size_t kPreamble = 10;
+  std::string count = std::to_string(rows) + ",";
+  count.resize(kCountWidth + 1, ' ');
+  std::string header = "{'descr': [" + types + "], 'fortran_order': False, 'shape': (" + count + "), }";
   header.resize((kPreamble + header.size() + 1 + 63) / 64 * 64 - kPreamble - 1, ' ');
   header += '\n';
+  std::string preamble = "\x93NUMPY\x01";
+  preamble += '\0';
+  preamble += static_cast<char>(header.size() & 0xFFU);
+  preamble += static_cast<char>(header.size() >> 8U);
+  return preamble + header;
+}
+
+void NpyRows::writeHeader() {
+  const auto header = npyHeader(types_, rows_);
   if (header.size() > 0xFFFF) {
     failure_ = "the recording has too many channels for a NumPy file; export a .csv";
     return;
   }
-  row_ = "\x93NUMPY\x01";
-  row_ += '\0';
-  put(static_cast<std::uint16_t>(header.size()));
-  file_ << row_ << header;
+  file_ << header;
 }
 
 void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {

@@ -10,6 +10,10 @@
 
 namespace probebox::command {
 
+// The beginning of a structured array. types: the fields as numpy writes them, "('sample', '<i8'), ". The same length
+// whatever the number of rows; data begin at a multiple of 64. Beyond 64 kB no reader takes it.
+std::string npyHeader(const std::string& types, std::uint64_t rows);
+
 // Rows as a structured array of NumPy (.npy, format 1.0), which numpy.load() reads without pickle: sample and time_ns
 // i8, channels whose unit is one count as integers of their width, others f8 in their unit, then the delay in force:
 // delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8. A channel of one of these names gets a _ behind it. Little endian.

@@ -1,20 +1,19 @@
-// The only translation unit that includes CLI11: it is slow to compile.
+// CLI11 is slow to compile: only this file and complaint.cpp include it.
 #include "tools/probebox/parse.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <sstream>
 
-#include "tools/probebox/nearest.hpp"
+#include "tools/probebox/complaint.hpp"
 #include "tools/probebox/validators.hpp"
 
 namespace probebox::command {
 namespace {
 
 constexpr const char* kUriHelp =
-    "the box: usb[:SERIAL], tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it PROBEBOX_URI, "
-    "or "
-    "the only box there is";
+    "the box: usb[:SERIAL], tcp:HOST:PORT, serial:DEVICE[,baud=RATE] or file:RECORDING.pbx; without it "
+    "PROBEBOX_URI, or the only box there is";
 constexpr std::size_t kMostFrame = 2048;
 constexpr const char* kUsualMethod = "delay-multi-speed";
 constexpr const char* kAbout =
@@ -105,6 +104,9 @@ class CommandLine {
     corrections->add_flag("--follow", corrections_.follow, "go on with one line for each update");
     corrections->add_option("--sum", corrections_.sum,
                             "first choose the sources that are summed, such as screw,centreline, or none");
+    corrections->add_option(
+        "--tell", corrections_.tell,
+        "first tell angles (degrees), the tool's number and its length (mm): B=30,tool=4,length=120");
     addUntil(corrections, corrections_.until);
   }
 
@@ -135,6 +137,10 @@ class CommandLine {
                           "the recording; - is the standard input, and none that of -u file:");
     exporting->add_option("-o,--output", export_.output, "the table to write; - is the standard output")->required();
     exporting->add_flag("--force", export_.force, "overwrite an existing file");
+    exporting
+        ->add_option("--triggers", export_.triggers,
+                     "a second table, of the triggers: CSV, or for NumPy where the name ends with .npy")
+        ->type_name("FILE");
   }
 
   // Off-line doors to what the box does: files in, files out.
@@ -206,7 +212,8 @@ class CommandLine {
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
     calibrate->add_option("method", calibrate_.method,
                           "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
-                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, c-axis-alignment, "
+                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
+                          "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
                           "screw-calibration");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
@@ -224,6 +231,10 @@ class CommandLine {
       if (!calibrate_.abort && calibrate_.method.empty()) calibrate_.method = kUsualMethod;
       request_.job = calibrate_;
     });
+    add("propose", "have the box solve a measured case, and keep the result until somebody accepts it",
+        "probebox propose cases/rotary-axis-errors/C", propose_)
+        ->add_option("case", propose_.input, "a case folder: config.json and the tables of measurements")
+        ->required();
     auto* accept = add("accept", "put a proposed result into force", "probebox accept 17 --by Ada", accept_);
     accept->add_option("id", accept_.id, "the number of the result, as calibrate printed it and status lists it")
         ->check(wholeNumber())
@@ -248,10 +259,14 @@ class CommandLine {
     command->add_option("--approach", choices.approach_deg, "how far off the normal; for delay-non-normal")
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
-    command->add_option("--angles", choices.angles, "how many angles of C; for centreline")
+    command
+        ->add_option("--angles", choices.angles, "how many angles of C; for centreline and centreline-limited-access")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
-    command->add_option("--arc", choices.arc_deg, "over which C can be turned, 360 without it; for centreline")
+    command
+        ->add_option("--arc", choices.arc_deg,
+                     "over which C can be turned, 360 without it; for centreline, and for "
+                     "centreline-limited-access, 80 without it")
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
     command->add_option("--heights", choices.balls, "how many balls at different heights; for c-axis-alignment")
@@ -323,68 +338,12 @@ class CommandLine {
   Calibrate calibrate_;
   Plan plan_;
   Selftest selftest_;
+  Propose propose_;
   Accept accept_;
   Rollback rollback_;
   History history_;
   Corrections corrections_;
 };
-
-const CLI::App* namedCommand(const CLI::App& app) {
-  const auto named = app.get_subcommands();
-  return named.empty() ? nullptr : named.front();
-}
-
-std::vector<std::string> commandNames(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const auto* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(command->get_name());
-  return names;
-}
-
-std::vector<std::string> flagNames(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const auto* level : {&app, namedCommand(app)}) {
-    if (level == nullptr) continue;
-    for (const auto* option : level->get_options()) {
-      for (const auto& name : option->get_lnames()) names.push_back("--" + name);
-    }
-  }
-  return names;
-}
-
-std::string didYouMean(const std::string& word, const std::vector<std::string>& known) {
-  const auto meant = nearest(word, known);
-  return meant.empty() ? std::string{} : "; did you mean " + meant + "?";
-}
-
-std::string seeHelp(const CLI::App& app) {
-  const auto* command = namedCommand(app);
-  return "see probebox " + (command == nullptr ? std::string{} : command->get_name() + " ") + "--help";
-}
-
-// The first argument that nobody wanted, if that is what went wrong.
-std::string unknownWord(const CLI::App& app) {
-  const auto extras = app.remaining(true);
-  return extras.empty() ? std::string{} : extras.front();
-}
-
-std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
-  const auto word = unknownWord(app);
-  if (word.starts_with("-") && word.size() > 1) {
-    const auto flag = word.substr(0, word.find('='));
-    return "unknown option " + flag + didYouMean(flag, flagNames(app)) + "; " + seeHelp(app);
-  }
-  if (namedCommand(app) == nullptr) {
-    if (word.empty() && app.get_option("--uri")->count() == 0 &&
-        std::string{error.what()}.find("--uri") != std::string::npos) {
-      return std::string{error.what()} + "; " + seeHelp(app);
-    }
-    if (word.empty()) return "name a command: " + CLI::detail::join(commandNames(app), ", ") + "; " + seeHelp(app);
-    return "unknown command " + word + didYouMean(word, commandNames(app)) + "; " + seeHelp(app);
-  }
-  if (!word.empty()) return "unexpected argument " + word + "; " + seeHelp(app);
-  return std::string{error.what()} + "; " + seeHelp(app);
-}
 
 }  // namespace
 

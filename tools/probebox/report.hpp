@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/stream.hpp"
+#include "protocol/units/time.hpp"
 #include "tools/probebox/console.hpp"
 
 // What the box says, once for programs (units in the keys) and once for people.
@@ -17,9 +19,20 @@ Json describe(const messages::ProcedureStatus::Answer& procedure);
 Json describe(const messages::ResultSummary& result);
 Json describe(const messages::EdgeCounters& edges);
 Json describe(const messages::ResultTransition& transition);
+Json describe(const messages::Trigger& trigger);
 
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
+
+// How the box was at the end of a recording. Of what no recording holds there is nothing, in words and in JSON.
+struct RecordedStatus {
+  std::string recording;  // its path
+  std::optional<messages::Descriptor> descriptor;
+  std::optional<messages::Heartbeat> beat;
+  std::optional<TickMap> map;  // of the last samples
+};
+Json describe(const RecordedStatus& status);
+std::string page(const RecordedStatus& status);
 std::string page(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);

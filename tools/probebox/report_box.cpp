@@ -1,4 +1,5 @@
 #include <array>
+#include <initializer_list>
 
 #include "tools/case/readable.hpp"
 #include "tools/probebox/report.hpp"
@@ -79,6 +80,17 @@ std::string edgesOf(const messages::EdgeCounters& edges) {
 
 std::uint64_t badFrames(const messages::LinkCounters& link) {
   return link.bad_crc + link.bad_cobs + link.bad_length + link.oversize;
+}
+
+std::string samplesOf(const messages::Ledger& ledger) {
+  return to_string(ledger.produced) + " produced, " + to_string(ledger.lost_at_source + ledger.lost_in_queue) +
+         " of them lost: " + to_string(ledger.lost_at_source) + " at the source, " + to_string(ledger.lost_in_queue) +
+         " on the way out";
+}
+
+std::string hostsOf(const messages::LinkCounters& link) {
+  return to_string(link.frames) + " good frames, " + to_string(badFrames(link)) + " bad ones, " +
+         to_string(link.discarded_bytes) + " bytes of garbage";
 }
 
 std::string duration(std::uint64_t ms) {
@@ -169,6 +181,30 @@ std::string resultsOf(const std::vector<std::uint64_t>& ids) {
   return all.empty() ? "none" : all;
 }
 
+// As much of an answer as a recording holds.
+messages::Status::Answer answerOf(const RecordedStatus& r) {
+  messages::Status::Answer s;
+  if (r.descriptor) {
+    s.board = r.descriptor->board;
+    s.firmware_version = r.descriptor->firmware_version;
+  }
+  if (r.map) {
+    s.clock.tick = r.map->tick;
+    s.clock.state = r.map->state;
+    s.clock.sigma_ns = r.map->sigma_ns;
+  }
+  if (r.beat) {
+    s.uptime_ms = r.beat->uptime_ms;
+    s.clock.state = r.beat->clock_state;
+    s.clock.sigma_ns = r.beat->clock_sigma_ns;
+    s.clock.edges = r.beat->edges;
+    s.ledger = {r.beat->produced, r.beat->lost_at_source, r.beat->lost_in_queue};
+    s.deadline_misses = r.beat->deadline_misses;
+    s.from_hosts = r.beat->link;
+  }
+  return s;
+}
+
 }  // namespace
 
 std::string readableNs(double ns) {
@@ -257,16 +293,13 @@ Json describe(const messages::Status::Answer& s) {
 }
 
 std::string page(const messages::Status::Answer& s) {
-  const auto lost = s.ledger.lost_at_source + s.ledger.lost_in_queue;
   std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " + duration(s.uptime_ms));
   all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns) +
                                  printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
                                  to_string(s.clock.tick.index));
   all += row("sync edges", edgesOf(s.clock.edges));
   if (s.receiver.samples > 0) all += row("probe receiver", receiverText(s.receiver));
-  all += row("samples", to_string(s.ledger.produced) + " produced, " + to_string(lost) +
-                            " of them lost: " + to_string(s.ledger.lost_at_source) + " at the source, " +
-                            to_string(s.ledger.lost_in_queue) + " on the way out");
+  all += row("samples", samplesOf(s.ledger));
   all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
                            to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +
                            to_string(s.queue_high_water) + " deep");
@@ -285,12 +318,46 @@ std::string page(const messages::Status::Answer& s) {
   all += row("results in force", resultsOf(s.active_results));
   all += row("links", to_string(s.links) + " connected");
   for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
-  all += row("from hosts", to_string(s.from_hosts.frames) + " good frames, " + to_string(badFrames(s.from_hosts)) +
-                               " bad ones, " + to_string(s.from_hosts.discarded_bytes) + " bytes of garbage");
+  all += row("from hosts", hostsOf(s.from_hosts));
   if (s.cnc_lines.empty())
     all += row("modbus",
                to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
   for (const auto& line : s.cnc_lines) all += row("controller", cncLineText(line));
+  all.pop_back();
+  return all;
+}
+
+Json describe(const RecordedStatus& r) {
+  const auto answer = answerOf(r);
+  Json all = describe(answer);
+  const auto not_recorded = [&all](std::initializer_list<const char*> keys) {
+    for (const auto* key : keys) all[key] = nullptr;
+  };
+  not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
+                "links", "modbus", "cnc_lines", "usb_ports", "newest_results"});
+  all["clock"]["frequency_ppb"] = nullptr;
+  if (!r.map) all["clock"]["tick"] = nullptr;
+  if (!r.beat) all["clock"]["edges"] = nullptr;
+  if (!r.beat) not_recorded({"uptime_ms", "ledger", "deadline_misses", "from_hosts"});
+  if (!r.beat && !r.map) not_recorded({"clock"});
+  if (!r.descriptor) not_recorded({"board", "firmware_version"});
+  all["delay"] = r.descriptor ? describe(*r.descriptor)["delay"] : Json(nullptr);
+  all["recording"] = r.recording;
+  return all;
+}
+
+std::string page(const RecordedStatus& r) {
+  const auto s = answerOf(r);
+  std::string all = row("recording", r.recording);
+  if (r.descriptor) all += row("box", s.board + ", firmware " + s.firmware_version);
+  if (r.beat || r.map)
+    all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns));
+  if (r.beat) {
+    all += row("up", duration(s.uptime_ms)) + row("sync edges", edgesOf(s.clock.edges)) +
+           row("samples", samplesOf(s.ledger)) + row("late ticks", to_string(s.deadline_misses)) +
+           row("from this host", hostsOf(s.from_hosts));
+  }
+  if (r.descriptor) all += row("system delay", delayOf(r.descriptor->delay));
   all.pop_back();
   return all;
 }

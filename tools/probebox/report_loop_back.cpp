@@ -3,6 +3,11 @@
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
+namespace {
+
+constexpr unsigned kLostOf100 = 1;
+
+}  // namespace
 
 Json describe(const messages::LoopBack::Answer& late) {
   return {{"output", late.output},
@@ -16,24 +21,17 @@ Json describe(const messages::LoopBack::Answer& late) {
           {"sigma_ns", late.sigma_ns}};
 }
 
-std::string page(const messages::LoopBack::Answer& late) {
+std::string line(const messages::LoopBack::Answer& late) {
   const auto duration = [](std::int64_t ns) { return readableNs(static_cast<double>(ns)); };
-  return "loop-back      from " + late.output + " to " + late.input +
-         printed(": %u pulses, %u lost\n", late.pulses, late.lost) +  //
-         "edges stamped  " + duration(late.median_ns) + " late (median), spread " + duration(late.sigma_ns) +
-         ", 99 of 100 within " + duration(late.p99_ns) + ", the latest " + duration(late.largest_ns) +
-         "; the write itself takes " + duration(late.bracket_ns) + " of it";
+  return "Edges from " + late.output + " to " + late.input + " are stamped " + duration(late.median_ns) +
+         " late (median), spread " + duration(late.sigma_ns) + ", 99 of 100 within " + duration(late.p99_ns) +
+         ", the latest " + duration(late.largest_ns) + "; the write takes " + duration(late.bracket_ns) +
+         printed(" of it; %u of %u pulses were lost", late.lost, late.pulses);
 }
 
-ExitStatus loopBack(link::Client& box, Console& console, std::uint32_t pulses) {
-  const auto late = ask<messages::LoopBack>(box, console, {pulses});
-  if (!late) return console.fail(late.error());
-  if (console.json()) {
-    console.object({{"loop_back", describe(*late)}});
-  } else {
-    console.line(page(*late));
-  }
-  return ExitStatus::ok;
+metrology::Finding judge(const messages::LoopBack::Answer& late) {
+  const bool good = 100 * std::uint64_t{late.lost} < kLostOf100 * std::uint64_t{late.pulses};
+  return {good, good ? "" : "pulses-lost", line(late) + (good ? "." : ": check the wire between the two lines.")};
 }
 
 }  // namespace probebox::command

@@ -1,18 +1,17 @@
 #pragma once
-#include <cstdint>
 #include <string>
 
-#include "protocol/messages/control.hpp"
-#include "tools/probebox/box.hpp"
+#include "firmware/metrology/selftest.hpp"
+#include "protocol/messages/self_test.hpp"
 #include "tools/probebox/console.hpp"
 
 // How late the box stamps edges, by pulses of its own.
 namespace probebox::command {
 
 Json describe(const messages::LoopBack::Answer& late);
-std::string page(const messages::LoopBack::Answer& late);
+std::string line(const messages::LoopBack::Answer& late);
 
-// Asks the box and says the answer, or why there is none. pulses: 0 for as many as is usual.
-ExitStatus loopBack(link::Client& box, Console& console, std::uint32_t pulses = 0);
+// On a busy box a pulse now and then finds no edge in time. From one in a hundred on it is the wire.
+metrology::Finding judge(const messages::LoopBack::Answer& late);
 
 }  // namespace probebox::command

@@ -44,6 +44,7 @@ struct Export {
   std::string input;  // "-" is the standard input
   std::string output;
   bool force{};
+  std::string triggers;  // a table of its own; empty for none
 };
 struct Verify {
   std::string input;  // "-" is the standard input
@@ -109,6 +110,9 @@ struct Plan : RunChoices {
   std::optional<double> acceleration_mm_s2;
 };
 struct Selftest {};
+struct Propose {
+  std::string input;  // a case folder
+};
 struct Accept {
   std::uint64_t id{};
   std::string by;
@@ -121,13 +125,14 @@ struct History {
   std::string what;  // the same; empty: everything
 };
 struct Corrections {
-  std::string sum;  // sources to be summed from now on; empty: as they are
+  std::string sum;   // sources to be summed from now on; empty: as they are
+  std::string tell;  // how the rotary axes stand and which tool is in; empty: nothing
   bool follow{};
   Until until;
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Plan, Selftest, Accept, Rollback, History, Corrections>;
+                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, History, Corrections>;
 
 struct Request {
   Job job;

@@ -26,6 +26,12 @@ void SampleTally::heartbeat(const messages::Heartbeat& beat, const std::optional
   at_heartbeat_ = now_;
 }
 
+void SampleTally::link(const messages::BootId& boot_id) {
+  if (boot_id_ && *boot_id_ != boot_id) restarted();
+  boot_id_ = boot_id;
+  ++links_;
+}
+
 void SampleTally::restarted() {
   if (!begun_) return;
   produced_before_ = now_.accounted() + now_.unexplained;

@@ -31,6 +31,8 @@ class SampleTally {
   void heartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance);
   // The box was restarted: indices begin anew, and what it produced after the last heartbeat is unknown.
   void restarted();
+  // A link of a recording begins, maybe to a box that was restarted.
+  void link(const messages::BootId& boot_id);
 
   // As of now; `produced` is only known at heartbeats.
   const Sums& now() const { return now_; }
@@ -41,6 +43,8 @@ class SampleTally {
   bool begun() const { return begun_; }
   SampleIndex next() const { return next_; }
   std::uint64_t restarts() const { return restarts_; }
+  // By link(); 0 also where no beginning of a link could be read.
+  std::uint64_t reconnections() const { return links_ > 0 ? links_ - 1 : 0; }
 
  private:
   std::uint64_t fresh(SampleIndex first, std::uint64_t count);
@@ -54,6 +58,8 @@ class SampleTally {
   bool begun_{};
   bool exact_{true};
   std::uint64_t restarts_{};
+  std::optional<messages::BootId> boot_id_;
+  std::uint64_t links_{};
 };
 
 }  // namespace probebox::command

@@ -9,7 +9,8 @@
 
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/output.hpp"
-#include "tools/probebox/progress_bar.hpp"
+#include "tools/probebox/read_through.hpp"
+#include "tools/probebox/trigger_table.hpp"
 
 namespace probebox::command {
 namespace {
@@ -29,7 +30,8 @@ class Rows : public link::StreamListener {
 
   void onWelcome(const messages::Welcome& welcome) override {
     if (boot_id_ && *boot_id_ != welcome.boot_id) {
-      next_.reset();  // sample indices begin anew
+      next_.reset();  // sample indices begin anew, and so do numbers of triggers
+      next_trigger_ = 0;
       ++restarts_;
     }
     boot_id_ = welcome.boot_id;
@@ -59,6 +61,16 @@ class Rows : public link::StreamListener {
   }
   void onGap(const messages::Gap& gap) override { remember(gap, messages::nameOf(gap.reason)); }
   void onHole(const messages::Gap& hole) override { remember(hole, "lost_on_link"); }
+
+  void onTrigger(const messages::Trigger& trigger) override {
+    if (trigger.number < next_trigger_) return;
+    next_trigger_ = trigger.number + 1;
+    triggers_.push_back(trigger);
+  }
+  void onTriggerGap(const messages::TriggerGap& gap) override { missing_triggers_ += gap.count; }
+  void onTriggerHole(const messages::TriggerGap& hole) override { missing_triggers_ += hole.count; }
+  const std::vector<messages::Trigger>& triggers() const { return triggers_; }
+  std::uint64_t missingTriggers() const { return missing_triggers_; }
 
   struct Missing {
     std::int64_t first{};
@@ -94,6 +106,9 @@ class Rows : public link::StreamListener {
   std::vector<std::string> names_;
   std::vector<Missing> missing_;
   std::vector<Delay> delays_;
+  std::vector<messages::Trigger> triggers_;
+  std::uint32_t next_trigger_{};
+  std::uint64_t missing_triggers_{};
   std::optional<SampleIndex> next_;
   std::uint64_t rows_{};
   std::uint64_t restarts_{};
@@ -125,6 +140,16 @@ void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
 }
 
+void noteTriggers(const TableJob& job, const Rows& table, Console& console) {
+  if (table.missingTriggers() > 0) console.note(std::to_string(table.missingTriggers()) + " triggers are missing");
+  if (!job.triggers.empty()) {
+    console.note(std::to_string(table.triggers().size()) + " triggers in " + job.triggers);
+  } else if (!table.triggers().empty()) {
+    console.note(std::to_string(table.triggers().size()) +
+                 " triggers are in the recording; --triggers FILE writes them");
+  }
+}
+
 Json describe(const Rows& table) {
   Json delays = Json::array();
   for (const auto& [first, delay] : table.delays()) {
@@ -148,6 +173,9 @@ Json summary(const TableJob& job, const Rows& table, const link::RecordingEnd& e
           {"missing_samples", table.missingSamples()},
           {"gaps", gaps},
           {"delays", describe(table)},
+          {"trigger_table", job.triggers},
+          {"triggers", table.triggers().size()},
+          {"missing_triggers", table.missingTriggers()},
           {"damaged_frames", end.frames.bad()},
           {"cut_bytes", end.cut_bytes},
           {"end_known", end.closed},
@@ -158,12 +186,17 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
                   Console& console) {
   if (table.begun()) writer.end();
   if (writer.failure()) return console.fail({ExitStatus::usage, "not-written", *writer.failure()});
-  if (!table.begun()) {
+  if (!table.begun() && !console.interrupted()) {
     return console.fail({ExitStatus::usage, "no-descriptor",
                          job.input + " does not say what its channels are: its beginning is cut off"});
   }
   if (console.interrupted()) return ExitStatus::interrupted;
+  if (!job.triggers.empty()) {
+    if (const auto failure = writeTriggers(job.triggers, job.force, table.triggers()))
+      return console.fail({ExitStatus::usage, "not-written", *failure});
+  }
   note(table, end, console);
+  noteTriggers(job, table, console);
   if (console.json()) {
     console.object(summary(job, table, end));
   } else {
@@ -188,6 +221,13 @@ std::optional<std::string> objectionTo(const TableJob& job) {
   return std::nullopt;
 }
 
+std::optional<std::string> objectionToTriggers(const TableJob& job) {
+  if (job.triggers.empty()) return std::nullopt;
+  if (job.triggers == "-" || job.triggers == job.output || job.triggers == job.input)
+    return "--triggers " + job.triggers + ": triggers need a file of their own";
+  return Output::objectionTo(job.triggers, job.force);
+}
+
 }  // namespace
 
 std::string columnName(const messages::ChannelDescription& channel) {
@@ -204,11 +244,12 @@ ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console) 
     return console.fail({ExitStatus::usage, "unreadable-recording", *objection});
   }
   if (const auto objection = Output::objectionTo(job.output, job.force)) return console.fail(usage(*objection));
+  if (const auto objection = objectionToTriggers(job)) return console.fail(usage(*objection));
   Rows table{writer, console};
-  const auto progress = [&](std::uint64_t done, std::uint64_t all) { console.progress(progressBar(done, all)); };
-  const auto end =
-      job.input == "-" ? link::readRecording(console.in(), table) : link::readRecording(job.input, table, progress);
-  if (!end) return console.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+  const auto end = readThrough(job.input, table, console, {.shows_progress = job.input != "-"});
+  // What came until Ctrl-C is a whole table.
+  if (!end && console.interrupted()) return finish(job, writer, table, {}, console);
+  if (!end) return console.fail(end.error());
   return finish(job, writer, table, *end, console);
 }
 

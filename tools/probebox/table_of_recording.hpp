@@ -28,6 +28,7 @@ struct TableJob {
   std::string input;  // "-" is the standard input
   std::string output;
   bool force{};
+  std::string triggers{};  // where they go; empty: nowhere
 };
 
 // The column's name with its unit. "um/s" cannot stand in it and becomes um_s.

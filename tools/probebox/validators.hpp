@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-// What words of the command line have to look like. Only parse.cpp includes it: CLI11 is slow to compile.
+// What words of the command line have to look like. Only parse.cpp includes it.
 namespace probebox::command {
 
 inline bool readsAs(const std::string& text, auto& number) {

@@ -74,4 +74,12 @@ void RecordedStream::onGap(const messages::Gap& gap) {
   next_ = end;
 }
 
+void RecordedStream::onTrigger(const messages::Trigger& trigger) {
+  if (!over_) waiting_.emplace_back(trigger);
+}
+
+void RecordedStream::onTriggerGap(const messages::TriggerGap& gap) {
+  if (!over_) waiting_.emplace_back(gap);
+}
+
 }  // namespace probebox::replay

@@ -24,7 +24,8 @@ struct RecordedBlock {
 };
 
 // What stands in a recording, one after the other.
-using Recorded = std::variant<messages::Descriptor, RecordedBlock, messages::Gap>;
+using Recorded =
+    std::variant<messages::Descriptor, RecordedBlock, messages::Gap, messages::Trigger, messages::TriggerGap>;
 
 // Reads a recording piece by piece, as far as it is asked for. Samples come in rising order, each once: those that a
 // resumed link repeats are left out, and nothing is read beyond a restart of the box, where indices begin anew.
@@ -46,6 +47,9 @@ class RecordedStream : private link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
   void onHole(const messages::Gap& hole) override { onGap(hole); }
+  void onTrigger(const messages::Trigger& trigger) override;
+  void onTriggerGap(const messages::TriggerGap& gap) override;
+  void onTriggerHole(const messages::TriggerGap& hole) override { onTriggerGap(hole); }
   bool readMore();
 
   std::ifstream file_;

@@ -16,6 +16,7 @@ using messages::Operation;
 
 constexpr std::size_t kHistoryBytes = 2U << 20U;
 constexpr std::size_t kHistoryPieces = 2048;
+constexpr std::size_t kTriggers = 4096;  // numbered as they were recorded
 constexpr std::size_t kMostHosts = 8;
 constexpr std::uint64_t kMostWaiting = 4096;  // samples in a host's queue, at full speed
 constexpr int kBlocksInTurn = 64;
@@ -36,7 +37,7 @@ ReplayBox::ReplayBox(std::unique_ptr<RecordedStream> recording, tcp::Listener li
       options_{options},
       boot_id_{anyBootId()},
       started_{link::now()},
-      history_{kHistoryBytes, kHistoryPieces, {messages::Profile::fast}} {
+      history_{kHistoryBytes, kHistoryPieces, {messages::Profile::fast}, stream::TriggerHistory{kTriggers, 0}} {
   offer(recording_->firstDescriptor());
   next_ = recording_->next();
 }
@@ -169,6 +170,11 @@ void ReplayBox::offer(const Recorded& recorded) {
     lost_ += gap->count;
     history_.push(notice);
     for (auto& host : hosts_) host.session->offer(notice);
+  } else if (const auto* trigger = std::get_if<messages::Trigger>(&recorded)) {
+    history_.push(*trigger);
+  } else if (const auto* missing = std::get_if<messages::TriggerGap>(&recorded)) {
+    history_.reachTrigger(missing->first);
+    history_.reachTrigger(missing->first + missing->count);
   } else {
     const auto& block = std::get<RecordedBlock>(recorded);
     map_ = block.header.map;

@@ -37,6 +37,7 @@ constexpr auto kFacts = std::to_array<MethodFacts>({
     {"rotary-axis-errors", "Errors of a rotary axis", "(E2)-(E12)", kRotary},
     {"screw-calibration", "Calibration of a ball screw's sensor", "(D1)-(D4)", kScrew},
     {"screw-compensation", "Compensation of a ball screw", "(D1), (D3), (D5)", kScrew},
+    {"selftest", "First look at a machine and its probe", "(A3)", "none; the gain matrix is that of CN101622513"},
     {"sensor-head-calibration", "Calibration of a sensor head", "(E1)", kRotary},
     {"sphere-fit", "Centre and size of a sphere", "(B1)-(B3)", kMachine},
     {"spindle-offset-2x2", "C axis against spindle, four poses", "(B4), (B10)-(B12)", kMachine},

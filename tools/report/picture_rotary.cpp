@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "tools/report/pictures.hpp"
 
@@ -28,18 +31,41 @@ Plot against(const std::vector<double>& angles, const metrology::Estimate& error
   return plot;
 }
 
+// The machine's plane that the axis stands on most nearly: two coordinates, and the sense in which the axis turns from
+// the first to the second.
+struct PlaneAcross {
+  std::size_t first{};
+  std::size_t second{};
+  double sense{1.0};
+};
+
+std::optional<PlaneAcross> planeAcross(const Subject& subject) {
+  if (!subject.dataset) return std::nullopt;
+  const auto entry = subject.dataset->config.find("axis_direction");
+  if (entry == subject.dataset->config.end()) return std::nullopt;
+  const auto* direction = std::get_if<std::vector<double>>(&entry->second);
+  if (direction == nullptr || direction->size() != 3) return std::nullopt;
+  const auto longest = std::ranges::max_element(*direction, {}, [](double part) { return std::abs(part); });
+  const auto along = static_cast<std::size_t>(longest - direction->begin());
+  return PlaneAcross{(along + 1) % 3, (along + 2) % 3, *longest < 0.0 ? -1.0 : 1.0};
+}
+
 // Arrows in their own scale around a circle that only has to be large enough.
-Plot vectors(const std::vector<double>& angles, const metrology::Estimate& errors) {
+Plot vectors(const std::vector<double>& angles, const metrology::Estimate& errors, const PlaneAcross& plane) {
+  constexpr std::array kNames{"EX (um)", "EY (um)", "EZ (um)"};
   std::vector<Point> by;
   double longest = 0.0;
   for (std::size_t k = 0; k < angles.size(); ++k) {
-    by.push_back({1e3 * errors.values[kErrors * k], 1e3 * errors.values[kErrors * k + 1]});
+    const std::size_t row = kErrors * k;
+    by.push_back({1e3 * errors.values[row + plane.first], 1e3 * errors.values[row + plane.second]});
     longest = std::max(longest, std::hypot(by.back().x, by.back().y));
   }
   const double radius = std::max(2.5 * longest, 1e-3);
   std::vector<Point> from;
-  for (const double angle : angles) from.push_back({radius * std::cos(angle), radius * std::sin(angle)});
-  Plot plot{"Error vectors around the axis", "EX (um)", "EY (um)"};
+  for (const double angle : angles) {
+    from.push_back({radius * std::cos(angle), plane.sense * radius * std::sin(angle)});
+  }
+  Plot plot{"Error vectors around the axis", kNames[plane.first], kNames[plane.second]};
   plot.keepProportions();
   plot.add(circleAround({}, radius), Look::dotted, "angles of the axis; arrows in the scale of the axes");
   plot.addArrows(std::move(from), std::move(by));
@@ -48,16 +74,19 @@ Plot vectors(const std::vector<double>& angles, const metrology::Estimate& error
 
 }  // namespace
 
-std::vector<Plot> rotaryPictures(const metrology::Result& result) {
+std::vector<Plot> rotaryPictures(const Subject& subject) {
+  const auto& result = *subject.result();
   const auto* errors = result.find("six_errors");
   if (errors == nullptr || errors->columns != kErrors) return {};
   const auto* stated = result.find("angle_rad");
   if (stated == nullptr) return {};
   const auto& angles = stated->values;
   if (angles.size() * kErrors != errors->values.size()) return {};
-  return {vectors(angles, *errors),
-          against(angles, *errors, 0, 1e3, "Translations, bars of 2 sd", "error (um)", {"EX", "EY", "EZ"}),
-          against(angles, *errors, 3, 1e6, "Rotations, bars of 2 sd", "error (urad)", {"EA", "EB", "EC"})};
+  std::vector<Plot> plots;
+  if (const auto plane = planeAcross(subject)) plots.push_back(vectors(angles, *errors, *plane));
+  plots.push_back(against(angles, *errors, 0, 1e3, "Translations, bars of 2 sd", "error (um)", {"EX", "EY", "EZ"}));
+  plots.push_back(against(angles, *errors, 3, 1e6, "Rotations, bars of 2 sd", "error (urad)", {"EA", "EB", "EC"}));
+  return plots;
 }
 
 }  // namespace probebox::report

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "tools/report/pictures.hpp"
@@ -24,9 +25,14 @@ struct Window {
   double until{};
 };
 
+// By how much the machine's stamps are still late: a previous delay is out of them already.
 double delayAlong(const TwoStreams& streams, const metrology::Result& result) {
-  if (const auto* tau = result.find("tau_s")) return tau->value();
-  const auto* axes = result.find("tau_axis_s");
+  const auto left = [&](const std::string& key) {
+    const auto* residual = result.find("residual_" + key);
+    return residual != nullptr ? residual : result.find(key);
+  };
+  if (const auto* tau = left("tau_s")) return tau->value();
+  const auto* axes = left("tau_axis_s");
   double tau = 0.0;
   for (std::size_t k = 0; axes != nullptr && k < std::min<std::size_t>(3, axes->values.size()); ++k) {
     tau += streams.axis_share[k] * axes->values[k];

@@ -25,7 +25,7 @@ std::vector<Plot> pictures(const Subject& subject) {
   std::vector<Plot> all;
   append(all, sizePictures(subject));
   append(all, screwPictures(subject));
-  append(all, rotaryPictures(*result));
+  append(all, rotaryPictures(subject));
   if (subject.dataset) {
     append(all, streamPictures(*subject.dataset, *result));
     append(all, turnPictures(*subject.dataset, *result));

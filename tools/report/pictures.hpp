@@ -22,8 +22,8 @@ std::vector<Plot> streamPictures(const metrology::Dataset& dataset, const metrol
 std::vector<Plot> rawStreamPictures(const metrology::Dataset& dataset);
 // Readings of one feature around the centre, what they are off the circle magnified.
 std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrology::Result& result);
-// Six errors against the angle, and the vectors of the table's centre around it.
-std::vector<Plot> rotaryPictures(const metrology::Result& result);
+// Six errors against the angle, and the vectors of the table's centre around its axis.
+std::vector<Plot> rotaryPictures(const Subject& subject);
 // The sensor in time, the table of sectors, and the compensation.
 std::vector<Plot> screwPictures(const Subject& subject);
 // Error of the head at the queried angles.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/metrology/conditions.hpp"
+#include "firmware/metrology/estimate_parts.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/method_facts.hpp"
@@ -104,11 +105,32 @@ std::string valueRow(const Estimate& estimate, std::size_t k) {
   return text + element("td", label.unit) + "</tr>\n";
 }
 
-// Largest of the part of a budget line that belongs to an estimate.
-double largest(const std::vector<double>& sd, std::size_t from, std::size_t count) {
-  double most = 0.0;
-  for (std::size_t k = from; k < from + count && k < sd.size(); ++k) most = std::max(most, sd[k]);
-  return most;
+// A column of the budget: what of an estimate has one unit.
+struct BudgetColumn {
+  const Estimate& estimate;
+  Label label;
+  std::vector<std::size_t> at;
+  std::size_t from{};  // where a budget line begins with the estimate
+
+  double largest(const std::vector<double>& sd, std::size_t offset) const {
+    double most = 0.0;
+    for (const auto k : at) most = std::max(most, offset + k < sd.size() ? sd[offset + k] : 0.0);
+    return most;
+  }
+  std::string cell(double sd) const { return numberCell(withUnit({label.name, "", label.factor}, sd), sd); }
+  std::string title() const { return label.name + (label.unit.empty() ? "" : ", " + label.unit); }
+};
+
+std::vector<BudgetColumn> budgetColumns(const Result& result) {
+  std::vector<BudgetColumn> columns;
+  std::size_t from = 0;
+  for (const auto& estimate : result.estimates) {
+    for (const auto& part : metrology::partsOf(estimate)) {
+      columns.push_back({estimate, labelOf(part.key), part.at, from});
+    }
+    from += estimate.values.size();
+  }
+  return columns;
 }
 
 std::string oneValue(const Estimate& estimate, std::size_t k) {
@@ -175,32 +197,25 @@ std::string valuesTable(const Result& result) {
 
 std::string budgetTable(const Result& result) {
   if (result.budget.empty()) return {};
+  constexpr const char* kUnknown = "<td class=\"n\">unknown</td>";
+  const auto columns = budgetColumns(result);
   std::string text =
       "<h2>Budget (standard uncertainties; of several numbers the largest)</h2>\n<table>\n"
       "<tr><th>from</th><th>type</th>";
-  for (const auto& estimate : result.estimates) {
-    const Label label = labelOf(estimate.key);
-    text += "<th class=\"n\">" + escaped(label.name + (label.unit.empty() ? "" : ", " + label.unit)) + "</th>";
-  }
+  for (const auto& column : columns) text += "<th class=\"n\">" + escaped(column.title()) + "</th>";
   text += "</tr>\n";
   for (const auto& line : result.budget) {
     text += "<tr>" + element("td", line.name) + element("td", line.type_b ? "B" : "A");
-    std::size_t from = 0;
-    for (const auto& estimate : result.estimates) {
-      const Label label = labelOf(estimate.key);
-      const double sd = largest(line.sd, from, estimate.values.size());
-      const bool unknown = !line.type_b && estimate.sd.empty();
-      text += unknown ? "<td class=\"n\">unknown</td>" : numberCell(withUnit({label.name, "", label.factor}, sd), sd);
-      from += estimate.values.size();
+    for (const auto& column : columns) {
+      const bool unknown = !line.type_b && column.estimate.sd.empty();
+      text += unknown ? kUnknown : column.cell(column.largest(line.sd, column.from));
     }
     text += "</tr>\n";
   }
   text += "<tr class=\"sum\"><td>U (k = 2)</td><td></td>";
-  for (const auto& estimate : result.estimates) {
-    const Label label = labelOf(estimate.key);
-    const double u = 2.0 * largest(combined(estimate), 0, estimate.values.size());
-    text += combined(estimate).empty() ? "<td class=\"n\">unknown</td>"
-                                       : numberCell(withUnit({label.name, "", label.factor}, u), u);
+  for (const auto& column : columns) {
+    const auto& whole = combined(column.estimate);
+    text += whole.empty() ? kUnknown : column.cell(2.0 * column.largest(whole, 0));
   }
   text += "</tr>\n</table>\n";
   const bool only_a = std::ranges::none_of(result.budget, [](const auto& line) { return line.type_b; });
@@ -246,8 +261,9 @@ std::string factsTable(const Result& result) {
     text += row("reduced chi-square", shortly(*result.chi2_reduced) + " (1 where the stated sigma holds)");
   text += row("condition", shortly(result.condition) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
   if (const auto figure = result.designFigure()) {
-    text += row("design figure",
-                "sd of " + casefolder::designText(result.estimates.front().key, *figure, result.design_per));
+    text +=
+        row("design figure", "sd of " + casefolder::designText(metrology::partsOf(result.estimates.front()).front().key,
+                                                               *figure, result.design_per));
   }
   return text + "</table>\n";
 }

@@ -61,7 +61,10 @@ void readEstimates(Result& result, const Json& line) {
     result.estimates.push_back(std::move(read));
   }
   if (!line.contains("also")) return;
-  for (const auto& [key, value] : line.at("also").items()) result.also.push_back(estimate(key, value));
+  for (const auto& [key, value] : line.at("also").items()) {
+    result.also.push_back(estimate(key, value));
+    result.also.back().sd = listUnder(line, "also_sd", key);
+  }
 }
 
 void readBudget(Result& result, const Json& line) {

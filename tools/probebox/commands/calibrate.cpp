@@ -62,6 +62,7 @@ class Run {
     if (last.state == ProcedureState::aborted) {
       return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; begin it again"});
     }
+    if (last.result_id == 0) return tellDone(last.method);
     const auto results = ask<messages::ListResults>(run_.box(), console_, {last.result_id - 1});
     if (!results) return console_.fail(results.error());
     for (const auto& result : results->results) {
@@ -70,6 +71,15 @@ class Run {
     return console_.fail(
         {ExitStatus::failed, "no-result",
          "the box has no result " + std::to_string(last.result_id) + ", though it proposed it; look at its log"});
+  }
+
+  // No calibration after all.
+  ExitStatus tellDone(const std::string& method) {
+    if (console_.json())
+      console_.object({{"method", method}, {"done", true}});
+    else
+      console_.line(method + " is done, and gives nothing to accept");
+    return ExitStatus::ok;
   }
 
   ExitStatus propose(const messages::ResultSummary& result) {

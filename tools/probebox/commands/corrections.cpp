@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -38,6 +41,37 @@ std::optional<std::uint16_t> maskOf(const std::string& names) {
   return static_cast<std::uint16_t>(mask);
 }
 
+// "B=30,tool=4,length=120.5"; nothing when it says something else.
+std::optional<messages::TellPose::Request> poseOf(const std::string& text) {
+  constexpr std::string_view kLetters = "ABC";
+  messages::TellPose::Request pose;
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto part = std::string_view{text}.substr(at, text.find(',', at) - at);
+    at += part.size() + 1;
+    const auto equals = part.find('=');
+    if (equals == std::string_view::npos) return std::nullopt;
+    const auto name = part.substr(0, equals), number = part.substr(equals + 1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (error != std::errc{} || end != number.data() + number.size() || !std::isfinite(value)) return std::nullopt;
+    const auto axis = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
+    if (axis != std::string_view::npos) {
+      pose.axes = static_cast<std::uint8_t>(pose.axes | 1U << axis);
+      pose.angles_rad[axis] = value * std::numbers::pi / 180;
+    } else if (name == "tool" && value >= 0 && value <= 65'535 && value == std::floor(value)) {
+      pose.has_tool = true;
+      pose.tool = static_cast<std::uint32_t>(value);
+    } else if (name == "length" && value > 0) {
+      pose.tool_length_mm = value;
+    } else {
+      return std::nullopt;
+    }
+  }
+  // A length belongs to a tool.
+  if (pose.tool_length_mm > 0 && !pose.has_tool) return std::nullopt;
+  return pose;
+}
+
 }  // namespace
 
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console) {
@@ -46,9 +80,20 @@ ExitStatus run(const Corrections& options, const std::string& uri, Console& cons
   if (!options.sum.empty()) {
     const auto mask = maskOf(options.sum);
     if (!mask)
-      return console.fail({ExitStatus::usage, "usage", "--sum " + options.sum + ": name screw, centreline, or none"});
+      return console.fail(
+          {ExitStatus::usage, "usage", "--sum " + options.sum + ": name screw, swivel, rotary, centreline, or none"});
     const auto enabled = ask<messages::EnableSources>(**box, console, {*mask});
     if (!enabled) return console.fail(enabled.error());
+  }
+  if (!options.tell.empty()) {
+    const auto pose = poseOf(options.tell);
+    if (!pose)
+      return console.fail({ExitStatus::usage, "usage",
+                           "--tell " + options.tell +
+                               ": write angles in degrees, the tool's number and, with it, its "
+                               "length in mm, such as B=30,tool=4,length=120"});
+    const auto told = ask<messages::TellPose>(**box, console, *pose);
+    if (!told) return console.fail(told.error());
   }
   Pace pace{options.until, kPeriod};
   const bool follow = options.follow || options.until.count || options.until.seconds;

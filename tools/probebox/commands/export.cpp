@@ -54,7 +54,7 @@ class ScaledRows : public CsvRows {
 ExitStatus run(const Export& options, const std::string& given, Console& console) {
   const auto recording = chooseRecording(options.input, given);
   if (!recording) return console.fail(recording.error());
-  const TableJob job{*recording, options.output, options.force};
+  const TableJob job{*recording, options.output, options.force, options.triggers};
   if (job.output.ends_with(".npy")) {
     NpyRows rows{job};
     return writeTable(job, rows, console);

@@ -1,6 +1,6 @@
-#include "tools/link/recording.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
+#include "tools/probebox/read_through.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -24,8 +24,8 @@ struct FirstDescriptor : link::StreamListener {
 
 ExitStatus ofRecording(const std::string& path, Console& console) {
   FirstDescriptor listener;
-  const auto end = path == "-" ? link::readRecording(console.in(), listener) : link::readRecording(path, listener);
-  if (!end) return console.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+  const auto end = readThrough(path, listener, console, {.enough = [&] { return listener.found.has_value(); }});
+  if (!end) return conclude(end.error(), console);
   if (listener.found) return show(*listener.found, console);
   return console.fail(
       {ExitStatus::usage, "no-descriptor", path + " does not say what box it is from: its beginning is cut off"});

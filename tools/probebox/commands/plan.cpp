@@ -70,11 +70,14 @@ std::string keyOf(const metrology::Estimate& estimate, std::size_t component) {
 }
 
 Json describe(const plan::Forecast& forecast) {
-  Json sd = Json::object();
+  Json sd = Json::object(), expanded = Json::object(), dropped = Json::array();
   for (const auto& estimate : forecast.estimates) {
-    for (std::size_t i = 0; i < estimate.values.size(); ++i)
+    for (std::size_t i = 0; i < estimate.values.size(); ++i) {
       sd[keyOf(estimate, i)] = estimate.sd.empty() ? Json(nullptr) : Json(estimate.sd[i]);
+      expanded[keyOf(estimate, i)] = estimate.sd.empty() ? Json(nullptr) : Json(2 * estimate.sd[i]);
+    }
   }
+  for (const auto& one : forecast.dropped) dropped.push_back({{"name", one.name}, {"reason", one.reason}});
   const auto& options = forecast.options;
   const std::vector<double> speeds{options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
   return {{"method", procedure::nameOf(forecast.method)},
@@ -84,7 +87,9 @@ Json describe(const plan::Forecast& forecast) {
           {"balls", options.balls},
           {"touches", forecast.touches},
           {"duration_s", forecast.duration_s},
-          {"sd", sd}};
+          {"sd", sd},
+          {"expanded_k2", expanded},
+          {"dropped", dropped}};
 }
 
 std::string page(const plan::Forecast& forecast) {
@@ -105,14 +110,15 @@ std::string page(const plan::Forecast& forecast) {
 
 ExitStatus propose(procedure::Method method, const Plan& options, Console& console) {
   const auto found = plan::proposals(method, optionsOf(options), setUpOf(options), *options.time_s);
-  if (found.empty())
+  if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
+  if (found->empty())
     return console.fail(
         {ExitStatus::failed, "nothing-fits",
          printed("no set of touches that this method can use fits into %g s; give it more", *options.time_s)});
-  if (!console.json()) console.line(page(found.front()));
+  if (!console.json()) console.line(page(found->front()));
   if (!console.json()) console.line("the most precise that fit into " + printed("%g s:", *options.time_s));
-  for (std::size_t i = 0; i < std::min(kShown, found.size()); ++i) {
-    const auto& one = found[i];
+  for (std::size_t i = 0; i < std::min(kShown, found->size()); ++i) {
+    const auto& one = (*found)[i];
     if (console.json())
       console.object(describe(one));
     else

@@ -6,7 +6,7 @@
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/lasting_stream.hpp"
 #include "tools/probebox/output.hpp"
-#include "tools/probebox/progress_bar.hpp"
+#include "tools/probebox/read_through.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -54,6 +54,7 @@ class Recorder : public link::StreamListener {
 // What a recording has come to.
 struct Done {
   const SampleTally& tally;
+  const link::TriggerAccount& triggers;
   std::uint64_t reconnections{};
   std::uint64_t bytes{};
   double seconds{};
@@ -72,6 +73,9 @@ Json summary(const Record& options, const Done& done) {
           {"balanced", done.tally.exact()},
           {"end_known", done.closed},
           {"next_sample", done.tally.next().index},
+          {"received_triggers", done.triggers.received},
+          {"declared_lost_triggers", done.triggers.declared_lost},
+          {"lost_on_link_triggers", done.triggers.inferred_lost},
           {"reconnections", done.reconnections},
           {"box_restarts", done.tally.restarts()},
           {"size_bytes", done.bytes},
@@ -89,6 +93,10 @@ std::string equation(const Done& done) {
   if (sums.declaredLost() > 0) {
     text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
             std::to_string(sums.lost_in_queue) + " in the box's queue";
+  }
+  if (done.triggers.total() > 0) {
+    text += "\n  triggers: " + std::to_string(done.triggers.received) + " received, " +
+            std::to_string(done.triggers.declared_lost + done.triggers.inferred_lost) + " lost";
   }
   if (tally.restarts() > 0)
     text += "\n  the box was restarted: what it produced just before is unknown, and no equation holds";
@@ -114,7 +122,8 @@ class Session {
         stream_{std::move(uri),
                 {.policy = options.live ? messages::Policy::live : messages::Policy::record,
                  .profile = options.profile,
-                 .patience = inMilliseconds(options.patience_s)},
+                 .patience = inMilliseconds(options.patience_s),
+                 .triggers = true},
                 recorder_,
                 console},
         begin_{link::now()} {}
@@ -164,7 +173,8 @@ class Session {
 
   // closed: the box itself said where the stream ended.
   void report(bool closed) {
-    tell(options_, {stream_.tally(), stream_.reconnections(), recorder_.bytes(), seconds(), closed}, console_);
+    tell(options_, {stream_.tally(), stream_.triggers(), stream_.reconnections(), recorder_.bytes(), seconds(), closed},
+         console_);
   }
 
   void drawProgress() {
@@ -196,27 +206,30 @@ class Copy : private link::StreamListener {
       : options_{options}, console_{console}, recorder_{options, console.out()} {}
 
   ExitStatus run(const std::string& path) {
-    const auto progress = [&](std::uint64_t done, std::uint64_t all) { console_.progress(progressBar(done, all)); };
     const auto begin = link::now();
-    const auto end =
-        path == "-" ? link::readRecording(console_.in(), *this) : link::readRecording(path, *this, progress);
+    const auto full = [this] { return recorder_.failure().has_value(); };
+    const auto end = readThrough(path, *this, console_, {.shows_progress = path != "-", .enough = full});
     recorder_.flush();
-    if (!end) return console_.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+    const bool interrupted = console_.interrupted();
+    if (!end && !interrupted) return console_.fail(end.error());
     if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
-    tell(options_, {tally_, links_ - 1, recorder_.bytes(), toSeconds(link::now() - begin), end->closed}, console_);
+    const bool closed = end && end->closed;
+    tell(options_,
+         {tally_, triggers_, tally_.reconnections(), recorder_.bytes(), toSeconds(link::now() - begin), closed},
+         console_);
+    if (interrupted) return ExitStatus::interrupted;
     return tally_.exact() ? ExitStatus::ok : ExitStatus::failed;
   }
 
  private:
   void onFrame(const frame::Frame& frame) override { recorder_.onFrame(frame); }
-  void onWelcome(const messages::Welcome& welcome) override {
-    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
-    boot_id_ = welcome.boot_id;
-    ++links_;
-  }
+  void onWelcome(const messages::Welcome& welcome) override { tally_.link(welcome.boot_id); }
   void onBlock(const link::DecodedBlock& block) override { tally_.block(block.header.first, block.header.count); }
   void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
   void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
+  void onTrigger(const messages::Trigger&) override { ++triggers_.received; }
+  void onTriggerGap(const messages::TriggerGap& gap) override { triggers_.declared_lost += gap.count; }
+  void onTriggerHole(const messages::TriggerGap& hole) override { triggers_.inferred_lost += hole.count; }
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
     tally_.heartbeat(beat, balance);
   }
@@ -225,8 +238,7 @@ class Copy : private link::StreamListener {
   Console& console_;
   Recorder recorder_;
   SampleTally tally_;
-  std::optional<messages::BootId> boot_id_;
-  std::uint64_t links_{};
+  link::TriggerAccount triggers_;
 };
 
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {

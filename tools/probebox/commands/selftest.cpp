@@ -8,7 +8,9 @@
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/dataset_from_json.hpp"
 #include "tools/probebox/followed_run.hpp"
+#include "tools/probebox/read_through.hpp"
 #include "tools/probebox/report.hpp"
+#include "tools/probebox/report_loop_back.hpp"
 
 // The first run of a box on its machine: what is connected, whether its clock runs, and whether every axis and the
 // probe mean what the descriptions say.
@@ -24,11 +26,14 @@ class Findings {
  public:
   explicit Findings(Console& console) : console_{console} {}
 
-  void add(const Finding& finding) {
+  // `figures`: what it was found by, for programs.
+  void add(const Finding& finding, const Json& figures = Json::object()) {
     wrong_ += finding.good ? 0 : 1;
     ++all_;
+    Json object{{"good", finding.good}, {"name", finding.name}, {"what", finding.what}};
+    object.update(figures);
     if (console_.json())
-      console_.object({{"good", finding.good}, {"name", finding.name}, {"what", finding.what}});
+      console_.object(object);
     else
       console_.line((finding.good ? "[ok]    " : "[wrong] ") + finding.what);
   }
@@ -84,14 +89,10 @@ Finding judgeClock(const messages::ClockStatus& clock) {
 void judgeStamps(link::Client& box, Console& console, Findings& findings) {
   const auto late = ask<messages::LoopBack>(box, console, {});
   if (late) {
-    const auto duration = [](std::int64_t ns) { return readableNs(static_cast<double>(ns)); };
-    findings.add({late->lost == 0, late->lost == 0 ? "" : "pulses-lost",
-                  "Edges from " + late->output + " to " + late->input + " are stamped " + duration(late->median_ns) +
-                      " late, with a spread of " + duration(late->sigma_ns) +
-                      printed("; %u of %u pulses were lost%s", late->lost, late->pulses,
-                              late->lost == 0 ? "." : ": check the wire between the two lines.")});
+    findings.add(judge(*late), {{"loop_back", describe(*late)}});
   } else if (late.error().name == messages::nameOf(messages::ErrorCode::not_found)) {
-    findings.skip("This box has no loop-back, so that how late it stamps edges is not known ([loop_back] in box.toml).");
+    findings.skip(
+        "This box has no loop-back, so that how late it stamps edges is not known ([loop_back] in box.toml).");
   } else {
     findings.add({false, "loop-back", "The loop-back gave no answer: " + late.error().what});
   }
@@ -105,7 +106,7 @@ Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Cons
     if (!status || status->clock.state == ClockState::locked || link::now() > deadline) return status;
     console.progress("waiting for the master clock");
     std::this_thread::sleep_for(kClockPeriod);
-    if (console.interrupted()) return status;
+    if (console.interrupted()) return interruption();
   }
 }
 
@@ -120,11 +121,6 @@ Outcome<std::vector<Finding>, Trouble> measured(FollowedRun& run) {
   return std::move(findings).value();
 }
 
-ExitStatus refuse(const Trouble& trouble, Console& console) {
-  if (trouble.status == ExitStatus::interrupted) return ExitStatus::interrupted;
-  return console.fail(trouble);
-}
-
 }  // namespace
 
 ExitStatus run(const Selftest&, const std::string& given, Console& console) {
@@ -136,7 +132,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
     const auto box = openBox(*uri, console);
     if (!box) return console.fail(box.error());
     const auto status = settledStatus(**box, console);
-    if (!status) return console.fail(status.error());
+    if (!status) return conclude(status.error(), console);
     judgeSources(status->sources, findings);
     findings.add(judgeClock(status->clock));
     // Without a clock no step could be recorded.
@@ -145,12 +141,12 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
   }
   FollowedRun walk{*uri, console};
   const auto last = walk.go({.method = "selftest"});
-  if (!last) return refuse(last.error(), console);
+  if (!last) return conclude(last.error(), console);
   if (last->state == messages::ProcedureState::aborted)
     return console.fail({ExitStatus::failed, "aborted", "the selftest was aborted; begin it again"});
   if (last->step < last->steps) return console.fail({ExitStatus::failed, "refused", last->refusal});
   const auto seen = measured(walk);
-  if (!seen) return refuse(seen.error(), console);
+  if (!seen) return conclude(seen.error(), console);
   for (const Finding& finding : *seen) findings.add(finding);
   return findings.conclude();
 }

@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <iterator>
+#include <utility>
 #include <vector>
 
-#include "tools/link/recording.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
+#include "tools/probebox/read_through.hpp"
 #include "tools/probebox/report.hpp"
 
 namespace probebox::command {
@@ -27,44 +28,30 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> newestResults(link::Clien
   return newest;
 }
 
-// How the box was at the end of a recording, as far as that tells.
-struct LastStatus : link::StreamListener {
-  void onWelcome(const messages::Welcome& welcome) override { status.firmware_version = welcome.firmware_version; }
-  void onDescriptor(const messages::Descriptor& descriptor) override {
-    status.board = descriptor.board;
-    status.firmware_version = descriptor.firmware_version;
-    status.active_results.clear();
-    if (descriptor.delay.calibrated) status.active_results.push_back(descriptor.delay.result_id);
-  }
-  void onBlock(const link::DecodedBlock& block) override {
-    const auto& map = block.header.map;
-    status.clock.tick = map.tick;
-    status.clock.state = map.state;
-    status.clock.sigma_ns = map.sigma_ns;
-  }
+// What a recording says of its box, the last word of each.
+class LastWords : public link::StreamListener {
+ public:
+  explicit LastWords(std::string path) { status_.recording = std::move(path); }
+  const RecordedStatus& status() const { return status_; }
+
+ private:
+  void onDescriptor(const messages::Descriptor& descriptor) override { status_.descriptor = descriptor; }
+  void onBlock(const link::DecodedBlock& block) override { status_.map = block.header.map; }
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>&) override {
-    status.uptime_ms = beat.uptime_ms;
-    status.clock.state = beat.clock_state;
-    status.clock.sigma_ns = beat.clock_sigma_ns;
-    status.clock.edges = beat.edges;
-    status.ledger = {beat.produced, beat.lost_at_source, beat.lost_in_queue};
-    status.deadline_misses = beat.deadline_misses;
-    status.from_hosts = beat.link;
+    status_.beat = beat;
   }
-  messages::Status::Answer status;
+
+  RecordedStatus status_;
 };
 
 ExitStatus ofRecording(const std::string& path, Console& console) {
-  LastStatus last;
-  const auto end = path == "-" ? link::readRecording(console.in(), last) : link::readRecording(path, last);
-  if (!end) return console.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
-  last.status.procedure = "recorded, of one link: " + path;
+  LastWords last{path};
+  const auto end = readThrough(path, last, console);
+  if (!end) return conclude(end.error(), console);
   if (console.json()) {
-    Json all = describe(last.status);
-    all["newest_results"] = Json::array();
-    console.object(all);
+    console.object(describe(last.status()));
   } else {
-    console.line(page(last.status));
+    console.line(page(last.status()));
   }
   return ExitStatus::ok;
 }

@@ -1,9 +1,8 @@
 #include <vector>
 
-#include "tools/link/recording.hpp"
 #include "tools/probebox/box.hpp"
 #include "tools/probebox/commands.hpp"
-#include "tools/probebox/progress_bar.hpp"
+#include "tools/probebox/read_through.hpp"
 
 namespace probebox::command {
 namespace {
@@ -18,7 +17,11 @@ struct Sums : link::StreamListener {
     ++heartbeats;
     inexact += !balance->exact;
   }
+  void onTrigger(const messages::Trigger&) override { ++triggers.received; }
+  void onTriggerGap(const messages::TriggerGap& gap) override { triggers.declared_lost += gap.count; }
+  void onTriggerHole(const messages::TriggerGap& hole) override { triggers.inferred_lost += hole.count; }
   std::uint64_t received{}, declared_lost{}, lost_on_link{}, heartbeats{}, inexact{};
+  link::TriggerAccount triggers;
 };
 
 // Why it is not whole, each for a person; empty when it is.
@@ -34,6 +37,7 @@ std::vector<std::string> faultsOf(const Sums& sums, const link::RecordingEnd& en
   say(end.faults.unreadable_blocks, " blocks cannot be read: their descriptor is missing, or their coding is unknown");
   say(end.unexplained, " samples are missing and nobody says why");
   say(sums.inexact, " heartbeats do not balance: received + declared lost is not what was produced");
+  if (!end.triggers_exact) faults.emplace_back("the numbers of its triggers do not agree with its heartbeats");
   if (end.cut_bytes > 0) {
     faults.push_back("it is cut in the middle of a frame, which begins at byte " +
                      std::to_string(end.bytes - end.cut_bytes) + " of " + std::to_string(end.bytes));
@@ -60,6 +64,9 @@ Json summary(const Verify& options, const Sums& sums, const link::RecordingEnd& 
           {"received_samples", sums.received},
           {"declared_lost_samples", sums.declared_lost},
           {"lost_on_link_samples", sums.lost_on_link},
+          {"received_triggers", sums.triggers.received},
+          {"declared_lost_triggers", sums.triggers.declared_lost},
+          {"lost_on_link_triggers", sums.triggers.inferred_lost},
           {"heartbeats", sums.heartbeats},
           {"unbalanced_heartbeats", sums.inexact}};
 }
@@ -71,10 +78,8 @@ ExitStatus run(const Verify& asked, const std::string& given, Console& console) 
   if (!recording) return console.fail(recording.error());
   const Verify options{*recording};
   Sums sums;
-  const auto progress = [&](std::uint64_t done, std::uint64_t all) { console.progress(progressBar(done, all)); };
-  const auto end = options.input == "-" ? link::readRecording(console.in(), sums, progress)
-                                        : link::readRecording(options.input, sums, progress);
-  if (!end) return console.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
+  const auto end = readThrough(options.input, sums, console, {.shows_progress = true});
+  if (!end) return conclude(end.error(), console);
   const auto faults = faultsOf(sums, *end);
   if (console.json()) {
     console.object(summary(options, sums, *end, faults));

@@ -7,6 +7,7 @@
 #include "tools/probebox/commands.hpp"
 #include "tools/probebox/lasting_stream.hpp"
 #include "tools/probebox/pace.hpp"
+#include "tools/probebox/read_through.hpp"
 #include "tools/probebox/report.hpp"
 #include "tools/probebox/scale.hpp"
 
@@ -27,6 +28,10 @@ struct Latest : link::StreamListener {
     }
     sample = block.header.first + (block.header.count - 1);
   }
+  void onTrigger(const messages::Trigger& trigger) override {
+    triggers.push_back(trigger);
+    newest_trigger = trigger.number;
+  }
   void onHeartbeat(const messages::Heartbeat& b, const std::optional<link::Balance>& newest) override {
     beat = b;
     balanced = newest.has_value();
@@ -35,6 +40,8 @@ struct Latest : link::StreamListener {
   messages::Descriptor descriptor;
   std::vector<double> values;  // scaled, in the order of the channels
   SampleIndex sample{};
+  std::vector<messages::Trigger> triggers;  // not told yet
+  std::uint32_t newest_trigger{};           // 0: none came
   std::optional<messages::Heartbeat> beat;
   bool balanced{};  // there was a ledger to compare with
   std::string procedure;
@@ -95,7 +102,19 @@ std::string line(const Latest& latest, const SampleTally& tally) {
                  static_cast<unsigned long long>(sums.received),
                  static_cast<unsigned long long>(sums.declaredLost() + sums.lost_on_link), whyNotExact(tally));
   all += valuesOf(latest);
+  if (latest.newest_trigger != 0) all += "  trigger " + std::to_string(latest.newest_trigger);
   return latest.procedure.empty() ? all : all + "  " + latest.procedure;
+}
+
+// Each as an object of its own; a line has no room for them.
+void tellOfTriggers(Latest& latest, Console& console) {
+  for (const auto& trigger : latest.triggers) {
+    if (!console.json()) break;
+    Json object = command::describe(trigger);
+    object["event"] = "trigger";
+    console.object(object);
+  }
+  latest.triggers.clear();
 }
 
 std::string inWords(const messages::ProcedureStatus::Answer& p) {
@@ -131,7 +150,8 @@ class Display {
         stream_{std::move(uri),
                 {.policy = messages::Policy::live,
                  .profile = options.profile,
-                 .patience = inMilliseconds(options.patience_s)},
+                 .patience = inMilliseconds(options.patience_s),
+                 .triggers = true},
                 latest_,
                 console},
         pace_{options.until, kPeriod} {}
@@ -142,6 +162,7 @@ class Display {
     while (!pace_.over() && !console_.interrupted() && console_.writable()) {
       if (!stream_.round()) return console_.fail(*stream_.trouble());
       tellOfTheLink();
+      tellOfTriggers(latest_, console_);
       if (stream_.box() != nullptr && somethingToShow() && pace_.due()) show();
     }
     return console_.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
@@ -190,17 +211,12 @@ class RecordedDisplay : private link::StreamListener {
   RecordedDisplay(const Watch& options, Console& console) : options_{options}, console_{console} {}
 
   ExitStatus run(const std::string& path) {
-    const auto end = path == "-" ? link::readRecording(console_.in(), *this) : link::readRecording(path, *this);
-    if (!end) return console_.fail({ExitStatus::usage, "unreadable-recording", end.error().what});
-    return console_.interrupted() ? ExitStatus::interrupted : ExitStatus::ok;
+    const auto end = readThrough(path, *this, console_, {.enough = [this] { return over() || !console_.writable(); }});
+    return end ? ExitStatus::ok : conclude(end.error(), console_);
   }
 
  private:
-  void onWelcome(const messages::Welcome& welcome) override {
-    if (boot_id_ && *boot_id_ != welcome.boot_id) tally_.restarted();
-    links_ += 1;
-    boot_id_ = welcome.boot_id;
-  }
+  void onWelcome(const messages::Welcome& welcome) override { tally_.link(welcome.boot_id); }
   void onDescriptor(const messages::Descriptor& descriptor) override { latest_.onDescriptor(descriptor); }
   void onBlock(const link::DecodedBlock& block) override {
     tally_.block(block.header.first, block.header.count);
@@ -210,13 +226,15 @@ class RecordedDisplay : private link::StreamListener {
   }
   void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
   void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
+  void onTrigger(const messages::Trigger& trigger) override { latest_.onTrigger(trigger); }
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
     tally_.heartbeat(beat, balance);
     latest_.onHeartbeat(beat, balance);
     if (latest_.values.empty() || over() || console_.interrupted() || !console_.writable()) return;
     ++shown_;
+    tellOfTriggers(latest_, console_);
     if (console_.json()) {
-      console_.object(describe(latest_, tally_, links_ - 1));
+      console_.object(describe(latest_, tally_, tally_.reconnections()));
     } else {
       console_.live(line(latest_, tally_));
     }
@@ -230,10 +248,8 @@ class RecordedDisplay : private link::StreamListener {
   Console& console_;
   Latest latest_;
   SampleTally tally_;
-  std::optional<messages::BootId> boot_id_;
   std::optional<MonoTime> began_;  // of the recorded samples
   MonoTime time_{};
-  std::uint64_t links_{};
   std::uint64_t shown_{};
 };
 

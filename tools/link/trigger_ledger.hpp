@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+
+#include "protocol/messages/stream.hpp"
+
+namespace probebox::link {
+
+// The host's own account of the triggers of one stream: each number is exactly one of these.
+struct TriggerAccount {
+  std::uint64_t received{};
+  std::uint64_t declared_lost{};  // in TRIGGER_GAP frames
+  std::uint64_t inferred_lost{};  // in frames that the wire lost
+
+  std::uint64_t total() const { return received + declared_lost + inferred_lost; }
+};
+
+// Follows the numbers of triggers over one link. A new stream (START) begins a new account.
+class TriggerLedger {
+ public:
+  // Each returns the hole before it that no TRIGGER_GAP explains.
+  messages::TriggerGap trigger(std::uint32_t number);
+  messages::TriggerGap gap(const messages::TriggerGap& gap);
+  messages::TriggerGap heartbeat(const messages::Heartbeat& beat);
+
+  const TriggerAccount& account() const { return account_; }
+  // At every heartbeat so far: received + declared + inferred lost = what the box counts, and its own sum.
+  bool exact() const { return exact_; }
+  // A new link; what was not exact stays so.
+  void restart();
+
+ private:
+  messages::TriggerGap reach(std::uint32_t number);
+
+  TriggerAccount account_{};
+  std::uint32_t stream_{};
+  std::uint32_t before_{};  // of the account: what the box counted before it was seen
+  std::uint32_t next_{};    // 0: not known yet
+  bool exact_{true};
+};
+
+}  // namespace probebox::link

@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <random>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "tools/case/case_folder.hpp"
+#include "tools/probebox/box.hpp"
+#include "tools/probebox/commands.hpp"
+
+namespace probebox::command {
+namespace {
+
+using Piece = messages::ProposeCase::Request;
+
+// Numbers of one request: it has to fit into a frame of 4096 bytes.
+constexpr std::size_t kMostNumbers = 300;
+
+messages::CaseEntry entryOf(const std::string& key, const metrology::Value& value) {
+  messages::CaseEntry entry{.key = key, .kind = 0, .numbers = {}, .columns = 0, .text = {}};
+  if (const auto* flag = std::get_if<bool>(&value)) {
+    entry.numbers = {*flag ? 1.0 : 0.0};
+  } else if (const auto* number = std::get_if<double>(&value)) {
+    entry.kind = 1;
+    entry.numbers = {*number};
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    entry.kind = 2;
+    entry.text = *text;
+  } else if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
+    entry.kind = 3;
+    entry.numbers = *numbers;
+  } else {
+    const auto& rows = std::get<metrology::Matrix>(value);
+    entry.kind = 4;
+    entry.columns = static_cast<std::uint16_t>(rows.empty() ? 0 : rows.front().size());
+    for (const auto& row : rows) entry.numbers.insert(entry.numbers.end(), row.begin(), row.end());
+  }
+  return entry;
+}
+
+// One entry, or one part of a column, a piece: each fits into a request by itself.
+std::vector<Piece> piecesOf(const metrology::Dataset& dataset) {
+  std::vector<Piece> pieces{
+      Piece{.number = 0, .first = true, .last = false, .method = dataset.method, .config = {}, .columns = {}}};
+  for (const auto& [key, value] : dataset.config) pieces.emplace_back().config.push_back(entryOf(key, value));
+  for (const auto& table : dataset.tables) {
+    for (const auto& column : table.columns) {
+      std::size_t at = 0;
+      do {
+        const auto from = column.values.begin() + static_cast<std::ptrdiff_t>(at);
+        const auto count = std::min(kMostNumbers, column.values.size() - at);
+        pieces.emplace_back().columns.push_back(
+            {.table = table.name, .column = column.name, .values = {from, from + static_cast<std::ptrdiff_t>(count)}});
+        at += count;
+      } while (at < column.values.size());
+    }
+  }
+  pieces.back().last = true;
+  const std::uint32_t number = std::random_device{}();
+  for (auto& piece : pieces) piece.number = number;
+  return pieces;
+}
+
+Trouble troubleOf(const casefolder::Problem& problem) {
+  if (const auto* unreadable = std::get_if<casefolder::Unreadable>(&problem))
+    return {ExitStatus::usage, "unreadable", unreadable->reason};
+  const auto& refusal = std::get<casefolder::Unsupported>(problem).refusal;
+  return {ExitStatus::failed, refusal.name, refusal.name + ": " + refusal.reason};
+}
+
+ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
+  if (console.json()) console.object({{"result_id", answer.result_id}, {"refusal", answer.refusal}});
+  if (!answer.refusal.empty()) {
+    if (!console.json())
+      console.line("refused, and kept as " + std::to_string(answer.result_id) + "\n  " + answer.refusal);
+    return ExitStatus::failed;
+  }
+  const auto id = std::to_string(answer.result_id);
+  if (!console.json())
+    console.line("result " + id + " is proposed; it changes nothing before somebody accepts it: probebox accept " + id +
+                 " --by NAME");
+  return ExitStatus::ok;
+}
+
+}  // namespace
+
+ExitStatus run(const Propose& options, const std::string& uri, Console& console) {
+  const auto dataset = casefolder::readCase(options.input);
+  if (!dataset) return console.fail(troubleOf(dataset.error()));
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  messages::ProposeCase::Answer last;
+  for (const auto& piece : piecesOf(*dataset)) {
+    const auto answer = ask<messages::ProposeCase>(**box, console, piece);
+    if (!answer) return console.fail(answer.error());
+    last = *answer;
+  }
+  return tell(last, console);
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,38 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <poll.h>
+#include <streambuf>
+#include <unistd.h>
+
+namespace probebox::command {
+
+// A descriptor as a stream that ends at Ctrl-C: the standard library's own waits on for a pipe that says nothing.
+class InterruptibleInput : public std::streambuf {
+ public:
+  InterruptibleInput(int descriptor, const std::atomic<bool>& interrupted)
+      : descriptor_{descriptor}, interrupted_{interrupted} {}
+
+ protected:
+  int_type underflow() override {
+    constexpr int kGlance_ms = 100;  // a signal between the look and the wait
+    pollfd input{.fd = descriptor_, .events = POLLIN, .revents = 0};
+    while (!interrupted_) {
+      if (poll(&input, 1, kGlance_ms) <= 0) continue;
+      const auto got = read(descriptor_, buffer_.data(), buffer_.size());
+      if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+      if (got <= 0) break;
+      setg(buffer_.data(), buffer_.data(), buffer_.data() + got);
+      return traits_type::to_int_type(buffer_.front());
+    }
+    return traits_type::eof();
+  }
+
+ private:
+  int descriptor_;
+  const std::atomic<bool>& interrupted_;
+  std::array<char, 65536> buffer_{};
+};
+
+}  // namespace probebox::command
