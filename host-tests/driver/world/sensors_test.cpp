@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "streams.hpp"
 
@@ -65,6 +67,25 @@ TEST(Encoders, AreStaleByTheDelayOfTheirAxis) {
       ASSERT_NEAR(static_cast<double>(count.counts) * 1e-6, then[axis], 0.6e-6);
     }
   }
+}
+
+TEST(Encoders, FollowTheTurnOfThePartAndFallSilentAlone) {
+  Config config = quiet();
+  config.encoders.c_counts_per_deg = 1000;
+  config.encoders.c_power_up_deg = 10;
+  config.rotary.speed_rad_s = 1;
+  World world{config, 3};
+  EXPECT_TRUE(world.inject({.kind = FaultKind::drop_angles, .at = seconds(2), .duration = std::chrono::seconds{1}}));
+  ASSERT_TRUE(world.machine().turnTo(0, 1.0, seconds(0.1)));
+  const auto streams = run(world, 4);
+  const double tau_s = config.delays.tau_machine_s[2];
+  for (const auto& count : streams.angles) {
+    const double turned_s = std::clamp(toSeconds(count.at - seconds(0)) - tau_s - 0.1, 0.0, 1.0);
+    ASSERT_NEAR(static_cast<double>(count.counts), 1000 * (10 + turned_s * 180 / std::numbers::pi), 0.6);
+  }
+  EXPECT_EQ(streams.angles.size(), 3 * 500U);
+  EXPECT_EQ(sequenceGaps(streams.angles), 500U);
+  EXPECT_EQ(streams.counts[0].size(), 4 * 500U);
 }
 
 TEST(Probe, SamplesAtItsRateWithItsNoise) {

@@ -134,5 +134,19 @@ TEST(Solids, AnAxisStopsBesideItsAngleByItsNoise) {
   EXPECT_NEAR(sd, 1e-3, 2.5e-4);
 }
 
+// A quarter turn with errors, worked out by hand: sin = 1 and cos - 1 = -1.
+TEST(Part, IsOffByTheErrorsOfItsAxisAndByNothingAtZero) {
+  Config config = furnished();
+  config.part_spindle.direction = {0, 0, 1};
+  config.part_spindle.errors = {
+      .cosine_mm = {0.01, 0, 0}, .sine_mm = {0, 0.02, 0}, .cosine_rad = {0, 0, 0}, .sine_rad = {1e-6, 0, 0}};
+  const Machine machine{config};
+  const Vector3 point = config.part_spindle.point_mm + Vector3{40, 0, 100};
+  EXPECT_LT(norm(machine.partPoint(point, 0) - point), 1e-12);
+  const Vector3 quarter = machine.partPoint(point, M_PI / 2) - config.part_spindle.point_mm;
+  const Vector3 expected{-0.01, 40 + 0.02 - 100e-6, 100 + 40e-6};
+  EXPECT_LT(norm(quarter - expected), 1e-9);
+}
+
 }  // namespace
 }  // namespace probebox::world

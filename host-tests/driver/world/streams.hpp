@@ -19,10 +19,12 @@ struct Streams {
   std::vector<Edge> edges;
   std::vector<Deflection> deflections;
   std::array<std::vector<Count>, 3> counts;
+  std::vector<AngleCount> angles;
 
   void add(const Event& event) {
     if (const auto* edge = std::get_if<Edge>(&event)) edges.push_back(*edge);
     if (const auto* deflection = std::get_if<Deflection>(&event)) deflections.push_back(*deflection);
+    if (const auto* angle = std::get_if<AngleCount>(&event)) angles.push_back(*angle);
     if (const auto* count = std::get_if<Count>(&event)) counts[static_cast<std::size_t>(count->axis)].push_back(*count);
   }
 };

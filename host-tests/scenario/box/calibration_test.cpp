@@ -53,6 +53,7 @@ TEST(Calibration, TakesNoMemoryOnTheTickPath) {
    public:
     bool block(SampleIndex, std::uint32_t, std::span<const std::byte>) override { return true; }
     bool lost(const latch::Lost&) override { return true; }
+    void trigger(const box::PlacedTrigger&) override {}
     void state(const box::State&) override {}
     void solve(std::uint32_t) override { solved = true; }
     bool solved{};

@@ -76,6 +76,18 @@ TEST_F(Screws, AreHeldThroughASilenceOfTheirSensors) {
   EXPECT_NEAR(leftOver_mm(0), 0, 0.6e-3);
 }
 
+TEST_F(Screws, WhoseSensorIsSilentLetNobodyMeasure) {
+  scenario.run(30s);
+  // Through T_hold it is known well enough where the tool is.
+  scenario.inject(FaultKind::drop_drift, 0s, 600s);
+  scenario.run(3s);
+  scenario.start(procedure::Method::delay_multi_speed);
+  scenario.run(1s);
+  EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::none);
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 150s));
+  EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::screw_unknown);
+}
+
 TEST_F(Screws, SayNothingWithoutAReference) {
   scenario.run(20s);
   ASSERT_TRUE(served().valid);
@@ -142,15 +154,36 @@ TEST(Delay, ThatNoBufferSpansIsNotTakenForApplied) {
   scenario.run(2s);
   scenario.activateDelay({5.0, 5.0, 5.0});
   EXPECT_FALSE(scenario.state().delay_applied);
-  const DelayActivated five_seconds{.result_id = 3, .tau_s = {5, 5, 5}, .sd_s = {}, .at = {}};
+  const std::array<Event, 1> five_seconds{DelayActivated{.result_id = 3, .tau_s = {5, 5, 5}, .sd_s = {}, .at = {}}};
   const auto unfit = box::whyUnfit(usualBox(usualWorld()), five_seconds);
   ASSERT_TRUE(unfit);
   EXPECT_NE(unfit->what.find("cannot move its samples"), std::string::npos);
 }
 
+// Whoever let a result come into force may not have heard of the cut yet.
+TEST(Cut, IsOverBeforeAnythingThatIsServedChanges) {
+  Scenario scenario;
+  scenario.run(1s);
+  scenario.push(CutInhibit{.active = true, .at = scenario.now()});
+  scenario.activateDelay({5e-3, 5e-3, 5e-3});
+  scenario.push(SourcesEnabled{.mask = 0, .at = scenario.now()});
+  const auto mask = scenario.state().snapshot.mask;
+  scenario.run(1s);
+  EXPECT_TRUE(scenario.state().snapshot.inhibited);
+  EXPECT_FALSE(scenario.state().snapshot.delay.calibrated);
+  EXPECT_EQ(scenario.state().snapshot.mask, mask);
+  scenario.push(CutInhibit{.active = false, .at = scenario.now()});
+  scenario.run(1s);
+  EXPECT_TRUE(scenario.state().snapshot.delay.calibrated);
+  EXPECT_TRUE(scenario.state().delay_applied);
+  EXPECT_EQ(scenario.state().snapshot.mask, 0);
+  EXPECT_EQ(scenario.state().lost.queue_events, 0U);
+}
+
 TEST_F(Screws, TakeNoMemoryOnTheTickPath) {
   Recorder quiet;
   quiet.keeps_bytes = false;
+  quiet.triggers.reserve(256);
   box::Box twin{usualBox(warmingUp()), quiet};
   std::uint64_t allocations = 0;
   scenario.around = [&](const Event& event) {

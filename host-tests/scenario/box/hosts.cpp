@@ -2,19 +2,13 @@
 
 #include <algorithm>
 
+#include "firmware/app/result_summary.hpp"
+#include "streamed.hpp"
+
 namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-
-messages::Descriptor descriptor() {
-  messages::Descriptor d;
-  d.board = "office";
-  d.samples_per_tick = 2;
-  for (const auto& format : box::channelFormats())
-    d.channels.push_back({"channel", "", 1.0, format.bytes, format.is_signed, ""});
-  return d;
-}
 
 }  // namespace
 
@@ -70,6 +64,8 @@ void VirtualHost::carry(MonoTime now, const stream::Vitals& vitals) {
   start.policy = wish_.policy;
   start.has_resume = first_.has_value();
   start.resume_from = next_;
+  start.triggers = true;
+  start.triggers_from = next_trigger_;
   client_->start(start);
 }
 
@@ -108,13 +104,29 @@ void VirtualHost::onGap(const messages::Gap& gap) {
   by_reason_[static_cast<std::size_t>(gap.reason)] += fresh;
 }
 
-void VirtualHost::onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>& balance) {
+void VirtualHost::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) {
   ++heartbeats_;
   faults_ += balance && !balance->exact ? 1U : 0U;
+  faults_ += client_ && !client_->reader().triggers().exact() ? 1U : 0U;
+  next_trigger_ = std::max(next_trigger_, beat.next_trigger);
 }
 
-Office::Office(std::size_t history_bytes)
-    : history_bytes_{history_bytes}, transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples} {
+void VirtualHost::onTrigger(const messages::Trigger& trigger) {
+  if (trigger.number < next_trigger_) ++faults_;
+  next_trigger_ = trigger.number + 1;
+  triggers_.push_back(trigger);
+}
+
+void VirtualHost::onTriggerGap(const messages::TriggerGap& gap) {
+  lost_triggers_ += gap.count;
+  next_trigger_ = gap.first + gap.count;
+}
+
+Office::Office(std::size_t history_bytes, std::size_t triggers, const world::Config& config)
+    : history_bytes_{history_bytes},
+      triggers_{triggers},
+      transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
+      scenario_{config} {
   boot();
   scenario_.recorder().keeps_bytes = false;
   scenario_.recorder().also = this;
@@ -123,8 +135,9 @@ Office::Office(std::size_t history_bytes)
 Office::~Office() = default;
 
 void Office::boot() {
-  history_ = std::make_unique<stream::History>(history_bytes_, 4096, std::vector{messages::Profile::fast});
-  history_->setDescriptor(messages::encoded(descriptor()));
+  history_ = std::make_unique<stream::History>(history_bytes_, 4096, std::vector{messages::Profile::fast},
+                                               stream::TriggerHistory{triggers_});
+  history_->setDescriptor(messages::encoded(streamedDescriptor("office", 2)));
   session_.boot_id.fill(static_cast<std::byte>(++boots_));
 }
 
@@ -146,17 +159,18 @@ void Office::run(Nanoseconds duration) {
   }
 }
 
-void Office::restartBox() {
+void Office::restartBox(std::span<const Event> restored) {
   for (const auto& host : hosts_) {
     host->cutAfter(0);
     host->carry(scenario_.now(), {});
     if (host->connected()) host->hangUp();
   }
   boot();
-  scenario_.restartBox();
+  scenario_.restartBox(restored);
 }
 
 bool Office::block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) {
+  history_->reachTrigger(scenario_.box().nextTrigger());
   const stream::EncodedBlock raw{.first = first, .count = count, .bytes = bytes};
   offer(raw);
   offer(transcoder_.fast(raw));
@@ -170,13 +184,15 @@ void Office::offer(const stream::EncodedBlock& block) {
 }
 
 bool Office::lost(const latch::Lost& lost) {
-  // The wire's reasons begin with the latch's.
-  const stream::GapNotice gap{lost.first, static_cast<std::uint64_t>(lost.count),
-                              static_cast<messages::GapReason>(lost.reason)};
+  const auto gap = streamedGap(lost);
   history_->push(gap);
   for (const auto& host : hosts_)
     if (auto* session = host->session()) session->offer(gap);
   return true;
+}
+
+void Office::trigger(const box::PlacedTrigger& trigger) {
+  history_->push(app::wireTrigger(trigger));
 }
 
 }  // namespace probebox::scenario

@@ -67,6 +67,8 @@ class VirtualHost : private link::StreamListener {
   // Of the first connection to the end of the last: all samples there were.
   std::uint64_t total() const { return first_ ? static_cast<std::uint64_t>(next_ - *first_) : 0; }
   SampleIndex next() const { return next_; }
+  const std::vector<messages::Trigger>& triggers() const { return triggers_; }
+  std::uint64_t lostTriggers() const { return lost_triggers_; }
   // Heartbeats whose sums did not agree, frames that nobody could read, holes that nobody declared.
   std::uint64_t faults() const { return faults_ + (client_ ? client_->reader().counters().bad() : 0); }
   std::uint64_t heartbeats() const { return heartbeats_; }
@@ -77,6 +79,9 @@ class VirtualHost : private link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override;
   void onGap(const messages::Gap& gap) override;
   void onHole(const messages::Gap& hole) override { faults_ += hole.count; }
+  void onTrigger(const messages::Trigger& trigger) override;
+  void onTriggerGap(const messages::TriggerGap& gap) override;
+  void onTriggerHole(const messages::TriggerGap& hole) override { faults_ += hole.count; }
   void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
   std::uint64_t newOf(SampleIndex first, std::uint64_t count);
 
@@ -95,31 +100,37 @@ class VirtualHost : private link::StreamListener {
   std::vector<std::uint64_t> by_reason_ = std::vector<std::uint64_t>(8);
   std::uint64_t faults_{};
   std::uint64_t heartbeats_{};
+  std::vector<messages::Trigger> triggers_;
+  std::uint64_t lost_triggers_{};
+  std::uint32_t next_trigger_{};
   std::uint64_t connections_{};
 };
 
 // A scenario whose box has hosts, as the links' thread of the daemon would serve them.
 class Office : private box::Outputs {
  public:
-  explicit Office(std::size_t history_bytes = 2U << 20U);
+  explicit Office(std::size_t history_bytes = 2U << 20U, std::size_t triggers = stream::TriggerHistory::kKept,
+                  const world::Config& config = usualWorld());
   ~Office() override;
 
   Scenario& scenario() { return scenario_; }
   VirtualHost& add(const Wish& wish = {});
   void connect(VirtualHost& host);
   void run(Nanoseconds duration);
-  // Another boot of the daemon: nobody remembers anything.
-  void restartBox();
+  // Another boot of the daemon: nobody remembers anything but what is `restored`.
+  void restartBox(std::span<const Event> restored = {});
 
  private:
   bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
   bool lost(const latch::Lost& lost) override;
+  void trigger(const box::PlacedTrigger& trigger) override;
   void state(const box::State&) override {}
   void solve(std::uint32_t) override {}
   void offer(const stream::EncodedBlock& block);
   void boot();
 
   std::size_t history_bytes_;
+  std::size_t triggers_;
   std::unique_ptr<stream::History> history_;
   stream::Transcoder transcoder_;
   std::uint8_t boots_{};

@@ -1,6 +1,7 @@
 #include "hosts.hpp"
 
 #include <gtest/gtest.h>
+#include <map>
 
 // Hosts that stall, vanish and come back, with sources that fail meanwhile: every sample has one fate at every host,
 // and none costs another anything.
@@ -153,6 +154,91 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair{FaultKind::stick_encoders, 500ms}, std::pair{FaultKind::stop_sync, 2000ms},
                     std::pair{FaultKind::lose_edges, 500ms}, std::pair{FaultKind::double_edges, 500ms},
                     std::pair{FaultKind::jump_clock, 1000ms}));
+
+// What every host hears of triggers is what the registers say, and it hears of each once, however its link fares.
+TEST(Hosts, HearOfEveryTriggerWhereTheMachineWasAndWhatWasServed) {
+  Office office{2U << 20U, stream::TriggerHistory::kKept, warmingWorld()};
+  std::map<std::uint16_t, std::array<double, 3>> served;
+  office.scenario().around = [&](const Event&) {
+    const auto& snapshot = office.scenario().state().snapshot;
+    served[snapshot.sequence] = snapshot.correction_mm;
+  };
+  auto& steady = office.add();
+  auto& shaky = office.add({Policy::live, Profile::raw});
+  office.run(2s);
+  office.scenario().start(procedure::Method::delay_multi_speed);
+  for (int round = 0; round < 10; ++round) {
+    office.run(4s);
+    shaky.cutAfter(static_cast<std::size_t>(61 * round));
+    office.run(2s);
+    office.connect(shaky);
+  }
+  office.run(2s);
+  const auto& all = office.scenario().recorded().triggers;
+  ASSERT_GT(all.size(), 20U);
+  const auto& last = office.scenario().state().snapshot.last_trigger;
+  EXPECT_EQ(all.back().stamp.number, last.number);
+  EXPECT_EQ(all.back().stamp.position_mm, last.position_mm);
+  for (const auto* host : {&steady, &shaky}) {
+    EXPECT_EQ(host->faults(), 0U);
+    EXPECT_EQ(host->lostTriggers(), 0U);
+    ASSERT_EQ(host->triggers().size(), all.size());
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const auto& heard = host->triggers()[k];
+      EXPECT_EQ(heard.number, k + 1);
+      EXPECT_EQ(heard.at, all[k].stamp.at);
+      EXPECT_EQ(heard.has_position, 7U);
+      EXPECT_EQ(heard.position_mm, all[k].stamp.position_mm);
+      EXPECT_TRUE(heard.correction_valid);
+      EXPECT_NE(heard.correction_mm[0], 0) << "the screws are warming up";
+      ASSERT_TRUE(served.contains(heard.sequence));
+      EXPECT_EQ(heard.correction_mm, served.at(heard.sequence));
+    }
+    EXPECT_GT(host->triggers().back().sequence, host->triggers().front().sequence);
+  }
+}
+
+TEST(Hosts, ThatStopReadingAreToldWhichTriggersTheyLost) {
+  Office office{2U << 20U, 8};
+  auto& stalled = office.add({Policy::live, Profile::raw});
+  auto& other = office.add();
+  office.run(2s);
+  office.scenario().start(procedure::Method::delay_multi_speed);
+  office.run(4s);
+  stalled.stopReading();
+  office.run(40s);
+  stalled.stopReading(false);
+  office.run(2s);
+  const auto& all = office.scenario().recorded().triggers;
+  EXPECT_GT(stalled.lostTriggers(), 0U);
+  EXPECT_EQ(stalled.triggers().size() + stalled.lostTriggers(), all.size());
+  for (const auto& heard : stalled.triggers()) {
+    EXPECT_EQ(heard.at, all.at(heard.number - 1).stamp.at);
+    EXPECT_EQ(heard.position_mm, all.at(heard.number - 1).stamp.position_mm);
+  }
+  EXPECT_EQ(stalled.triggers().back().number, all.back().stamp.number);
+  EXPECT_EQ(other.triggers().size(), all.size()) << "it cost nobody else anything";
+  expectExact(office, stalled);
+  expectComplete(office, other);
+}
+
+// The tick and its phase are the stamp, on the master clock.
+TEST(Hosts, HearWhenOnTheMasterClockATriggerWas) {
+  Office office;
+  auto& host = office.add();
+  office.run(2s);
+  office.scenario().start(procedure::Method::delay_multi_speed);
+  office.run(20s);
+  ASSERT_GT(host.triggers().size(), 4U);
+  const auto& map = office.scenario().state().map;
+  for (const auto& trigger : host.triggers()) {
+    EXPECT_EQ(trigger.clock_state, ClockState::locked);
+    const double ticks =
+        static_cast<double>(trigger.tick.index - map.tick.index) + static_cast<double>(trigger.phase_q32) * 0x1p-32;
+    const double at_ns = static_cast<double>(toNs(map.at)) + ticks * static_cast<double>(map.period_q32_ns) * 0x1p-32;
+    EXPECT_NEAR(at_ns, static_cast<double>(toNs(trigger.at)), 20'000) << "the clock has wandered a little since";
+  }
+}
 
 TEST(Hosts, BeginAnewAfterTheBoxWasRestartedInMidCalibration) {
   Office office;

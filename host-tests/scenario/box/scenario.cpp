@@ -57,6 +57,7 @@ box::BoxConfig usualBox(const world::Config& config) {
     box.corrections.screws[i].fitted = config.screws[i].fitted;
     if (!config.screws[i].fitted) box.corrections.mask = 0;
   }
+  if (config.encoders.c_power_up_deg != 0) box.corrections.angles[2].reference.by = corrections::ReferenceBy::homing;
   return box;
 }
 
@@ -91,6 +92,11 @@ bool Recorder::lost(const latch::Lost& lost) {
   if (keeps_bytes) bytes.push_back(static_cast<std::byte>(lost.reason));
   if (also != nullptr) also->lost(lost);
   return true;
+}
+
+void Recorder::trigger(const box::PlacedTrigger& trigger) {
+  triggers.push_back(trigger);
+  if (also != nullptr) also->trigger(trigger);
 }
 
 // The controller's link without a wire: answers are there at once, state as of the last time that the box published it.
@@ -160,7 +166,12 @@ void Scenario::push(const Event& event) {
 }
 
 // On from the world, by way of the receiver where there is one.
-void Scenario::pass(const Event& event) {
+void Scenario::pass(Event event) {
+  if (auto* const edge = std::get_if<Edge>(&event)) {
+    auto& line = lines_.at(static_cast<std::size_t>(edge->role)).at(edge->line);
+    line.newest = edge->line_sequence;
+    edge->line_sequence -= line.before;
+  }
   const auto* const deflection = std::get_if<Deflection>(&event);
   if (receiver_ && deflection != nullptr) {
     receiver_->take(*deflection);
@@ -224,9 +235,12 @@ void Scenario::activateDelay(const std::array<double, 3>& tau_s) {
   run(kTimeAdvances);
 }
 
-void Scenario::restartBox() {
+void Scenario::restartBox(std::span<const Event> restored) {
   recorder_.next.reset();
+  for (auto& role : lines_)
+    for (auto& line : role) line.before = line.newest;
   box_ = std::make_unique<box::Box>(usualBox(config_), recorder_);
+  for (const auto& event : restored) push(event);
 }
 
 Recorder replay(const std::vector<Event>& events, const world::Config& config) {

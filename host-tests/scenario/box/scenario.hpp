@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -21,10 +22,12 @@ class Recorder : public box::Outputs {
  public:
   bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
   bool lost(const latch::Lost& lost) override;
+  void trigger(const box::PlacedTrigger& trigger) override;
   void state(const box::State&) override {}
   void solve(std::uint32_t run) override { run_to_solve = run; }
 
   std::vector<std::byte> bytes;
+  std::vector<box::PlacedTrigger> triggers;
   std::uint64_t received{};
   std::uint64_t lost_samples{};
   bool contiguous{true};  // every index exactly once, in order
@@ -73,9 +76,11 @@ class Scenario {
   const metrology::Dataset& dataset() const { return dataset_; }
   // A result about the delay comes into force.
   void activateDelay(const std::array<double, 3>& tau_s);
-  // The daemon dies and comes back: a new box that knows of no run, and the machine goes on.
-  void restartBox();
+  // The daemon dies and comes back: a new box that hears `restored` first, and the machine goes on. The lines are asked
+  // for anew, so their edges count from 1 again.
+  void restartBox(std::span<const Event> restored = {});
 
+  const box::Box& box() const { return *box_; }
   const box::State& state() const { return box_->state(); }
   const Recorder& recorded() const { return recorder_; }
   const world::Controller& controller() const { return controller_; }
@@ -95,8 +100,13 @@ class Scenario {
  private:
   class DirectLink;
   void step();
-  void pass(const Event& event);
+  void pass(Event event);
 
+  // How the kernel counts the edges of a line, and how far it had got when the box was restarted.
+  struct LineCount {
+    std::uint32_t newest{};
+    std::uint32_t before{};
+  };
   world::Config config_;
   Recorder recorder_;
   std::unique_ptr<box::Box> box_;
@@ -108,6 +118,7 @@ class Scenario {
   MonoTime said_;
   metrology::Dataset dataset_;
   std::uint32_t last_run_{};
+  box::PerLine<LineCount> lines_{};
   std::vector<Event> events_;
   bool keeps_events_{false};
 };

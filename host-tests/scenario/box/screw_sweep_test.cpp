@@ -3,6 +3,7 @@
 #include <numbers>
 #include <vector>
 
+#include "board/describe/parse.hpp"
 #include "firmware/app/result_events.hpp"
 #include "firmware/procedure/sweep.hpp"
 #include "host-tests/support/no_alloc.hpp"
@@ -17,13 +18,15 @@ using namespace std::chrono_literals;
 using procedure::Method;
 using world::FaultKind;
 
+constexpr double kWarm_um = 30;
+
 // Screws that have been warm for long. The encoders are absolute, so that motor and machine position are the same.
 world::Config warm(double once_um = 3, double twice_um = 0.8) {
   auto config = warmingWorld();
   config.encoders.power_up_mm = {};
   for (auto& screw : config.screws) {
-    screw.cold_um = 30;
-    screw.warm_um = 30;
+    screw.cold_um = kWarm_um;
+    screw.warm_um = kWarm_um;
     screw.noise_um = 0.1;
     screw.face_um = {once_um, twice_um};
   }
@@ -61,8 +64,8 @@ void activate(Scenario& scenario, const metrology::Result& result) {
   record.binding.subject = app::subjectOf(scenario.dataset());
   record.content = result;
   const auto activation = app::activationOf(record, scenario.now());
-  ASSERT_TRUE(activation && *activation);
-  scenario.push(**activation);
+  ASSERT_TRUE(activation && !activation->empty());
+  for (const auto& event : *activation) scenario.push(event);
 }
 
 TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
@@ -90,10 +93,15 @@ TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
   pulls.expectHonest();
 }
 
-// Root mean square of what is left of the nut's error while the screw is turned, um of the whole extension.
-double leftOver_um(Scenario& scenario, std::size_t axis) {
+// Root mean squares while the screw is turned, um of the whole extension.
+struct LeftOver {
+  double served_um{};    // of the nut's error beside what is served against it
+  double measured_um{};  // of the true extension beside the one that is taken out of what is measured
+};
+
+LeftOver leftOver(Scenario& scenario, std::size_t axis) {
   const auto screw = usualFacts().screws[axis].value();
-  double squares = 0;
+  LeftOver squares;
   int count = 0;
   scenario.start(Method::screw_calibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
   scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
@@ -103,26 +111,30 @@ double leftOver_um(Scenario& scenario, std::size_t axis) {
     const double lever = (position_mm + screw.offset_mm) / screw.length_mm;
     const double error_mm = scenario.world().screws().nutError_mm(axis, position_mm, scenario.now());
     const double left_um = (error_mm + scenario.state().snapshot.correction_mm[axis]) / lever * 1e3;
-    squares += left_um * left_um;
+    const double unknown_um = scenario.state().snapshot.axes[axis].extension_um - kWarm_um;
+    squares.served_um += left_um * left_um;
+    squares.measured_um += unknown_um * unknown_um;
     scenario.run(130ms);
   }
   EXPECT_GT(count, 500);
-  return std::sqrt(squares / count);
+  return {std::sqrt(squares.served_um / count), std::sqrt(squares.measured_um / count)};
 }
 
-TEST(ScrewSweep, InForceTakesTheFaceOutOfWhatIsServed) {
+TEST(ScrewSweep, InForceTakesTheFaceOutOfWhatIsServedAndMeasured) {
   Scenario scenario{warm(), 5};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const double before_um = leftOver_um(scenario, 0);
+  const auto before = leftOver(scenario, 0);
   const auto solved = scenario.finish(1);
   ASSERT_TRUE(solved && solved->ok());
   activate(scenario, solved->value());
-  const double after_um = leftOver_um(scenario, 0);
+  const auto after = leftOver(scenario, 0);
   // The root mean square of two harmonics of 3 and 0.8 um.
-  EXPECT_NEAR(before_um, std::sqrt((9 + 0.64) / 2), 0.15);
+  EXPECT_NEAR(before.served_um, std::sqrt((9 + 0.64) / 2), 0.15);
+  EXPECT_NEAR(before.measured_um, std::sqrt((9 + 0.64) / 2), 0.15);
   // What a table of 24 steps leaves of them is 0.18 um; a reading's noise is 0.1 um.
-  EXPECT_NEAR(after_um, std::hypot(0.18, 0.1), 0.05);
+  EXPECT_NEAR(after.served_um, std::hypot(0.18, 0.1), 0.05);
+  EXPECT_NEAR(after.measured_um, std::hypot(0.18, 0.1), 0.05);
 }
 
 TEST(ScrewSweep, IsRefusedWhileTheScrewIsStillWarming) {
@@ -207,9 +219,40 @@ TEST(SweepOptions, SayWhatCannotBeTurned) {
   auto facts = usualFacts();
   facts.screws[1].reset();
   EXPECT_TRUE(says(procedure::sweepOptions({.axis = 2}, 0, facts).error().what, "give [screw.Y] in machine.toml"));
+  // 98304 positions, one every 10 ms, less a minute: 200 mm in 923 s.
+  const std::string slow = refusal({.speed_count = 1, .speeds_mm_s = {0.1}, .axis = 1}, 20);
+  EXPECT_TRUE(says(slow, "takes 2000 s, and a recording has room for 923.04 s: give at least 0.217 mm/s")) << slow;
+  EXPECT_EQ(refusal({.speed_count = 1, .speeds_mm_s = {0.217}, .axis = 1}, 20), "");
   const auto usual = sweepOf(1);
   EXPECT_DOUBLE_EQ(usual.travel_mm, 40) << "four turns";
   EXPECT_DOUBLE_EQ(usual.speeds_mm_s[0], 0.5) << "3 rpm";
+}
+
+TEST(SweepRoom, IsLookedForBeforeTheStart) {
+  auto facts = usualFacts();
+  facts.screws[1]->travel_min_mm = -50;
+  facts.screws[1]->travel_max_mm = 300;
+  const auto why = [&](double from_mm, unsigned turns) {
+    const auto error = procedure::whyNoRoom(sweepOf(2, {}, turns), from_mm, facts);
+    return error ? error->what : std::string{};
+  };
+  EXPECT_EQ(why(-50, 20), "");
+  EXPECT_EQ(why(100, 20), "") << "200 mm, to the very end";
+  EXPECT_EQ(why(100.5, 20),
+            "The way of +200 mm from 100.5 mm ends beyond the axis Y, at 300 mm: drive it to a place between -50 and "
+            "100 mm first.");
+  facts.screws[1]->travel_max_mm = 100;
+  EXPECT_NE(why(-50, 20).find("is longer than the axis Y, which goes from -50 to 100 mm"), std::string::npos);
+}
+
+// What is there is what machine.toml says.
+TEST(SweepRoom, IsThatOfTheAxis) {
+  const auto facts = usualFacts();
+  const auto machine = board::simDescriptions()->machine;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    EXPECT_EQ(facts.screws[axis]->travel_min_mm, machine.axes[axis].travel_min_mm);
+    EXPECT_EQ(facts.screws[axis]->travel_max_mm, machine.axes[axis].travel_max_mm);
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "drivers/tcp/linux_tcp.hpp"
 #include "host-tests/support/scan_signal.hpp"
 #include "protocol/codec/block.hpp"
+#include "streamed.hpp"
 
 namespace probebox::chain {
 namespace {
@@ -21,21 +22,11 @@ constexpr MonoTime kBegin = monoTime(1'000'000'000);
 box::BoxConfig config() {
   box::BoxConfig box;
   box.latch.samples_per_tick = kSamplesPerTick;
-  box.latch.maximum_wait = 8ms;
   box.latch.probe.interval = kProbeInterval;
   for (auto& axis : box.latch.axes) axis = {.interval = kEncoderInterval, .interpolation = latch::Interpolation::cubic};
   box.mm_per_count = {1e-6, 1e-6, 1e-6};
   box.block_samples = box::BlockBuilder::kMostSamples;
   return box;
-}
-
-messages::Descriptor descriptor() {
-  messages::Descriptor d;
-  d.board = "chain";
-  d.samples_per_tick = kSamplesPerTick;
-  for (const auto& format : box::channelFormats())
-    d.channels.push_back({"channel", "", 1.0, format.bytes, format.is_signed, ""});
-  return d;
 }
 
 std::uint64_t sumOf(std::span<const std::int64_t> values) {
@@ -93,7 +84,7 @@ Chain::Chain(messages::Profile profile)
       transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
       box_{std::make_unique<box::Box>(config(), static_cast<box::Outputs&>(*this))} {
   if (const auto refused = box::whyRefused(config())) throw std::runtime_error{refused->what};
-  history_.setDescriptor(messages::encoded(descriptor()));
+  history_.setDescriptor(messages::encoded(scenario::streamedDescriptor("chain", kSamplesPerTick)));
   auto [box_end, host_end] = connection();
   stream::SessionOptions session;
   session.boot_id.fill(std::byte{1});
@@ -121,8 +112,9 @@ void Chain::run(std::span<const Event> events) {
 }
 
 void Chain::finish() {
+  constexpr Nanoseconds kPatience = 60s;
   client_->stop();
-  while (!client_->closed() || !exact()) {
+  for (const MonoTime until = now_ + kPatience; now_ < until && (!client_->closed() || !exact());) {
     now_ += 1ms;
     carry();
     if (client_->state() == link::LinkState::lost) throw std::runtime_error{client_->failure()->what};
@@ -156,9 +148,7 @@ bool Chain::block(SampleIndex first, std::uint32_t count, std::span<const std::b
 }
 
 bool Chain::lost(const latch::Lost& lost) {
-  // The wire's reasons begin with the latch's.
-  const stream::GapNotice gap{lost.first, static_cast<std::uint64_t>(lost.count),
-                              static_cast<messages::GapReason>(lost.reason)};
+  const auto gap = scenario::streamedGap(lost);
   history_.push(gap);
   host_link_->session().offer(gap);
   return true;

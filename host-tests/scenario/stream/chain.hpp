@@ -28,7 +28,7 @@ class Chain : private box::Outputs, private link::StreamListener {
   ~Chain() override;
 
   void run(std::span<const Event> events);
-  // STOP, and what is still on its way.
+  // STOP, and what is still on its way: until all is accounted for, or a minute of virtual time is over.
   void finish();
 
   // Of the box, of the link, and of the host.
@@ -49,6 +49,7 @@ class Chain : private box::Outputs, private link::StreamListener {
  private:
   bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
   bool lost(const latch::Lost& lost) override;
+  void trigger(const box::PlacedTrigger&) override {}
   void state(const box::State&) override {}
   void solve(std::uint32_t) override {}
   void onFrame(const frame::Frame& frame) override;

@@ -115,6 +115,18 @@ TEST(Calibrating, StopsTheMachineAtCtrlC) {
   EXPECT_THAT(done.err, HasSubstr("the run was aborted"));
 }
 
+// What somebody else does on the machine is not stopped by a command that began nothing, or whose run is gone.
+TEST(Calibrating, LeavesTheRunsOfOthersAlone) {
+  for (const bool busy : {true, false}) {
+    std::atomic<bool> interrupted{false};
+    const FakeBox box{{.busy = busy, .at_another_run = !busy, .when_asked = [&] { interrupted = true; }}};
+    const auto done = at(box, kCalibrate, &interrupted);
+    EXPECT_NE(done.status, 0);
+    EXPECT_TRUE(box.calibrating()) << done.err;
+    EXPECT_THAT(done.err, testing::Not(HasSubstr("the run was aborted")));
+  }
+}
+
 TEST(Calibrating, StopsTheMachineWhenNobodyReadsTheStepsAnyMore) {
   const FakeBox box;
   const auto ended = probeboxInto(20, {"-u", box.uri(), "calibrate"});

@@ -77,6 +77,34 @@ TEST_F(RunningProgram, EndsWith130AtCtrlCAndLeavesAWholeRecording) {
   }
 }
 
+// A recording that comes through a pipe may pause for long.
+TEST_F(RunningProgram, EndsAtOneCtrlCWhileItWaitsForItsInput) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const auto child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[0], STDIN_FILENO);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    ::execl(PROBEBOX_PROGRAM, PROBEBOX_PROGRAM, "-u", "file:-", "verify", nullptr);
+    ::_exit(127);
+  }
+  ::close(ends[0]);
+  std::this_thread::sleep_for(500ms);  // longer than it takes to begin to wait
+  ::kill(child, SIGINT);
+  int status = 0;
+  pid_t ended = 0;
+  for (int i = 0; i < 1000 && ended == 0; ++i) {
+    ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == 0) std::this_thread::sleep_for(10ms);
+  }
+  ::close(ends[1]);
+  if (ended == 0) ::waitpid(child, &status, 0);
+  EXPECT_EQ(ended, child) << "it waited on until its input ended";
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+}
+
 TEST_F(RunningProgram, LeavesAReadableRecordingWhenKilled) {
   const auto program = record();
   waitForContent();

@@ -60,7 +60,7 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
     case Operation::post_marker:
       return mark(body);
     case Operation::abort_procedure:
-      return running_ = false, ok(messages::Nothing{});
+      return abort(body);
     case Operation::list_results:
       return results(body);
     case Operation::accept_result:
@@ -71,6 +71,8 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
       return history(body);
     case Operation::get_dataset:
       return dataset(body);
+    case Operation::loop_back:
+      return loopBack();
     case Operation::corrections: {
       messages::Corrections::Answer answer;
       answer.valid = true;
@@ -89,7 +91,11 @@ Reply FakeAnswers::status() const {
   s.board = "fake";
   s.firmware_version = "0.1.0-fake";
   s.uptime_ms = 125'000;
-  s.clock = {ClockState::locked, 850, -1200.0, Tick{125'000}, {124'990, 8, 1, 1, 0}};
+  s.clock = {options_.unlocked ? ClockState::unlocked : ClockState::locked,
+             850,
+             -1200.0,
+             Tick{125'000},
+             {124'990, 8, 1, 1, 0}};
   s.ledger = {125'000, 150, 0};
   s.sources = {{"gpiochip0 line 4 (sync)", "", 5}, {"gpiochip0 line 6 (index X)", "held by 'spindle'; stop that", 0}};
   s.lines = {{"sync", 0, 0, 125'000, 3}, {"index X", 2, 0, 0, 0}};
@@ -104,7 +110,21 @@ Reply FakeAnswers::status() const {
   return ok(s);
 }
 
+Reply FakeAnswers::loopBack() const {
+  if (!options_.joined) return no(ErrorCode::not_found, "the fake box has no loop-back");
+  return ok(messages::LoopBack::Answer{.output = "OUT",
+                                       .input = "IN",
+                                       .pulses = 500,
+                                       .lost = options_.lost_pulses,
+                                       .median_ns = 21'300,
+                                       .p99_ns = 48'000,
+                                       .largest_ns = 95'000,
+                                       .bracket_ns = 4000,
+                                       .sigma_ns = 2600});
+}
+
 Reply FakeAnswers::start() {
+  if (options_.when_asked) options_.when_asked();
   if (options_.busy) return no(ErrorCode::busy, "run 6 is still going on; wait for its end, or abort it");
   running_ = true;
   asked_ = 0;
@@ -112,9 +132,17 @@ Reply FakeAnswers::start() {
   return ok(messages::StartProcedure::Answer{7});
 }
 
+Reply FakeAnswers::abort(std::span<const std::byte> body) {
+  const auto run = read<messages::AbortProcedure::Request>(body).run;
+  if (run != 0 && run != presentRun()) return no(ErrorCode::wrong_state, "the box is at another run");
+  running_ = false;
+  return ok(messages::Nothing{});
+}
+
 Reply FakeAnswers::procedure() {
+  if (options_.when_asked) options_.when_asked();
   messages::ProcedureStatus::Answer p;
-  p.run = 7;
+  p.run = presentRun();
   p.method = "delay-multi-speed";
   p.steps = kSteps;
   p.step = std::min(asked_ / 2, kSteps);
@@ -128,7 +156,7 @@ Reply FakeAnswers::procedure() {
   if (!waits && asked_++ > 2 * kSteps) {
     p.state = options_.refuses_run ? messages::ProcedureState::refused : messages::ProcedureState::proposed;
     if (options_.refuses_run) p.refusal = "single-speed: all touches have one speed; measure at two or more";
-    p.result_id = options_.refuses_run ? 0 : FakeBox::kResultId;
+    p.result_id = options_.refuses_run || options_.only_looks ? 0 : FakeBox::kResultId;
     proposed_ = !options_.refuses_run;
   }
   if (!running_) p.state = messages::ProcedureState::idle;

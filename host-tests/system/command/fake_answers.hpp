@@ -26,7 +26,7 @@ class FakeAnswers {
     std::vector<std::byte> body;
   };
 
-  explicit FakeAnswers(const FakeBoxOptions& options) : options_{options} {}
+  explicit FakeAnswers(const FakeBoxOptions& options) : options_{options}, running_{options.busy} {}
 
   Reply answer(messages::Operation operation, std::span<const std::byte> body);
   // Any thread.
@@ -34,7 +34,9 @@ class FakeAnswers {
 
  private:
   Reply status() const;
+  Reply loopBack() const;
   Reply start();
+  Reply abort(std::span<const std::byte> body);
   Reply procedure();
   Reply mark(std::span<const std::byte> body);
   Reply results(std::span<const std::byte> body) const;
@@ -44,6 +46,8 @@ class FakeAnswers {
   Reply dataset(std::span<const std::byte> body) const;
 
   static constexpr unsigned kSteps = 3;
+  // 7 is what a start answers, and 6 what somebody else has going on.
+  std::uint32_t presentRun() const { return options_.at_another_run ? 8 : options_.busy ? 6 : 7; }
 
   FakeBoxOptions options_;
   std::atomic<bool> running_{};

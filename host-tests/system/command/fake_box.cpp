@@ -65,10 +65,28 @@ class FakeBox::Loop {
     }
   }
 
+  void trigger(SampleIndex at) {
+    if (++triggers_ % 7 == 0) return;
+    history_.push(messages::Trigger{.number = triggers_,
+                                    .line = 1,
+                                    .line_sequence = 2 * triggers_,
+                                    .at = monoTime(5'000'000'000 + at.index * kPeriod_ns + kPeriod_ns / 4),
+                                    .tick = Tick{at.index},
+                                    .phase_q32 = 1U << 30U,
+                                    .sigma_ns = 850,
+                                    .clock_state = ClockState::locked,
+                                    .has_position = 0b101,
+                                    .position_mm = {0.5 * triggers_, 0, -100},
+                                    .correction_mm = {-0.0125, 0, 0.25},
+                                    .correction_valid = true,
+                                    .sequence = 9});
+  }
+
   // Every tenth block is lost at its source.
   void produce() {
     const SampleIndex first{next_};
     next_ += kBlock;
+    if (options_.triggers && next_ / kBlock % 4 == 0) trigger(first);
     if (options_.loses_at_source && (next_ / kBlock) % 10 == 0) {
       const stream::GapNotice gap{first, kBlock, messages::GapReason::source_probe};
       history_.push(gap);
@@ -137,6 +155,7 @@ class FakeBox::Loop {
   stream::Transcoder transcoder_{kFormats, kBlock};
   std::vector<Connection> connections_;
   std::int64_t next_{};
+  std::uint32_t triggers_{};
 };
 
 FakeBox::FakeBox(const FakeBoxOptions& options, unsigned port) {

@@ -17,7 +17,14 @@ struct FakeBoxOptions {
   bool by_hand{};            // steps wait for markers
   bool cut_is_on{};          // nothing comes into force
   bool loses_at_source{true};
-  unsigned older_results{};  // stored ones with the ids 1, 2, ...
+  bool triggers{};                     // one every fourth block; each seventh is lost on its way to the links
+  bool unlocked{};                     // its master clock
+  bool joined{};                       // it has a loop-back ...
+  std::uint32_t lost_pulses{};         // ... that loses so many of 500 pulses
+  bool only_looks{};                   // what it runs gives nothing to accept
+  bool at_another_run{};               // somebody begins one right after
+  std::function<void()> when_asked{};  // to start a run, or about it
+  unsigned older_results{};            // stored ones with the ids 1, 2, ...
 };
 
 // The next host that waits, or an empty connection.

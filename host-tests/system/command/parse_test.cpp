@@ -101,7 +101,7 @@ TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
 
 TEST(CommandLine, GivesAnExampleInEveryHelp) {
   for (const std::string command : {"", "list", "info", "status", "watch", "record", "export", "solve", "calibrate",
-                                    "accept", "rollback", "history", "corrections"}) {
+                                    "propose", "accept", "rollback", "history", "corrections"}) {
     const auto answer = std::get<Answer>(parsed(command + " --help"));
     EXPECT_EQ(answer.status, ExitStatus::ok);
     EXPECT_THAT(answer.text, AllOf(HasSubstr("Example:\n  probebox "), HasSubstr(command)));

@@ -3,6 +3,7 @@ import struct
 
 MAJOR, MINOR = 1, 2
 HELLO, WELCOME, DESCRIPTOR, TEST_PATTERN, START, STOP, CREDIT, SAMPLES, GAP, HEARTBEAT = range(0x01, 0x0B)
+REQUEST, ANSWER, REFUSAL, TRIGGER, TRIGGER_GAP = range(0x0B, 0x10)
 RAW, FAST = 0, 1
 LIVE, RECORD = 0, 1
 NO_LIMIT = 2**64 - 1
@@ -119,14 +120,52 @@ class Heartbeat:
         self.uptime_ms, self.streaming, self.stream_number = c.take("Q"), c.take("?"), c.take("I")
         self.start, self.position = c.take("q"), c.take("q")
         self.produced, self.lost_at_source, self.lost_in_queue, self.sent = (c.take("Q") for _ in range(4))
+        c.take("QQI"), c.sized(), c.take("BIQ"), c.sized()  # queue, link, clock, deadlines, edges
+        self.first_trigger, self.next_trigger, self.sent_triggers, self.lost_triggers = (c.take("I") for _ in range(4))
+
+
+class Trigger:
+    def __init__(self, payload):
+        c = Cursor(payload)
+        self.number, self.line, self.line_sequence, self.at_ns, self.tick = c.take("IBIqq")
+        self.phase_q32, self.sigma_ns, self.clock_state, has_position = c.take("IIBB")
+        position, self.correction_mm = c.take("3d"), c.take("3d")
+        self.position_mm = [mm if has_position >> k & 1 else None for k, mm in enumerate(position)]
+        self.correction_valid, self.correction_degraded, self.sequence = c.take("??H")
 
 
 def hello(boot_id):
     return b"PBX1" + struct.pack("<BHH", MAJOR, 0, MINOR) + boot_id
 
 
-def start(profile, policy, resume_from=None):
-    return struct.pack("<BBBQ?q", 1, profile, policy, NO_LIMIT, resume_from is not None, resume_from or 0)
+def start(profile, policy, resume_from=None, triggers_from=0):
+    samples = struct.pack("<BBBQ?q", 1, profile, policy, NO_LIMIT, resume_from is not None, resume_from or 0)
+    return samples + struct.pack("<?I", True, triggers_from)  # and triggers; 0: from the next one on
+
+
+START_PROCEDURE, PROCEDURE_STATUS = 3, 4
+OK, WRONG_STATE = 0, 7
+
+
+def request(number, operation, body):
+    return struct.pack("<IHH", number, operation, len(body)) + body
+
+
+class Answer:
+    def __init__(self, payload):
+        c = Cursor(payload)
+        self.id, self.operation, self.code = c.take("IHH")
+        self.text, self.body = c.text(), c.sized()
+
+
+def is_referenced(procedure_status):
+    c = Cursor(procedure_status)
+    c.take("I"), c.text(), c.take("BII"), c.text(), c.take("9d"), c.text(), c.take("QBBH?7d")
+    return c.take("?")
+
+
+def start_procedure(method):
+    return struct.pack("<H", len(method)) + method.encode()
 
 
 def credit(total):

@@ -5,11 +5,12 @@ import json
 import os
 import resource
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
+
+from door import port_of
 
 PATIENCE_S = 240
 
@@ -25,20 +26,21 @@ def limited(size):
 
 
 class Daemon:
-    def __init__(self, probeboxd, folder, port, file_size=None):
+    def __init__(self, probeboxd, folder, file_size=None):
         self.log = open(os.path.join(folder, "log"), "a")
         command = [probeboxd, "--board", "sim", "--time-scale", "6", "--state", os.path.join(folder, "state")]
         self.process = subprocess.Popen(
-            command + ["--link", f"tcp:127.0.0.1:{port}"],
+            command + ["--link", "tcp:127.0.0.1:0"],
             stdout=self.log,
             stderr=self.log,
             env={**os.environ, "XDG_RUNTIME_DIR": folder},
             restore_signals=False,
             preexec_fn=limited(file_size) if file_size else None,
         )
+        self.folder = folder
 
     def __enter__(self):
-        return self
+        return port_of(self.process, self.folder)
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGTERM)
@@ -46,8 +48,8 @@ class Daemon:
 
 
 class Command:
-    def __init__(self, probebox, port, folder):
-        self.prefix, self.folder = [probebox, "-u", f"tcp:127.0.0.1:{port}", "--json"], folder
+    def __init__(self, probebox, folder):
+        self.probebox, self.folder, self.prefix = probebox, folder, []
 
     def run(self, *words, file_size=None):
         return subprocess.run(
@@ -64,7 +66,8 @@ class Command:
         assert done.returncode == 0, done.stdout + done.stderr
         return json.loads(done.stdout.strip().splitlines()[-1])
 
-    def wait(self):
+    def wait(self, port):
+        self.prefix = [self.probebox, "-u", f"tcp:127.0.0.1:{port}", "--json"]
         end = time.monotonic() + PATIENCE_S
         while self.run("info").returncode != 0:
             assert time.monotonic() < end, "the box does not answer"
@@ -90,21 +93,21 @@ def recording_on_a_full_disk(box):
     box.exact_record("after.pbx")
 
 
-def store_on_a_full_disk(probeboxd, folder, port, box):
-    with Daemon(probeboxd, folder, port):
-        box.wait()
+def store_on_a_full_disk(probeboxd, folder, box):
+    with Daemon(probeboxd, folder) as port:
+        box.wait(port)
         box.answer("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
         accepted = delay_in_force(box)
     state = os.path.join(folder, "state")
     largest = max(os.path.getsize(os.path.join(at, name)) for at, _, names in os.walk(state) for name in names)
-    with Daemon(probeboxd, folder, port, file_size=largest):
-        box.wait()
+    with Daemon(probeboxd, folder, file_size=largest) as port:
+        box.wait(port)
         done = box.run("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
         assert done.returncode == 1 and "not-stored" in done.stdout and "check the disk" in done.stdout, done.stdout
         assert delay_in_force(box) == accepted
         box.exact_record("meanwhile.pbx")
-    with Daemon(probeboxd, folder, port):
-        box.wait()
+    with Daemon(probeboxd, folder) as port:
+        box.wait(port)
         assert delay_in_force(box) == accepted, "what was accepted is in force"
         box.exact_record("again.pbx")
 
@@ -118,18 +121,12 @@ def delay_in_force(box):
     return served["tau_s"]
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
-
-
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix="probebox-disk-") as scratch:
-        door = free_port()
-        command = Command(sys.argv[2], door, scratch)
-        with Daemon(sys.argv[1], scratch, door):
-            command.wait()
+        command = Command(sys.argv[2], scratch)
+        with Daemon(sys.argv[1], scratch) as port:
+            command.wait(port)
             recording_on_a_full_disk(command)
         print("a recording on a full disk can be read up to there")
-        store_on_a_full_disk(sys.argv[1], scratch, door, command)
+        store_on_a_full_disk(sys.argv[1], scratch, command)
         print("a store on a full disk loses nothing that was accepted")

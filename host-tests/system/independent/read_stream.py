@@ -14,7 +14,8 @@ import time
 
 import frames
 from block import Block
-from frames import Descriptor, Heartbeat
+from door import port_of
+from frames import Answer, Descriptor, Heartbeat, Trigger
 
 PATIENCE_S = 120
 
@@ -22,8 +23,9 @@ PATIENCE_S = 120
 class Host:
     """One link, and the account of its stream."""
 
-    def __init__(self, port, profile, boot_id=bytes(16), resume_from=None):
-        self.profile, self.resume_from, self.last_boot_id = profile, resume_from, boot_id
+    def __init__(self, port, profile, boot_id=bytes(16), resume_from=None, triggers_from=0):
+        self.samples_per_tick = None
+        self.profile, self.resume_from, self.triggers_from, self.last_boot_id = profile, resume_from, triggers_from, boot_id
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
         self.sequence = 0
         self.buffer = b""
@@ -31,6 +33,9 @@ class Host:
         self.descriptors = {}
         self.next_frame = self.next_sample = None
         self.samples = {}  # by index: the values of all channels
+        self.triggers = {}  # by number
+        self.next_trigger, self.lost_triggers = None, 0
+        self.answers, self.last_request = {}, 0
         self.received = self.declared_lost = self.heartbeats = 0
         self.started = self.ended = False
         self.last_credit = 0.0
@@ -66,18 +71,30 @@ class Host:
             self.descriptors[frames.crc32c(f.payload)] = Descriptor(f.payload)
         elif f.kind == frames.TEST_PATTERN:
             assert f.payload == bytes((167 * k + 13) % 256 for k in range(256))
-            self.send(frames.START, frames.start(self.profile, frames.RECORD, self.resume_from))
+            self.send(frames.START, frames.start(self.profile, frames.RECORD, self.resume_from, self.triggers_from))
         elif f.kind == frames.SAMPLES:
             self.take_block(Block(f.payload, self.descriptors[f.hash].channels))
         elif f.kind == frames.GAP:
             first, count = struct.unpack_from("<qQ", f.payload)
             self.reach(first, count)
             self.declared_lost += count
+        elif f.kind == frames.TRIGGER:
+            trigger = Trigger(f.payload)
+            self.reach_trigger(trigger.number, 1)
+            self.triggers[trigger.number] = trigger
+        elif f.kind == frames.TRIGGER_GAP:
+            first, count = struct.unpack_from("<II", f.payload)
+            self.reach_trigger(first, count)
+            self.lost_triggers += count
+        elif f.kind == frames.ANSWER:
+            answer = Answer(f.payload)
+            self.answers[answer.id] = answer
         elif f.kind == frames.HEARTBEAT:
             self.balance(Heartbeat(f.payload))
 
     def take_block(self, block):
         assert block.profile == self.profile
+        self.samples_per_tick = block.samples_per_tick
         self.reach(block.first, block.count)
         self.received += block.count
         for k, values in enumerate(zip(*block.columns)):
@@ -87,6 +104,18 @@ class Host:
         assert self.next_sample in (None, first), f"sample {self.next_sample} is missing and not declared lost"
         self.next_sample = first + count
 
+    def reach_trigger(self, first, count):
+        assert self.next_trigger in (None, first), f"trigger {self.next_trigger} is missing and not declared lost"
+        self.next_trigger = first + count
+
+    def ask(self, operation, body):
+        self.last_request += 1
+        self.send(frames.REQUEST, frames.request(self.last_request, operation, body))
+
+    def answer(self):
+        """To what was asked last, None while there is none."""
+        return self.answers.get(self.last_request)
+
     def balance(self, beat):
         if beat.stream_number == 0:
             return
@@ -95,6 +124,10 @@ class Host:
         assert beat.produced == beat.sent + beat.lost_at_source + beat.lost_in_queue == beat.position - beat.start
         assert self.received == beat.sent and self.declared_lost == beat.lost_at_source + beat.lost_in_queue
         assert beat.produced == 0 or beat.position == self.next_sample
+        assert beat.next_trigger - beat.first_trigger == beat.sent_triggers + beat.lost_triggers
+        assert len(self.triggers) == beat.sent_triggers and self.lost_triggers == beat.lost_triggers
+        assert self.next_trigger in (None, beat.next_trigger)
+        assert not beat.streaming or beat.first_trigger > 0, "triggers were asked for"
         self.heartbeats += 1
 
     def stop(self):
@@ -117,11 +150,6 @@ def until(condition):
 
 def both(hosts, samples):
     until(lambda: [h.round() for h in hosts] and all(h.received >= samples for h in hosts))
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
 
 
 def connected(port, *more, **named):
@@ -147,12 +175,50 @@ def compare(raw, fast):
     assert sum(len(set(channel)) > 100 for channel in channels) >= 3, "nothing moves"
 
 
+def touch(hosts, triggers):
+    """A calibration begins once the box knows when and where it is, and every host hears of its touches."""
+
+    def asked(operation, body=b""):
+        hosts[0].ask(operation, body)
+        until(lambda: [h.round() for h in hosts] and hosts[0].answer())
+        return hosts[0].answer()
+
+    until(lambda: frames.is_referenced(asked(frames.PROCEDURE_STATUS).body))
+    body = frames.start_procedure("delay-multi-speed")
+    until(lambda: asked(frames.START_PROCEDURE, body).code != frames.WRONG_STATE)
+    assert hosts[0].answer().code == frames.OK, hosts[0].answer().text
+    until(lambda: [h.round() for h in hosts] and all(len(h.triggers) >= triggers for h in hosts))
+
+
+def check_triggers(one, other):
+    """The same to both; each between the times of the samples of its tick and of the next one."""
+    common = one.triggers.keys() & other.triggers.keys()
+    assert common and one.lost_triggers == other.lost_triggers == 0
+    placed = 0
+    for number in common:
+        a, b = one.triggers[number], other.triggers[number]
+        assert vars(a) == vars(b), f"trigger {number} differs between the profiles"
+        assert a.clock_state == 1 and None not in a.position_mm, f"trigger {number} has no place"
+        ends = [one.samples.get((a.tick + k) * one.samples_per_tick) for k in (0, 1)]
+        if None in ends:
+            continue
+        (_, begin), (_, end) = ends
+        at = begin + (end - begin) * a.phase_q32 / 2**32
+        assert abs(at - a.at_ns) < 20_000, f"trigger {number}: {at} by its tick, stamped {a.at_ns}"
+        placed += 1
+    assert placed > 0, "no trigger is among the samples"
+
+
 def resume(port, before):
     """The link was cut: what was missed meanwhile comes, without a hole."""
     last = before.next_sample
-    host = connected(port, before.profile, boot_id=before.boot_id, resume_from=last)
+    host = connected(
+        port, before.profile, boot_id=before.boot_id, resume_from=last, triggers_from=before.next_trigger
+    )
     both([host], 2000)
+    until(lambda: host.round() or len(host.triggers) >= 2)
     host.stop()
+    assert min(host.triggers) == before.next_trigger and host.lost_triggers == 0, "a trigger is gone"
     first = min(host.samples)
     assert host.boot_id == before.boot_id and first <= last, "what was missed is gone"
     assert host.declared_lost == 0
@@ -162,21 +228,23 @@ def resume(port, before):
 
 
 def run(probeboxd, folder):
-    port = free_port()
-    command = [probeboxd, "--board", "sim", "--state", os.path.join(folder, "state"), "--link", f"tcp:127.0.0.1:{port}"]
+    command = [probeboxd, "--board", "sim", "--state", os.path.join(folder, "state"), "--link", "tcp:127.0.0.1:0"]
     log = open(os.path.join(folder, "log"), "w")
     daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "XDG_RUNTIME_DIR": folder})
     try:
+        port = port_of(daemon, folder)
         raw, fast = connected(port, frames.RAW), connected(port, frames.FAST)
         both([raw, fast], 4000)
+        touch([raw, fast], 3)
         raw.stop()
         compare(raw, fast)
+        check_triggers(raw, fast)
         fast.socket.close()  # without a word, and with data on their way
-        time.sleep(0.5)
+        time.sleep(2)
         again = resume(port, fast)
         print(
             f"raw {raw.received} + {raw.declared_lost} lost, fast {fast.received} + {fast.declared_lost}, resumed "
-            f"{again.received}: exact at {raw.heartbeats + fast.heartbeats + again.heartbeats} heartbeats"
+            f"{again.received}; {len(raw.triggers)} triggers, {len(again.triggers)} after the link was lost: exact at {raw.heartbeats + fast.heartbeats + again.heartbeats} heartbeats"
         )
     finally:
         daemon.send_signal(signal.SIGTERM)

@@ -1,52 +1,14 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <thread>
 
-#include "firmware/app/daemon.hpp"
-#include "in_process.hpp"
-#include "runtime_directory.hpp"
-#include "tools/probebox/report_loop_back.hpp"
+#include "on_the_machine.hpp"
+#include "tools/probebox/box.hpp"
 
 namespace probebox::command {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::HasSubstr;
-
-// A daemon with the emulated machine, ten times as fast as real time, and the command that speaks to it.
-class OnTheMachine : public testing::Test {
- protected:
-  OnTheMachine() {
-    start([](board::Descriptions&) {});
-  }
-  // Anew, with descriptions that somebody has changed.
-  void start(const auto& change) {
-    app::Options options;
-    daemon_.reset();
-    options.state = directory_.file("state");
-    options.links = {"tcp:127.0.0.1:0"};
-    options.time_scale = 10;
-    auto descriptions = app::loadDescriptions(options);
-    ASSERT_TRUE(descriptions) << descriptions.error().what;
-    descriptions_ = *descriptions;
-    change(descriptions_);
-    auto daemon = app::Daemon::start(options, descriptions_);
-    ASSERT_TRUE(daemon) << daemon.error().what;
-    daemon_ = std::move(*daemon);
-    for (int attempt = 0; attempt < 600 && !locked(); ++attempt) std::this_thread::sleep_for(50ms);
-    EXPECT_TRUE(locked());
-  }
-  Finished box(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"-u", daemon_->uris().front()});
-    return probebox(arguments);
-  }
-  bool locked() { return box({"status", "--json"}).out.find("\"locked\"") != std::string::npos; }
-
-  RuntimeDirectory directory_;
-  board::Descriptions descriptions_;
-  std::unique_ptr<app::Daemon> daemon_;
-};
 
 TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   const auto early = box({"calibrate", "centreline"});
@@ -91,8 +53,12 @@ TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
   EXPECT_EQ(good.status, 0) << good.out << good.err;
   EXPECT_THAT(good.out, HasSubstr("X counts up as it moves up: +"));
   EXPECT_THAT(good.out, HasSubstr("a push towards +Z"));
-  EXPECT_THAT(good.out, HasSubstr("are stamped"));
+  EXPECT_THAT(good.out, HasSubstr("to gpiochip0 line 11 (loop-back input) are stamped"));
+  EXPECT_THAT(good.out, HasSubstr("the write takes 4000 ns of it; 0 of 500 pulses were lost."));
   EXPECT_THAT(good.out, HasSubstr("All is well"));
+  const auto status = box({"status", "--json"}).object();
+  EXPECT_EQ(status["procedure"], "done") << "nothing waits to be accepted";
+  EXPECT_EQ(box({"history"}).out, "") << "no calibration, so nothing is stored";
 
   start([](board::Descriptions& changed) {
     for (double& gain : changed.probe.gain[1]) gain = -gain;
@@ -104,7 +70,27 @@ TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
     if (object.contains("good") && !object["good"].get<bool>()) names.push_back(object["name"]);
   }
   EXPECT_EQ(names, std::vector<std::string>{"probe-sign-wrong"});
+  Json late;
+  for (const auto& object : wrong.objects()) {
+    if (object.contains("loop_back")) late = object["loop_back"];
+  }
+  ASSERT_FALSE(late.is_null());
+  EXPECT_GT(late["median_lateness_ns"], 12'000) << "the bias of world.toml alone";
+  EXPECT_GT(late["sigma_ns"], 0);
   EXPECT_EQ(wrong.objects().back()["wrong"], 1);
+}
+
+TEST_F(OnTheMachine, CannotBePulsedTooSeldom) {
+  std::istringstream in;
+  std::ostringstream out, err;
+  const std::atomic<bool> never{false};
+  Console console{{in, out, err, false, false, 0, never}, false};
+  const auto opened = openBox(daemon_->uris().front(), console);
+  ASSERT_TRUE(opened);
+  const auto refused = ask<messages::LoopBack>(**opened, console, {3});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().status, ExitStatus::box_refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("ask for 10 to 2000"));
 }
 
 TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
@@ -116,6 +102,10 @@ TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
   EXPECT_THAT(box({"calibrate", "screw-calibration"}).err, HasSubstr("say which axis it moves"));
   EXPECT_THAT(box({"calibrate", "screw-calibration", "--axis", "X", "--turns", "2"}).err, HasSubstr("give 3 to 20"));
   EXPECT_THAT(box({"calibrate", "centreline", "--axis", "X"}).err, HasSubstr("takes no axis"));
+  EXPECT_THAT(box({"calibrate", "delay-multi-speed", "--turns", "4"}).err, HasSubstr("takes no axis and turns"));
+  const auto slow = box({"calibrate", "screw-calibration", "--axis", "X", "--turns", "20", "--speed", "0.1"});
+  EXPECT_EQ(slow.status, 4);
+  EXPECT_THAT(slow.err, HasSubstr("give at least 0.217 mm/s"));
 
   const auto saved = directory_.file("screw");
   const auto run =
@@ -154,37 +144,6 @@ TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   EXPECT_THAT(box({"calibrate", "delay-plates", "--angles", "4"}).err, HasSubstr("takes no rotary angles"));
   EXPECT_EQ(box({"calibrate", "centreline", "--angles", "-3"}).status, 2);
   EXPECT_THAT(box({"calibrate", "centre-line"}).err, HasSubstr("c-axis-alignment"));
-}
-
-TEST_F(OnTheMachine, SaysHowLateTheBoxStampsItsOwnPulses) {
-  for (const bool json : {false, true}) {
-    std::istringstream in;
-    std::ostringstream out, err;
-    const std::atomic<bool> never{false};
-    Console console{{in, out, err, false, false, 0, never}, json};
-    const auto opened = openBox(daemon_->uris().front(), console);
-    ASSERT_TRUE(opened);
-    ASSERT_EQ(loopBack(**opened, console, 100), ExitStatus::ok) << err.str();
-    if (json) {
-      const auto late = Json::parse(out.str())["loop_back"];
-      EXPECT_EQ(late["pulses"], 100);
-      EXPECT_EQ(late["input"], "gpiochip0 line 11 (loop-back input)");
-      EXPECT_GT(late["median_lateness_ns"], 12'000) << "the bias of world.toml alone";
-      EXPECT_GT(late["sigma_ns"], 0);
-    } else {
-      EXPECT_THAT(out.str(),
-                  testing::AllOf(HasSubstr("to gpiochip0 line 11 (loop-back input): 100 pulses"),
-                                 HasSubstr("us late (median)"), HasSubstr("the write itself takes 4000 ns")));
-    }
-  }
-  std::istringstream in;
-  std::ostringstream out, err;
-  const std::atomic<bool> never{false};
-  Console console{{in, out, err, false, false, 0, never}, false};
-  const auto opened = openBox(daemon_->uris().front(), console);
-  ASSERT_TRUE(opened);
-  EXPECT_EQ(loopBack(**opened, console, 3), ExitStatus::box_refused);
-  EXPECT_THAT(err.str(), HasSubstr("ask for 10 to 2000"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "firmware/app/box_config.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "firmware/app/board_sources.hpp"
@@ -15,6 +16,13 @@ TEST(BoxConfig, OfTheEmulatedBoardIsOneThatTheCoreTakes) {
   const auto config = boxConfig(*sim);
   EXPECT_EQ(config.clock.nominal_period, sim->box.sync_period);
   EXPECT_EQ(config.mm_per_count[1], sim->machine.axes[1].sense / sim->machine.axes[1].counts_per_mm);
+}
+
+TEST(BoxConfig, OfTheFastestSourcesThatMayBeDescribedIsTaken) {
+  auto sim = *board::simDescriptions();
+  sim.probe.rate_hz = 1e6;
+  sim.box.devices.encoder_rate_hz = 1e6;
+  EXPECT_FALSE(box::whyRefused(boxConfig(sim)));
 }
 
 TEST(BoxConfig, CarriesTheSenseOfAnAxisInItsSign) {
@@ -61,6 +69,17 @@ TEST(BoxConfig, TakesAReceiverOnUsbWhereTheEncodersAreNone) {
   EXPECT_NE(whyRefused(Options{}, box)->what.find("usb:SERIAL"), std::string::npos);
   box.box.devices = {.encoders = "sim", .encoder_rate_hz = 1000, .probe = "usb"};
   EXPECT_NE(whyRefused(Options{}, box)->what.find("is not in this build"), std::string::npos);
+}
+
+// A jumper loses nothing, however bad the machine's own sync line is; the world's is 1 in 2000.
+TEST(LoopBackOfTheEmulatedBoard, LosesNothing) {
+  auto sim = *board::simDescriptions();
+  ASSERT_TRUE(sim.box.loop_back);
+  sim.world->clock.missing_probability = 0.5;
+  const auto pulses = loopBackOf(sim)->measure(200);
+  ASSERT_TRUE(pulses);
+  ASSERT_EQ(pulses->size(), 200U);
+  EXPECT_TRUE(std::ranges::all_of(*pulses, [](const auto& pulse) { return pulse.stamp.has_value(); }));
 }
 
 }  // namespace

@@ -50,6 +50,34 @@ TEST_F(Journal, GivesBackWhatWasWritten) {
   EXPECT_EQ(std::get<Deflection>(read[199]).channels_nm[1], -99);
 }
 
+TEST_F(Journal, HoldsAResultThatComesInManyEvents) {
+  const RotaryActivated head{.result_id = 7,
+                             .axis = RotaryAxis::c,
+                             .point_mm = {1, 2, 3},
+                             .direction = {0, 0, 1},
+                             .sd = {1, 2, 3, 4, 5, 6},
+                             .rows = 72,
+                             .at = monoTime(5)};
+  const ErrorsAtAngle row{.of = ErrorsOf::rotary,
+                          .axis = RotaryAxis::c,
+                          .result_id = 7,
+                          .angle_rad = 0.5,
+                          .errors = {1, 2, 3, 4, 5, 6},
+                          .at = monoTime(6)};
+  {
+    auto writer = JournalWriter::create(path);
+    for (const Event& event : {Event{head}, Event{row}, Event{SwivelActivated{}}, Event{PoseTold{}}})
+      ASSERT_TRUE(writer->write(event));
+    writer->flush();
+  }
+  std::vector<Event> read;
+  ASSERT_TRUE(readJournal(path, [&](const Event& event) { read.push_back(event); }));
+  ASSERT_EQ(read.size(), 4U);
+  EXPECT_EQ(std::get<RotaryActivated>(read[0]).sd, head.sd);
+  EXPECT_EQ(std::get<RotaryActivated>(read[0]).point_mm, head.point_mm);
+  EXPECT_EQ(std::get<ErrorsAtAngle>(read[1]).errors, row.errors);
+}
+
 TEST_F(Journal, StaysReadableWhenItIsCutAtAnyByte) {
   write(3);
   const auto size = std::filesystem::file_size(path);

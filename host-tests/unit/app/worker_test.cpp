@@ -18,6 +18,21 @@ TEST(Worker, RunsJobsInTheirOrderAndAllOfThemBeforeItEnds) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
 }
 
+// What a cut has to hear must not wait behind what takes seconds.
+TEST(Worker, DoesPatientJobsWhenNothingElseWaits) {
+  std::promise<void> gate;
+  std::vector<int> done;
+  {
+    Worker worker{[] {}};
+    worker.post([opened = gate.get_future().share()] { opened.wait(); });
+    ASSERT_TRUE(worker.postPatient([&] { done.push_back(3); }));
+    ASSERT_TRUE(worker.post([&] { done.push_back(1); }));
+    ASSERT_TRUE(worker.post([&] { done.push_back(2); }));
+    gate.set_value();
+  }
+  EXPECT_EQ(done, (std::vector<int>{1, 2, 3}));
+}
+
 TEST(Worker, SaysWhenTooMuchIsWaiting) {
   std::promise<void> gate;
   Worker worker{[] {}};

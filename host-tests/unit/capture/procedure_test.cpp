@@ -207,7 +207,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 10U);
+  EXPECT_EQ(methodNames().size(), 14U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
@@ -298,84 +298,6 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
   machine.angles_rad[2] = std::nan("");
   for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.mark(MarkerPhase::begin);
   EXPECT_EQ(procedure.progress().state, State::refused);
-}
-
-class Sweeping : public testing::Test {
- protected:
-  Sweeping() {
-    procedure.start({.run = 1,
-                     .method = static_cast<std::uint16_t>(Method::screw_calibration),
-                     .at = {},
-                     .options = {.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40}});
-  }
-  // The axis Y moves by a nanometre a count, 1 um a millisecond; its sensor is read every 50 ms, Z's as well.
-  void pass(int milliseconds) {
-    for (int i = 0; i < milliseconds; ++i, ++now_ms) {
-      const auto at = monoTime(now_ms * 1'000'000);
-      for (const Axis axis : {Axis::x, Axis::y, Axis::z})
-        procedure.push(Count{.axis = axis, .sequence = 0, .counts = axis == Axis::y ? now_ms * 1000 : 0, .at = at});
-      procedure.push(Deflection{.sequence = 0, .channels_nm = {}, .clipped = true, .at = at});
-      if (now_ms % 50 != 0) continue;
-      for (const Axis axis : {Axis::y, Axis::z})
-        procedure.push(Drift{axis, axis == Axis::y ? static_cast<std::int32_t>(now_ms) : -1, at});
-    }
-  }
-  void mark(MarkerPhase phase) {
-    procedure.mark(Marker{.procedure = 1, .step = 0, .phase = phase, .at = monoTime(now_ms * 1'000'000)}, kLocked);
-  }
-  static Facts facts() {
-    Facts facts;
-    facts.screws[1] = ScrewFacts{.length_mm = 640,
-                                 .offset_mm = 140,
-                                 .reversed = true,
-                                 .gain = 0.9,
-                                 .pitch_mm = 10,
-                                 .sector_zero_mm = 2.5,
-                                 .threshold_rpm = 60};
-    return facts;
-  }
-
-  Procedure procedure{capture::Capacity{}};
-  std::int64_t now_ms{};
-};
-
-TEST_F(Sweeping, GivesReadingsOfThatScrewOverItsAngle) {
-  mark(MarkerPhase::begin);
-  pass(2000);
-  mark(MarkerPhase::end);
-  ASSERT_EQ(procedure.progress().state, State::solving) << "a clipped probe does not matter";
-  const capture::Scales scales{.mm_per_count = {1e-6, 1e-6, 1e-6}, .nominal_period = Nanoseconds{1'000'000}};
-  const auto [dataset, refusal] = runDataset(Method::screw_calibration, procedure.recording(), scales, facts());
-  EXPECT_FALSE(refusal);
-  EXPECT_EQ(dataset.method, "screw-calibration");
-  EXPECT_EQ(std::get<std::string>(dataset.config.at("axis")), "Y");
-  EXPECT_EQ(std::get<double>(dataset.config.at("K")), 0.9);
-  EXPECT_TRUE(std::get<bool>(dataset.config.at("axis_reversed")));
-  ASSERT_EQ(dataset.tables.size(), 1U) << "no gain_cal";
-  const auto& face = dataset.tables[0];
-  ASSERT_GE(face.rows(), 38U);
-  for (std::size_t k = 0; k < face.rows(); ++k) {
-    const double reading_um = face.column("sensor_um")->at(k), at_s = reading_um;  // a nanometre a millisecond
-    EXPECT_NEAR(face.column("t_s")->at(k) - face.column("t_s")->at(0), at_s - face.column("sensor_um")->at(0), 1e-9);
-    // 1 mm/s from 0, a turn is 10 mm, sector 0 begins at 2.5 mm.
-    EXPECT_NEAR(face.column("phi_rad")->at(k), 2 * std::numbers::pi * (at_s - 2.5) / 10, 1e-9);
-  }
-}
-
-TEST_F(Sweeping, KeepsFewPositionsSoThatMinutesFit) {
-  mark(MarkerPhase::begin);
-  pass(2000);
-  mark(MarkerPhase::end);
-  EXPECT_EQ(procedure.recording().machineRowCount(), 200U);
-  EXPECT_EQ(procedure.recording().probeRowCount(), 0U);
-}
-
-TEST_F(Sweeping, HasTheTimeThatItsTravelTakes) {
-  mark(MarkerPhase::begin);
-  procedure.advance(monoTime(179'000'000'000));
-  EXPECT_EQ(procedure.progress().state, State::running) << "80 s of travel, by half more, and a minute";
-  procedure.advance(monoTime(181'000'000'000));
-  EXPECT_EQ(procedure.progress().state, State::waiting);
 }
 
 TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {

@@ -147,6 +147,16 @@ TEST(SolveJson, SaysNoSdAtAllAsNull) {
   EXPECT_TRUE(toJson(result, "case")["sd"].is_null());
 }
 
+TEST(SolveJson, HoldsTheSdOfWhatWasFoundOnTheWay) {
+  metrology::Result result;
+  result.estimates = {metrology::Estimate::scalar("tau_s", 1.0, std::nullopt)};
+  result.also = {metrology::Estimate::scalar("speed_mm_s", 25.0, std::nullopt),
+                 metrology::Estimate::matrix("swivel_terms_mm", 2, {1.0, 2.0, 3.0, 4.0}, {0.1, 0.2, 0.3, 0.4})};
+  const Json line = toJson(result, "case");
+  EXPECT_EQ(line["also_sd"]["swivel_terms_mm"].dump(), "[[0.1,0.2],[0.3,0.4]]");
+  EXPECT_FALSE(line["also_sd"].contains("speed_mm_s"));
+}
+
 // The bundled measurements, whose truth only this test reads.
 std::vector<double> flat(const Json& value) {
   if (value.is_number()) return {value.get<double>()};

@@ -1,5 +1,7 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
+#include <gtest/gtest.h>
 
 #include "firmware/clock/counter_clock.hpp"
 #include "host-tests/support/counter_signal.hpp"
@@ -49,5 +51,19 @@ class CounterTrial {
     return config;
   }
 };
+
+inline constexpr double kFarNs = 50'000;  // many sigmas, and a tenth of a sample
+
+// Everything that gets a time while this runs must get about the right one; says how many did.
+inline std::uint64_t stampedWell(CounterTrial& trial, Nanoseconds duration) {
+  std::uint64_t stamped = 0;
+  for (const MonoTime end = trial.source.now() + duration; trial.source.now() < end;) {
+    trial.step([&](const CounterTrial::Stamped& sample) {
+      ++stamped;
+      EXPECT_LT(std::abs(sample.error_ns), kFarNs) << "sample " << trial.source.samples();
+    });
+  }
+  return stamped;
+}
 
 }  // namespace probebox::clock_test

@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "firmware/corrections/corrections.hpp"
 
@@ -8,11 +10,12 @@ namespace probebox::corrections {
 
 using std::chrono::milliseconds;
 
-// A machine with three axes, one heating screw and a controller that adds what it is told, around the corrections:
-// time goes on in ticks of a millisecond, and the CNC reads every ten of them.
+// A machine with three linear axes, rotary ones where it has any, one heating screw and a controller that adds what it
+// is told, around the corrections: time goes on in ticks of a millisecond, and the CNC reads every ten of them.
 class MachineOnADesk {
  public:
   static constexpr double kMmPerCount = 1e-6;
+  static constexpr double kDegPerCount = 1e-5;
 
   static CorrectionsConfig usual() {
     CorrectionsConfig config;
@@ -43,6 +46,11 @@ class MachineOnADesk {
       record.values[static_cast<std::size_t>(latch::Channel::x) + axis] = counts;
       if (encoders) corrections.push(Count{static_cast<Axis>(axis), static_cast<std::uint32_t>(ticks_), counts, now});
     }
+    for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+      if (!angle_deg[axis]) continue;
+      const auto counts = std::llround(*angle_deg[axis] / kDegPerCount) + power_up;
+      corrections.push(AngleCount{static_cast<RotaryAxis>(axis), static_cast<std::uint32_t>(ticks_), counts, now});
+    }
     if (sensor && ticks_ % 100 == 0)
       corrections.push(Drift{Axis::x, static_cast<std::int32_t>(std::lround(extension_um * 1e3)), now});
     if (encoders && clock) corrections.tick(record, now);
@@ -62,6 +70,7 @@ class MachineOnADesk {
   Corrections corrections;
   MonoTime now{monoTime(1'000'000'000)};
   Vector position_mm{300, 50, -100};
+  std::array<std::optional<double>, kRotaryAxes> angle_deg{};  // by encoder; nothing: no encoder, or it is silent
   double extension_um{};
   bool sensor{true}, encoders{true}, clock{true};
   std::int64_t power_up{777'000};

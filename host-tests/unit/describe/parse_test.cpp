@@ -182,6 +182,80 @@ TEST(MachineToml, RefusesASenseOfZeroAndAReversedTravel) {
                                           HasSubstr("correction_limit_mm' = 4 is out of its range")));
 }
 
+// A machine with three linear axes, and what else is said.
+Outcome<Machine> machineWith(std::string_view more, std::string_view sources = "") {
+  std::string text = "[machine]\nname = \"m\"\n[corrections]\nhold_s = 5\n" + std::string{sources};
+  for (const auto* const axis : {"X", "Y", "Z"}) {
+    text += std::string{"[axis."} + axis + "]\ncounts_per_mm = 1000\nsense = 1\ntravel_min_mm = 0\n" +
+            "travel_max_mm = 5\ncorrection_limit_mm = 1\ncorrection_rate_mm_s = 0.1\n";
+  }
+  return parseMachine(text + std::string{more}, "machine.toml");
+}
+
+std::string machineProblem(std::string_view more) {
+  const auto machine = machineWith(more);
+  EXPECT_FALSE(machine.ok()) << more;
+  return machine.ok() ? "" : machine.error().what;
+}
+
+constexpr std::string_view kRotaryC = "[rotary_axis.C]\nangle_from = \"encoder\"\ncounts_per_deg = 1000\nsense = -1\n";
+constexpr std::string_view kRotaryB = "[rotary_axis.B]\nangle_from = \"controller\"\nstale_s = 2\n";
+
+TEST(MachineToml, DescribesATableThatTurnsAndAHeadThatSwivels) {
+  const auto machine = machineWith(std::string{kRotaryC} + std::string{kRotaryB} +
+                                       "[swivel]\naxis = \"B\"\nby_angle = true\n"
+                                       "[rotary_table]\nchain = [\"B\", \"C\"]\ntool_point = \"tip\"\n"
+                                       "tool_direction = [0, 0, -1]\nmeasured_length_mm = 100\nhold_s = 1\n"
+                                       "[[tool]]\nnumber = 4\nlength_mm = 120.5\n",
+                                   "sources = [\"swivel\", \"rotary\"]\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->corrections.mask, 0b0110);
+  EXPECT_FALSE(machine->rotary_axes[0].has_value());
+  EXPECT_EQ(machine->rotary_axes[1]->angle_from, AngleFrom::controller);
+  EXPECT_EQ(machine->rotary_axes[1]->stale_s, 2);
+  EXPECT_EQ(machine->rotary_axes[2]->sense, -1);
+  EXPECT_EQ(machine->rotary_axes[2]->reference, ReferenceBy::homing);
+  EXPECT_EQ(machine->swivel->axis, RotaryLetter::b);
+  EXPECT_EQ(machine->swivel->hold_s, 5) << "that of [corrections]";
+  EXPECT_THAT(machine->rotary_table->chain, ElementsAre(RotaryLetter::b, RotaryLetter::c));
+  EXPECT_TRUE(machine->rotary_table->at_tip);
+  EXPECT_EQ(machine->rotary_table->hold_s, 1);
+  ASSERT_EQ(machine->tools.size(), 1U);
+  EXPECT_EQ(machine->tools[0].length_mm, 120.5);
+}
+
+TEST(MachineToml, RefusesChainsAndHeadsThatCannotBe) {
+  const auto table = [](std::string_view rest) {
+    return machineProblem(std::string{kRotaryC} + "[rotary_table]\n" + std::string{rest});
+  };
+  EXPECT_THAT(machineProblem("[swivel]\naxis = \"B\"\n"), HasSubstr("add [rotary_axis.B]"));
+  EXPECT_THAT(table("chain = [\"B\"]\ntool_point = \"position\"\n"), HasSubstr("add [rotary_axis.B]"));
+  EXPECT_THAT(table("chain = [\"C\", \"C\"]\ntool_point = \"position\"\n"), HasSubstr("twice"));
+  EXPECT_THAT(table("chain = [\"Z\"]\ntool_point = \"position\"\n"), HasSubstr("from the base outwards"));
+  EXPECT_THAT(table("chain = []\ntool_point = \"position\"\n"), HasSubstr("names no axis"));
+  EXPECT_THAT(table("chain = [\"C\"]\n"), HasSubstr("missing key 'rotary_table.tool_point'"));
+  EXPECT_THAT(table("chain = [\"C\"]\ntool_point = \"tip\"\ntool_direction = [0, 0, -0.5]\nmeasured_length_mm = 0\n"),
+              HasSubstr("length 1"));
+  EXPECT_THAT(table("chain = [\"C\"]\ntool_point = \"tip\"\ntool_direction = [0, 0, -1]\n"),
+              HasSubstr("measured_length_mm"));
+  EXPECT_THAT(machineProblem("[rotary_axis.B]\nangle_from = \"controller\"\n"), HasSubstr("rotary_axis.B.stale_s"));
+  EXPECT_THAT(machineProblem("[rotary_axis.D]\nangle_from = \"controller\"\nstale_s = 1\n"), HasSubstr("unknown key"));
+  EXPECT_THAT(machineProblem("[[tool]]\nnumber = 4\nlength_mm = 1\n[[tool]]\nnumber = 4\nlength_mm = 2\n"),
+              HasSubstr("is there twice"));
+}
+
+TEST(MachineToml, MayDescribeTheBallOfThePeriodicCheck) {
+  EXPECT_FALSE(machineWith("")->periodic_check);
+  const std::string ball = "[periodic_check]\nball_diameter_mm = 12\nball_centre_z_mm = -160\n";
+  const auto machine = machineWith(ball + "limit_mm = 0.02\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->periodic_check->ball_diameter_mm, 12);
+  EXPECT_EQ(machine->periodic_check->limit_mm, 0.02);
+  EXPECT_FALSE(machine->periodic_check->accepted_x_mm);
+  EXPECT_THAT(machineProblem("[periodic_check]\nball_diameter_mm = 0\nlimits_mm = 1\n"),
+              AllOf(HasSubstr("ball_centre_z_mm"), HasSubstr("out of its range"), HasSubstr("limits_mm")));
+}
+
 TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
   const std::string text =
       "[probe]\nserial_number = \"1\"\nrate_hz = 1000\nnoise_um = 0.4\ndeflection_limit_mm = 1\n"
@@ -241,11 +315,10 @@ TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
   EXPECT_DOUBLE_EQ(sim->machine.datum_gap_mm.value(), sim->world->plates.value().gap_mm);
   EXPECT_DOUBLE_EQ(sim->machine.sigma_c_rad, sim->world->rotary.value().noise_rad);
   EXPECT_EQ(sim->world->part_spindle.value().balls_mm.size(), 3U);
+  EXPECT_DOUBLE_EQ(sim->machine.rotary_axes[2].value().counts_per_deg, sim->world->rotary->c_counts_per_deg);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto& description = sim->machine.axes[axis];
     EXPECT_DOUBLE_EQ(description.counts_per_mm, sim->world->encoders.counts_per_mm);
-    EXPECT_GT(sim->world->sphere.centre_mm[axis], description.travel_min_mm);
-    EXPECT_LT(sim->world->sphere.centre_mm[axis], description.travel_max_mm);
   }
 }
 
@@ -270,6 +343,20 @@ TEST_F(BoardFolder, IsReadWithTheFilesOfConfigInstead) {
   ASSERT_TRUE(sim.ok()) << sim.error().what;
   EXPECT_THAT(sim->service.links, ElementsAre("tcp:127.0.0.1:9"));
   EXPECT_FALSE(sim->service.access.allow_accept) << "the file stands for itself, it is not merged";
+}
+
+// The emulated machine parks at its home, high over all features.
+TEST_F(BoardFolder, RefusesAnEmulatedMachineThatStandsBeyondItsTravel) {
+  std::string world{simFile("world.toml")};
+  const std::string_view home = "home_mm = [120, 80, -100]";
+  ASSERT_NE(world.find(home), std::string::npos);
+  write(folder_ / "config" / "world.toml", world.replace(world.find(home), home.size(), "home_mm = [120, 351, 110]"));
+  const auto sim = simDescriptions(folder_ / "config");
+  ASSERT_FALSE(sim.ok());
+  EXPECT_THAT(sim.error().what,
+              AllOf(HasSubstr("config/world.toml: 'axes.home_mm' has Y = 351, and the travel of that axis is -50 to "
+                              "350 mm in board/sim/machine.toml"),
+                    HasSubstr("'axes.home_mm' has Z = 110"), HasSubstr("-400 to 50 mm"), Not(HasSubstr("has X"))));
 }
 
 TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {

@@ -247,11 +247,40 @@ TEST(Config, RefusesWhatCannotWorkByName) {
   EXPECT_THAT(whyRefused(rigConfig(0))->what, testing::HasSubstr("samples_per_tick"));
   EXPECT_THAT(whyRefused(rigConfig(101))->what, testing::HasSubstr("samples_per_tick"));
   LatchConfig fast = rigConfig();
-  fast.probe.interval = Nanoseconds{10'000};
+  fast.probe.interval = Nanoseconds{900};
   EXPECT_THAT(whyRefused(fast)->what, testing::HasSubstr("probe"));
   LatchConfig slow = rigConfig();
   slow.tau[1] = Nanoseconds{3'000'000'000};
-  EXPECT_THAT(whyRefused(slow)->what, testing::HasSubstr("tau"));
+  EXPECT_THAT(whyRefused(slow)->what, testing::HasSubstr("delay"));
+}
+
+// At any rate that a probe may have, a sample can wait for the slowest machine.
+TEST(Config, TheLongestDelayIsSpannedAtEveryRate) {
+  for (const Nanoseconds interval :
+       {Nanoseconds{10'000'000}, Nanoseconds{1'000'000}, Nanoseconds{10'000}, Nanoseconds{2'000}}) {
+    LatchConfig config = rigConfig();
+    config.probe.interval = interval;
+    config.probe.interpolation = Interpolation::linear;
+    for (auto& axis : config.axes) axis.interval = Nanoseconds{1'000'000};
+    config.tau.fill(kLongestDelay);
+    ASSERT_FALSE(whyRefused(config));
+    Latch latch{config};
+    // The probe tells its time in ns; the machine's data of a moment come that delay later.
+    const std::int64_t end = kStartNs + 300'000'000;
+    std::uint64_t records = 0;
+    std::int64_t encoder = kStartNs - 20'000'000;
+    for (std::int64_t ns = kStartNs - 20'000'000; ns < end; ns += interval.count()) {
+      latch.push(deflectionAt(ns));
+      for (; encoder <= ns; encoder += 1'000'000) {
+        for (const auto axis : {Axis::x, Axis::y, Axis::z}) latch.push(countAt(axis, encoder));
+      }
+      latch.setClock(perfectMap((ns - kStartNs) / kPeriodNs));
+      while (const auto decision = latch.next()) records += std::holds_alternative<Record>(*decision);
+    }
+    EXPECT_GT(records, 50U) << interval.count();
+    EXPECT_EQ(latch.counters().lost, 0) << interval.count();
+    EXPECT_EQ(latch.counters().overwritten, 0U) << interval.count();
+  }
 }
 
 }  // namespace

@@ -52,6 +52,21 @@ TEST(Recording, IsReadByTheReaderOfTheWire) {
   EXPECT_TRUE(end->balance->exact);
 }
 
+// Pieces are 64 kB; what was asked for has come by then.
+TEST(Recording, IsReadNoFurtherThanIsWanted) {
+  const auto recording = recorded(true);
+  std::string bytes;
+  while (bytes.size() < 300'000) bytes += recording.bytes;
+  std::istringstream in{bytes};
+  Tally tally;
+  const auto end = readRecording(in, tally, {}, [&] { return tally.samples > 0; });
+  ASSERT_TRUE(end.ok());
+  EXPECT_GT(tally.samples, 0U);
+  EXPECT_LT(end->bytes, bytes.size() / 2);
+  std::istringstream again{bytes};
+  EXPECT_FALSE(readRecording(again, tally, {}, [] { return true; })) << "nothing was wanted";
+}
+
 TEST(Recording, OfAKilledProcessSaysThatItsTailIsUnknown) {
   const auto recording = recorded(false);
   std::istringstream in{recording.bytes};

@@ -113,6 +113,8 @@ const std::map<std::string_view, std::string_view> kSince11 = {
 
 // What protocol 1.2 has behind that.
 const std::map<std::string_view, std::string_view> kSince12 = {
+    {"START", "002de2d863"},
+    {"HEARTBEAT", "78d1e861d04ebc611e36d1e6d4d7221a"},
     {"start_procedure request",
      "0300a0c153ee0571fa4185f5636941a4ecc1228863de25cdf2c1cf58b96944d5c9c1642d4549e7dceac1e35a38a6aa02f741"
      "0fa9870ea89eef416de3e0a7186597"},
@@ -120,10 +122,16 @@ const std::map<std::string_view, std::string_view> kSince12 = {
      "a4782445003ddca47072e8fb41e075125f0f6afe4164623e0930ecf7c1856c3472a9bdc0c1e90848388ad6dac12660a5c2af"
      "04f1c1c554203232fc0042002975afdc79f3fb41"},
     {"corrections answer",
-     "01010102000300a478000300f2410101002c0000e90848388ad6dac1d01e36d1e6d4d7221a017fabd86f485559f5c1d3aa32"
-     "d6a73de14112658577d51bf0c100ea87b0eefb8dd8c1923fa4163e77e7c153e7c5a5b957fd4142f7b5c6a203014238005596"
+     "01010102000300a478000300f2410101002c0000e90848388ad6dac1d01e36d1e600b91498972d3fe800c2abd86f485559f5"
+     "c1d3aa32d6a73de141166db23e00ea87b0eefb8dd8c1923fa4163e77e7c153e7c5a5b957fd4142f7b5c6a203014238005596"
      "f333e8c858730b30daf241b2beb85960f2f1c1d61d94d20545d4c1929f39493290f7c103508411e4afc5c144665a8370a4fd"
-     "4100dcfd43d28e1d66ae3c0301"},
+     "4100dcfd43d28e1d66ae3c0301020079000001013d97c0286282b4c1cfaf97b9f23b54ca0a69f06610010f3d9cc3dbaff941"
+     "d2ee0318ff60e241555ca0221523d1c1e9e7de3fc3f2f7c1d09566848cbad941a96c0618aba4d9c124a47328483fec4160b2"
+     "29c40ccdf7412f95c18479e2f1c12de8a44fe180f6c19d7ac1e92036fdc16f5cc0244580f3417900000001967162e49287ea"
+     "41a117bc568102c77eb15a212241017353989c0bc7a2c1740ec95e5e26e041e0f80ebb41f8efc16886625fda48f641c44284"
+     "7a7a7aeec1ee43c6c8dbf2fcc1be3774f0411ff94106e7fa5edf25edc1653589af05b4fb41be2c2796efefe7c1523c8a6808"
+     "b4d3c17152ed90753dda412d00e87b6598470b7c1738a157da6842edc178a060bb081be6413bd1aab5ad55c7c136224b7201"
+     "76ff080ac2c3cb41"},
 };
 
 // Messages that are new in protocol 1.2, and those whose inner structures have more at their ends since.
@@ -145,6 +153,17 @@ const std::map<std::string_view, std::string> kNewIn12 = {
      "6868686801006c4500c312e9160c6a179f194ca7e17bdc849508007171717171717171050061616161610200747406007171"
      "7171717106007777777777771e03006262620800707070707070707001"},
     {"set_inhibit request", "01"},
+    {"TRIGGER",
+     "238d94915d8eb8e2cdf204a1d58a93806249ff98071e9ca6ca035a6476ae3967652df40fa9870ea89eef412d629930d307f7"
+     "41c2ee5ffb67f9dac1007481b760e6f5414442be89fe49f341cdc47f816b83f8c101014394"},
+    {"TRIGGER_GAP", "238d94915d4535ed8e"},
+    {"abort_procedure request", "238d9491"},
+    {"tell_pose request", "230cc58d747a340042ef46bf2221dcf6c1a0c153ee0571fa4101035a6476cf58b96944d5c9c1"},
+    {"propose_case request",
+     "238d949101000000010026000000f403002d629930d307f741c2ee5ffb67f9dac1007481b760e6f541659705006868686868"
+     "02001a0003006868680100710200d56f477a0789f5c1a58cdf1852e5e441160002007474060071717171717101002660a5c2"
+     "af04f1c1"},
+    {"propose_case answer", "238d949198559cdb08007373737373737373"},
 };
 
 TEST(Golden, EveryMessageIsTheseBytes) {
@@ -179,6 +198,17 @@ TEST(Golden, ResultsOfAnOlderBoxAreRead) {
   }
   EXPECT_EQ(list->results[1].method, "ssssssss");
   EXPECT_EQ(decode<AcceptResult::Answer>({})->state, ResultState::active) << "it activated at once";
+}
+
+// A host of protocol 1.0 asks for no triggers, and a box of 1.0 counts none.
+TEST(Golden, TriggersAreNothingThatAnOlderSideAsksForOrCounts) {
+  const auto start = decode<Start>(unhex(kGolden.at("START")));
+  ASSERT_TRUE(start.ok());
+  EXPECT_FALSE(start->triggers);
+  const auto beat = decode<Heartbeat>(unhex(kGolden.at("HEARTBEAT")));
+  ASSERT_TRUE(beat.ok());
+  EXPECT_EQ(beat->first_trigger, 0U);
+  EXPECT_EQ(beat->sent_triggers + beat->lost_triggers, 0U);
 }
 
 TEST(Golden, HelloOfEveryVersionIsTheseBytes) {

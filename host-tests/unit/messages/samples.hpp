@@ -70,6 +70,8 @@ void forEachMessage(auto&& call) {
   call("CREDIT", Credit{});
   call("GAP", Gap{});
   call("HEARTBEAT", Heartbeat{});
+  call("TRIGGER", Trigger{});
+  call("TRIGGER_GAP", TriggerGap{});
   call("REQUEST", Request{});
   call("ANSWER", Answer{});
   call("REFUSAL", Refusal{});
@@ -90,10 +92,14 @@ void forEachMessage(auto&& call) {
   call("corrections answer", Corrections::Answer{});
   call("get_dataset request", GetDataset::Request{});
   call("get_dataset answer", GetDataset::Answer{});
+  call("abort_procedure request", AbortProcedure::Request{});
   call("home_axes request", HomeAxes::Request{});
   call("enable_sources request", EnableSources::Request{});
   call("loop_back request", LoopBack::Request{});
   call("loop_back answer", LoopBack::Answer{});
+  call("tell_pose request", TellPose::Request{});
+  call("propose_case request", ProposeCase::Request{});
+  call("propose_case answer", ProposeCase::Answer{});
 }
 
 }  // namespace probebox::messages

@@ -111,6 +111,15 @@ TEST(DelayInOut, AgreesWithASearchForTheLeastScatter) {
   EXPECT_NEAR(solveDelayInOut(dataset)->find("tau_s")->value(), best, 4e-6);
 }
 
+// The rate stands across deflection and constant, and a triangle shares cos = (1/2) / (1/sqrt3) with a constant.
+TEST(DelayInOut, TellsTheConditionOfItsUnknowns) {
+  std::mt19937_64 random{47};
+  const auto solved = solveDelayInOut(record(inOut(), random));
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const double cosine = std::sqrt(3.0) / 2.0;
+  EXPECT_NEAR(solved->condition, std::sqrt((1.0 + cosine) / (1.0 - cosine)), 0.3);
+}
+
 TEST(DelayInOut, AddsThePreviousDelay) {
   std::mt19937_64 random{44};
   Dataset dataset = record(inOut(), random);

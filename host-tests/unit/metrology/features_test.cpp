@@ -133,6 +133,14 @@ TEST(RoundFeature, DropsAGrossErrorByNameWhenAsked) {
   ASSERT_FALSE(solved->dropped.empty());
   EXPECT_EQ(solved->dropped.front().name, "point 2");
   EXPECT_NEAR(solved->find("radius_mm")->value(), 20.0, 0.003);
+  // The same as if it had never been measured.
+  const auto isDropped = [&](std::size_t row) {
+    return std::ranges::any_of(solved->dropped,
+                               [&](const auto& d) { return d.name == "point " + std::to_string(row + 1); });
+  };
+  keepRows(tableNamed(dataset, "points"), [&](std::size_t row) { return !isDropped(row); });
+  dataset.config.erase("robust");
+  EXPECT_NEAR(solve(dataset)->rms, solved->rms, 1e-9);
 }
 
 // A boss read at several angles of C serves the centreline as a ball does.
@@ -206,6 +214,20 @@ TEST(OpposedFaces, RefuseByName) {
             "missing-face");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["stylus_ball_radius_mm"] = 6.0; }), "width-not-positive");
   EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "points", "x_mm")[0] += 0.1; }), "residual-too-large");
+}
+
+// A remedy may name a key only where the method has it.
+TEST(Remedies, NameRobustWhereItIsAKey) {
+  std::mt19937_64 random{11};
+  const auto reasonOf = [](Dataset dataset) {
+    columnNamed(dataset, "points", "x_mm")[0] += 0.1;
+    const auto solved = solve(dataset);
+    return solved.ok() ? std::string{} : solved.error().reason;
+  };
+  EXPECT_THAT(reasonOf(roundDataset({}, {0, 1, 2, 3, 4, 5}, 1e-4, random)), testing::HasSubstr("set robust"));
+  const std::string of_faces = reasonOf(widthDataset(true, 10, 8, Vector3d::UnitX(), 2, 1e-4, random));
+  EXPECT_THAT(of_faces, testing::HasSubstr("touch it again"));
+  EXPECT_THAT(of_faces, testing::Not(testing::HasSubstr("robust")));
 }
 
 struct Block {
@@ -309,6 +331,26 @@ TEST(CornerFit, RefusesByName) {
                         columnNamed(d, "points", "y_mm")[k] = 1.0 + 1e-9 * static_cast<double>(k);
                     }),
             "collinear");
+  // Two touches a face tell a line, but not when they lie on one spot, or close together for how far the corner is.
+  const auto spread = [&](double apart, double away) {
+    Dataset edge{
+        .method = "corner-fit",
+        .config = {{"sigma_mm", 1e-3}, {"stylus_ball_radius_mm", 3.0}, {"feature_axis", std::vector{0., 0., 1.}}},
+        .tables = {}};
+    Table& faces = addTable(edge, "faces", {"face", "nx", "ny", "nz"});
+    faces.append({1.0, 1.0, 0.0, 0.0});
+    faces.append({2.0, 0.0, 1.0, 0.0});
+    Table& points = addTable(edge, "points", {"face", "x_mm", "y_mm", "z_mm"});
+    for (const double at : {away - apart / 2.0, away + apart / 2.0}) {
+      points.append({1.0, 3.0, -at, 0.0});
+      points.append({2.0, -20.0 - at, 3.0, 0.0});
+    }
+    return refusalOf(edge);
+  };
+  EXPECT_EQ(spread(20.0, 20.0), "");
+  EXPECT_EQ(spread(2.0, 100.0), "");
+  EXPECT_EQ(spread(0.01, 20.0), "collinear");
+  EXPECT_EQ(spread(2.0, 200.0), "collinear");
   Block parallel;
   parallel.normals = {Vector3d::UnitX(), Vector3d{1.0, 0.06, 0.0}.normalized()};
   Dataset dataset = cornerDataset(parallel, 4, 1e-4, random);

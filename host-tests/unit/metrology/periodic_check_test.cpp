@@ -120,6 +120,33 @@ TEST(PeriodicCheck, GivesTheWorkedExample) {
   EXPECT_NEAR(solved->find("z_offset_error_mm")->value(), .0125, 1e-9);
 }
 
+TEST(PeriodicCheck, NeedsTouchesWhereItsCentresWereReadOnly) {
+  std::mt19937_64 random{11};
+  const Machine machine;
+  Dataset dataset = check(machine, 0.0, random);
+  dataset.tables.erase(dataset.tables.begin() + 1);
+  EXPECT_EQ(solve(dataset).error().name, "missing-table") << "centres at B = 90 ask for X";
+  const auto swivels = columnNamed(dataset, "centres", "B_deg");
+  keepRows(tableNamed(dataset, "centres"), [&](std::size_t row) { return swivels[row] == 0.0; });
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("Xcen_B0_mm")->value(), machine.centreline.x(), 1e-9);
+  EXPECT_NEAR(solved->find("z_offset_error_mm")->value(), machine.z_offset_error, 1e-9);
+  EXPECT_EQ(solved->find("x_offset_error_mm"), nullptr);
+}
+
+TEST(PeriodicCheck, WeighsASingleTouchByASigmaOfItsOwn) {
+  std::mt19937_64 random{12};
+  Dataset dataset = check({}, 1e-3, random);
+  dataset.config["sigma_touch_mm"] = 3e-3;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("z_offset_error_mm")->sd[0], 3e-3, 1e-9);
+  EXPECT_NEAR(solved->find("Xcen_B0_mm")->sd[0], 1e-3 / 2, 1e-9);
+  dataset.config.erase("sigma_mm");
+  EXPECT_EQ(solve(dataset).error().name, "missing-key");
+}
+
 TEST(PeriodicCheck, TakesTheDiameterOffWhereXCountsDiameters) {
   std::mt19937_64 random{4};
   const auto solved = solve(check({}, 0.0, random, true));
@@ -146,6 +173,29 @@ TEST(PeriodicCheck, PassesWarnsAndFailsAgainstWhatWasAccepted) {
   dataset.config["limit_mm"] = 0.005;
   EXPECT_EQ(solve(dataset)->find("verdict")->value(), 2.0) << "the offset errors compare with none";
   EXPECT_THAT(solve(dataset)->warnings, testing::Contains(HasSubstr("calibrate again")));
+}
+
+// A radius that is known to 2 um only cannot pass a machine that is 8 um off where the limit is 10.
+TEST(PeriodicCheck, JudgesWithWhatIsStatedOfBallAndCentre) {
+  std::mt19937_64 random{8};
+  const auto judged = [&](double sd_radius, double sd_centre, bool diameters) {
+    Dataset dataset = check({.x_offset_error = 0.008, .z_offset_error = 0.001}, 0.0, random, diameters);
+    dataset.config["sigma_mm"] = 1e-4;
+    dataset.config["limit_x_offset_error_mm"] = diameters ? 0.020 : 0.010;
+    dataset.config["limit_z_offset_error_mm"] = 0.010;
+    if (sd_radius > 0.0) dataset.config["sd_effective_ball_radius_mm"] = sd_radius;
+    if (sd_centre > 0.0) dataset.config["sd_expected_ball_centre_z_mm"] = sd_centre;
+    const auto solved = solve(dataset);
+    EXPECT_TRUE(solved.ok());
+    return solved->find("verdict")->value();
+  };
+  EXPECT_EQ(judged(0.0, 0.0, false), 0.0);
+  EXPECT_EQ(judged(0.0005, 0.0, false), 0.0);
+  EXPECT_EQ(judged(0.002, 0.0, false), 1.0);
+  EXPECT_EQ(judged(0.0005, 0.0, true), 0.0);
+  EXPECT_EQ(judged(0.0015, 0.0, true), 1.0) << "twice the radius is off by twice as much";
+  EXPECT_EQ(judged(0.0, 0.003, false), 0.0);
+  EXPECT_EQ(judged(0.0, 0.005, false), 1.0);
 }
 
 TEST(PeriodicCheck, TellsWhereTheBallIsAndWhetherItOrTheStylusHasMoved) {

@@ -212,7 +212,8 @@ TEST(TablePivot3d, RefusesByName) {
   EXPECT_EQ(refusal({-90, 0}, {0}), "too-few-readings") << "six coordinates for seven unknowns";
   EXPECT_EQ(refusal({-90, -45, 0}, {0}), "");
   EXPECT_EQ(refusal({-15, 0}, {0, 180}), "tilt-span-too-small");
-  EXPECT_EQ(refusal({0, 360}, {0, 180}), "ill-conditioned") << "the same place";
+  EXPECT_EQ(refusal({0, 360}, {0, 180}), "tilt-span-too-small") << "the same place";
+  EXPECT_EQ(refusal({0, 359}, {0, 180}), "tilt-span-too-small") << "nearly the same place";
 }
 
 // (B31): the point of a tool that is moved along stays on the part.
@@ -234,6 +235,7 @@ TEST(TablePivot, RefusesByName) {
   EXPECT_EQ(refusal({}, {-20.1, 0}, {0, 180}), "");
   EXPECT_EQ(refusal({}, {0, 0}, {0, 180}), "tilt-span-too-small");
   EXPECT_EQ(refusal({}, {0, 360}, {0, 180}), "tilt-span-too-small") << "the same place";
+  EXPECT_EQ(refusal({}, {0, 359}, {0, 180}), "tilt-span-too-small") << "nearly the same place";
   EXPECT_EQ(refusal({.ball = {0, -12.3, 45.6}}, {-90, 0}, {0}), "arm-too-short");
   // The C axis misses the pivot by more than the height of the ball.
   Tilting aside;

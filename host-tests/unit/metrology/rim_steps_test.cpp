@@ -47,7 +47,8 @@ Dataset goThrough(const Chuck& chuck, double theta, std::mt19937_64& random) {
   Table stylus = Table::withColumns("stylus", std::array<std::string_view, 3>{"A_rad", "x_mm", "y_mm"});
   for (const double a : {0.0, std::numbers::pi}) {
     const Vector2d at = chuck.centre + chuck.radius * Vector2d{std::sin(chuck.psi), std::cos(chuck.psi)} -
-                        Eigen::Rotation2Dd{a} * chuck.stylus;
+                        Eigen::Rotation2Dd{a} * chuck.stylus +
+                        Vector2d{gauss(random, chuck.sigma), gauss(random, chuck.sigma)};
     stylus.append({a, at.x(), at.y()});
   }
   Table readings = Table::withColumns(
@@ -72,9 +73,9 @@ Dataset goThrough(const Chuck& chuck, double theta, std::mt19937_64& random) {
 TEST(CentrelineBySteps, FitStatesItsUncertaintyAndSoDoTheStepsWhereTheyCount) {
   std::mt19937_64 random{1};
   for (const bool trust : {true, false}) {
-    Moments pull;
+    std::array<Moments, 3> pulls;
     int refused = 0;
-    for (int trial = 0; trial < 500; ++trial) {
+    for (int trial = 0; trial < 2000; ++trial) {
       Chuck chuck = randomChuck(random);
       if (trial % 2 == 0) chuck.sigma_c = 1e-6;
       Dataset dataset = goThrough(chuck, uniform(random, 30, 45) * kDegree, random);
@@ -86,14 +87,16 @@ TEST(CentrelineBySteps, FitStatesItsUncertaintyAndSoDoTheStepsWhereTheyCount) {
         continue;
       }
       for (std::size_t k = 0; k < 2; ++k) {
-        pull.add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
-                 solved->find("centre_mm")->sd[k]);
+        pulls[k].add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                     solved->find("centre_mm")->sd[k]);
       }
-      pull.add(solved->find("radius_mm")->value() - chuck.radius, solved->find("radius_mm")->sd[0]);
+      pulls[2].add(solved->find("radius_mm")->value() - chuck.radius, solved->find("radius_mm")->sd[0]);
     }
-    EXPECT_LE(refused, 2) << "of 500 good ones";
-    EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
-    EXPECT_LT(std::abs(pull.bias()), 4.5);
+    EXPECT_LE(refused, 2) << "of 2000 good ones";
+    for (const auto& pull : pulls) {
+      EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.87), testing::Lt(1.14)));
+      EXPECT_LT(std::abs(pull.bias()), 4.5);
+    }
   }
 }
 
@@ -127,6 +130,50 @@ TEST(CentrelineBySteps, RefusesWhenTheAnglesOfCAreNotWhatTheySay) {
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_NEAR(solved->find("centre_mm")->values[k], chuck.centre[static_cast<Eigen::Index>(k)],
                 5.0 * solved->find("centre_mm")->sd[k]);
+  }
+}
+
+// The angles of C being wrong says nothing against the steps, so what judges the fit does not stand beside them.
+TEST(CentrelineBySteps, TellsOfTheStepsAloneWhereTheAnglesAreNotTrusted) {
+  std::mt19937_64 random{5};
+  Dataset dataset = goThrough({}, 40 * kDegree, random);
+  for (double& c : columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")) c *= 1.001;
+  dataset.config["trust_C_angles"] = false;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_FALSE(solved->chi2_reduced);
+  EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("agree worse"))));
+  EXPECT_LT(solved->rms, 0.005) << "the fit leaves far more";
+  EXPECT_EQ(solved->dof, 1u);
+  EXPECT_THAT(solved->condition, testing::AllOf(testing::Gt(5.0), testing::Lt(500.0)));
+}
+
+TEST(CentrelineBySteps, SaysThatItDoesNotCompareWithoutSigma) {
+  std::mt19937_64 random{6};
+  for (const bool trust : {true, false}) {
+    Dataset dataset = goThrough({}, 40 * kDegree, random);
+    dataset.config.erase("sigma_mm");
+    dataset.config.erase("sigma_C_rad");
+    dataset.config["trust_C_angles"] = trust;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("not compared with the fit")));
+    EXPECT_EQ(solved->find("centre_mm")->sd.empty(), !trust);
+  }
+}
+
+// Another spindle angle in any row of the stylus' table, whatever stands before and after it.
+TEST(CentrelineBySteps, TakesNoStylusReadingAtAnotherSpindleAngle) {
+  std::mt19937_64 random{7};
+  const double half = std::numbers::pi;
+  const double quarter = half / 2.0;
+  for (const auto& order :
+       {std::array{quarter, 0.0, half}, std::array{0.0, quarter, half}, std::array{0.0, half, quarter}}) {
+    Dataset dataset = goThrough({}, 40 * kDegree, random);
+    Table& table = tableNamed(dataset, "stylus");
+    table.append({0.0, table.columns[1].values[0], table.columns[2].values[0]});
+    table.columns[0].values = {order.begin(), order.end()};
+    EXPECT_EQ(refusalOf(dataset), "not-opposite") << order[0] << " " << order[1] << " " << order[2];
   }
 }
 

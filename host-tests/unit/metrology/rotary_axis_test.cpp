@@ -247,6 +247,34 @@ TEST(RotaryAxis, LeavesTheReadingsAtZeroOutWhereTheAxisDidNotReturn) {
   EXPECT_NEAR(solved->find("six_errors")->values[6], table.errors[1][0], 5e-3);
 }
 
+// A table that comes back 5.6 sd off in one of its six errors, without a stated sigma.
+TEST(RotaryAxis, SeesThatTheAxisDidNotReturnWithoutSigmaToo) {
+  std::mt19937_64 random{8};
+  const auto seen = [&](double off_mm) {
+    int disagree = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+      RotaryTable table = randomTable(1, random);
+      table.errors[0].setZero();
+      table.errors[0][0] = off_mm;
+      Dataset dataset = rotaryDataset(table, plateOf(8, 120), 0.001, random);
+      dataset.config.erase("sigma_mm");
+      const auto solved = solve(dataset);
+      EXPECT_TRUE(solved.ok());
+      if (testing::Matches(Contains(HasSubstr("did the axis")))(solved->warnings)) ++disagree;
+    }
+    return disagree;
+  };
+  EXPECT_LE(seen(0.0), 6);
+  EXPECT_GE(seen(0.0028), 150) << "chi-square of 6 errors about 37, with a limit of 20";
+}
+
+TEST(RotaryAxis, ResidualRmsIsThatOfTheReadings) {
+  std::mt19937_64 random{9};
+  const auto solved = solve(rotaryDataset(randomTable(5, random), plateOf(6, 120), 0.001, random));
+  const double squares = *solved->chi2_reduced * static_cast<double>(solved->dof) * 1e-6;
+  EXPECT_NEAR(solved->rms, std::sqrt(squares / (3.0 * 6.0 * 6.0)), 1e-12);
+}
+
 TEST(RotaryAxis, HasNoLocationFromFewAngles) {
   std::mt19937_64 random{5};
   const auto solved = solve(rotaryDataset(randomTable(3, random), plateOf(4, 120), 0.001, random));

@@ -164,6 +164,31 @@ TEST(RotaryStack, StatesItsUncertaintyForStacksStationsAndCertificates) {
   }
 }
 
+// What holds the stations and the certificate is no reading.
+TEST(RotaryStack, ResidualRmsIsThatOfTheReadings) {
+  std::mt19937_64 random{9};
+  const Which some = [](std::size_t, std::size_t, std::size_t ball) { return ball < 4; };
+  Dataset dataset = datasetOf(randomBench(random, 1, 3), some, 0.001, 0.0, random);
+  dataset.config["station_correction"] = true;
+  const auto solved = solve(dataset);
+  const double squares = *solved->chi2_reduced * static_cast<double>(solved->dof) * 1e-6;
+  EXPECT_NEAR(solved->rms, std::sqrt(squares / (3.0 * (8.0 + 3.0 * 4.0))), 1e-12);
+}
+
+TEST(RotaryStack, AKeyAtItsDefaultChangesNothing) {
+  std::mt19937_64 random{10};
+  Bench bench = randomBench(random, 1, 5);
+  for (double& angle : bench.angles) angle -= kTurn / 8.0;  // from zero on
+  bench.errors[0].setZero();
+  Dataset dataset = datasetOf(bench, kAll, 0.001, 0.0, random);
+  for (auto& table : dataset.tables) std::erase_if(table.columns, [](const auto& c) { return c.name == "mount"; });
+  const auto plain = solve(dataset);
+  dataset.config["station_correction"] = false;
+  const auto stated = solve(dataset);
+  EXPECT_EQ(stated->find("six_errors")->values, plain->find("six_errors")->values);
+  EXPECT_EQ(stated->warnings, plain->warnings);
+}
+
 TEST(RotaryStack, TwoMountsTellTiltsBetterThanOne) {
   std::mt19937_64 random{3};
   const auto sd = [&](std::size_t mounts) {
@@ -235,6 +260,13 @@ TEST(RotaryStack, RefusesByName) {
                       d.config.erase("sigma_mm");
                     }),
             "missing-key");
+  EXPECT_EQ(refusal(1, kAll,
+                    [](Dataset& d) {
+                      d.config["sigma_third_mm"] = 0.001;
+                      d.config["sd_certificate_mm"] = 0.001;
+                    }),
+            "bad-config")
+      << "one uncertainty, counted twice";
 }
 
 // Three sensors that look along their own directions at a ball, in volts.
@@ -306,6 +338,13 @@ TEST(SensorHead, ReachesTheBoundAndStatesItsUncertainty) {
   }
   expectHonest(matrix);
   EXPECT_THAT(balls.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+}
+
+TEST(SensorHead, SaysThatAReadingIsInTheUnitOfTheSensors) {
+  std::mt19937_64 random{11};
+  const auto solved = solve(headDataset(randomSensors(random), 0.3, 1e-4, random, {}));
+  EXPECT_EQ(solved->design_per, "one sensor, units of the sensors");
+  EXPECT_EQ(solved->residuals.unit, "units of the sensors");
 }
 
 TEST(SensorHead, FindsTheBallWithoutNoise) {

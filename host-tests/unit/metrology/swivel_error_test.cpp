@@ -112,6 +112,39 @@ TEST(SwivelError, StatesItsUncertaintyAtEveryQuery) {
   EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
 }
 
+// What live corrections are made of, against the same head read without noise.
+TEST(SwivelError, StatesTheUncertaintyOfWhatTheLiveCorrectionTakes) {
+  std::mt19937_64 random{11};
+  Moments terms;
+  Moments left;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Head head = randomHead(random);
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    const std::vector<double> angles{-90, -45, 0, 45, 90};
+    Dataset dataset = swivelDataset(head, angles, {100, 200}, sigma, random);
+    dataset.config["model"] = std::string{trial % 2 == 0 ? "rigid" : "free"};
+    const auto solved = solve(dataset);
+    const auto truth = solve(swivelDataset(head, angles, {100, 200}, 0.0, random));
+    ASSERT_TRUE(solved.ok() && truth.ok());
+    const auto add = [&](Moments& moments, const char* key) {
+      const auto& found = *solved->find(key);
+      ASSERT_EQ(found.sd.size(), found.values.size());
+      for (std::size_t k = 0; k < found.values.size(); ++k) {
+        const double off = found.values[k] - truth->find(key)->values[k];
+        if (found.sd[k] > 1e-12) {
+          moments.add(off, found.sd[k]);
+        } else {
+          EXPECT_NEAR(off, 0.0, 1e-6) << key << " " << k;
+        }
+      }
+    };
+    add(terms, "swivel_terms_mm");
+    add(left, "left_by_angle_mm");
+  }
+  EXPECT_THAT(terms.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+  EXPECT_THAT(left.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+}
+
 // Second-order terms of the head itself, a few nm.
 TEST(SwivelError, IsExactWithoutNoiseWhateverTheAxis) {
   std::mt19937_64 random{2};
@@ -245,6 +278,25 @@ TEST(SwivelError, GivesUpRigidOnlyWhereTheReadingsContradictIt) {
   EXPECT_EQ(solved->find("model")->value(), 2.0);
   EXPECT_THAT(solved->warnings, Contains(HasSubstr("contradict")));
   EXPECT_NEAR(solved->find("error_at_queries_mm")->values[0], head.error(-90, 100).x() - 0.02, 0.003);
+}
+
+// Where the noise is known from few residuals only, they may be small by chance.
+TEST(SwivelError, SeldomGivesUpARigidHeadWithoutSigmaEither) {
+  std::mt19937_64 random{12};
+  for (const std::size_t rows : {7U, 8U, 10U}) {  // 3, 6 and 12 degrees of freedom
+    int freed = 0;
+    for (int trial = 0; trial < 1500; ++trial) {
+      const std::vector<double> angles =
+          rows < 10 ? std::vector<double>{0, -45, 45, 90} : std::vector<double>{0, -90, -45, 45, 90};
+      Dataset dataset = swivelDataset({}, angles, {100, 200}, 0.001, random);
+      keepRows(tableNamed(dataset, "readings"), [&](std::size_t row) { return row < rows; });
+      dataset.config.erase("sigma_mm");
+      const auto solved = solve(dataset);
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      if (solved->find("model")->value() == 2.0) ++freed;
+    }
+    EXPECT_LE(freed, 12) << "4.5 of 1500 by chance, with " << rows << " readings";
+  }
 }
 
 TEST(SwivelError, RefusesByName) {

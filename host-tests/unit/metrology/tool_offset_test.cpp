@@ -117,6 +117,29 @@ TEST(ToolAssembly, TakesLengthsFromTheStoresAndWritesTwoRecordsBack) {
   EXPECT_EQ(solved->find("measured_at_s")->value(), 1.79e9);
 }
 
+// Whether a length comes from a store or from the case, its uncertainty is no reading.
+TEST(ToolAssembly, HasTheBudgetOfTheSameLengthsInTheCase) {
+  Dataset dataset = storedDataset();
+  const auto stored = solve(dataset);
+  for (const auto* store : {"holder_store", "tool_store"}) {
+    std::erase_if(dataset.tables, [&](const Table& table) { return table.name == store; });
+  }
+  dataset.config["L1_mm"] = Assembly{}.holder;
+  dataset.config["L2_mm"] = Assembly{}.tool;
+  dataset.config["sd_L1_mm"] = 0.003;
+  dataset.config["sd_L2_mm"] = 0.002;
+  const auto stated = solve(dataset);
+  ASSERT_TRUE(stored.ok() && stated.ok()) << stated.error().reason;
+  ASSERT_EQ(stored->budget.size(), 3U);
+  ASSERT_EQ(stated->budget.size(), 3U);
+  EXPECT_NEAR(stored->budget[0].sd[0], 0.001 / std::sqrt(6.0), 1e-9) << "of the readings alone";
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(stored->budget[k].name, stated->budget[k].name);
+    EXPECT_EQ(stored->budget[k].type_b, k > 0);
+    EXPECT_THAT(stored->budget[k].sd, testing::Pointwise(testing::DoubleNear(1e-9), stated->budget[k].sd));
+  }
+}
+
 TEST(ToolAssembly, RefusesStoresThatDoNotTell) {
   const auto refusal = [](const std::function<void(Dataset&)>& damage) {
     Dataset dataset = storedDataset();

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "cases.hpp"
+#include "firmware/metrology/estimate_parts.hpp"
 #include "touch_simulation.hpp"
 
 // Design figures, what cannot be observed, type B inputs and expanded uncertainty: the same for every method.
@@ -112,6 +113,20 @@ TEST(Design, OfAnAxisIsThatOfAnOpposedPair) {
   for (const double figure : result.estimates[0].design) {
     EXPECT_NEAR(figure, 1.0 / (std::numbers::sqrt2 * 25.0), 0.01 / 25.0);
   }
+}
+
+// Lengths and angles are not averaged.
+TEST(Design, OfSixErrorsIsThatOfTheTranslations) {
+  Result result;
+  result.estimates.push_back(Estimate::matrix("six_errors", 6, std::vector<double>(12), {}));
+  result.estimates[0].design = {1, 2, 3, 900, 900, 900, 3, 2, 1, 900, 900, 900};
+  EXPECT_NEAR(result.designFigure().value(), std::sqrt(28.0 / 6.0), 1e-12);
+  const auto parts = partsOf(result.estimates[0]);
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].key, "translations_mm");
+  EXPECT_EQ(parts[1].key, "rotations_rad");
+  EXPECT_EQ(parts[1].at, (std::vector<std::size_t>{3, 4, 5, 9, 10, 11}));
+  EXPECT_EQ(partsOf(Estimate::vector("centre_mm", {1, 2, 3}, {})).size(), 1U);
 }
 
 RC_GTEST_PROP(Uncertainty, DoesNotDependOnTheUnitOfLength, ()) {

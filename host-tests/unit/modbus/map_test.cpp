@@ -55,7 +55,7 @@ TEST(RegisterMap, KeepsItsFirstBlockForEver) {
 }
 
 TEST(RegisterMap, FindsAnEntryByEachOfItsAddressesAndNothingBetween) {
-  for (unsigned address = 0; address < 300; ++address) {
+  for (unsigned address = 0; address < kRegisterCount + 50; ++address) {
     const Register* expected = nullptr;
     for (const auto& entry : registers()) {
       if (address >= entry.address && address < entry.address + registersOf(entry.kind)) expected = &entry;

@@ -106,5 +106,40 @@ TEST(RegisterImage, ShowsTheDelayInForceInBothUnitsAndNoneWithoutOne) {
   EXPECT_EQ(shown(imageOf(snapshot), 64), 0);
 }
 
+TEST(RegisterImage, ShowsTheErrorsOfRotaryAxesAtThePresentAngleAndWhatTheHeadAdds) {
+  corrections::Snapshot snapshot;
+  auto& c = snapshot.rotary[2];
+  c = {.described = true,
+       .known = true,
+       .doubtful = true,
+       .angle_rad = 1.5707963267948966,
+       .last_fault = {},
+       .reference_losses = 0,
+       .result_id = 70'000,
+       .has_errors = true,
+       .errors = {0.001, 0.002, -0.003, 1e-5, 2e-5, -3e-5},
+       .sd_errors = {1e-4, 2e-4, 3e-4, 1e-6, 2e-6, 3e-6}};
+  snapshot.swivel = {
+      .result_id = 4, .error_mm = {0.01, 0, -0.02}, .tool = 7, .has_tool_length = true, .tool_length_mm = 120.5};
+  const auto image = imageOf(snapshot);
+  EXPECT_EQ(shown(image, 256), 0b100);
+  EXPECT_EQ(shown(image, 257), 0b100);
+  EXPECT_NEAR(shown(image, 262), 90, 1e-5);
+  EXPECT_EQ(shown(image, 276), 0b100);
+  EXPECT_EQ(shown(image, 282), 70'000);
+  EXPECT_NEAR(shown(image, 312), 0.001, 1e-9) << "EXC";
+  EXPECT_NEAR(shown(image, 316), -0.003, 1e-9);
+  EXPECT_NEAR(shown(image, 322), -3e-5, 1e-11);
+  EXPECT_NEAR(shown(image, 348), 1e-4, 1e-10) << "EXC, sd";
+  EXPECT_NEAR(shown(image, 358), 3e-6, 1e-12);
+  EXPECT_EQ(shown(image, 288), 0) << "EXA: nothing is known of A";
+  EXPECT_EQ(shown(image, 264), 7);
+  EXPECT_NEAR(shown(image, 266), 120.5, 1e-4);
+  EXPECT_EQ(shown(image, 268), 4);
+  EXPECT_NEAR(shown(image, 274), -0.02, 1e-8);
+  c.has_errors = false;
+  EXPECT_EQ(shown(imageOf(snapshot), 312), 0);
+}
+
 }  // namespace
 }  // namespace probebox::modbus

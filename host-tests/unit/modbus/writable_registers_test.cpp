@@ -86,6 +86,25 @@ TEST(WritableRegisters, ReferenceTheAxesThatWereHomed) {
   EXPECT_TRUE(registers.write(137, Words{1})->empty()) << "the same number again does nothing";
 }
 
+TEST(WritableRegisters, TellAPoseOncePerCommit) {
+  WritableRegisters registers;
+  EXPECT_EQ(refusalOf(registers, 250, {1}), ExceptionCode::illegal_value) << "it tells nothing";
+  EXPECT_EQ(refusalOf(registers, 246, {16}), ExceptionCode::illegal_value);
+  // B at -30 degrees, tool 4, 120.5 mm long, in one request.
+  const Words pose{0, 0, 0xFFFB, 0x6C20, 0, 0, 0b1010, 4, 0x0012, 0x6308, 7};
+  const auto committed = registers.write(240, pose);
+  ASSERT_TRUE(committed.ok() && committed->size() == 1);
+  const auto& told = std::get<PoseTold>(committed->front());
+  EXPECT_EQ(told.axes, 0b010);
+  EXPECT_NEAR(told.angles_rad[1], -std::numbers::pi / 6, 1e-12);
+  EXPECT_TRUE(told.has_tool);
+  EXPECT_EQ(told.tool, 4U);
+  EXPECT_NEAR(told.tool_length_mm, 120.5, 1e-9);
+  EXPECT_TRUE(registers.write(250, Words{7})->empty()) << "the same number again does nothing";
+  ASSERT_TRUE(registers.write(248, Words{0xFFFF, 0xFFFF}).ok());
+  EXPECT_EQ(refusalOf(registers, 250, {8}), ExceptionCode::illegal_value) << "a length below zero";
+}
+
 TEST(WritableRegisters, TellWhenACutBeginsAndEnds) {
   WritableRegisters registers;
   const auto asked = [&](std::uint16_t value) { return registers.write(138, Words{value}).value(); };
@@ -101,7 +120,7 @@ TEST(WritableRegisters, TellWhenACutBeginsAndEnds) {
 
 RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t first, Words values)) {
   WritableRegisters registers;
-  const auto from = static_cast<std::uint16_t>(first % 200);
+  const auto from = static_cast<std::uint16_t>(first % 260);
   const auto before = shownBy(registers);
   const auto outcome = registers.write(from, values);
   const auto after = shownBy(registers);

@@ -84,7 +84,10 @@ TEST(Forecast, GrowsWithTheNoise) {
 }
 
 TEST(Forecast, SaysWhichMethodsItKnowsNothingOf) {
-  EXPECT_EQ(forecast(Method::selftest, {}, {}).error().name, "not-forecast");
+  for (const auto method : {Method::selftest, Method::screw_calibration}) {
+    EXPECT_EQ(forecast(method, {}, {}).error().name, "not-forecast");
+    EXPECT_EQ(proposals(method, {}, {}, 60).error().name, "not-forecast") << "more time would not help";
+  }
 }
 
 TEST(Forecast, OfRepeatsFallsWithTheirRoot) {
@@ -101,9 +104,18 @@ TEST(Forecast, RefusesWhatARunWouldBeRefusedFor) {
   EXPECT_FALSE(forecast(Method::delay_known_sphere, atSpeeds({60}), sluggish)) << "its speed is never constant";
 }
 
+TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
+  const auto refused = proposals(Method::delay_multi_speed, {.overtravel_mm = 500}, {}, 60);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().name, "bad-option");
+  EXPECT_NE(refused.error().reason.find("An overtravel of 500 mm"), std::string::npos);
+}
+
 TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
   for (const auto method : {Method::delay_multi_speed, Method::delay_known_sphere, Method::centreline}) {
-    const auto found = proposals(method, {}, {}, 60);
+    const auto answered = proposals(method, {}, {}, 60);
+    ASSERT_TRUE(answered);
+    const auto& found = *answered;
     ASSERT_FALSE(found.empty());
     for (std::size_t i = 0; i < found.size(); ++i) {
       EXPECT_LE(found[i].duration_s, 60);
@@ -114,16 +126,17 @@ TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
     if (own.duration_s > 60) continue;
     EXPECT_LT(found.front().estimates.front().sd.front(), 1.1 * own.estimates.front().sd.front());
   }
-  EXPECT_TRUE(proposals(Method::centreline, {}, {}, 0.5).empty());
+  EXPECT_TRUE(proposals(Method::centreline, {}, {}, 0.5)->empty());
 }
 
 // What somebody has chosen stays as it is.
 TEST(Proposals, LeaveAloneWhatIsChosen) {
   ProcedureOptions options;
   options.angles = 5;
-  for (const auto& one : proposals(Method::centreline, options, {}, 1000)) EXPECT_EQ(one.options.angles, 5);
-  for (const auto& one : proposals(Method::delay_multi_speed, atSpeeds({10, 30}), {}, 1000))
-    EXPECT_EQ(one.options.speed_count, 2);
+  const auto around_c = proposals(Method::centreline, options, {}, 1000);
+  for (const auto& one : *around_c) EXPECT_EQ(one.options.angles, 5);
+  const auto touches = proposals(Method::delay_multi_speed, atSpeeds({10, 30}), {}, 1000);
+  for (const auto& one : *touches) EXPECT_EQ(one.options.speed_count, 2);
 }
 
 }  // namespace

@@ -90,6 +90,9 @@ class Box {
     return all;
   }
 
+  void push(const messages::Trigger& trigger) { history_.push(trigger); }
+  void reachTrigger(std::uint32_t number) { history_.reachTrigger(number); }
+
   // From the next block on.
   void describe(const messages::Descriptor& changed) { history_.setDescriptor(messages::encoded(changed)); }
 

@@ -9,11 +9,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Samples, drops, heartbeats, requests and answers: after construction a link takes no memory.
+// Samples, triggers, drops, heartbeats, requests and answers: after construction a link takes no memory.
 TEST(Session, TakesNoMemoryOnceItExists) {
   Box box{{.live_bytes = 2000}, 5000};
   Host host;
-  begin(box, host);
+  messages::Start start;
+  start.triggers = true;
+  begin(box, host, start);
   host.read(box.take());
   const auto bytes = block({0}, 50);
   const auto credit = messages::encoded(messages::Credit{1});
@@ -29,6 +31,7 @@ TEST(Session, TakesNoMemoryOnceItExists) {
   for (std::int64_t k = 0; k < 200; ++k) {
     const EncodedBlock made{{2000 + 60 * k}, 50, bytes};
     history.push(made);
+    if (k % 5 == 0) box.push(messages::Trigger{.number = static_cast<std::uint32_t>(1 + 3 * k)});
     box.session.offer(made);
     box.session.offer(GapNotice{{2050 + 60 * k}, 10, GapReason::source_probe});
     now += 10ms;
@@ -43,6 +46,8 @@ TEST(Session, TakesNoMemoryOnceItExists) {
   EXPECT_EQ(guard.allocations(), 0U);
   EXPECT_GT(sent, 10'000U);
   EXPECT_GT(box.session.feed().ledger().lost_in_queue, 0U);
+  EXPECT_EQ(box.session.triggers().ledger().sent, 40U);
+  EXPECT_GT(box.session.triggers().ledger().lost, 400U);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
+#include <vector>
 
 #include "host-tests/host/test_host.hpp"
 #include "receiver_gadget.hpp"
@@ -123,7 +124,8 @@ TEST_F(Service, KeepsWhatWasAcceptedWhenItIsKilled) {
   ASSERT_TRUE(replaced(killed));
   host = TestHost::connect(kDoor);
   ASSERT_TRUE(host);
-  EXPECT_THAT(host->ask<messages::Status>().active_results, testing::ElementsAre(id));
+  // It waits until the box has seen that no cut is on.
+  EXPECT_TRUE(host->eventually([&] { return host->ask<messages::Status>().active_results == std::vector{id}; }));
   EXPECT_EQ(fs::status("/var/lib/probebox").permissions() & fs::perms::others_all, fs::perms::none);
 }
 

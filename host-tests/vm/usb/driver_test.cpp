@@ -79,15 +79,17 @@ class Bus : public testing::Test {
            received == bytes;
   }
 
-  // Writes until nothing has gone on for a while: both sides are full. Returns how much that was.
+  // Writes until nothing has gone on for a while, which is long on a slow machine: both sides are full. Returns how much
+  // that was.
   std::size_t fill(std::span<const std::byte> bytes) {
+    constexpr int kStill = 100;
     std::size_t written = 0;
     int refused = 0;
     EXPECT_TRUE(turnUntil([&] {
       const auto put = box.data->write(bytes.subspan(written)).bytes;
       written += put;
       refused = put > 0 ? 0 : refused + 1;
-      return refused == 20;
+      return refused == kStill;
     }));
     return written;
   }

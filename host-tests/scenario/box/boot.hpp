@@ -1,0 +1,56 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/app/control_desk.hpp"
+#include "hosts.hpp"
+
+// What of the daemon stands around its core, for one boot on virtual time: the store with all that is kept in it, and
+// the desk that answers controllers. The store's file outlives it.
+namespace probebox::scenario {
+
+class Boot {
+ public:
+  // Nothing is told to the core: that is what restored() is for.
+  Boot(Office& office, const std::filesystem::path& file);
+
+  // What the core has to hear before anything else.
+  std::vector<Event> restored() { return calibrations_.restore(); }
+
+  void run(Nanoseconds duration);
+  // Asks as a controller would, over its control channel. Nothing for what the worker answers.
+  app::Reply ask(messages::Operation operation, std::span<const std::byte> body = {});
+  template <class Operation>
+  app::Reply ask(const typename Operation::Request& request) {
+    return ask(Operation::kOperation, messages::encoded(request));
+  }
+  messages::ProcedureStatus::Answer procedure();
+
+  // Starts a run by the desk; 0 when it was refused.
+  std::uint32_t start(std::string_view method);
+  // The result of the run that goes on, once it is proposed; nothing when it is not within five minutes.
+  std::optional<store::Id> finish();
+  bool accept(store::Id id) { return calibrations_.inForce().accept(id, "Ada").ok(); }
+
+ private:
+  void tell(Event event);
+
+  Office& office_;
+  app::TimeSource time_;
+  app::Counters counters_;
+  app::SourceTable sources_;
+  app::CommandQueue commands_;
+  app::StateBuffer states_;
+  app::CoreView core_;
+  app::Calibrations calibrations_;
+  app::ResultsDesk results_;
+  app::LoopBackDesk loop_back_;
+  app::Worker worker_;
+  app::ControlDesk desk_;
+};
+
+}  // namespace probebox::scenario

@@ -1,0 +1,87 @@
+#include <chrono>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "fake_box.hpp"
+#include "in_process.hpp"
+#include "tools/probebox/report_loop_back.hpp"
+
+namespace probebox::command {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+messages::LoopBack::Answer losing(std::uint32_t lost) {
+  return {.output = "OUT",
+          .input = "IN",
+          .pulses = 500,
+          .lost = lost,
+          .median_ns = 21'300,
+          .p99_ns = 48'000,
+          .largest_ns = 95'000,
+          .bracket_ns = 4000,
+          .sigma_ns = 2600};
+}
+
+TEST(LoopBackReport, SaysAllFiguresToPeopleAndPrograms) {
+  EXPECT_EQ(line(losing(2)),
+            "Edges from OUT to IN are stamped 21.3 us late (median), spread 2600 ns, 99 of 100 within 48.0 us, the "
+            "latest 95.0 us; the write takes 4000 ns of it; 2 of 500 pulses were lost");
+  EXPECT_EQ(describe(losing(2)), Json::parse(R"({"output": "OUT", "input": "IN", "pulses": 500, "lost_pulses": 2,
+    "median_lateness_ns": 21300, "p99_lateness_ns": 48000, "largest_lateness_ns": 95000, "bracket_ns": 4000,
+    "sigma_ns": 2600})"));
+}
+
+// A pulse that a busy box looked at too late is no fault of the wire.
+TEST(LoopBackReport, FindsFaultWithAWireThatLosesOneInAHundred) {
+  EXPECT_TRUE(judge(losing(0)).good);
+  EXPECT_TRUE(judge(losing(4)).good);
+  EXPECT_EQ(judge(losing(4)).name, "");
+  EXPECT_FALSE(judge(losing(5)).good);
+  EXPECT_EQ(judge(losing(5)).name, "pulses-lost");
+  EXPECT_THAT(judge(losing(5)).what, HasSubstr("check the wire"));
+}
+
+Finished selftest(const FakeBox& box, const std::atomic<bool>* interrupted = nullptr) {
+  return probebox({"-u", box.uri(), "selftest", "--json"}, {}, interrupted);
+}
+
+TEST(Selftest, HasTheFiguresOfTheLoopBackForPrograms) {
+  const FakeBox box{{.joined = true, .lost_pulses = 1}};
+  Json late;
+  for (const auto& object : selftest(box).objects()) {
+    if (object.contains("loop_back")) late = object;
+  }
+  ASSERT_FALSE(late.is_null());
+  EXPECT_EQ(late["good"], true);
+  EXPECT_EQ(late["loop_back"]["p99_lateness_ns"], 48'000);
+  EXPECT_EQ(late["loop_back"]["lost_pulses"], 1);
+}
+
+// Somebody who gives up waiting has found nothing wrong.
+TEST(Selftest, EndsAtCtrlCWhileItWaitsForTheClock) {
+  const FakeBox box{{.unlocked = true}};
+  std::atomic<bool> interrupted{false};
+  std::jthread person{[&] {
+    std::this_thread::sleep_for(600ms);
+    interrupted = true;
+  }};
+  const auto ended = selftest(box, &interrupted);
+  EXPECT_EQ(ended.status, 130) << ended.out << ended.err;
+  EXPECT_THAT(ended.out, AllOf(Not(HasSubstr("clock-unlocked")), Not(HasSubstr("\"wrong\""))));
+}
+
+TEST(Selftest, AsksForNothingToBeAccepted) {
+  const FakeBox box{{.only_looks = true}};
+  const auto done = probebox({"-u", box.uri(), "calibrate", "selftest"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("gives nothing to accept"));
+  EXPECT_THAT(done.err, Not(HasSubstr("probebox accept")));
+}
+
+}  // namespace
+}  // namespace probebox::command

@@ -1,0 +1,72 @@
+#include "tools/report/pictures.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <string>
+
+#include "firmware/metrology/solve.hpp"
+#include "tools/case/case_folder.hpp"
+#include "tools/report/sections.hpp"
+
+namespace probebox::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+metrology::Dataset caseNamed(const char* name) {
+  return casefolder::readCase(std::filesystem::path{PROBEBOX_REPORT_CASES} / name).value();
+}
+
+// What is under a title of a page: the lines of the budget.
+std::string budgetLine(const metrology::Result& result, const std::string& beginning) {
+  const std::string table = budgetTable(result);
+  const auto from = table.find(beginning);
+  return from == std::string::npos ? "" : table.substr(from, table.find("</tr>", from) - from);
+}
+
+// The stamps stay as they are, so what is still to be taken out of them does too.
+TEST(Pictures, OfStreamsTakeAPreviousDelayOutOnce) {
+  for (const auto* name : {"delay-known-sphere", "delay-per-axis"}) {
+    auto dataset = caseNamed(name);
+    dataset.config.erase("previous_tau_s");
+    dataset.config.erase("previous_tau_axis_s");
+    const auto alone = streamPictures(dataset, metrology::solve(dataset).value());
+    if (dataset.method == "delay-per-axis") dataset.config["previous_tau_axis_s"] = std::vector{0.02, 0.03, 0.01};
+    if (dataset.method == "delay-known-sphere") dataset.config["previous_tau_s"] = 0.02;
+    const auto on_top = streamPictures(dataset, metrology::solve(dataset).value());
+    ASSERT_EQ(alone.size(), 2U) << name;
+    ASSERT_EQ(on_top.size(), 2U) << name;
+    EXPECT_EQ(alone[1].svg(), on_top[1].svg()) << name;
+    EXPECT_NE(alone[0].svg(), alone[1].svg()) << name;
+  }
+}
+
+TEST(Pictures, OfARotaryAxisShowThePlaneThatItStandsOn) {
+  const auto dataset = caseNamed("rotary-axis-errors");
+  Subject subject{"case", dataset.method, dataset, metrology::solve(dataset).value()};
+  const auto across = [&](double x, double y, double z) {
+    subject.dataset->config["axis_direction"] = std::vector{x, y, z};
+    return rotaryPictures(subject).front().svg();
+  };
+  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("EX (um)"), HasSubstr("EY (um)")));
+  EXPECT_THAT(across(0, 1, 0), testing::AllOf(HasSubstr("EZ (um)"), HasSubstr("EX (um)"), Not(HasSubstr("EY (um)"))));
+  EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("EY (um)"), HasSubstr("EZ (um)")));
+  EXPECT_NE(across(0, 1, 0), across(0, -1, 0)) << "it turns the other way";
+  subject.dataset.reset();
+  for (const auto& plot : rotaryPictures(subject)) EXPECT_THAT(plot.svg(), Not(HasSubstr("around the axis")));
+}
+
+TEST(Budget, OfSixErrorsHasLengthsAndAnglesApart) {
+  metrology::Result result;
+  result.estimates.push_back(metrology::Estimate::matrix(
+      "six_errors", 6, std::vector<double>(12), {1e-3, 2e-3, 3e-3, 4e-6, 5e-6, 6e-6, 4e-3, 1e-3, 1e-3, 7e-6, 1e-6, 0}));
+  result.budget = {{"readings", false, result.estimates[0].sd}};
+  EXPECT_THAT(budgetTable(result), testing::AllOf(HasSubstr(">translations, mm<"), HasSubstr(">rotations, rad<")));
+  EXPECT_THAT(budgetLine(result, "<td>readings"), testing::AllOf(HasSubstr(">0.0040<"), HasSubstr(">0.0000070<")));
+  EXPECT_THAT(budgetLine(result, "<td>U (k = 2)"), testing::AllOf(HasSubstr(">0.0080<"), HasSubstr(">0.000014<")));
+}
+
+}  // namespace
+}  // namespace probebox::report
