@@ -32,15 +32,26 @@ function(probebox_room room)
     target_link_libraries(probebox_${name} INTERFACE ${arrows} ${arg_LIBRARIES})
     set(scope INTERFACE)
   endif()
-  # Each header also compiles on its own, seen through the room's root (target all_verify_interface_header_sets).
-  target_sources(probebox_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${root} FILES ${headers})
-  set_target_properties(probebox_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  # Each header also compiles on its own. One that has a source is that source's first include (probebox_includes_in_order);
+  # the others are compiled alone, seen through the room's root (target all_verify_interface_header_sets).
+  set(header_only ${headers})
+  foreach(source IN LISTS arg_SOURCES)
+    string(REGEX REPLACE "\\.cpp$" ".hpp" header ${root}/${room}/${source})
+    list(REMOVE_ITEM header_only ${header})
+  endforeach()
+  list(REMOVE_ITEM headers ${header_only})
+  target_sources(probebox_${name} ${scope}
+    FILE_SET HEADERS BASE_DIRS ${root} FILES ${headers}
+    FILE_SET header_only TYPE HEADERS BASE_DIRS ${root} FILES ${header_only})
+  set_target_properties(probebox_${name} PROPERTIES
+    VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY header_only)
 
   set_property(GLOBAL APPEND PROPERTY PROBEBOX_ROOMS ${room})
   set_property(GLOBAL PROPERTY PROBEBOX_ARROWS_${name} "${arg_ARROWS}")
 endfunction()
 
-# A way around the roots would be an include that climbs out of its folder; it stops the build.
-add_custom_target(probebox_no_climbing_includes ALL
-  COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_SOURCE_DIR} -P ${CMAKE_SOURCE_DIR}/cmake/no-climbing-includes.cmake
-  COMMENT "Looking for includes that climb out of their room" VERBATIM)
+# A way around the roots would be an include that climbs out of its folder, and a header that leans on what stands before it
+# would compile by chance; both stop the build.
+add_custom_target(probebox_includes_in_order ALL
+  COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_SOURCE_DIR} -P ${CMAKE_SOURCE_DIR}/cmake/includes-in-order.cmake
+  COMMENT "Looking for includes that climb out of their room, or stand before a source's own header" VERBATIM)
