@@ -1,32 +1,19 @@
 #pragma once
 #include <filesystem>
-#include <stdlib.h>
 #include <string>
-#include <system_error>
 
 #include "firmware/store/store.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::store {
 
-// A directory of its own for each test, gone afterwards.
 class Scratch {
  public:
-  Scratch() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "probebox-store-XXXXXX").string();
-    directory_ = ::mkdtemp(pattern.data());
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(directory_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  const std::filesystem::path& directory() const { return directory_; }
-  std::string file() const { return (directory_ / "results.db").string(); }
+  const std::filesystem::path& directory() const { return folder_.path(); }
+  std::string file() const { return folder_.file("results.db"); }
 
  private:
-  std::filesystem::path directory_;
+  support::TemporaryFolder folder_;
 };
 
 inline const Binding kBinding{"delay", "P-1001", "mill 3", "spindle"};

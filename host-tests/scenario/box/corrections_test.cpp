@@ -1,8 +1,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "host-tests/support/no_alloc.hpp"
 #include "scenario.hpp"
+#include "watched_twin.hpp"
 
 // Corrections on the emulated machine: screws that warm up, references that get lost, and what the CNC then reads.
 namespace probebox::scenario {
@@ -181,21 +181,12 @@ TEST(Cut, IsOverBeforeAnythingThatIsServedChanges) {
 }
 
 TEST_F(Screws, TakeNoMemoryOnTheTickPath) {
-  Recorder quiet;
-  quiet.keeps_bytes = false;
-  quiet.triggers.reserve(256);
-  box::Box twin{usualBox(warmingUp()), quiet};
-  std::uint64_t allocations = 0;
-  scenario.around = [&](const Event& event) {
-    const support::NoAlloc guard;
-    twin.push(event);
-    allocations += guard.allocations();
-  };
+  WatchedTwin twin{scenario, warmingUp()};
   ASSERT_TRUE(scenario.calibrate());
   scenario.activateDelay(scenario.truth().tau_s);
   scenario.run(2s);
-  EXPECT_TRUE(twin.state().snapshot.valid);
-  EXPECT_EQ(allocations, 0U);
+  EXPECT_TRUE(twin.box.state().snapshot.valid);
+  EXPECT_EQ(twin.allocations, 0U);
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "host-tests/support/no_alloc.hpp"
 #include "protocol/messages/fields.hpp"
 #include "scenario.hpp"
+#include "watched_twin.hpp"
 
 // The whole box with a probe receiver that counts its samples on an oscillator of its own.
 namespace probebox::scenario {
@@ -134,18 +134,10 @@ TEST(Receiver, ATouchDuringWhichTheReceiverWasGoneIsAskedForAgain) {
 TEST(Receiver, TakesNoMemoryOnTheTickPath) {
   Scenario scenario{usualWorld(), 7, ProbeIs::counted};
   scenario.recorder().keeps_bytes = false;
-  std::uint64_t allocations = 0;
-  Recorder outputs;
-  outputs.keeps_bytes = false;
-  box::Box twin{usualBox(usualWorld()), outputs};
-  scenario.around = [&](const Event& event) {
-    const support::NoAlloc guard;
-    twin.push(event);
-    allocations += guard.allocations();
-  };
+  WatchedTwin twin{scenario, usualWorld()};
   scenario.run(5s);
-  EXPECT_EQ(allocations, 0U);
-  EXPECT_GT(outputs.received, 5000U);
+  EXPECT_EQ(twin.allocations, 0U);
+  EXPECT_GT(twin.outputs.received, 5000U);
 }
 
 }  // namespace

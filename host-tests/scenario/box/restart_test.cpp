@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <string>
 #include <gmock/gmock.h>
 
 #include "boot.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 
 // The box dies in the middle of a procedure, and another one begins with what is in the store.
 namespace probebox::scenario {
@@ -24,7 +25,6 @@ world::Config warmingUp() {
 class Restart : public testing::Test {
  protected:
   Restart() { boot_.emplace(office_, file_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Scenario& scenario() { return office_.scenario(); }
   const corrections::Snapshot& served() { return scenario().state().snapshot; }
@@ -78,14 +78,8 @@ class Restart : public testing::Test {
     EXPECT_EQ(host.declaredLost() + host.lostTriggers() + host.faults(), 0U);
   }
 
-  // Of this process alone, and empty.
-  static std::filesystem::path folder() {
-    auto text = (std::filesystem::path{testing::TempDir()} / "probebox-restart-XXXXXX").string();
-    return ::mkdtemp(text.data());
-  }
-
-  const std::filesystem::path folder_ = folder();
-  const std::filesystem::path file_ = folder_ / "results.db";
+  const support::TemporaryFolder folder_;
+  const std::string file_ = folder_.file("results.db");
   Office office_{2U << 20U, stream::TriggerHistory::kKept, warmingUp()};
   std::optional<Boot> boot_;
   std::vector<Event> restored_;

@@ -4,9 +4,9 @@
 #include <random>
 
 #include "firmware/app/result_events.hpp"
-#include "host-tests/support/no_alloc.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"
+#include "watched_twin.hpp"
 
 // The table of the emulated machine turns with errors: a plate of balls is read on it, the result comes into force, and
 // what the CNC then reads is what the table's points are really off by.
@@ -214,21 +214,13 @@ TEST_F(IncrementalTable, SaysNothingUntilTheControllerHasReferencedIt) {
 }
 
 TEST_F(TurningTable, TakesNoMemoryOnTheTickPath) {
-  Recorder quiet;
-  quiet.keeps_bytes = false;
-  box::Box twin{usualBox(config), quiet};
-  std::uint64_t allocations = 0;
-  scenario.around = [&](const Event& event) {
-    const support::NoAlloc guard;
-    twin.push(event);
-    allocations += guard.allocations();
-  };
+  WatchedTwin twin{scenario, config};
   scenario.run(2s);
   activate();
   turnTo(3);
-  EXPECT_TRUE(twin.state().snapshot.valid);
-  EXPECT_EQ(twin.state().snapshot.rotary[2].result_id, 31U);
-  EXPECT_EQ(allocations, 0U);
+  EXPECT_TRUE(twin.box.state().snapshot.valid);
+  EXPECT_EQ(twin.box.state().snapshot.rotary[2].result_id, 31U);
+  EXPECT_EQ(twin.allocations, 0U);
 }
 
 }  // namespace

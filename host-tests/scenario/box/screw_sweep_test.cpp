@@ -6,9 +6,9 @@
 #include "board/describe/parse.hpp"
 #include "firmware/app/result_events.hpp"
 #include "firmware/procedure/sweep.hpp"
-#include "host-tests/support/no_alloc.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"
+#include "watched_twin.hpp"
 
 // screw-calibration on the emulated machine: a face that is not plane, turned slowly before its sensor.
 namespace probebox::scenario {
@@ -191,18 +191,10 @@ TEST(ScrewSweep, TakesNoMemoryOnTheTickPath) {
   const auto config = warm();
   Scenario scenario{config};
   scenario.recorder().keeps_bytes = false;
-  Recorder quiet;
-  quiet.keeps_bytes = false;
-  box::Box twin{usualBox(config), quiet};
-  std::uint64_t allocations = 0;
-  scenario.around = [&](const Event& event) {
-    const support::NoAlloc guard;
-    twin.push(event);
-    allocations += guard.allocations();
-  };
+  WatchedTwin twin{scenario, config};
   ASSERT_TRUE(scenario.calibrate(Method::screw_calibration, sweepOf(1, {2})));
-  EXPECT_TRUE(quiet.run_to_solve);
-  EXPECT_EQ(allocations, 0U);
+  EXPECT_TRUE(twin.outputs.run_to_solve);
+  EXPECT_EQ(twin.allocations, 0U);
 }
 
 TEST(SweepOptions, SayWhatCannotBeTurned) {

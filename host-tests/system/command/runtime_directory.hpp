@@ -2,7 +2,8 @@
 #include <filesystem>
 #include <stdlib.h>
 #include <string>
-#include <system_error>
+
+#include "host-tests/support/temporary_folder.hpp"
 
 namespace probebox::command {
 
@@ -10,10 +11,8 @@ namespace probebox::command {
 class RuntimeDirectory {
  public:
   RuntimeDirectory() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "probebox-command-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
     if (const char* before = ::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    ::setenv("XDG_RUNTIME_DIR", path_.c_str(), 1);
+    ::setenv("XDG_RUNTIME_DIR", path().c_str(), 1);
   }
   ~RuntimeDirectory() {
     if (before_.empty()) {
@@ -21,17 +20,15 @@ class RuntimeDirectory {
     } else {
       ::setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
     }
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
   }
   RuntimeDirectory(const RuntimeDirectory&) = delete;
   RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
+  const std::filesystem::path& path() const { return folder_.path(); }
+  std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
-  std::filesystem::path path_;
+  support::TemporaryFolder folder_;
   std::string before_;
 };
 

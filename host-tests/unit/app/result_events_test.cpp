@@ -1,13 +1,12 @@
 #include "firmware/app/result_events.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <gmock/gmock.h>
 #include <numbers>
-#include <unistd.h>
 
 #include "firmware/app/standing_keeper.hpp"
 #include "firmware/metrology/solve.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 
 // From what a solver found to what the core hears, by way of the solvers themselves.
 namespace probebox::app {
@@ -184,9 +183,8 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
 }
 
 TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {
-  const auto folder = std::filesystem::temp_directory_path() / ("probebox-standing-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  auto store = store::Store::open((folder / "results.db").string());
+  const support::TemporaryFolder folder;
+  auto store = store::Store::open(folder.file("results.db"));
   ASSERT_TRUE(store) << store.error().what;
   {
     StandingKeeper keeper{*store};
@@ -207,7 +205,6 @@ TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {
     keeper.finish(served);
     EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, served.correction_mm) << "the last word";
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
