@@ -71,18 +71,12 @@ store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
 std::vector<Event> ResultsInForce::restore() {
   readStore();
   std::vector<Event> events;
-  for (const auto id : active()) {
-    const auto record = store_.find(id);
-    if (!record) {
-      logError("A result in force could not be read: " + record.error().what);
-      continue;
-    }
-    const auto told = fitActivation(*record);
-    if (!told) {
-      logError(named(id) + " is not in force: " + told.error().what);
-      continue;
-    }
-    events.insert(events.end(), told->begin(), told->end());
+  for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
+    const auto told = fitActivation(record);
+    if (told)
+      events.insert(events.end(), told->begin(), told->end());
+    else
+      logError(named(record.id) + " is not in force: " + told.error().what);
   }
   return events;
 }
@@ -188,19 +182,30 @@ void ResultsInForce::activateWaiting() {
   readStore();
 }
 
-void ResultsInForce::readStore() {
-  std::vector<std::uint64_t> found[2];
-  for (const auto state : {store::State::active, store::State::accepted}) {
-    const auto records = store_.inState(state);
-    if (!records) return logError("The results in force could not be read: " + records.error().what);
-    for (const auto& record : *records) {
-      if (record.binding == bindingFor(record.binding.subject))
-        found[state == store::State::active ? 0 : 1].push_back(record.id);
-    }
+// Those of this probe, machine and mounting; nothing, and said in the log, when the store cannot be read.
+std::optional<std::vector<store::Record>> ResultsInForce::ours(store::State state) const {
+  auto records = store_.inState(state);
+  if (!records) {
+    logError("The results in force could not be read: " + records.error().what);
+    return std::nullopt;
   }
+  std::erase_if(*records, [&](const store::Record& each) { return each.binding != bindingFor(each.binding.subject); });
+  return std::move(*records);
+}
+
+void ResultsInForce::readStore() {
+  const auto in_force = ours(store::State::active);
+  const auto accepted = ours(store::State::accepted);
+  if (!in_force || !accepted) return;
+  std::vector<std::uint64_t> active;
+  for (const auto& record : *in_force) {
+    if (fitActivation(record)) active.push_back(record.id);
+  }
+  std::vector<std::uint64_t> waiting;
+  for (const auto& record : *accepted) waiting.push_back(record.id);
   const std::lock_guard lock{mutex_};
-  active_ = std::move(found[0]);
-  waiting_ = std::move(found[1]);
+  active_ = std::move(active);
+  waiting_ = std::move(waiting);
 }
 
 std::vector<std::uint64_t> ResultsInForce::active() const {

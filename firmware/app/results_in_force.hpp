@@ -57,6 +57,7 @@ class ResultsInForce {
   RolledBack rollBack(const std::string& subject, const std::string& by);
   RolledBack rollBack(store::Id id, const std::string& by);
 
+  // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
 
@@ -67,6 +68,7 @@ class ResultsInForce {
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   void activateWaiting();
+  std::optional<std::vector<store::Record>> ours(store::State state) const;
   void readStore();
   RolledBack rollBack(const store::Binding& binding, const std::string& by);
 

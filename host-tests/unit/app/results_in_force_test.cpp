@@ -1,0 +1,99 @@
+#include "firmware/app/results_in_force.hpp"
+
+#include <gmock/gmock.h>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+namespace probebox::app {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Mounting kMounting{"P-1001", "mill 3", "spindle"};
+
+metrology::Result delayOf(double tau_s) {
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 4e-6)};
+  return result;
+}
+
+class InForce : public testing::Test {
+ protected:
+  // A box that follows no delay longer than the longest one.
+  ResultsInForce boxWith(double longest_s, const Mounting& mounting = kMounting) {
+    told_.clear();
+    return {store_, mounting, [] { return MonoTime{5s}; },
+            [longest_s](std::span<const Event> events) -> std::optional<Error> {
+              const auto* delay = std::get_if<DelayActivated>(&events.front());
+              if (delay == nullptr || delay->tau_s[0] <= longest_s) return std::nullopt;
+              return Error{"the delay is too long for the sources of this box"};
+            },
+            [this](const Event& event) { told_.push_back(event); }};
+  }
+
+  // No cut is on, and that has been known for long enough.
+  static void letChange(ResultsInForce& results) {
+    box::State state{};
+    state.events = 1;
+    results.look(state);
+    state.at = MonoTime{2s};
+    results.look(state);
+  }
+
+  store::Id propose(double tau_s) {
+    const store::Binding binding{"delay", kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    const auto id = store_.propose(binding, delayOf(tau_s), "", "2026-01-01T00:00:00Z");
+    EXPECT_TRUE(id);
+    return id ? *id : 0;
+  }
+
+  support::TemporaryFolder folder_;
+  store::Store store_ = store::Store::open(folder_.file("results.db")).value();
+  std::vector<Event> told_;
+};
+
+TEST_F(InForce, IsWhatThePersonAcceptedAndTheCoreFollows) {
+  auto results = boxWith(0.1);
+  EXPECT_THAT(results.restore(), IsEmpty());
+  letChange(results);
+  const auto id = propose(0.05);
+  EXPECT_THAT(results.active(), IsEmpty());
+  ASSERT_TRUE(results.accept(id, "Ada"));
+  EXPECT_THAT(results.active(), ElementsAre(id));
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_EQ(std::get<DelayActivated>(told_.front()).tau_s[0], 0.05);
+  auto restarted = boxWith(0.1);
+  EXPECT_EQ(restarted.restore().size(), 1U);
+  EXPECT_THAT(restarted.active(), ElementsAre(id));
+}
+
+TEST_F(InForce, NoResultIsThatFitsTheBoxNoMore) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  const auto id = propose(0.05);
+  ASSERT_TRUE(results.accept(id, "Ada"));
+  auto other_sources = boxWith(0.01);
+  EXPECT_THAT(other_sources.restore(), IsEmpty());
+  EXPECT_THAT(other_sources.active(), IsEmpty()) << "the store calls it active, but nothing follows it";
+  letChange(other_sources);
+  const auto refused = other_sources.accept(id, "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
+  ASSERT_TRUE(other_sources.rollBack(id, "Ada")) << "one can still go back from it";
+  EXPECT_THAT(other_sources.restore(), IsEmpty());
+}
+
+TEST_F(InForce, NoResultIsOfAnotherMounting) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  ASSERT_TRUE(results.accept(propose(0.05), "Ada"));
+  auto elsewhere = boxWith(0.1, {"P-1001", "mill 3", "turret"});
+  EXPECT_THAT(elsewhere.restore(), IsEmpty());
+  EXPECT_THAT(elsewhere.active(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace probebox::app
