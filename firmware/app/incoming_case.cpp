@@ -7,12 +7,11 @@
 namespace probebox::app {
 namespace {
 
-enum class Kind : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };
-
 Outcome<metrology::Value> valueOf(const messages::CaseEntry& entry) {
   const Error wrong{"The entry '" + entry.key + "' of the case has no value of its kind."};
   const auto& numbers = entry.numbers;
-  switch (static_cast<Kind>(entry.kind)) {
+  using Kind = messages::CaseValue;
+  switch (entry.kind) {
     case Kind::flag:
       if (numbers.size() != 1) return wrong;
       return metrology::Value{numbers.front() != 0};
@@ -69,13 +68,13 @@ std::optional<Error> IncomingCase::append(const messages::ProposeCase::Request& 
   for (const auto& entry : piece.config) {
     auto value = valueOf(entry);
     if (!value) return value.error();
-    numbers_ += entry.numbers.size();
+    numbers_ += entry.numbers.size() + (entry.key.size() + entry.text.size()) / sizeof(double);
     dataset_.config.insert_or_assign(entry.key, std::move(*value));
   }
   for (const auto& part : piece.columns) {
     auto& values = named(named(dataset_.tables, part.table).columns, part.column).values;
     values.insert(values.end(), part.values.begin(), part.values.end());
-    numbers_ += part.values.size();
+    numbers_ += part.values.size() + (part.table.size() + part.column.size()) / sizeof(double);
   }
   if (numbers_ <= kMostNumbers) return std::nullopt;
   return Error{"The case is too large for the box: it takes " + std::to_string(kMostNumbers) + " numbers."};

@@ -12,7 +12,7 @@ namespace probebox::app {
 // A case that a host sends in pieces, put together. On the worker's thread.
 class IncomingCase {
  public:
-  // More numbers than the largest case of the methods has, and few enough for a small box.
+  // More numbers than the largest case of the methods has, and few enough for a small box. Eight letters count as one.
   static constexpr std::size_t kMostNumbers = 2'000'000;
 
   // The whole case with its last piece, nothing before it. An error forgets all of it.

@@ -195,7 +195,7 @@ struct SetInhibit {
 // One entry of a case's configuration. Since protocol 1.2.
 struct CaseEntry {
   std::string key{};
-  std::uint8_t kind{};
+  CaseValue kind{};
   std::vector<double> numbers{};
   std::uint16_t columns{};
   std::string text{};

@@ -102,6 +102,9 @@ enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
 enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3 };
 
+// What an entry of a case's config.json is.
+enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };
+
 using BootId = std::array<std::byte, 16>;
 
 // For messages to people and for JSON; "unknown" for a number of a later version.

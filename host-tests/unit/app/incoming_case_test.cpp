@@ -15,16 +15,17 @@ Piece piece(std::uint32_t number, bool first, bool last) {
 TEST(IncomingCase, IsPutTogetherFromItsPieces) {
   IncomingCase incoming;
   auto one = piece(7, true, false);
-  one.config = {{.key = "robust", .kind = 0, .numbers = {1}, .columns = 0, .text = {}},
-                {.key = "sigma_mm", .kind = 1, .numbers = {0.001}, .columns = 0, .text = {}},
-                {.key = "axis", .kind = 2, .numbers = {}, .columns = 0, .text = "C"},
-                {.key = "point", .kind = 3, .numbers = {1, 2, 3}, .columns = 0, .text = {}}};
+  one.config = {{.key = "robust", .kind = messages::CaseValue::flag, .numbers = {1}, .columns = 0, .text = {}},
+                {.key = "sigma_mm", .kind = messages::CaseValue::number, .numbers = {0.001}, .columns = 0, .text = {}},
+                {.key = "axis", .kind = messages::CaseValue::text, .numbers = {}, .columns = 0, .text = "C"},
+                {.key = "point", .kind = messages::CaseValue::numbers, .numbers = {1, 2, 3}, .columns = 0, .text = {}}};
   one.columns = {{.table = "readings", .column = "x_mm", .values = {1, 2}}};
   const auto nothing_yet = incoming.add(one);
   ASSERT_TRUE(nothing_yet.ok());
   EXPECT_FALSE(*nothing_yet);
   auto two = piece(7, false, true);
-  two.config = {{.key = "gain", .kind = 4, .numbers = {1, 2, 3, 4}, .columns = 2, .text = {}}};
+  two.config = {
+      {.key = "gain", .kind = messages::CaseValue::matrix, .numbers = {1, 2, 3, 4}, .columns = 2, .text = {}}};
   two.columns = {{.table = "readings", .column = "x_mm", .values = {3}},
                  {.table = "readings", .column = "y_mm", .values = {4, 5, 6}}};
   const auto whole = incoming.add(two);
@@ -51,11 +52,12 @@ TEST(IncomingCase, IsNotMixedWithAnother) {
 }
 
 TEST(IncomingCase, RefusesEntriesThatAreNotOfTheirKindAndForgetsTheCase) {
-  for (const auto& wrong : {messages::CaseEntry{.key = "k", .kind = 1, .numbers = {}, .columns = 0, .text = {}},
-                            {.key = "k", .kind = 0, .numbers = {1, 2}, .columns = 0, .text = {}},
-                            {.key = "k", .kind = 4, .numbers = {1, 2, 3}, .columns = 2, .text = {}},
-                            {.key = "k", .kind = 4, .numbers = {1, 2, 3}, .columns = 0, .text = {}},
-                            {.key = "k", .kind = 9, .numbers = {1}, .columns = 0, .text = {}}}) {
+  for (const auto& wrong :
+       {messages::CaseEntry{.key = "k", .kind = messages::CaseValue::number, .numbers = {}, .columns = 0, .text = {}},
+        {.key = "k", .kind = messages::CaseValue::flag, .numbers = {1, 2}, .columns = 0, .text = {}},
+        {.key = "k", .kind = messages::CaseValue::matrix, .numbers = {1, 2, 3}, .columns = 2, .text = {}},
+        {.key = "k", .kind = messages::CaseValue::matrix, .numbers = {1, 2, 3}, .columns = 0, .text = {}},
+        {.key = "k", .kind = static_cast<messages::CaseValue>(9), .numbers = {1}, .columns = 0, .text = {}}}) {
     IncomingCase incoming;
     auto bad = piece(1, true, false);
     bad.config = {wrong};

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <random>
 #include <utility>
 #include <variant>
@@ -17,25 +18,40 @@ using Piece = messages::ProposeCase::Request;
 constexpr std::size_t kMostNumbers = 300;
 
 messages::CaseEntry entryOf(const std::string& key, const metrology::Value& value) {
-  messages::CaseEntry entry{.key = key, .kind = 0, .numbers = {}, .columns = 0, .text = {}};
+  using Kind = messages::CaseValue;
+  messages::CaseEntry entry{.key = key, .kind = Kind::flag, .numbers = {}, .columns = 0, .text = {}};
   if (const auto* flag = std::get_if<bool>(&value)) {
     entry.numbers = {*flag ? 1.0 : 0.0};
   } else if (const auto* number = std::get_if<double>(&value)) {
-    entry.kind = 1;
+    entry.kind = Kind::number;
     entry.numbers = {*number};
   } else if (const auto* text = std::get_if<std::string>(&value)) {
-    entry.kind = 2;
+    entry.kind = Kind::text;
     entry.text = *text;
   } else if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
-    entry.kind = 3;
+    entry.kind = Kind::numbers;
     entry.numbers = *numbers;
   } else {
     const auto& rows = std::get<metrology::Matrix>(value);
-    entry.kind = 4;
+    entry.kind = Kind::matrix;
     entry.columns = static_cast<std::uint16_t>(rows.empty() ? 0 : rows.front().size());
     for (const auto& row : rows) entry.numbers.insert(entry.numbers.end(), row.begin(), row.end());
   }
   return entry;
+}
+
+// An entry is not cut into parts.
+std::optional<Trouble> tooLong(const metrology::Dataset& dataset) {
+  for (const auto& [key, value] : dataset.config) {
+    const auto entry = entryOf(key, value);
+    const auto bytes = entry.key.size() + entry.text.size() + sizeof(double) * entry.numbers.size();
+    if (bytes > sizeof(double) * kMostNumbers)
+      return Trouble{ExitStatus::failed, "too-long",
+                     "The entry '" + key.substr(0, 60) + "' of config.json is too long for a request (" +
+                         std::to_string(bytes) + " bytes, " + std::to_string(sizeof(double) * kMostNumbers) +
+                         " fit): shorten it, or solve the case on this computer (probebox solve)."};
+  }
+  return std::nullopt;
 }
 
 // One entry, or one part of a column, a piece: each fits into a request by itself.
@@ -87,6 +103,7 @@ ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
 ExitStatus run(const Propose& options, const std::string& uri, Console& console) {
   const auto dataset = casefolder::readCase(options.input);
   if (!dataset) return console.fail(troubleOf(dataset.error()));
+  if (const auto trouble = tooLong(*dataset)) return console.fail(*trouble);
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   messages::ProposeCase::Answer last;
