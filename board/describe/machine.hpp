@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -110,6 +111,9 @@ struct RotaryTableDescription {
   double measured_length_mm{};             // of the tool that the axes were measured with
   double hold_s{};
 };
+
+inline constexpr std::size_t kMostTools = 64;
+inline constexpr double kMostToolLength_mm = 2000;
 
 struct ToolDescription {
   std::uint32_t number{};

@@ -10,7 +10,6 @@ namespace {
 constexpr Range kSeconds{0, 3600};
 constexpr double kUsualStale_s = 0.25;
 constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
-constexpr std::size_t kMostTools = 64;
 constexpr std::string_view kLetters = "ABC";
 
 RotaryAxisDescription readRotaryAxis(Section section) {
@@ -92,12 +91,13 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
 void readTools(std::vector<Section> sections, Machine& machine) {
   for (auto& section : sections) {
     const ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", {1, 65'535})),
-                               .length_mm = section.number("length_mm", {0.1, 2000})};
+                               .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm})};
     section.finish();
     if (std::ranges::find(machine.tools, tool.number, &ToolDescription::number) != machine.tools.end())
       section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
     if (machine.tools.size() == kMostTools)
-      section.problem(*section.node("number"), "there are more than 64 tools: let the controller tell their lengths");
+      section.problem(*section.node("number"), "there are more than " + std::to_string(kMostTools) +
+                                                   " tools: let the controller tell their lengths");
     machine.tools.push_back(tool);
   }
 }

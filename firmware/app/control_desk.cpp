@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "board/describe/machine.hpp"
 #include "firmware/app/result_summary.hpp"
 #include "firmware/app/run_options.hpp"
 #include "protocol/messages/control.hpp"
@@ -14,8 +15,6 @@ namespace {
 
 using messages::ErrorCode;
 using messages::Operation;
-
-constexpr double kMostToolLength_mm = 2000;
 
 void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
   answer.outward_normal = step.touch.outward_normal;
@@ -252,7 +251,7 @@ Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& s
   if (!request) return malformed(Operation::tell_pose);
   if (!access_.allow_marker) return notPermitted("allow_marker");
   const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
-  if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= kMostToolLength_mm))
+  if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= board::kMostToolLength_mm))
     return refused(ErrorCode::malformed, "An angle is no number, or a tool's length is not from 0 to 2000 mm.");
   const PoseTold told{.axes = request->axes,
                       .angles_rad = request->angles_rad,

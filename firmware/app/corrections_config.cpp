@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace probebox::app {
 namespace {
@@ -82,6 +83,7 @@ void addRotary(const board::Machine& machine, corrections::CorrectionsConfig& co
                      .axis = static_cast<RotaryAxis>(swivel->axis),
                      .by_angle = swivel->by_angle,
                      .hold = nanoseconds(swivel->hold_s)};
+  static_assert(board::kMostTools <= std::tuple_size_v<decltype(config.tools.lengths)>);
   for (const auto& tool : machine.tools)
     config.tools.lengths[config.tools.count++] = {.number = tool.number, .length_mm = tool.length_mm};
 }
