@@ -34,6 +34,7 @@ GpioSim::GpioSim(std::string label, const std::vector<std::string>& line_names)
     writeTo(line + "/name", line_names[i]);
   }
   pulls_.assign(line_names.size(), -1);
+  values_.assign(line_names.size(), -1);
   plugIn();
 }
 
@@ -51,9 +52,10 @@ void GpioSim::plugInWithoutRights() {
   chip_ = readFrom(folder_ + "/bank/chip_name");
   const auto device = "/sys/devices/platform/" + readFrom(folder_ + "/dev_name") + "/" + chip_;
   for (std::size_t i = 0; i < pulls_.size(); ++i) {
-    const auto path = device + "/sim_gpio" + std::to_string(i) + "/pull";
-    pulls_[i] = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (pulls_[i] < 0) fail(path);
+    const auto line = device + "/sim_gpio" + std::to_string(i);
+    pulls_[i] = open((line + "/pull").c_str(), O_WRONLY | O_CLOEXEC);
+    values_[i] = open((line + "/value").c_str(), O_RDONLY | O_CLOEXEC);
+    if (pulls_[i] < 0 || values_[i] < 0) fail(line);
   }
 }
 
@@ -69,12 +71,19 @@ void GpioSim::grant() const {
 
 void GpioSim::unplug() {
   for (int& pull : pulls_) close(std::exchange(pull, -1));
+  for (int& value : values_) close(std::exchange(value, -1));
   writeTo(folder_ + "/live", "0");
 }
 
 void GpioSim::drive(unsigned line, bool high) {
   const std::string_view pull = high ? "pull-up" : "pull-down";
   if (pwrite(pulls_.at(line), pull.data(), pull.size(), 0) < 0) fail(label_ + ", line " + std::to_string(line));
+}
+
+bool GpioSim::isHigh(unsigned line) const {
+  char value = '0';
+  if (pread(values_.at(line), &value, 1, 0) != 1) fail(label_ + ", line " + std::to_string(line));
+  return value == '1';
 }
 
 }  // namespace probebox::vm

@@ -30,6 +30,8 @@ class GpioSim {
   // The wire goes to this level. When it was at the other one, that is an edge for whoever watches the line, stamped
   // before this returns (in a guest with one processor).
   void drive(unsigned line, bool high);
+  // What is on the line now: what the box drives, where it has made an output of it, and the wire's level elsewhere.
+  bool isHigh(unsigned line) const;
   void pulse(unsigned line) {
     drive(line, true);
     drive(line, false);
@@ -40,6 +42,7 @@ class GpioSim {
   std::string label_;
   std::string chip_;
   std::vector<int> pulls_;  // of every line, open
+  std::vector<int> values_;
 };
 
 }  // namespace probebox::vm
