@@ -66,6 +66,14 @@ struct PeriodicCheckDescription {
   std::optional<double> limit_mm;
 };
 
+// Balls on what the rotary axis C carries, and where a certificate has them, in any frame of its own.
+struct BallPlateDescription {
+  std::array<double, 3> axis_point_mm{};  // of C as it should be, along Z: machine position for the stylus ball
+  std::optional<double> sd_mm;            // of a certified coordinate (k = 1)
+  std::vector<std::array<double, 3>> balls_mm;
+};
+inline constexpr std::size_t kMostPlateBalls = 7;
+
 // How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
 enum class Programming { radius, diameter };
 
@@ -137,6 +145,7 @@ struct Machine {
   std::optional<double> datum_gap_mm;  // between two parallel plates across X
   double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
+  std::optional<BallPlateDescription> ball_plate;
   CentrelineDescription centreline;
   std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
   std::optional<SwivelDescription> swivel;

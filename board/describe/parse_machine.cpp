@@ -137,6 +137,24 @@ CorrectionsDescription readCorrections(Section section) {
   return corrections;
 }
 
+BallPlateDescription readBallPlate(Section section) {
+  constexpr Range kPlace_mm{-10'000, 10'000};
+  BallPlateDescription plate;
+  plate.axis_point_mm = section.vector("axis_point_mm", kPlace_mm);
+  if (section.has("sd_mm")) plate.sd_mm = section.number("sd_mm", {1e-6, 0.1});
+  const auto* list = section.node("ball");
+  for (auto& ball : section.sections("ball")) {
+    plate.balls_mm.push_back(ball.vector("at_mm", kPlace_mm));
+    ball.finish();
+  }
+  if (list != nullptr && (plate.balls_mm.size() < 3 || plate.balls_mm.size() > kMostPlateBalls)) {
+    section.problem(*list, std::to_string(plate.balls_mm.size()) + " balls do not make a plate: describe 3 to " +
+                               std::to_string(kMostPlateBalls) + ", each as [[ball_plate.ball]]");
+  }
+  section.finish();
+  return plate;
+}
+
 Machine readMachine(Section& root) {
   Machine machine;
   auto identity = root.section("machine");
@@ -160,6 +178,10 @@ Machine readMachine(Section& root) {
   const bool has_check = root.has("periodic_check");
   auto check = root.section("periodic_check", false);
   if (has_check) machine.periodic_check = readPeriodicCheck(std::move(check));
+
+  const bool has_plate = root.has("ball_plate");
+  auto plate = root.section("ball_plate", false);
+  if (has_plate) machine.ball_plate = readBallPlate(std::move(plate));
 
   machine.corrections = readCorrections(root.section("corrections"));
   const double hold_s = machine.corrections.hold_s;

@@ -83,6 +83,13 @@ std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine)
                                 .limit_mm = check->limit_mm};
 }
 
+std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
+  const auto& plate = machine.ball_plate;
+  if (!plate) return std::nullopt;
+  return procedure::BallPlate{
+      .axis_point_mm = plate->axis_point_mm, .sd_mm = plate->sd_mm, .balls_mm = plate->balls_mm};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
@@ -91,7 +98,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .sigma_c_rad = machine.sigma_c_rad,
           .gain = descriptions.probe.gain,
           .screws = screwFacts(machine),
-          .checked_ball = checkedBall(machine)};
+          .checked_ball = checkedBall(machine),
+          .ball_plate = ballPlate(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -48,8 +48,11 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
   if (!options)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
   if (procedure::needsOf(method) != procedure::Needs::screw) {
-    if (request.turns == 0) return *options;
-    return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
+    if (request.turns != 0)
+      return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
+    if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
+      return refused(ErrorCode::refused, error->what);
+    return *options;
   }
   const auto sweep = procedure::sweepOptions(*options, request.turns, facts);
   if (!sweep) return refused(ErrorCode::refused, sweep.error().what);

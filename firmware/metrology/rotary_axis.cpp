@@ -30,6 +30,7 @@ constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm",
                                                 "station_correction"};
+constexpr std::array<const char*, 3> kOtherSigmas{"sigma_third_mm", "sigma_axial_mm", "sigma_angle_rad"};
 constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -304,12 +305,13 @@ Outcome<Bench, Refusal> benchOf(const Dataset& dataset) {
 }
 
 // Whether a case of "rotary-axis-errors" needs one fit of everything: tables with a column `mount`, station_correction
-// switched on, or the key sigma_third_mm.
+// switched on, or a sigma beside that of every coordinate.
 bool asksForStack(const Dataset& dataset) {
   const Table* first = dataset.table("first");
   const auto correct = dataset.config.find("station_correction");
   const bool corrected = correct != dataset.config.end() && correct->second != Value{false};
-  return (first && first->column("mount")) || corrected || dataset.config.contains("sigma_third_mm");
+  const bool weighs = std::ranges::any_of(kOtherSigmas, [&](auto key) { return dataset.config.contains(key); });
+  return (first && first->column("mount")) || corrected || weighs;
 }
 
 }  // namespace

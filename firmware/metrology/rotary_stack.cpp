@@ -1,6 +1,7 @@
 #include "firmware/metrology/rotary_stack.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
+#include "firmware/metrology/plate_readings.hpp"
 #include "firmware/metrology/rigid.hpp"
 #include "firmware/metrology/rotary_location.hpp"
 
@@ -25,29 +27,20 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 7> kKeys{"axis",           "axis_point_mm",      "axis_direction",   "sigma_mm",
-                                                "sigma_third_mm", "station_correction", "station_radius_mm"};
+constexpr std::array<std::string_view, 10> kKeys{"axis",
+                                                 "axis_point_mm",
+                                                 "axis_direction",
+                                                 "sigma_mm",
+                                                 "sigma_axial_mm",
+                                                 "sigma_angle_rad",
+                                                 "sigma_third_mm",
+                                                 "station_correction",
+                                                 "station_radius_mm",
+                                                 "previous_tau_axis_s"};
 constexpr double kWorstResidual = 5.0;   // sigma, between second and third
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kStationRadius = 30.0;  // mm
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-
-// One coordinate reading of a ball, from the axis point.
-struct BallReading3 {
-  std::size_t mount{};
-  std::size_t ball{};
-  Vector3d at;
-  std::optional<std::size_t> angle;    // of first; nothing in second
-  std::optional<std::size_t> station;  // index of the reading of second that stands there
-};
-
-struct Stack {
-  std::vector<double> angles;
-  std::vector<Vector3d> certified;
-  std::vector<RigidMotion> mounts;     // where the second coordinates put the plate
-  std::vector<BallReading3> readings;  // second, then first
-  std::size_t second_count{};
-};
 
 Matrix3d turned(const Vector3d& rotation) {
   const double angle = rotation.norm();
@@ -57,6 +50,8 @@ Matrix3d turned(const Vector3d& rotation) {
 struct Keys {
   NominalAxis axis;
   Sigma sigma;
+  double axial_sigma{};  // mm; of a coordinate along the axis
+  double angle_sigma{};  // rad, of every stop; 0: the axis stands where it says
   double third_sigma{};  // mm; 0: the certificate is taken as it is
   std::optional<double> station_radius;
 };
@@ -68,8 +63,13 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto third = configPositive(dataset, "sigma_third_mm");
   if (!third) return third.error();
-  if (third.value() && !sigma->stated) {
-    return Refusal{"missing-key", "sigma_third_mm needs sigma_mm beside it: which of the two weighs more?"};
+  const auto axial = configPositive(dataset, "sigma_axial_mm");
+  if (!axial) return axial.error();
+  const auto angle = configPositive(dataset, "sigma_angle_rad");
+  if (!angle) return angle.error();
+  for (const char* key : {"sigma_third_mm", "sigma_axial_mm", "sigma_angle_rad"}) {
+    if (dataset.config.contains(key) && !sigma->stated)
+      return Refusal{"missing-key", std::string{key} + " needs sigma_mm beside it: which of the two weighs more?"};
   }
   if (third.value() && dataset.config.contains("sd_certificate_mm")) {
     return Refusal{"bad-config",
@@ -80,152 +80,26 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!correct) return correct.error();
   const auto radius = configPositive(dataset, "station_radius_mm");
   if (!radius) return radius.error();
-  Keys keys{axis.value(), sigma.value(), third->value_or(0.0), std::nullopt};
+  Keys keys{.axis = axis.value(),
+            .sigma = sigma.value(),
+            .axial_sigma = axial->value_or(sigma->value),
+            .angle_sigma = angle->value_or(0.0),
+            .third_sigma = third->value_or(0.0),
+            .station_radius = std::nullopt};
   if (correct.value()) keys.station_radius = radius->value_or(kStationRadius);
   return keys;
 }
 
-struct Tables {
-  const Table* first{};
-  const Table* second{};
-  const Table* third{};
-  bool mounts{};
-};
-
-Outcome<Tables, Refusal> tablesOf(const Dataset& dataset) {
-  std::vector<std::string_view> ball{"ball", "x_mm", "y_mm", "z_mm"};
-  const auto third = checkedTable(dataset, "third", ball);
-  if (!third) return third.error();
-  const Table* first = dataset.table("first");
-  const bool mounts = first && first->column("mount");
-  if (mounts) ball.emplace_back("mount");
-  const auto second = checkedTable(dataset, "second", ball);
-  if (!second) return second.error();
-  ball.emplace_back("phi_rad");
-  const auto checked = checkedTable(dataset, "first", ball);
-  if (!checked) return checked.error();
-  return Tables{checked.value(), second.value(), third.value(), mounts};
-}
-
-Vector3d placeOf(const Table& table, std::size_t row) {
-  return {(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
-}
-
-// Reads the tables and puts the plate where the second coordinates have it, mount by mount.
-class StackReader {
- public:
-  StackReader(const Tables& tables, const NominalAxis& axis) : tables_{tables}, axis_{axis} {}
-
-  Outcome<Stack, Refusal> read() {
-    if (auto refusal = readThird()) return *refusal;
-    if (auto refusal = readSecond()) return *refusal;
-    if (auto refusal = place()) return *refusal;
-    if (auto refusal = readFirst()) return *refusal;
-    return std::move(stack_);
-  }
-
- private:
-  std::optional<Refusal> readThird() {
-    for (std::size_t row = 0; row < tables_.third->rows(); ++row) {
-      const double name = (*tables_.third->column("ball"))[row];
-      if (!balls_.try_emplace(name, stack_.certified.size()).second) return twice(name, "third");
-      stack_.certified.push_back(placeOf(*tables_.third, row));
-    }
-    return std::nullopt;
-  }
-
-  std::optional<Refusal> readSecond() {
-    for (std::size_t row = 0; row < tables_.second->rows(); ++row) {
-      const auto ball = ballOf(*tables_.second, row);
-      if (!ball) return ball.error();
-      const double name = mountName(*tables_.second, row);
-      const auto mount = mounts_.try_emplace(name, mounts_.size()).first->second;
-      for (const auto& other : stack_.readings) {
-        if (other.mount == mount && other.ball == *ball) return twice((*tables_.second->column("ball"))[row], "second");
-      }
-      stack_.readings.push_back({mount, *ball, placeOf(*tables_.second, row) - axis_.point, {}, {}});
-    }
-    stack_.second_count = stack_.readings.size();
-    return std::nullopt;
-  }
-
-  std::optional<Refusal> place() {
-    for (const auto& [name, mount] : mounts_) {
-      std::vector<Vector3d> from;
-      std::vector<Vector3d> to;
-      for (const auto& reading : stack_.readings) {
-        if (reading.mount != mount) continue;
-        from.push_back(stack_.certified[reading.ball]);
-        to.push_back(reading.at);
-      }
-      Eigen::MatrixX3d from_rows{static_cast<Index>(from.size()), 3};
-      Eigen::MatrixX3d to_rows{static_cast<Index>(to.size()), 3};
-      for (std::size_t k = 0; k < from.size(); ++k) {
-        from_rows.row(static_cast<Index>(k)) = from[k].transpose();
-        to_rows.row(static_cast<Index>(k)) = to[k].transpose();
-      }
-      const auto motion = registerRigid(from_rows, to_rows);
-      if (!motion) {
-        return Refusal{motion.error().name, "table 'second', mount " + text(name) + ": " + motion.error().reason};
-      }
-      stack_.mounts.resize(mounts_.size());
-      stack_.mounts[mount] = motion.value();
-    }
-    return std::nullopt;
-  }
-
-  std::optional<Refusal> readFirst() {
-    const Table& first = *tables_.first;
-    stack_.angles = distinctAngles(*first.column("phi_rad"));
-    for (std::size_t row = 0; row < first.rows(); ++row) {
-      const auto ball = ballOf(first, row);
-      if (!ball) return ball.error();
-      const auto mount = mounts_.find(mountName(first, row));
-      if (mount == mounts_.end()) {
-        return Refusal{"missing-ball", "table 'first', row " + std::to_string(row + 1) + ": mount " +
-                                           text(mountName(first, row)) +
-                                           " is not in table 'second': read the plate there with the axis at zero"};
-      }
-      const double phi = (*first.column("phi_rad"))[row];
-      const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameRotaryAngle) - stack_.angles.begin();
-      stack_.readings.push_back(
-          {mount->second, *ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
-    }
-    return std::nullopt;
-  }
-
-  double mountName(const Table& table, std::size_t row) const {
-    return tables_.mounts ? (*table.column("mount"))[row] : 1.0;
-  }
-  static Refusal twice(double ball, const char* table) {
-    return {"duplicated-ball",
-            "table '" + std::string{table} + "' has ball " + text(ball) + " twice: give every ball once a mount"};
-  }
-  Outcome<std::size_t, Refusal> ballOf(const Table& table, std::size_t row) const {
-    const double name = (*table.column("ball"))[row];
-    const auto ball = balls_.find(name);
-    if (ball != balls_.end()) return ball->second;
-    return Refusal{"missing-ball", "ball " + text(name) + " of table '" + table.name +
-                                       "' is not in table 'third': give its certified coordinates, or leave it out"};
-  }
-
-  Tables tables_;
-  NominalAxis axis_;
-  Stack stack_;
-  std::map<double, std::size_t> balls_;
-  std::map<double, std::size_t> mounts_;
-};
-
-Vector3d idealOf(const Stack& stack, const BallReading3& reading, const NominalAxis& axis) {
+Vector3d idealOf(const PlateReadings& stack, const PlateReading& reading, const NominalAxis& axis) {
   const Vector3d place = stack.mounts[reading.mount](stack.certified[reading.ball]);
   if (!reading.angle) return place;
   return Eigen::AngleAxisd{stack.angles[*reading.angle], axis.direction} * place;
 }
 
 // Which reading of second stands where the axis has brought each ball.
-std::optional<Refusal> findStations(Stack& stack, const NominalAxis& axis, double radius) {
+std::optional<Refusal> findStations(PlateReadings& stack, const NominalAxis& axis, double radius) {
   for (std::size_t k = 0; k < stack.readings.size(); ++k) {
-    BallReading3& reading = stack.readings[k];
+    PlateReading& reading = stack.readings[k];
     const Vector3d at = idealOf(stack, reading, axis);
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < stack.second_count; ++j) {
@@ -244,7 +118,7 @@ std::optional<Refusal> findStations(Stack& stack, const NominalAxis& axis, doubl
 }
 
 // The balls of each angle, all mounts together: one fixes three errors, two fix five, three off one line all six.
-std::optional<Refusal> badRank(const Stack& stack, const NominalAxis& axis) {
+std::optional<Refusal> badRank(const PlateReadings& stack, const NominalAxis& axis) {
   for (std::size_t k = 0; k < stack.angles.size(); ++k) {
     MatrixXd design{0, 6};
     for (const auto& reading : stack.readings) {
@@ -260,15 +134,24 @@ std::optional<Refusal> badRank(const Stack& stack, const NominalAxis& axis) {
   return std::nullopt;
 }
 
+// One over the sigma of a coordinate: along the axis it may be another one than across.
+Matrix3d weightOf(const Keys& keys) {
+  const Vector3d& u = keys.axis.direction;
+  const Matrix3d axial = u * u.transpose();
+  return (Matrix3d::Identity() - axial) / keys.sigma.value + axial / keys.axial_sigma;
+}
+
 // Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
-// of the stations (3 a reading of second), the certificate (3 a ball).
+// of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
+// stop: the angles, then the zero of second). The last two are held by what is known of them.
 class StackModel {
  public:
-  StackModel(const Stack& stack, const Keys& keys) : stack_{stack}, keys_{keys} {
+  StackModel(const PlateReadings& stack, const Keys& keys) : stack_{stack}, keys_{keys}, weight_{weightOf(keys)} {
     errors_at_ = 6 * static_cast<Index>(stack.mounts.size());
     stations_at_ = errors_at_ + 6 * static_cast<Index>(stack.angles.size());
     balls_at_ = stations_at_ + (keys.station_radius ? 3 * static_cast<Index>(stack.second_count) : 0);
-    size_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
+    stops_at_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
+    size_ = stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.angles.size()) + 1 : 0);
   }
   Index size() const { return size_; }
   Index errorsAt() const { return errors_at_; }
@@ -280,41 +163,49 @@ class StackModel {
     Linearised model{VectorXd::Zero(rows), MatrixXd::Zero(rows, size_)};
     for (std::size_t k = 0; k < stack_.readings.size(); ++k) addReading(model, static_cast<Index>(3 * k), k, at);
     if (gauge > 0) addGauge(model, readings, at);
-    for (Index k = balls_at_; k < size_; ++k) {  // the certificate holds its balls
+    for (Index k = balls_at_; k < size_; ++k) {
       const Index row = readings + gauge + k - balls_at_;
-      model.residuals[row] = at[k] / keys_.third_sigma;
-      model.jacobian(row, k) = 1.0 / keys_.third_sigma;
+      const double sigma = k < stops_at_ ? keys_.third_sigma : keys_.angle_sigma;
+      model.residuals[row] = at[k] / sigma;
+      model.jacobian(row, k) = 1.0 / sigma;
     }
     return model;
   }
 
  private:
   void addReading(Linearised& model, Index row, std::size_t k, const VectorXd& at) const {
-    const BallReading3& reading = stack_.readings[k];
+    const PlateReading& reading = stack_.readings[k];
     const auto mount = 6 * static_cast<Index>(reading.mount);
     const RigidMotion& start = stack_.mounts[reading.mount];
     const auto ball = balls_at_ + 3 * static_cast<Index>(reading.ball);
     Vector3d certified = stack_.certified[reading.ball];
-    if (balls_at_ < size_) certified += at.segment<3>(ball);
+    if (balls_at_ < stops_at_) certified += at.segment<3>(ball);
     const Vector3d place = at.segment<3>(mount) + turned(at.segment<3>(mount + 3)) * start(certified);
-    Matrix3d seen = Matrix3d::Identity();  // of the plate, after the axis has turned it
-    Vector3d model_at = place;
+    const double stop = stops_at_ < size_ ? at[stopOf(reading)] : 0.0;
+    const double angle = (reading.angle ? stack_.angles[*reading.angle] : 0.0) + stop;
+    // Of the plate, after the axis has turned it.
+    const Matrix3d seen = Eigen::AngleAxisd{angle, keys_.axis.direction}.toRotationMatrix();
+    const Vector3d ideal = seen * place;
+    Vector3d model_at = ideal;
     auto jacobian = model.jacobian.middleRows<3>(row);
     if (reading.angle) {
-      seen = Eigen::AngleAxisd{stack_.angles[*reading.angle], keys_.axis.direction}.toRotationMatrix();
-      const Vector3d ideal = seen * place;
       const Index errors = errors_at_ + 6 * static_cast<Index>(*reading.angle);
       model_at = at.segment<3>(errors) + turned(at.segment<3>(errors + 3)) * ideal;
-      jacobian.middleCols<6>(errors) = smallMotionRows(ideal) / keys_.sigma.value;
+      jacobian.middleCols<6>(errors) = weight_ * smallMotionRows(ideal);
     }
-    jacobian.middleCols<6>(mount) = seen * smallMotionRows(place) / keys_.sigma.value;
-    if (balls_at_ < size_) jacobian.middleCols<3>(ball) = seen * start.rotation / keys_.sigma.value;
+    jacobian.middleCols<6>(mount) = weight_ * seen * smallMotionRows(place);
+    if (balls_at_ < stops_at_) jacobian.middleCols<3>(ball) = weight_ * seen * start.rotation;
+    if (stops_at_ < size_) jacobian.col(stopOf(reading)) = weight_ * keys_.axis.direction.cross(ideal);
     if (reading.station) {
       const Index station = stations_at_ + 3 * static_cast<Index>(*reading.station);
       model_at += at.segment<3>(station);
-      jacobian.middleCols<3>(station) = Matrix3d::Identity() / keys_.sigma.value;
+      jacobian.middleCols<3>(station) = weight_;
     }
-    model.residuals.segment<3>(row) = (model_at - reading.at) / keys_.sigma.value;
+    model.residuals.segment<3>(row) = weight_ * (model_at - reading.at);
+  }
+
+  Index stopOf(const PlateReading& reading) const {
+    return stops_at_ + static_cast<Index>(reading.angle.value_or(stack_.angles.size()));
   }
 
   // What the stations move by as one body is the plate's place: it is left out of their errors.
@@ -330,36 +221,41 @@ class StackModel {
     }
   }
 
-  const Stack& stack_;
+  const PlateReadings& stack_;
   const Keys& keys_;
+  Matrix3d weight_;
   Index errors_at_{};
   Index stations_at_{};
   Index balls_at_{};
+  Index stops_at_{};
   Index size_{};
 };
 
 // With errors of the stations the second coordinates agree with the certificate by construction.
-std::optional<Refusal> badSecond(const Stack& stack, const Fit& fit, const Keys& keys) {
+std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
   if (!keys.sigma.stated || keys.station_radius) return std::nullopt;
   const auto rows = 3 * static_cast<Index>(stack.second_count);
   Index worst = 0;
-  const double off = fit.residuals.head(rows).cwiseAbs().maxCoeff(&worst) * keys.sigma.value;
-  if (off <= std::max(kWorstResidual * keys.sigma.value, kResidualFloor)) return std::nullopt;
+  const double sigmas = fit.residuals.head(rows).cwiseAbs().maxCoeff(&worst);
+  const double off = (weightOf(keys).inverse() * fit.residuals.segment<3>(worst / 3 * 3)).cwiseAbs().maxCoeff();
+  if (sigmas <= kWorstResidual || off <= kResidualFloor) return std::nullopt;
   return Refusal{"residual-too-large", "row " + std::to_string(worst / 3 + 1) + " of table 'second' is " + text(off) +
                                            " mm off, more than 5 sigma: measure it again"};
 }
 
 // Read minus fitted, one a coordinate.
-Residuals residualsOf(const Stack& stack, const Fit& fit, double sigma) {
+Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
+  const Matrix3d sigma = weightOf(keys).inverse();
   Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
   for (std::size_t k = 0; k < 3 * stack.readings.size(); ++k) {
-    const BallReading3& reading = stack.readings[k / 3];
+    const PlateReading& reading = stack.readings[k / 3];
+    const auto of_ball = static_cast<Index>(3 * (k / 3)), coordinate = static_cast<Index>(k % 3);
     const double angle = reading.angle ? stack.angles[*reading.angle] : 0.0;
     residuals.names.push_back((reading.angle ? "first, " + text(angle * kDegrees) + " degrees" : "second") +
                               ", mount " + std::to_string(reading.mount + 1) + ", ball " +
                               std::to_string(reading.ball + 1) + ", " + "xyz"[k % 3] + "_mm");
     residuals.at.push_back(angle);
-    residuals.values.push_back(-fit.residuals[static_cast<Index>(k)] * sigma);
+    residuals.values.push_back(-(sigma * fit.residuals.segment<3>(of_ball))[coordinate]);
   }
   return residuals;
 }
@@ -369,9 +265,7 @@ Residuals residualsOf(const Stack& stack, const Fit& fit, double sigma) {
 Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
   const auto keys = keysOf(dataset);
   if (!keys) return keys.error();
-  const auto tables = tablesOf(dataset);
-  if (!tables) return tables.error();
-  auto stack = StackReader{tables.value(), keys->axis}.read();
+  auto stack = readPlates(dataset, keys->axis);
   if (!stack) return stack.error();
   if (auto refusal = badRank(stack.value(), keys->axis)) return *refusal;
   if (keys->station_radius) {
@@ -386,8 +280,10 @@ Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
   const auto count = 6 * static_cast<Index>(stack->angles.size());
   const VectorXd six = fit->parameters.segment(model.errorsAt(), count);
   const MatrixXd rows = pick(model.errorsAt(), count, model.size());
-  answer.result().residuals = residualsOf(stack.value(), fit.value(), keys->sigma.value);
-  answer.readingRows(3 * static_cast<Index>(stack->readings.size()));
+  answer.result().residuals = residualsOf(stack.value(), fit.value(), keys.value());
+  const auto& left = answer.result().residuals.values;
+  answer.result().rms =
+      VectorXd::Map(left.data(), static_cast<Index>(left.size())).norm() / std::sqrt(static_cast<double>(left.size()));
   promiseErrors(answer, stack->angles, six, rows, keys->axis.direction);
   addNominalAxis(answer.result(), keys->axis);
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));

@@ -22,6 +22,7 @@ enum class Poses : std::uint8_t {
   within_reach,  // the same, to either side of 0, as far as the probe reaches
   together,      // one ball, A and C together at 0, 90, 180 and 270 degrees
   two_by_two,    // A and C at 0 and 180 degrees each
+  plate,         // all balls, C at several angles and at 0 once more
 };
 
 struct MethodRow {
@@ -46,6 +47,7 @@ inline constexpr double kTurn_rad = 6.283185307179586;
 inline constexpr std::uint16_t kAngles = 12;
 inline constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
 inline constexpr std::uint16_t kReachAngles = 3;
+inline constexpr std::uint16_t kPlateAngles = 8;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
 }  // namespace usual
@@ -73,7 +75,7 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 14> kMethods{{
+inline constexpr std::array<MethodRow, 15> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -110,6 +112,8 @@ inline constexpr std::array<MethodRow, 14> kMethods{{
      kReadingSpeed, Poses::within_reach, Needs::delay_in_force, false, false},
     {Method::periodic_check, "periodic-check", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
      Poses::two_by_two, Needs::checked_ball, false, false},
+    {Method::rotary_axis_errors, "rotary-axis-errors", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::plate, Needs::ball_plate, false, false, true},
 }};
 
 }  // namespace probebox::procedure

@@ -37,23 +37,27 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
   const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
   const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
   const bool reach = row.poses == Poses::within_reach;
+  const auto usual_angles = reach                       ? usual::kReachAngles
+                            : row.poses == Poses::plate ? usual::kPlateAngles
+                                                        : usual::kAngles;
   return {
       .speeds_mm_s = speed_count > 0 ? std::span{options.speeds_mm_s}.first(speed_count) : row.speeds_mm_s,
       .overtravel_mm = or_usual(options.overtravel_mm, usual::kOvertravel_mm),
       .clearance_mm = or_usual(options.clearance_mm, usual::kClearance_mm),
       .approach_rad = row.off_normal ? or_usual(options.approach_rad, usual::kApproach_rad) : 0,
       .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
-      .angles = or_usual(options.angles, reach ? usual::kReachAngles : usual::kAngles),
+      .angles = or_usual(options.angles, usual_angles),
       .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
   };
 }
 
 bool spreadsC(const MethodRow& row) {
-  return row.poses == Poses::around_c || row.poses == Poses::within_reach;
+  return row.poses == Poses::around_c || row.poses == Poses::within_reach || row.poses == Poses::plate;
 }
 
 std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::one) return 1;
+  if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
   return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls;
 }
 
@@ -70,10 +74,19 @@ Pose aroundC(const MethodRow& row, const Chosen& with, std::size_t index) {
   return {{0, 0, from_rad + with.arc_rad * static_cast<double>(index) / intervals}, 1};
 }
 
+// All balls at each angle, and at the end once more where C began: there they tell where the plate is.
+Pose onPlate(const MethodRow& row, const Chosen& with, std::size_t index) {
+  const std::size_t stop = index / with.balls;
+  Pose pose = stop < with.angles ? aroundC(row, with, stop) : Pose{};
+  pose.ball = static_cast<std::uint16_t>(index % with.balls + 1);
+  return pose;
+}
+
 // Of several balls the part turns as seldom as can be: C is outermost, then A, then the balls. One ball is read after a
 // turn of C each, so that no two readings share what C stops beside its angle.
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
   if (row.poses == Poses::one) return {};
+  if (row.poses == Poses::plate) return onPlate(row, with, index);
   if (spreadsC(row)) return aroundC(row, with, index);
   constexpr double kHalfTurn = std::numbers::pi;
   if (row.poses == Poses::together) {
@@ -241,7 +254,8 @@ Needs needsOf(Method method) {
 }
 
 bool readsBalls(Method method) {
-  return needsOf(method) == Needs::delay_in_force || needsOf(method) == Needs::checked_ball;
+  const auto needs = needsOf(method);
+  return needs == Needs::delay_in_force || needs == Needs::checked_ball || needs == Needs::ball_plate;
 }
 
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm) {
@@ -262,7 +276,8 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (auto error = outside("An arc", degrees(with.arc_rad), least_arc, 360, "degrees")) return error;
   if (auto error = outside("A number", with.angles, 2, 30, "angles")) return error;
   if (row->heights) {
-    if (auto error = outside("A number", with.balls, 2, 7, "balls")) return error;
+    const double fewest = row->poses == Poses::plate ? 3 : 2;
+    if (auto error = outside("A number", with.balls, fewest, 7, "balls")) return error;
   }
   const std::size_t touches = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();
   const std::size_t steps = touches + (row->jogs ? kLinearAxes : 0);

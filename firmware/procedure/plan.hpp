@@ -30,6 +30,7 @@ enum class Method : std::uint16_t {
   spindle_offset_four = 12,
   centreline_limited_access = 13,
   periodic_check = 14,
+  rotary_axis_errors = 15,
 };
 
 std::string_view nameOf(Method method);
@@ -72,7 +73,15 @@ struct Plan {
 };
 
 // What a method needs to be told about the features before its data mean anything.
-enum class Needs : std::uint8_t { nothing, sphere_diameter, plates_gap, delay_in_force, screw, checked_ball };
+enum class Needs : std::uint8_t {
+  nothing,
+  sphere_diameter,
+  plates_gap,
+  delay_in_force,
+  screw,
+  checked_ball,
+  ball_plate
+};
 Needs needsOf(Method method);
 // It reads the centres of balls, with the delay in force taken out.
 bool readsBalls(Method method);

@@ -19,6 +19,7 @@ constexpr std::array<std::string_view, 4> kOffsetColumns{"A_rad", "C_rad", "x_mm
 constexpr std::array<std::string_view, 5> kAlignmentColumns{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr std::array<std::string_view, 5> kPlateColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 11> kCentresColumns{
     "reading", "ball", "A_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
@@ -159,6 +160,49 @@ void addCheck(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   dataset.tables.insert(dataset.tables.begin(), {centres, tops});
 }
 
+// In Z; what the delay does to the top of a ball it does at every stop alike, and the plate's place takes it along.
+double axialSigmaOf(const std::vector<Reading>& readings) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += reading.centre.sd_mm.z() * reading.centre.sd_mm.z();
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// All balls at each stop of C, and at the last one where C began: angles count from there.
+void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
+              const Facts& facts) {
+  double balls = 0;
+  for (const auto& reading : readings) balls = std::max(balls, reading.ball);
+  const auto a_stop = static_cast<std::size_t>(balls);
+  const double zero_rad = readings.back().c_rad;
+  auto first = metrology::Table::withColumns("first", kPlateColumns);
+  auto second = metrology::Table::withColumns("second", std::span{kPlateColumns}.last<4>());
+  auto third = metrology::Table::withColumns("third", std::span{kPlateColumns}.last<4>());
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto& reading = readings[k];
+    const auto& at = reading.centre.centre_mm;
+    if (k + a_stop >= readings.size()) {
+      second.append({reading.ball, at.x(), at.y(), at.z()});
+    } else {
+      // One stop is one angle, however finely the machine reads it.
+      const double phi_rad = readings[k / a_stop * a_stop].c_rad - zero_rad;
+      first.append({phi_rad, reading.ball, at.x(), at.y(), at.z()});
+    }
+  }
+  for (std::size_t k = 0; k < std::min(a_stop, plate.balls_mm.size()); ++k) {
+    const auto& at = plate.balls_mm[k];
+    third.append({static_cast<double>(k + 1), at[0], at[1], at[2]});
+  }
+  auto& config = dataset.config;
+  config["axis"] = std::string{"C"};
+  config["axis_point_mm"] = std::vector<double>{plate.axis_point_mm.begin(), plate.axis_point_mm.end()};
+  config["axis_direction"] = std::vector<double>{0, 0, 1};
+  config["sigma_mm"] = sigmaOf(readings);
+  config["sigma_axial_mm"] = axialSigmaOf(readings);
+  if (facts.sigma_c_rad > 0) config["sigma_angle_rad"] = facts.sigma_c_rad;
+  if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;
+  dataset.tables.insert(dataset.tables.begin(), {first, second, third});
+}
+
 // The centres of all readings of a run, with the delay that was in force taken out.
 Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
                                                              const capture::Recording& recording) {
@@ -206,6 +250,9 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
       break;
     case Method::centreline_limited_access:
       addCentreline(dataset, *readings, facts, kRimColumns, -1);
+      break;
+    case Method::rotary_axis_errors:
+      addPlate(dataset, *readings, *facts.ball_plate, facts);
       break;
     case Method::c_axis_alignment:
       addAlignment(dataset, *readings, facts);

@@ -22,36 +22,48 @@ void addSelftest(metrology::Dataset& dataset, const capture::Recording& recordin
   dataset.tables.push_back(std::move(steps));
 }
 
+// What has to be described and is not, and where; nullptr when nothing is missing.
+const char* missingFact(Needs needs, const Facts& facts) {
+  switch (needs) {
+    case Needs::nothing:
+    case Needs::screw:  // sweepOptions() has asked
+    case Needs::delay_in_force:
+      return nullptr;
+    case Needs::sphere_diameter:
+      return facts.sphere_diameter_mm ? nullptr
+                                      : " needs the size of the sphere: give [datum_sphere] diameter_mm in "
+                                        "machine.toml, or use delay-multi-speed, which finds it.";
+    case Needs::plates_gap:
+      return facts.gap_mm ? nullptr : " needs the distance of the plates: give [datum_plates] gap_mm in machine.toml.";
+    case Needs::checked_ball:
+      return facts.checked_ball ? nullptr
+                                : " needs the ball that it reads: give [periodic_check] ball_diameter_mm and "
+                                  "ball_centre_z_mm in machine.toml.";
+    case Needs::ball_plate:
+      return facts.ball_plate ? nullptr
+                              : " needs to know where a certificate has the balls: give [ball_plate] and its balls in "
+                                "machine.toml.";
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force) {
   const std::string name{nameOf(method)};
-  switch (needsOf(method)) {
-    case Needs::nothing:
-    case Needs::screw:  // sweepOptions() has asked
-      return std::nullopt;
-    case Needs::sphere_diameter:
-      if (facts.sphere_diameter_mm) return std::nullopt;
-      return Error{name +
-                   " needs the size of the sphere: give [datum_sphere] diameter_mm in machine.toml, or use "
-                   "delay-multi-speed, which finds it."};
-    case Needs::plates_gap:
-      if (facts.gap_mm) return std::nullopt;
-      return Error{name + " needs the distance of the plates: give [datum_plates] gap_mm in machine.toml."};
-    case Needs::checked_ball:
-      if (!facts.checked_ball) {
-        return Error{name +
-                     " needs the ball that it reads: give [periodic_check] ball_diameter_mm and ball_centre_z_mm in "
-                     "machine.toml."};
-      }
-      [[fallthrough]];
-    case Needs::delay_in_force:
-      if (delay_in_force) return std::nullopt;
-      return Error{name +
-                   " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
-                   "delay-multi-speed) and accept it."};
-  }
-  return std::nullopt;
+  if (const char* missing = missingFact(needsOf(method), facts)) return Error{name + missing};
+  if (!readsBalls(method) || delay_in_force) return std::nullopt;
+  return Error{name +
+               " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
+               "delay-multi-speed) and accept it."};
+}
+
+std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts) {
+  if (needsOf(method) != Needs::ball_plate || !facts.ball_plate) return std::nullopt;
+  const std::size_t known = facts.ball_plate->balls_mm.size();
+  if (options.balls <= known) return std::nullopt;
+  return Error{"[ball_plate] of machine.toml has " + std::to_string(known) + " balls, and " +
+               std::to_string(options.balls) + " are to be read: describe the others, or read fewer."};
 }
 
 bool findsAPlace(Method method) {
@@ -79,6 +91,7 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
       break;
     case Needs::delay_in_force:
     case Needs::checked_ball:
+    case Needs::ball_plate:
       run.refusal = addReadings(run.dataset, method, recording, facts);
       break;
   }

@@ -32,6 +32,13 @@ struct CheckedBall {
   std::optional<double> limit_mm;
 };
 
+// The balls that rotary-axis-errors reads, and the axis C as it should be: along Z, through a point.
+struct BallPlate {
+  std::array<double, 3> axis_point_mm{};
+  std::optional<double> sd_mm;  // of a certified coordinate
+  std::vector<std::array<double, 3>> balls_mm;
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -42,11 +49,14 @@ struct Facts {
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
   std::optional<CheckedBall> checked_ball{};
+  std::optional<BallPlate> ball_plate{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
 // the system delay is.
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
+// Why the options ask for balls that the plate does not have; nothing when they do not.
+std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.
 bool findsAPlace(Method method);
 

@@ -90,9 +90,10 @@ std::vector<ProcedureOptions> candidates(Method method, const ProcedureOptions& 
       }
     });
   }
-  if (method == Method::c_axis_alignment && given.balls == 0) {
-    spread([](const ProcedureOptions& options, auto& wider) {
-      for (const std::uint16_t balls : std::array<std::uint16_t, 6>{2, 3, 4, 5, 6, 7}) {
+  const bool plate = method == Method::rotary_axis_errors;
+  if ((method == Method::c_axis_alignment || plate) && given.balls == 0) {
+    spread([plate](const ProcedureOptions& options, auto& wider) {
+      for (std::uint16_t balls = plate ? 3 : 2; balls <= 7; ++balls) {
         wider.push_back(options);
         wider.back().balls = balls;
       }

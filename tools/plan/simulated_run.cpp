@@ -1,8 +1,9 @@
 #include "tools/plan/simulated_run.hpp"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "firmware/capture/recording.hpp"
@@ -78,6 +79,12 @@ class Contact {
   Drive in_, out_;
 };
 
+// Where a ball of the part stands at C = 0: a third of a turn further and higher than the one before it.
+Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
+  const double at_rad = 2 * std::numbers::pi / 3 * (number - 1);
+  return set_up.ball_reach_mm * Vector3d{std::cos(at_rad), std::sin(at_rad), static_cast<double>(number)};
+}
+
 class Run {
  public:
   Run(const SetUp& set_up, std::uint64_t seed) : set_up_{set_up}, random_{seed}, recording_{capture::Capacity{}} {
@@ -138,11 +145,9 @@ class Run {
       case procedure::Feature::plates:
         return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
       case procedure::Feature::part_ball: {
-        // Balls stand above each other; A carries the probe, whose stylus is straight: only C moves them.
-        const double c_rad = step.touch.rotary_angles_rad[2];
-        const Vector3d ball{set_up_.ball_reach_mm * std::cos(c_rad), set_up_.ball_reach_mm * std::sin(c_rad),
-                            set_up_.ball_reach_mm * step.touch.ball};
-        return ball + reach_mm * n;
+        // A carries the probe, whose stylus is straight: only C moves the ball.
+        const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
+        return turn * ballAt(set_up_, step.touch.ball) + reach_mm * n;
       }
     }
     return reach_mm * n;
@@ -172,6 +177,15 @@ procedure::CheckedBall checkedBall(const SetUp& set_up) {
   return ball;
 }
 
+procedure::BallPlate ballPlate(const SetUp& set_up) {
+  procedure::BallPlate plate;
+  for (std::uint16_t number = 1; number <= 7; ++number) {
+    const Vector3d at = ballAt(set_up, number);
+    plate.balls_mm.push_back({at.x(), at.y(), at.z()});
+  }
+  return plate;
+}
+
 }  // namespace
 
 SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed) {
@@ -187,7 +201,8 @@ SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std:
                                .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
                                .sigma_c_rad = set_up.sigma_c_rad,
                                .screws = {},
-                               .checked_ball = checkedBall(set_up)};
+                               .checked_ball = checkedBall(set_up),
+                               .ball_plate = ballPlate(set_up)};
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
                                .nominal_period = std::chrono::milliseconds{1}};
   const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);

@@ -210,11 +210,12 @@ class CommandLine {
     report->add_flag("--force", report_.force, "overwrite an existing file");
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method,
-                          "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
-                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
-                          "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
-                          "screw-calibration");
+    calibrate->add_option(
+        "method", calibrate_.method,
+        "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
+        "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
+        "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, rotary-axis-errors, "
+        "screw-calibration");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
@@ -260,16 +261,19 @@ class CommandLine {
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
     command
-        ->add_option("--angles", choices.angles, "how many angles of C; for centreline and centreline-limited-access")
+        ->add_option("--angles", choices.angles,
+                     "how many angles of C; for centreline, centreline-limited-access and rotary-axis-errors")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
     command
         ->add_option("--arc", choices.arc_deg,
-                     "over which C can be turned, 360 without it; for centreline, and for "
+                     "over which C can be turned, 360 without it; for centreline and rotary-axis-errors, and for "
                      "centreline-limited-access, 80 without it")
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
-    command->add_option("--heights", choices.balls, "how many balls at different heights; for c-axis-alignment")
+    command
+        ->add_option("--heights", choices.balls,
+                     "how many balls at different heights; for c-axis-alignment and rotary-axis-errors")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
   }

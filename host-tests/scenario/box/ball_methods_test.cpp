@@ -1,5 +1,4 @@
 #include <cmath>
-#include <filesystem>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <string>
@@ -7,8 +6,8 @@
 
 #include "firmware/app/result_events.hpp"
 #include "pulls.hpp"
+#include "saved_case.hpp"
 #include "scenario.hpp"
-#include "tools/case/case_folder.hpp"
 
 // Methods that read one ball of the part in several poses, run on the emulated machine.
 namespace probebox::scenario {
@@ -53,23 +52,6 @@ world::Config worldOf(std::uint64_t seed) {
   config.part_spindle.point_mm[0] += 0.01 * step;
   config.probe_spindle.stylus_offset_mm[1] -= 0.003 * step;
   return config;
-}
-
-// A saved case has every digit of the run.
-void expectTheSameFrom(const metrology::Dataset& dataset, const metrology::Result& result) {
-  const auto folder = std::filesystem::path{testing::TempDir()} / ("probebox-live-" + dataset.method);
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(casefolder::writeCase(dataset, folder));
-  const auto read = casefolder::readCase(folder);
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(read);
-  const auto again = metrology::solve(*read);
-  ASSERT_TRUE(again);
-  ASSERT_EQ(again->estimates.size(), result.estimates.size());
-  for (std::size_t i = 0; i < result.estimates.size(); ++i) {
-    EXPECT_EQ(again->estimates[i].values, result.estimates[i].values) << result.estimates[i].key;
-    EXPECT_EQ(again->estimates[i].sd, result.estimates[i].sd) << result.estimates[i].key;
-  }
 }
 
 std::optional<metrology::Result> measured(Scenario& scenario, Method method, const ProcedureOptions& options = {}) {

@@ -78,5 +78,34 @@ TEST(BallPlans, NeedADelayAndThePeriodicCheckItsBall) {
   }
 }
 
+TEST(BallPlans, ReadAPlateAtEveryStopAndOnceMoreWhereItBegan) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, Method::rotary_axis_errors, {.angles = 4, .balls = 3});
+  ASSERT_EQ(plan->step_count, 5U * 3U * 5U);
+  for (std::size_t k = 0; k < plan->step_count; ++k) {
+    const auto& touch = plan->steps[k].touch;
+    const std::size_t reading = k / 5, stop = reading / 3;
+    EXPECT_EQ(touch.reading, reading);
+    EXPECT_EQ(touch.ball, reading % 3 + 1);
+    EXPECT_NEAR(touch.rotary_angles_rad[2], stop < 4 ? static_cast<double>(stop) * std::numbers::pi / 2 : 0.0, 1e-12);
+  }
+  EXPECT_EQ(refusal(Method::rotary_axis_errors, {}), "");
+  EXPECT_THAT(refusal(Method::rotary_axis_errors, {.balls = 2}), HasSubstr("3 to 7 balls"));
+  EXPECT_THAT(refusal(Method::rotary_axis_errors, {.angles = 12}), HasSubstr("195 touches"));
+}
+
+TEST(BallPlans, ReadNoMoreBallsThanThePlateHas) {
+  constexpr auto method = Method::rotary_axis_errors;
+  Facts facts;
+  EXPECT_THAT(whyUnready(method, facts, true)->what, HasSubstr("[ball_plate]"));
+  facts.ball_plate = BallPlate{.axis_point_mm = {}, .sd_mm = {}, .balls_mm = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  EXPECT_THAT(whyUnready(method, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(method, facts, true));
+  EXPECT_FALSE(whyNoSuchBall(method, {}, facts));
+  EXPECT_FALSE(whyNoSuchBall(method, {.balls = 3}, facts));
+  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, and 4 are to be read"));
+  EXPECT_FALSE(whyNoSuchBall(Method::c_axis_alignment, {.balls = 4}, facts));
+}
+
 }  // namespace
 }  // namespace probebox::procedure

@@ -207,7 +207,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 14U);
+  EXPECT_EQ(methodNames().size(), 15U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {

@@ -256,6 +256,23 @@ TEST(MachineToml, MayDescribeTheBallOfThePeriodicCheck) {
               AllOf(HasSubstr("ball_centre_z_mm"), HasSubstr("out of its range"), HasSubstr("limits_mm")));
 }
 
+TEST(MachineToml, MayDescribeThePlateOfTheRotaryAxis) {
+  EXPECT_FALSE(machineWith("")->ball_plate);
+  const std::string point = "[ball_plate]\naxis_point_mm = [330, 200, -300]\n";
+  const std::string two = "[[ball_plate.ball]]\nat_mm = [30, 0, 140]\n[[ball_plate.ball]]\nat_mm = [-15, 26, 100]\n";
+  const auto machine = machineWith(point + "sd_mm = 0.0005\n" + two + "[[ball_plate.ball]]\nat_mm = [-15, -26, 60]\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  const auto& plate = *machine->ball_plate;
+  EXPECT_EQ(plate.axis_point_mm, (std::array<double, 3>{330, 200, -300}));
+  EXPECT_EQ(plate.sd_mm, 0.0005);
+  ASSERT_EQ(plate.balls_mm.size(), 3U);
+  EXPECT_EQ(plate.balls_mm[1], (std::array<double, 3>{-15, 26, 100}));
+  EXPECT_THAT(machineProblem(point + two), HasSubstr("2 balls do not make a plate"));
+  EXPECT_THAT(machineProblem(point), HasSubstr("missing key 'ball_plate.ball'"));
+  EXPECT_THAT(machineProblem("[ball_plate]\nsd_mm = 5\n" + two),
+              AllOf(HasSubstr("axis_point_mm"), HasSubstr("out of its range")));
+}
+
 TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
   const std::string text =
       "[probe]\nserial_number = \"1\"\nrate_hz = 1000\nnoise_um = 0.4\ndeflection_limit_mm = 1\n"

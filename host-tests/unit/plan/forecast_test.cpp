@@ -66,7 +66,12 @@ TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
     ASSERT_TRUE(expected) << name << ": " << expected.error().reason;
     ASSERT_FALSE(expected->estimates.empty());
     for (const auto& estimate : expected->estimates) {
-      for (const double sd : estimate.sd) EXPECT_GT(sd, 0) << name << ' ' << estimate.key;
+      for (std::size_t k = 0; k < estimate.sd.size(); ++k) {
+        // An axis is nowhere along itself, and does not lean about itself.
+        const bool none = estimate.key == "location_mm" || estimate.key == "tilt_rad";
+        if (none && k == 2) continue;
+        EXPECT_GT(estimate.sd[k], 0) << name << ' ' << estimate.key;
+      }
     }
     EXPECT_GT(expected->duration_s, 0.5 * static_cast<double>(expected->touches));
   }
