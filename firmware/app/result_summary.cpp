@@ -1,7 +1,11 @@
 #include "firmware/app/result_summary.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <string>
 
 namespace probebox::app {
@@ -16,6 +20,35 @@ void appendValues(const metrology::Estimate& estimate, std::vector<messages::Nam
                       .value = estimate.values[i],
                       .sd = has_sd ? estimate.sd[i] : 0.0,
                       .has_sd = has_sd});
+  }
+}
+
+// Six errors an angle, by the names of ISO 230-7: EXC_at_60_deg_mm.
+void appendSixErrors(const metrology::Estimate& six, const metrology::Estimate& angles_rad, const std::string& subject,
+                     std::vector<messages::NamedValue>& values) {
+  constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+  const bool of_axis = subject.starts_with("rotary-");
+  const std::string letter{of_axis ? static_cast<char>(std::toupper(subject.back())) : '_'};
+  for (std::size_t i = 0; i < six.values.size(); ++i) {
+    std::array<char, 48> at{};
+    const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;
+    std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
+    values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
+                      .value = six.values[i],
+                      .sd = six.sd.empty() ? 0.0 : six.sd[i],
+                      .has_sd = !six.sd.empty()});
+  }
+}
+
+void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
+  const auto angles = std::ranges::find(result.also, "angle_rad", &metrology::Estimate::key);
+  for (const auto& estimate : result.estimates) {
+    const bool by_angle = estimate.key == "six_errors" && angles != result.also.end() &&
+                          estimate.values.size() == 6 * angles->values.size();
+    if (by_angle)
+      appendSixErrors(estimate, *angles, subject, values);
+    else
+      appendValues(estimate, values);
   }
 }
 
@@ -97,7 +130,7 @@ messages::ResultSummary summaryOf(const store::Record& record) {
   summary.machine = record.binding.machine;
   summary.mounting = record.binding.mounting;
   if (const metrology::Result* result = record.result()) {
-    for (const auto& estimate : result->estimates) appendValues(estimate, summary.values);
+    appendAll(*result, record.binding.subject, summary.values);
     summary.rms = result->rms;
     summary.dof = static_cast<std::uint32_t>(result->dof);
     summary.condition = result->condition;

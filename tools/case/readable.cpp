@@ -28,6 +28,11 @@ int decimalsOf(double uncertainty) {
 }  // namespace
 
 Label labelOf(const std::string& key) {
+  if (const auto index = key.find('['); index != std::string::npos) {
+    Label label = labelOf(key.substr(0, index));
+    label.name += key.substr(index);
+    return label;
+  }
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};

@@ -5,7 +5,7 @@
 // Values of results as people read them; everything that prints one prints it like this.
 namespace probebox::casefolder {
 
-// A key such as "tau_s" taken apart: what it is, and the unit that a person reads.
+// A key such as "tau_s" or "location_mm[1]" taken apart: what it is, and the unit that a person reads.
 struct Label {
   std::string name;    // "tau"
   std::string unit;    // "us"; empty: none
