@@ -119,9 +119,10 @@ void Controller::askAnew() {
 
 // Only a box without a run behind it: one that has lost a reference since has to be homed by a person's decision.
 void Controller::home() {
+  // The box believes it of axes that it has seen standing for a while.
   constexpr Nanoseconds kAgain = std::chrono::milliseconds{500};
-  const bool due = homed_ == MonoTime::min() || now_ - homed_ >= kAgain;
-  if (!config_.homes || status_->referenced || status_->run != 0 || !due || !machine_.atRest(now_)) return;
+  if (!machine_.atRest(now_) || homed_ == MonoTime::min()) homed_ = now_;
+  if (!config_.homes || status_->referenced || status_->run != 0 || now_ - homed_ < kAgain) return;
   link_.home(machine_.commandedPosition());
   homed_ = now_;
 }

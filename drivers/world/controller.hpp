@@ -114,7 +114,7 @@ class Controller {
   Prompt step_;                   // what is being done
   Marker marker_;                 // the one that was posted last
   MonoTime posted_{};
-  MonoTime homed_{MonoTime::min()};  // when the box was told
+  MonoTime homed_{MonoTime::min()};  // when the box was told, or the machine last moved
   std::optional<Place> near_;        // where the probe is, unless at the free height
   Route route_;
   std::uint64_t finished_steps_{};
