@@ -162,11 +162,7 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& bindin
 
 void ResultsInForce::activateWaiting() {
   if (now_() < patient_until_) return;
-  std::vector<std::uint64_t> waiting;
-  {
-    const std::lock_guard lock{mutex_};
-    waiting = waiting_;
-  }
+  const auto waiting = this->waiting();
   if (waiting.empty()) return;
   for (const auto id : waiting) {
     const auto activated = store_.activate(id, utcNow());
@@ -211,6 +207,11 @@ void ResultsInForce::readStore() {
 std::vector<std::uint64_t> ResultsInForce::active() const {
   const std::lock_guard lock{mutex_};
   return active_;
+}
+
+std::vector<std::uint64_t> ResultsInForce::waiting() const {
+  const std::lock_guard lock{mutex_};
+  return waiting_;
 }
 
 bool ResultsInForce::isWaiting(store::Id id) const {

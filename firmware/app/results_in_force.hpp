@@ -63,6 +63,7 @@ class ResultsInForce {
 
  private:
   bool mayChange() const;
+  std::vector<std::uint64_t> waiting() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   void tell(const store::Record& record);
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
