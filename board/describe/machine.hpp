@@ -74,6 +74,13 @@ struct BallPlateDescription {
 };
 inline constexpr std::size_t kMostPlateBalls = 7;
 
+// A table that tilts under the part, as it is measured: what it turns about, and where it stands for the readings.
+struct TiltDescription {
+  std::array<double, 3> axis{};  // unit vector along X or Y, right-handed: a positive angle is about it
+  std::vector<double> angles_deg;
+  double sigma_rad{};  // how exactly it finds an angle (k = 1)
+};
+
 // How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
 enum class Programming { radius, diameter };
 
@@ -146,6 +153,7 @@ struct Machine {
   double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<BallPlateDescription> ball_plate;
+  std::optional<TiltDescription> tilting_table;
   CentrelineDescription centreline;
   std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
   std::optional<SwivelDescription> swivel;

@@ -114,6 +114,19 @@ WorldPartSpindle readPartSpindle(Section section) {
   return spindle;
 }
 
+WorldTiltingTable readTiltingTable(Section section) {
+  constexpr std::array<Vector3, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+  WorldTiltingTable table;
+  const std::size_t axis = section.choice("axis", {"X", "-X", "Y", "-Y"});
+  table.axis = kAxes[axis];
+  table.point_mm = section.vector("point_mm", kAnywhere);
+  const bool about_x = axis < 2;
+  table.lean[about_x ? 1 : 0] = section.number(about_x ? "lean_y_rad" : "lean_x_rad", {-0.01, 0.01}, 0.0);
+  table.lean[2] = section.number("lean_z_rad", {-0.01, 0.01}, 0.0);
+  section.finish();
+  return table;
+}
+
 WorldProbeSpindle readProbeSpindle(Section section) {
   WorldProbeSpindle spindle;
   spindle.tilt = readTilt(section);
@@ -178,6 +191,7 @@ World readWorld(Section& root) {
   world.sphere = readSphere(root.section("datum_sphere"));
   if (root.has("gauge_plates")) world.plates = readPlates(root.section("gauge_plates"));
   if (root.has("part_spindle")) world.part_spindle = readPartSpindle(root.section("part_spindle"));
+  if (root.has("tilting_table")) world.tilting_table = readTiltingTable(root.section("tilting_table"));
   if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
   if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
   readScrews(root.section("screw", false), world);

@@ -10,6 +10,7 @@ namespace {
 constexpr Range kSeconds{0, 3600};
 constexpr double kUsualStale_s = 0.25;
 constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
+constexpr std::size_t kMostTilts = 6;
 constexpr std::string_view kLetters = "ABC";
 
 RotaryAxisDescription readRotaryAxis(Section section) {
@@ -102,6 +103,34 @@ void readTools(std::vector<Section> sections, Machine& machine) {
   }
 }
 
+// Angles at which readings differ enough to tell the axis.
+void checkAngles(Section& section, std::string_view key, const std::vector<double>& angles_deg) {
+  constexpr double kLeastSpan_deg = 20;
+  if (angles_deg.size() < 2) return;
+  const std::string name{key};
+  if (angles_deg.size() > kMostTilts)
+    section.problem(*section.node(key), "'" + name + "' has more than 6 angles: remove some");
+  auto sorted = angles_deg;
+  std::ranges::sort(sorted);
+  if (std::ranges::adjacent_find(sorted) != sorted.end())
+    section.problem(*section.node(key), "'" + name + "' has an angle twice: give each once");
+  if (sorted.back() - sorted.front() < kLeastSpan_deg)
+    section.problem(*section.node(key), "'" + name +
+                                            "' spans less than 20 degrees, too little to see an axis: spread "
+                                            "the angles, such as [-90, 0]");
+}
+
+TiltDescription readTilt(Section section) {
+  constexpr std::array<std::array<double, 3>, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+  TiltDescription tilt;
+  tilt.axis = kAxes[section.choice("axis", {"X", "-X", "Y", "-Y"})];
+  tilt.angles_deg = section.numbers("tilts_deg", {-180, 180}, 2);
+  checkAngles(section, "tilts_deg", tilt.angles_deg);
+  tilt.sigma_rad = section.number("sigma_rad", {0, 0.01}, 0.0);
+  section.finish();
+  return tilt;
+}
+
 }  // namespace
 
 void readRotary(Section& root, double hold_s, Machine& machine) {
@@ -118,6 +147,9 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
   if (has_swivel) machine.swivel = readSwivel(std::move(swivel), hold_s, machine);
   if (has_table) machine.rotary_table = readTable(std::move(table), hold_s, machine);
   readTools(root.sections("tool"), machine);
+  const bool has_tilt = root.has("tilting_table");
+  auto tilt = root.section("tilting_table", false);
+  if (has_tilt) machine.tilting_table = readTilt(std::move(tilt));
 }
 
 }  // namespace probebox::board

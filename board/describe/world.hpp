@@ -84,6 +84,13 @@ struct WorldPartSpindle {
   Vector3 error_cosine_rad{}, error_sine_rad{};
 };
 
+// A table that tilts the part's spindle with all that stands on it: B of the controller.
+struct WorldTiltingTable {
+  Vector3 axis{};      // nominally, unit vector along X or Y: a positive tilt is right-handed about it
+  Vector3 point_mm{};  // of the true axis
+  Vector3 lean{};      // of the true axis over the nominal one, across it
+};
+
 // The spindle of the probe: rotary axis A.
 struct WorldProbeSpindle {
   std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
@@ -128,6 +135,7 @@ struct World {
   // What is not described is not there.
   std::optional<WorldPlates> plates;
   std::optional<WorldPartSpindle> part_spindle;
+  std::optional<WorldTiltingTable> tilting_table;
   std::optional<WorldProbeSpindle> probe_spindle;
   std::optional<WorldRotary> rotary;
   std::array<std::optional<WorldScrew>, 3> screws;

@@ -26,6 +26,8 @@ enum class StepKind : std::uint8_t {
   jog = 2,     // one axis alone, and nothing is touched
   sweep = 3,   // the same, slowly and at constant speed
 };
+// What the rotary axis B moves in a step.
+enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
 
 // What the box asks the machine to do.
@@ -45,8 +47,9 @@ struct Prompt {
   std::uint16_t ball{};         // of the part, from 1
   bool turns{};                 // the rotary axes have to stand as below
   Vector3 rotary_angles_rad{};  // A B C
-  bool referenced{true};        // the box knows where all axes stand
-  double travel_mm{};           // of a jog or a sweep, along the outward normal
+  BMoves b_moves{};
+  bool referenced{true};  // the box knows where all axes stand
+  double travel_mm{};     // of a jog or a sweep, along the outward normal
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

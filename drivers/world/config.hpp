@@ -102,6 +102,13 @@ struct PartSpindleConfig {
   AxisErrorsConfig errors;
 };
 
+// A table that tilts the part spindle with all that stands on it, about a line. B of the controller.
+struct TiltingTableConfig {
+  bool fitted{false};
+  Vector3 point_mm{};
+  Vector3 direction{1, 0, 0};
+};
+
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs
 // `stylus_length_mm` below the reference, off the axis by `stylus_offset_mm` at A = 0.
 struct ProbeSpindleConfig {
@@ -112,7 +119,7 @@ struct ProbeSpindleConfig {
 
 struct RotaryConfig {
   double speed_rad_s{3};
-  double noise_rad{0};  // of every stop, k = 1, of A and of C
+  double noise_rad{0};  // of every stop, k = 1, of all axes
 };
 
 // A ball screw that warms up from the world's start on, with a sensor at its free end.
@@ -141,6 +148,7 @@ struct Config {
   SphereConfig sphere;
   PlatesConfig plates;
   PartSpindleConfig part_spindle;
+  TiltingTableConfig tilting_table;
   ProbeSpindleConfig probe_spindle;
   RotaryConfig rotary;
   std::array<ScrewConfig, 3> screws;

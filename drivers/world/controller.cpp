@@ -1,6 +1,7 @@
 #include "drivers/world/controller.hpp"
 
 #include <cmath>
+#include <tuple>
 
 namespace probebox::world {
 namespace {
@@ -13,6 +14,11 @@ bool movesOneAxis(StepKind kind) {
   return kind == StepKind::jog || kind == StepKind::sweep;
 }
 
+// As the controller tells them: A B C.
+Vector3 anglesOf(const Pose& pose) {
+  return {pose.a_rad, pose.table_rad, pose.c_rad};
+}
+
 // A prompt that a machine can follow; anything else is not moved for.
 bool canBeFollowed(const Prompt& prompt) {
   const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
@@ -23,7 +29,8 @@ bool canBeFollowed(const Prompt& prompt) {
   const bool approaches =
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
-  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) && prompt.rotary_angles_rad[1] == 0;
+  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
+                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves == BMoves::table);
   return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
          prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
          dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
@@ -67,7 +74,8 @@ void Controller::advance(MonoTime now) {
     case Activity::withdrawing:
       return withdraw();
     case Activity::parking:
-      return travel(Activity::asking);
+      if (arrived()) level();
+      return;
   }
 }
 
@@ -160,8 +168,9 @@ void Controller::follow(const Prompt& prompt) {
   enter(Activity::rising);
 }
 
-// The features that this controller has been shown.
+// The features and axes that this controller has been shown.
 bool Controller::known(const Prompt& prompt) const {
+  if (prompt.b_moves == BMoves::table && !config_.table.tilts) return false;
   switch (prompt.feature) {
     case StepFeature::datum_sphere:
       return true;
@@ -173,9 +182,21 @@ bool Controller::known(const Prompt& prompt) const {
   return false;
 }
 
+// B stands at zero wherever it moves nothing.
+Pose Controller::pose() const {
+  const auto& [a, b, c] = step_.rotary_angles_rad;
+  return {.a_rad = a, .table_rad = step_.b_moves == BMoves::table ? b : 0, .c_rad = c};
+}
+
 bool Controller::mustTurn() const {
-  const auto& angles = step_.rotary_angles_rad;
-  return step_.turns && (machine_.commandedA() != angles[0] || machine_.commandedC() != angles[2]);
+  return step_.turns && machine_.commandedPose() != pose();
+}
+
+Vector3 Controller::ballOfThePart() const {
+  const auto& [part, table] = std::tie(config_.part, config_.table);
+  const Pose at = pose();
+  const Vector3 level = part.point_mm + rotation({0, 0, 1}, at.c_rad) * part.balls_mm[step_.ball - 1U];
+  return table.point_mm + rotation(table.axis, at.table_rad) * (level - table.point_mm);
 }
 
 Place Controller::place() const {
@@ -185,11 +206,8 @@ Place Controller::place() const {
       break;
     case StepFeature::plates:
       return {Place::Shape::gap, config_.plates.middle_mm, 0};
-    case StepFeature::part_ball: {
-      const auto turned = rotation({0, 0, 1}, step_.rotary_angles_rad[2]);
-      const Vector3 centre = config_.part.point_mm + turned * config_.part.balls_mm[step_.ball - 1U];
-      return {Place::Shape::round, centre, config_.part.effective_radius_mm + keep_out_mm};
-    }
+    case StepFeature::part_ball:
+      return {Place::Shape::round, ballOfThePart(), config_.part.effective_radius_mm + keep_out_mm};
   }
   return {Place::Shape::round, config_.nominal_centre_mm, config_.nominal_effective_radius_mm + keep_out_mm};
 }
@@ -202,7 +220,7 @@ void Controller::rise() {
 }
 
 void Controller::turn() {
-  if (mustTurn()) machine_.turnTo(step_.rotary_angles_rad[0], step_.rotary_angles_rad[2], now_);
+  if (mustTurn()) machine_.turnTo(pose(), now_);
   enter(Activity::turning);
 }
 
@@ -222,7 +240,7 @@ void Controller::post(MarkerPhase phase, Activity waiting) {
   marker_ = Marker{.procedure = step_.run,
                    .step = step_.step,
                    .phase = phase,
-                   .rotary_angles_rad = {machine_.commandedA(), 0, machine_.commandedC()},
+                   .rotary_angles_rad = anglesOf(machine_.commandedPose()),
                    .tool = config_.tool,
                    .nominal_speed_mm_s = step_.nominal_speed_mm_s,
                    .at_rest = machine_.atRest(now_),
@@ -286,6 +304,14 @@ void Controller::park() {
   rise();
   route_.add(config_.park_mm);
   enter(Activity::parking);
+}
+
+// A table stays tilted no longer than it is needed.
+void Controller::level() {
+  Pose pose = machine_.commandedPose();
+  pose.table_rad = 0;
+  machine_.turnTo(pose, now_);
+  enter(Activity::asking);
 }
 
 // Where the stylus ball's centre is to meet the surface.

@@ -29,6 +29,11 @@ struct ControllerConfig {
     std::size_t ball_count{0};
     double effective_radius_mm{};
   } part;
+  struct Table {
+    bool tilts{false};
+    Vector3 point_mm{};     // of the axis that it tilts about
+    Vector3 axis{1, 0, 0};  // which is taken to be along one of the machine's
+  } table;
   double safe_distance_mm{2};     // traverses stay this far from the surface
   Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere
   bool homes{true};               // tells a box that has just started where the axes stand
@@ -87,7 +92,9 @@ class Controller {
   void ask();
   void follow(const Prompt& prompt);
   bool known(const Prompt& prompt) const;
+  Pose pose() const;
   bool mustTurn() const;
+  Vector3 ballOfThePart() const;
   Place place() const;
   void rise();
   void turn();
@@ -99,6 +106,7 @@ class Controller {
   void touch();
   void withdraw();
   void park();
+  void level();
   Vector3 surface() const;
   Vector3 outOfSurface(double distance_mm) const;
 

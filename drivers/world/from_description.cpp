@@ -56,6 +56,11 @@ PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
   return spindle;
 }
 
+// Leaves the machine axis that a table nominally tilts about by as much over its length.
+Vector3 leaning(const board::WorldTiltingTable& table) {
+  return unit(table.axis + Vector3{table.lean[0], table.lean[1], table.lean[2]});
+}
+
 ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescription& screw) {
   return {.fitted = true,
           .length_mm = screw.length_mm,
@@ -81,6 +86,8 @@ void addFeatures(Config& config, const board::World& description) {
                      .thickness_mm = plates->thickness_mm};
   }
   if (description.part_spindle) config.part_spindle = partSpindleOf(*description.part_spindle);
+  if (const auto& table = description.tilting_table)
+    config.tilting_table = {.fitted = true, .point_mm = table->point_mm, .direction = leaning(*table)};
   if (const auto& spindle = description.probe_spindle) {
     config.probe_spindle = {.direction = alongZ(spindle->tilt),
                             .stylus_offset_mm = spindle->stylus_offset_mm,
@@ -141,6 +148,8 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
                    .ball_count = part.ball_count,
                    .effective_radius_mm = part.ball_radius_mm + description.sphere.stylus_ball_radius_mm};
   }
+  if (const auto& table = description.tilting_table)
+    config.table = {.tilts = true, .point_mm = table->point_mm + error_mm, .axis = table->axis};
   config.park_mm = description.axes.home_mm;
   config.dwell = Nanoseconds{std::llround(1e9 * description.cycle.dwell_s)};
   return config;

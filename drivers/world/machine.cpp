@@ -8,6 +8,16 @@ namespace {
 
 constexpr std::uint64_t kStream = 11;
 
+double wayBetween(const Pose& from, const Pose& to) {
+  return std::max(
+      {std::abs(to.a_rad - from.a_rad), std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
+}
+
+Pose between(const Pose& from, const Pose& to, double share) {
+  const auto at = [share](double one, double other) { return one + share * (other - one); };
+  return {at(from.a_rad, to.a_rad), at(from.table_rad, to.table_rad), at(from.c_rad, to.c_rad)};
+}
+
 }  // namespace
 
 Machine::Machine(const Config& config, std::uint64_t seed)
@@ -30,30 +40,40 @@ bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) 
   return true;
 }
 
-bool Machine::turnTo(double a_rad, double c_rad, MonoTime now) {
+bool Machine::turnTo(const Pose& pose, MonoTime now) {
   if (!atRest(now)) return false;
-  const double way_rad = std::max(std::abs(a_rad - commanded_a_rad_), std::abs(c_rad - commanded_c_rad_));
-  if (way_rad == 0) return true;
+  if (pose == commanded_) return true;
   const Contact* last = stylus_.contactCount() > 0 ? stylus_.contact(stylus_.contactCount() - 1) : nullptr;
   const bool touching = last != nullptr && !last->end;
-  if (touching || solids_.swept(motion_.target() + hold_.tip, commanded_c_rad_, c_rad)) ++crashes_;
-  if (a_rad != commanded_a_rad_) hold_ = holdAt(stopAt(a_rad));
-  if (c_rad != commanded_c_rad_) solids_.turnPart(stopAt(c_rad));
-  turned_from_c_rad_ = commanded_c_rad_;
+  if (touching || strikesOnTheWayTo(pose)) ++crashes_;
+  if (pose.a_rad != commanded_.a_rad) hold_ = holdAt(stopAt(pose.a_rad));
+  if (pose.c_rad != commanded_.c_rad) part_.c_rad = stopAt(pose.c_rad);
+  if (pose.table_rad != commanded_.table_rad) part_.tilt_rad = stopAt(pose.table_rad);
+  solids_.turnPart(part_);
+  turned_from_c_rad_ = commanded_.c_rad;
   turns_since_ = now;
-  commanded_a_rad_ = a_rad;
-  commanded_c_rad_ = c_rad;
-  turned_at_ = now + Nanoseconds{std::llround(1e9 * way_rad / rotary_.speed_rad_s)};
+  turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / rotary_.speed_rad_s)};
+  commanded_ = pose;
   return true;
+}
+
+bool Machine::strikesOnTheWayTo(const Pose& pose) const {
+  constexpr double kStep_rad = 0.01;
+  const int steps = std::max(1, static_cast<int>(std::ceil(wayBetween(commanded_, pose) / kStep_rad)));
+  for (int k = 0; k <= steps; ++k) {
+    const Pose at = between(commanded_, pose, static_cast<double>(k) / steps);
+    if (solids_.occupied(motion_.target() + holdAt(at.a_rad).tip, at.part())) return true;
+  }
+  return false;
 }
 
 // At constant speed on its way.
 double Machine::partAngleAt(MonoTime at, double delay_s) const {
   const MonoTime seen = at - Nanoseconds{std::llround(1e9 * delay_s)};
-  if (seen >= turned_at_) return commanded_c_rad_;
+  if (seen >= turned_at_) return commanded_.c_rad;
   if (seen <= turns_since_) return turned_from_c_rad_;
   const double share = toSeconds(seen - turns_since_) / toSeconds(turned_at_ - turns_since_);
-  return turned_from_c_rad_ + share * (commanded_c_rad_ - turned_from_c_rad_);
+  return turned_from_c_rad_ + share * (commanded_.c_rad - turned_from_c_rad_);
 }
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle would

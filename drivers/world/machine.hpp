@@ -11,7 +11,18 @@
 
 namespace probebox::world {
 
-// Three linear axes that carry the probe in its spindle (rotary axis A), and a spindle for the part (C). Positions are
+// How the rotary axes stand: the probe's spindle, the table under the part, the part's spindle.
+struct Pose {
+  double a_rad{};
+  double table_rad{};
+  double c_rad{};
+
+  PartPose part() const { return {c_rad, table_rad}; }
+  friend bool operator==(const Pose&, const Pose&) = default;
+};
+
+// Three linear axes that carry the probe in its spindle (rotary axis A), and a spindle for the part (C) on a table that
+// may tilt. Positions are
 // of the moving reference: of the stylus ball's centre while the stylus is free, but for what the probe's spindle
 // adds to it.
 class Machine {
@@ -24,11 +35,10 @@ class Machine {
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
-  // Turns the rotary axes A and C to these angles, not the shorter way round. False, and nothing happens, while
-  // something is under way. Where an axis really stops is a little beside.
-  bool turnTo(double a_rad, double c_rad, MonoTime now);
-  double commandedA() const { return commanded_a_rad_; }
-  double commandedC() const { return commanded_c_rad_; }
+  // Turns the rotary axes to these angles, not the shorter way round. False, and nothing happens, while something is
+  // under way. Where an axis really stops is a little beside.
+  bool turnTo(const Pose& pose, MonoTime now);
+  const Pose& commandedPose() const { return commanded_; }
   Vector3 commandedPosition() const { return motion_.target(); }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
@@ -46,14 +56,15 @@ class Machine {
   const Stylus& stylus() const { return stylus_; }
   // How C stands as its encoder sees it.
   double partAngleAt(MonoTime at, double delay_s = 0) const;
-  // Where a point of the part is with C at that angle, when it stands at `at_zero` at C = 0.
-  Vector3 partPoint(const Vector3& at_zero, double c_rad) const { return solids_.partPoint(at_zero, c_rad); }
-  // How often a part that turned struck the stylus, or a spindle turned while the stylus touched.
+  // Where a point of the part is in that pose, when it stands at `at_zero` at C = 0 without a tilt.
+  Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const { return solids_.partPoint(at_zero, pose); }
+  // How often the stylus and a ball struck each other while an axis turned, or one turned while the stylus touched.
   std::uint64_t crashes() const { return crashes_; }
 
  private:
   double stopAt(double angle_rad) { return angle_rad + rotary_.noise_rad * random_.normal(); }
   Hold holdAt(double a_rad) const;
+  bool strikesOnTheWayTo(const Pose& pose) const;
 
   AxesConfig axes_;
   RotaryConfig rotary_;
@@ -63,7 +74,8 @@ class Machine {
   Stylus stylus_;
   Random random_;
   Hold hold_;
-  double commanded_a_rad_{}, commanded_c_rad_{};
+  Pose commanded_;
+  PartPose part_;  // as it really stands
   double turned_from_c_rad_{};
   MonoTime turns_since_{MonoTime::min()};
   MonoTime turned_at_{MonoTime::min()};

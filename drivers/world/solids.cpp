@@ -48,32 +48,35 @@ std::optional<Meeting> SolidBlock::meet(const Move& way) const {
 
 Solids::Solids(const Config& config)
     : spindle_{config.part_spindle},
+      table_{config.tilting_table},
       sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm} {
   spindle_.direction = unit(spindle_.direction);
+  table_.direction = unit(table_.direction);
   const double reach_mm = config.sphere.stylus_ball_radius_mm;
   if (config.plates.fitted) {
     plates_ = {plateOf(config.plates, -1, reach_mm), plateOf(config.plates, 1, reach_mm)};
     plate_count_ = plates_.size();
   }
   for (auto& ball : part_) ball.reach_mm = spindle_.ball_radius_mm + reach_mm;
-  turnPart(0);
+  turnPart({});
 }
 
-Vector3 Solids::partPoint(const Vector3& at_zero, double c_rad) const {
+Vector3 Solids::partPoint(const Vector3& at_zero, const PartPose& pose) const {
   const auto& errors = spindle_.errors;
-  const double cosine = std::cos(c_rad) - 1, sine = std::sin(c_rad);
+  const double cosine = std::cos(pose.c_rad) - 1, sine = std::sin(pose.c_rad);
   const Vector3 shift = cosine * errors.cosine_mm + sine * errors.sine_mm;
   const Vector3 tilt = cosine * errors.cosine_rad + sine * errors.sine_rad;
-  const Vector3 turned = rotation(spindle_.direction, c_rad) * (at_zero - spindle_.point_mm);
-  return spindle_.point_mm + shift + rotation(unit(tilt), norm(tilt)) * turned;
+  const Vector3 turned = rotation(spindle_.direction, pose.c_rad) * (at_zero - spindle_.point_mm);
+  const Vector3 on_level_table = spindle_.point_mm + shift + rotation(unit(tilt), norm(tilt)) * turned;
+  return table_.point_mm + rotation(table_.direction, pose.tilt_rad) * (on_level_table - table_.point_mm);
 }
 
-Vector3 Solids::ballAt(std::size_t ball, double c_rad) const {
-  return partPoint(spindle_.point_mm + spindle_.balls_mm[ball], c_rad);
+Vector3 Solids::ballAt(std::size_t ball, const PartPose& pose) const {
+  return partPoint(spindle_.point_mm + spindle_.balls_mm[ball], pose);
 }
 
-void Solids::turnPart(double c_rad) {
-  for (std::size_t i = 0; i < spindle_.ball_count; ++i) part_[i].centre = ballAt(i, c_rad);
+void Solids::turnPart(const PartPose& pose) {
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) part_[i].centre = ballAt(i, pose);
 }
 
 std::optional<Meeting> Solids::meet(const Move& way, double from_mm) const {
@@ -88,14 +91,10 @@ std::optional<Meeting> Solids::meet(const Move& way, double from_mm) const {
   return nearest;
 }
 
-bool Solids::swept(const Vector3& point, double from_rad, double to_rad) const {
-  constexpr double kStep_rad = 0.01;
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to_rad - from_rad) / kStep_rad)));
+bool Solids::occupied(const Vector3& point, const PartPose& pose) const {
+  if (norm(point - sphere_.centre) < sphere_.reach_mm) return true;
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) {
-    for (int k = 0; k <= steps; ++k) {
-      const double c_rad = from_rad + (to_rad - from_rad) * k / steps;
-      if (norm(point - ballAt(i, c_rad)) < part_[i].reach_mm) return true;
-    }
+    if (norm(point - ballAt(i, pose)) < part_[i].reach_mm) return true;
   }
   return false;
 }

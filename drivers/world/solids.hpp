@@ -31,24 +31,31 @@ struct SolidBlock {
   std::optional<Meeting> meet(const Move& way) const;
 };
 
-// Everything that the stylus can touch, with the part spindle at one angle. Real points are turned about real axes: no
+// How the part is held: the angle of its spindle, and the tilt of the table under that.
+struct PartPose {
+  double c_rad{};
+  double tilt_rad{};
+};
+
+// Everything that the stylus can touch, with the part in one pose. Real points are turned about real axes: no
 // formula of any calibration stands here.
 class Solids {
  public:
   explicit Solids(const Config& config);
 
-  void turnPart(double c_rad);
-  // Where a point of the part is when C has turned: it stands at `at_zero` at C = 0.
-  Vector3 partPoint(const Vector3& at_zero, double c_rad) const;
+  void turnPart(const PartPose& pose);
+  // Where a point of the part is in that pose: it stands at `at_zero` at C = 0 without a tilt.
+  Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const;
   // The nearest surface from `from_mm` on; nothing when the way is free.
   std::optional<Meeting> meet(const Move& way, double from_mm) const;
-  // True when a ball of the part sweeps over the point while C turns between the two angles.
-  bool swept(const Vector3& point, double from_rad, double to_rad) const;
+  // True when the stylus ball cannot be there with the part in that pose, because a ball is.
+  bool occupied(const Vector3& point, const PartPose& pose) const;
 
  private:
-  Vector3 ballAt(std::size_t ball, double c_rad) const;
+  Vector3 ballAt(std::size_t ball, const PartPose& pose) const;
 
   PartSpindleConfig spindle_;
+  TiltingTableConfig table_;
   SolidBall sphere_;
   std::array<SolidBlock, 2> plates_{};
   std::size_t plate_count_{};

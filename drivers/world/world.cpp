@@ -70,6 +70,8 @@ Truth World::truth() const {
                .gap_mm = config_.plates.gap_mm,
                .part_axis_point_mm = config_.part_spindle.point_mm,
                .part_axis = unit(config_.part_spindle.direction),
+               .table_axis_point_mm = config_.tilting_table.point_mm,
+               .table_axis = unit(config_.tilting_table.direction),
                .gain = config_.probe.gain,
                .drift_ppm = sync_.driftPpm(),
                .ledger = ledger_};

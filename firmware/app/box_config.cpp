@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "drivers/gpio/lines.hpp"
@@ -52,6 +53,15 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
   return all;
 }
 
+std::optional<procedure::BFacts> bFacts(const std::optional<board::TiltDescription>& tilt) {
+  if (!tilt) return std::nullopt;
+  procedure::BFacts facts{
+      .axis = tilt->axis, .count = tilt->angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt->sigma_rad};
+  std::ranges::transform(tilt->angles_deg, facts.angles_rad.begin(),
+                         [](double angle_deg) { return angle_deg * std::numbers::pi / 180; });
+  return facts;
+}
+
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
@@ -99,7 +109,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .gain = descriptions.probe.gain,
           .screws = screwFacts(machine),
           .checked_ball = checkedBall(machine),
-          .ball_plate = ballPlate(machine)};
+          .ball_plate = ballPlate(machine),
+          .tilting_table = bFacts(machine.tilting_table)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -23,7 +23,10 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .angles = request.angles,
                            .balls = request.balls,
                            .axis = request.axis,
-                           .travel_mm = 0};
+                           .travel_mm = 0,
+                           .b_count = 0,
+                           .b_angles_rad = {},
+                           .b_axis = {}};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }
@@ -52,7 +55,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
       return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
     if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
       return refused(ErrorCode::refused, error->what);
-    return *options;
+    return procedure::described(method, *options, facts);
   }
   const auto sweep = procedure::sweepOptions(*options, request.turns, facts);
   if (!sweep) return refused(ErrorCode::refused, sweep.error().what);

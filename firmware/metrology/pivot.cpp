@@ -65,12 +65,30 @@ std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, cons
           "with the ball further out"};
 }
 
-Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit, const Sigma& sigma,
+// Of a reading, and of a stop of the axis where that is stated too.
+struct TiltNoise {
+  Sigma position;
+  double angle{};  // rad
+  bool angle_ignored{};
+};
+
+Outcome<TiltNoise, Refusal> statedNoise(const Dataset& dataset) {
+  const auto position = configSigma(dataset, "sigma_mm");
+  if (!position) return position.error();
+  const auto angle = configSigma(dataset, kSigmaAngle);
+  if (!angle) return angle.error();
+  const bool both = position->stated && angle->stated;
+  return TiltNoise{*position, both ? angle->value : 0.0, angle->stated && !position->stated};
+}
+
+Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit, const TiltNoise& noise,
                 std::span<const std::string_view> keys) {
-  constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
-  Answer answer{dataset, fit, sigma};
+  constexpr std::array<std::string_view, 2> kPlain{"first of the plane", "second of the plane"};
+  constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
+  Answer answer{dataset, fit, noise.position};
+  if (noise.angle_ignored) answer.warn("sigma_angle_rad is not used: it needs sigma_mm beside it");
   const Table& table = *dataset.table("readings");
-  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, noise.angle > 0.0 ? kByArm : kPlain, table.column("B_deg") ? "B_deg" : "tilt_deg");
   Vector2d pivot = fit.parameters.head<2>();
   Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
   if (!plane.alphabetical()) {
@@ -78,32 +96,37 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit
     rows = rows.colwise().reverse().eval();
   }
   answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
-  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
+  std::vector<std::string_view> known{keys.begin(), keys.end()};
+  known.push_back(kSigmaAngle);
+  for (auto& warning : unusedKeys(dataset, known)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
 
 }  // namespace
 
 Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
+  const auto noise = statedNoise(dataset);
+  if (!noise) return noise.error();
   const auto plane = swivelPlane(dataset, "tilt_axis");
   if (!plane) return plane.error();
   const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
   if (!table) return table.error();
   const auto readings = tiltReadings(**table, plane.value(), nullptr).readings;
-  const auto fit = fitTilts(readings, skewSeen(readings), sigma->value);
+  const auto fit = fitTilts(readings, skewSeen(readings), noise->position.value, noise->angle);
   if (!fit) return fit.error();
-  if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
-  if (auto refusal = failsCheck(readings, fit->parameters.head<2>())) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kTableTiltKeys);
+  if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
+  // The source's equations know no weights.
+  const auto plain = fitTilts(readings, skewSeen(readings), noise->position.value);
+  if (!plain) return plain.error();
+  if (auto refusal = failsCheck(readings, plain->parameters.head<2>())) return *refusal;
+  Result result = answered(dataset, plane.value(), fit.value(), noise.value(), kTableTiltKeys);
   result.convention = "machine coordinates of the tilt axis";
   return result;
 }
 
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
+  const auto noise = statedNoise(dataset);
+  if (!noise) return noise.error();
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return plane.error();
   const auto ball = tiltedBall(dataset);
@@ -111,10 +134,10 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
   if (!table) return table.error();
   const auto readings = tiltReadings(**table, plane.value(), &ball.value()).readings;
-  const auto fit = fitTilts(readings, skewSeen(readings), sigma->value);
+  const auto fit = fitTilts(readings, skewSeen(readings), noise->position.value, noise->angle);
   if (!fit) return fit.error();
-  if (auto refusal = shortArm(readings, fit.value(), sigma.value())) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), sigma.value(), kHeadTiltKeys);
+  if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
+  Result result = answered(dataset, plane.value(), fit.value(), noise.value(), kHeadTiltKeys);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }

@@ -22,6 +22,23 @@ std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
   return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
 }
 
+// Turns the rows of every reading along its arm and across, and takes the share of the angle out of the latter.
+void weighAcross(Eigen::MatrixXd& design, Eigen::VectorXd& values, const std::vector<TiltReading>& readings,
+                 const Eigen::VectorXd& fitted, double sigma, double sigma_angle) {
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    const Eigen::Vector2d arm =
+        turn(readings[k].tilt_deg * kDegree) * fitted.segment<2>(static_cast<Eigen::Index>(2 + 2 * readings[k].point));
+    if (arm.norm() <= 0.0) continue;
+    const Eigen::Vector2d along = arm.normalized();
+    const double scale = sigma / std::hypot(sigma, arm.norm() * sigma_angle);
+    Eigen::Matrix2d rows;
+    rows << along.x(), along.y(), -along.y() * scale, along.x() * scale;
+    design.middleRows<2>(row) = (rows * design.middleRows<2>(row)).eval();
+    values.segment<2>(row) = (rows * values.segment<2>(row)).eval();
+  }
+}
+
 }  // namespace
 
 TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball) {
@@ -51,7 +68,7 @@ Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset) {
   return Eigen::Vector3d{ball->value().data()};
 }
 
-Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma) {
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma, double sigma_angle) {
   if (auto refusal = refuseSpan(readings)) return *refusal;
   const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
   const auto rows = static_cast<Eigen::Index>(2 * readings.size());
@@ -65,7 +82,10 @@ Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool sk
     if (skew) design.block(row, design.cols() - 2, 2, 2) = readings[k].along * Eigen::Matrix2d::Identity();
     values.segment<2>(row) = readings[k].at;
   }
-  return refuseUncertainPivot(linearLeastSquares(design / sigma, values / sigma), readings.size(), sigma);
+  auto fit = refuseUncertainPivot(linearLeastSquares(design / sigma, values / sigma), readings.size(), sigma);
+  if (!fit || sigma_angle <= 0.0) return fit;
+  weighAcross(design, values, readings, fit->parameters, sigma, sigma_angle);
+  return linearLeastSquares(design / sigma, values / sigma);
 }
 
 Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_t readings, double sigma) {

@@ -38,14 +38,18 @@ inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "
 inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 inline constexpr std::array<std::string_view, 2> kTableTiltKeys{"tilt_axis", "sigma_mm"};
 inline constexpr std::array<std::string_view, 3> kHeadTiltKeys{"ball_mm", "swivel_axis", "sigma_mm"};
+// Of methods in the plane, beside these.
+inline constexpr std::string_view kSigmaAngle = "sigma_angle_rad";
 
 // Where the ball of a swivelling head stands, config key ball_mm. Refuses: missing-key, bad-config.
 Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset);
 
 // (B29): pivot half way along the readings, then each point's arm at tilt zero; with `skew` also how far the pivot
-// moves for each mm along the axis. sigma: mm, of one coordinate. Refuses tilts within 20 degrees
-// (tilt-span-too-small), and as below.
-Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma);
+// moves for each mm along the axis. sigma: mm, of one coordinate; sigma_angle: rad, of a stop of the axis, which moves
+// a reading across its arm: where it is not zero, the rows of a reading are along its arm and across, scaled to sigma.
+// Refuses tilts within 20 degrees (tilt-span-too-small), and as below.
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma,
+                               double sigma_angle = 0.0);
 
 // Refuses a fit whose first two parameters, the pivot, are 20 times less certain than the mean of the readings, or that
 // is ill-conditioned: tilt-span-too-small.

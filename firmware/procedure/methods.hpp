@@ -6,7 +6,7 @@
 
 #include "firmware/procedure/plan.hpp"
 
-// Every measuring procedure as a row of one table. Only plan.cpp reads it.
+// Every measuring procedure as a row of one table. Only plan.cpp and poses.cpp read it.
 namespace probebox::procedure {
 
 struct Side {
@@ -23,6 +23,7 @@ enum class Poses : std::uint8_t {
   together,      // one ball, A and C together at 0, 90, 180 and 270 degrees
   two_by_two,    // A and C at 0 and 180 degrees each
   plate,         // all balls, C at several angles and at 0 once more
+  tilted,        // one ball on a table that tilts: C at 0 and 180 degrees, all tilts at each
 };
 
 struct MethodRow {
@@ -50,6 +51,9 @@ inline constexpr std::uint16_t kReachAngles = 3;
 inline constexpr std::uint16_t kPlateAngles = 8;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
+// Those of the patent.
+inline constexpr std::array<double, 2> kTilts_rad{-kTurn_rad / 4, 0};
+inline constexpr std::array<double, 3> kTiltAxis{1, 0, 0};
 }  // namespace usual
 
 inline constexpr std::array<Side, 5> kSphereSides{{
@@ -75,7 +79,7 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 15> kMethods{{
+inline constexpr std::array<MethodRow, 16> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -114,6 +118,8 @@ inline constexpr std::array<MethodRow, 15> kMethods{{
      Poses::two_by_two, Needs::checked_ball, false, false},
     {Method::rotary_axis_errors, "rotary-axis-errors", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
      Poses::plate, Needs::ball_plate, false, false, true},
+    {Method::table_pivot, "table-pivot", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::tilted,
+     Needs::tilting_table, false, false},
 }};
 
 }  // namespace probebox::procedure

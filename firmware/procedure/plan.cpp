@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "firmware/procedure/methods.hpp"
+#include "firmware/procedure/poses.hpp"
 #include "firmware/procedure/wording.hpp"
 
 namespace probebox::procedure {
@@ -22,90 +23,16 @@ const MethodRow* rowOf(Method method) {
   return number >= 1 && number <= kMethods.size() ? &kMethods[number - 1] : nullptr;
 }
 
-// The options with the method's usual values in the place of zeros.
-struct Chosen {
-  std::span<const double> speeds_mm_s;
-  double overtravel_mm;
-  double clearance_mm;
-  double approach_rad;
-  double arc_rad;
-  std::uint16_t angles;
-  std::uint16_t balls;
-};
-
-Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
-  const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
-  const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
-  const bool reach = row.poses == Poses::within_reach;
-  const auto usual_angles = reach                       ? usual::kReachAngles
-                            : row.poses == Poses::plate ? usual::kPlateAngles
-                                                        : usual::kAngles;
-  return {
-      .speeds_mm_s = speed_count > 0 ? std::span{options.speeds_mm_s}.first(speed_count) : row.speeds_mm_s,
-      .overtravel_mm = or_usual(options.overtravel_mm, usual::kOvertravel_mm),
-      .clearance_mm = or_usual(options.clearance_mm, usual::kClearance_mm),
-      .approach_rad = row.off_normal ? or_usual(options.approach_rad, usual::kApproach_rad) : 0,
-      .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
-      .angles = or_usual(options.angles, usual_angles),
-      .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
-  };
-}
-
-bool spreadsC(const MethodRow& row) {
-  return row.poses == Poses::around_c || row.poses == Poses::within_reach || row.poses == Poses::plate;
-}
-
-std::size_t poseCount(const MethodRow& row, const Chosen& with) {
-  if (row.poses == Poses::one) return 1;
-  if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
-  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls;
-}
-
-struct Pose {
-  std::array<double, 3> angles_rad{};
-  std::uint16_t ball{};
-};
-
-// C from zero on, or to either side of it.
-Pose aroundC(const MethodRow& row, const Chosen& with, std::size_t index) {
-  const bool whole_turn = with.arc_rad > usual::kTurn_rad - 1e-9;
-  const double intervals = whole_turn ? with.angles : with.angles - 1;
-  const double from_rad = row.poses == Poses::within_reach ? -with.arc_rad / 2 : 0;
-  return {{0, 0, from_rad + with.arc_rad * static_cast<double>(index) / intervals}, 1};
-}
-
-// All balls at each angle, and at the end once more where C began: there they tell where the plate is.
-Pose onPlate(const MethodRow& row, const Chosen& with, std::size_t index) {
-  const std::size_t stop = index / with.balls;
-  Pose pose = stop < with.angles ? aroundC(row, with, stop) : Pose{};
-  pose.ball = static_cast<std::uint16_t>(index % with.balls + 1);
-  return pose;
-}
-
-// Of several balls the part turns as seldom as can be: C is outermost, then A, then the balls. One ball is read after a
-// turn of C each, so that no two readings share what C stops beside its angle.
-Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
-  if (row.poses == Poses::one) return {};
-  if (row.poses == Poses::plate) return onPlate(row, with, index);
-  if (spreadsC(row)) return aroundC(row, with, index);
-  constexpr double kHalfTurn = std::numbers::pi;
-  if (row.poses == Poses::together) {
-    const double both = kHalfTurn / 2 * static_cast<double>(index);
-    return {{both, 0, both}, 1};
-  }
-  if (!row.heights) return {{index < 2 ? 0.0 : kHalfTurn, 0, index % 2 == 0 ? 0.0 : kHalfTurn}, 1};
-  const std::size_t turned = index / with.balls;
-  const double a = turned % 2 == 0 ? 0.0 : kHalfTurn;
-  const double c = turned < 2 ? 0.0 : kHalfTurn;
-  return {{a, 0, c}, static_cast<std::uint16_t>(index % with.balls + 1)};
-}
-
 std::array<double, 3> retractOf(const Side& side, double approach_rad) {
   std::array<double, 3> direction{};
   for (std::size_t i = 0; i < 3; ++i) {
     direction[i] = std::cos(approach_rad) * side.outward_normal[i] + std::sin(approach_rad) * side.aside[i];
   }
   return direction;
+}
+
+double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
 }
 
 std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit) {
@@ -124,11 +51,23 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
   if ((options.angles != 0 || options.arc_rad != 0) && !spreadsC(row)) return leave_away("rotary angles");
   if (options.balls != 0 && !row.heights) return leave_away("number of balls");
+  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row)) return leave_away("tilts");
   const bool sweeps = row.kind == Kind::sweep;
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
     return leave_away("overtravel and clearance");
   return std::nullopt;
+}
+
+std::optional<Error> whyNoTilts(const Chosen& with, const ProcedureOptions& options) {
+  const auto count = options.b_count > 0 ? static_cast<double>(options.b_count) : 2.0;
+  if (auto error = outside("A number", count, 2, static_cast<double>(kMostBAngles), "tilts")) return error;
+  for (const double angle_rad : with.b_angles_rad) {
+    if (auto error = outside("A tilt", degrees(angle_rad), -180, 180, "degrees")) return error;
+  }
+  const auto& [x, y, z] = with.b_axis;
+  if (z == 0 && std::abs(x) + std::abs(y) == 1 && x * y == 0) return std::nullopt;
+  return Error{"The axis of the tilt is neither along X nor along Y: give one of these."};
 }
 
 std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
@@ -223,10 +162,6 @@ std::string pushPrompt(const Plan& plan, std::size_t step) {
          " mm and let it go, by hand or against the " + surfaceOf(wanted);
 }
 
-double degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
-}
-
 }  // namespace
 
 std::string_view nameOf(Method method) {
@@ -254,8 +189,15 @@ Needs needsOf(Method method) {
 }
 
 bool readsBalls(Method method) {
-  const auto needs = needsOf(method);
-  return needs == Needs::delay_in_force || needs == Needs::checked_ball || needs == Needs::ball_plate;
+  switch (needsOf(method)) {
+    case Needs::delay_in_force:
+    case Needs::checked_ball:
+    case Needs::ball_plate:
+    case Needs::tilting_table:
+      return true;
+    default:
+      return false;
+  }
 }
 
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm) {
@@ -279,8 +221,12 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
     const double fewest = row->poses == Poses::plate ? 3 : 2;
     if (auto error = outside("A number", with.balls, fewest, 7, "balls")) return error;
   }
-  const std::size_t touches = poseCount(*row, with) * with.speeds_mm_s.size() * row->sides.size();
-  const std::size_t steps = touches + (row->jogs ? kLinearAxes : 0);
+  if (turnsB(*row)) {
+    if (auto error = whyNoTilts(with, options)) return error;
+  }
+  std::size_t steps = row->jogs ? kLinearAxes : 0;
+  for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading)
+    steps += with.speeds_mm_s.size() * Sides{*row, with, poseOf(*row, with, reading)}.list().size();
   if (steps <= kMostSteps) return std::nullopt;
   return Error{"That would be " + std::to_string(steps) + " touches, and a run has up to " +
                std::to_string(kMostSteps) + ": choose fewer speeds, angles or balls."};
@@ -296,8 +242,9 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
   if (row->jogs) addJogs(plan, with.speeds_mm_s.front());
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
     const Pose pose = poseOf(*row, with, reading);
+    const Sides sides{*row, with, pose};
     for (const double speed : with.speeds_mm_s) {
-      for (const Side& side : row->sides) {
+      for (const Side& side : sides.list()) {
         const capture::TouchRequest touch{.outward_normal = side.outward_normal,
                                           .retract_direction = retractOf(side, with.approach_rad),
                                           .retract_speed_mm_s = speed,
@@ -308,6 +255,7 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
                    .feature = row->feature,
                    .kind = row->kind,
                    .turns = row->poses != Poses::one,
+                   .b_moves = pose.b_moves,
                    .overtravel_mm = with.overtravel_mm,
                    .clearance_mm = with.clearance_mm});
       }
@@ -324,6 +272,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
+    if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
     text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
   }
   text += surfaceOf(wanted);

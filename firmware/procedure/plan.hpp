@@ -31,6 +31,7 @@ enum class Method : std::uint16_t {
   centreline_limited_access = 13,
   periodic_check = 14,
   rotary_axis_errors = 15,
+  table_pivot = 16,
 };
 
 std::string_view nameOf(Method method);
@@ -50,6 +51,9 @@ enum class Kind : std::uint8_t {
   sweep = 3,   // the same at a constant speed, so slowly that the sensor of its screw can follow
 };
 
+// What the rotary axis B moves in a pose: the table under the part, or the head with the probe. Numbers as on the wire.
+enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
+
 // One step that the machine is asked to do: stand in the pose, drive onto the surface against the retract direction to
 // the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it. A jog or
 // a sweep goes touch.travel_mm along the outward normal instead, from wherever nothing is in the way.
@@ -58,6 +62,7 @@ struct Step {
   Feature feature{};
   Kind kind{};
   bool turns{};  // the pose matters
+  BMoves b_moves{};
   double overtravel_mm{};
   double clearance_mm{};
 };
@@ -79,8 +84,9 @@ enum class Needs : std::uint8_t {
   plates_gap,
   delay_in_force,
   screw,
-  checked_ball,
-  ball_plate
+  checked_ball,  // and a delay in force, as all below
+  ball_plate,
+  tilting_table,
 };
 Needs needsOf(Method method);
 // It reads the centres of balls, with the delay in force taken out.

@@ -9,7 +9,7 @@ namespace {
 
 bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   if (!step.turns) return true;
-  for (const std::size_t axis : {0U, 2U}) {  // no step asks for B
+  for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
     const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], 2 * std::numbers::pi);
     if (!(std::abs(off) <= Procedure::kPoseTolerance_rad)) return false;
   }

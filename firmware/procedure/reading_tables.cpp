@@ -1,5 +1,6 @@
 #include "firmware/procedure/reading_tables.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,15 +21,16 @@ constexpr std::array<std::string_view, 5> kAlignmentColumns{"z_mm", "A_rad", "C_
 constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
 constexpr std::array<std::string_view, 5> kPlateColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 11> kCentresColumns{
-    "reading", "ball", "A_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
+constexpr std::array<std::string_view, 5> kTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 12> kCentresColumns{
+    "reading", "ball", "A_rad", "B_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
 
 // One place of one ball, and what was found there.
 struct Reading {
   double number{};
   double ball{};
-  double a_rad{}, c_rad{};
+  double a_rad{}, b_rad{}, c_rad{};
   metrology::BallCentre centre;
 };
 
@@ -46,8 +48,8 @@ metrology::Table centresOf(const std::vector<Reading>& readings) {
   auto centres = metrology::Table::withColumns("centres", kCentresColumns);
   for (const auto& reading : readings) {
     const auto& [centre, sd, radius] = reading.centre;
-    centres.append({reading.number, reading.ball, reading.a_rad, reading.c_rad, centre.x(), centre.y(), centre.z(),
-                    sd.x(), sd.y(), sd.z(), radius});
+    centres.append({reading.number, reading.ball, reading.a_rad, reading.b_rad, reading.c_rad, centre.x(), centre.y(),
+                    centre.z(), sd.x(), sd.y(), sd.z(), radius});
   }
   return centres;
 }
@@ -118,6 +120,10 @@ void addAlignment(metrology::Dataset& dataset, std::vector<Reading> readings, co
                   reading.centre.centre_mm.y()});
   }
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
 }
 
 // To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
@@ -203,6 +209,31 @@ void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   dataset.tables.insert(dataset.tables.begin(), {first, second, third});
 }
 
+Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+// Root mean square over the coordinates across the axis, of all readings.
+double sigmaAcross(const std::vector<Reading>& readings, const Eigen::Vector3d& axis) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += axis.cross(reading.centre.sd_mm).squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// Each angle of C is a point of the table with a place of its own, so what C stops beside its angle does not matter.
+void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table) {
+  const Eigen::Vector3d axis = vectorOf(table.axis);
+  dataset.config["sigma_mm"] = sigmaAcross(readings, axis);
+  if (table.sigma_rad > 0) dataset.config["sigma_angle_rad"] = table.sigma_rad;
+  dataset.config["tilt_axis"] = std::vector<double>{table.axis.begin(), table.axis.end()};
+  auto rows = metrology::Table::withColumns("readings", kTiltColumns);
+  for (const auto& reading : readings) {
+    const auto& at = reading.centre.centre_mm;
+    rows.append({degrees(reading.b_rad), halfTurns_deg(reading.c_rad), at.x(), at.y(), at.z()});
+  }
+  dataset.tables.insert(dataset.tables.begin(), std::move(rows));
+}
+
 // The centres of all readings of a run, with the delay that was in force taken out.
 Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
                                                              const capture::Recording& recording) {
@@ -215,6 +246,7 @@ Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Da
     readings.push_back({.number = static_cast<double>(at.reading),
                         .ball = static_cast<double>(at.ball),
                         .a_rad = at.rotary_angles_rad[0],
+                        .b_rad = at.rotary_angles_rad[1],
                         .c_rad = at.rotary_angles_rad[2],
                         .centre = {}});
   }
@@ -256,6 +288,9 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
       break;
     case Method::c_axis_alignment:
       addAlignment(dataset, *readings, facts);
+      break;
+    case Method::table_pivot:
+      addTilts(dataset, *readings, facts.tilting_table.value_or(BFacts{}));
       break;
     default:
       addOffset(dataset, *readings, facts);

@@ -43,6 +43,10 @@ const char* missingFact(Needs needs, const Facts& facts) {
       return facts.ball_plate ? nullptr
                               : " needs to know where a certificate has the balls: give [ball_plate] and its balls in "
                                 "machine.toml.";
+    case Needs::tilting_table:
+      return facts.tilting_table
+                 ? nullptr
+                 : " needs a table that tilts: give [tilting_table] axis and tilts_deg in machine.toml.";
   }
   return nullptr;
 }
@@ -64,6 +68,14 @@ std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& option
   if (options.balls <= known) return std::nullopt;
   return Error{"[ball_plate] of machine.toml has " + std::to_string(known) + " balls, and " +
                std::to_string(options.balls) + " are to be read: describe the others, or read fewer."};
+}
+
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts) {
+  if (needsOf(method) != Needs::tilting_table || !facts.tilting_table) return options;
+  options.b_count = static_cast<std::uint8_t>(facts.tilting_table->count);
+  options.b_angles_rad = facts.tilting_table->angles_rad;
+  options.b_axis = facts.tilting_table->axis;
+  return options;
 }
 
 bool findsAPlace(Method method) {
@@ -92,6 +104,7 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
     case Needs::delay_in_force:
     case Needs::checked_ball:
     case Needs::ball_plate:
+    case Needs::tilting_table:
       run.refusal = addReadings(run.dataset, method, recording, facts);
       break;
   }

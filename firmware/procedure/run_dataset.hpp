@@ -39,6 +39,15 @@ struct BallPlate {
   std::vector<std::array<double, 3>> balls_mm;
 };
 
+// What the rotary axis B is like, which tilts a table or swivels a head: where it is to stand, and how exactly it finds
+// an angle.
+struct BFacts {
+  std::array<double, 3> axis{1, 0, 0};  // unit vector along a machine axis, right-handed
+  std::size_t count{};
+  std::array<double, kMostBAngles> angles_rad{};
+  double sigma_rad{};  // k = 1
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -50,6 +59,7 @@ struct Facts {
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
   std::optional<CheckedBall> checked_ball{};
   std::optional<BallPlate> ball_plate{};
+  std::optional<BFacts> tilting_table{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
@@ -57,6 +67,8 @@ struct Facts {
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
 // Why the options ask for balls that the plate does not have; nothing when they do not.
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
+// The options with what the descriptions say about B, where the method turns it.
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.
 bool findsAPlace(Method method);
 

@@ -124,6 +124,7 @@ struct SourceLost {
 // What people and programs ask of the core comes as events as well, so that a journal holds every cause.
 
 inline constexpr std::size_t kMostSpeeds = 8;
+inline constexpr std::size_t kMostBAngles = 6;
 
 // What may be chosen about a run. Zero leaves it to the method.
 struct ProcedureOptions {
@@ -137,6 +138,9 @@ struct ProcedureOptions {
   std::uint16_t balls{};
   std::uint8_t axis{};
   double travel_mm{};
+  std::uint8_t b_count{};
+  std::array<double, kMostBAngles> b_angles_rad{};
+  std::array<double, 3> b_axis{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -148,6 +152,9 @@ struct ProcedureOptions {
     field("balls", self.balls, "how many balls of the rotating part");
     field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned");
     field("travel_mm", self.travel_mm, "mm, of that axis");
+    field("b_count", self.b_count, "how many of the angles of B are chosen");
+    field("b_angles_rad", self.b_angles_rad, "rad, of the table that tilts or the head that swivels");
+    field("b_axis", self.b_axis, "unit vector along a machine axis that B turns about, right-handed");
   }
 };
 

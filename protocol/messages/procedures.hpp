@@ -25,7 +25,7 @@ struct PostMarker {
       field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
       field("step", self.step, "step of the procedure, from 0");
       field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step will be repeated)");
-      field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C");
+      field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C, as procedure_status has asked for them");
       field("tool", self.tool, "tool number, 0 for none");
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");
       field("at_rest", self.at_rest, "1 when all axes stand still");
@@ -94,6 +94,7 @@ struct ProcedureStatus {
     double run_out_mm{};
     bool referenced{};
     double travel_mm{};
+    BMoves b_moves{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -118,11 +119,14 @@ struct ProcedureStatus {
       field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
       field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
       field("rotary_angles_rad", self.rotary_angles_rad,
-            "rad, A B C: turn there before the step, and say so in its markers");
+            "rad, A of the probe's spindle, B of what tilts or swivels, C of the part's spindle: turn there before the "
+            "step, and say so in its markers");
       field("approach_direction", self.approach_direction, "unit vector, machine axes X Y Z: onto the surface");
       field("run_out_mm", self.run_out_mm, "mm beyond the clearance before the retract may brake");
       field("referenced", self.referenced, "1 when the box knows where the axes stand");
       field("travel_mm", self.travel_mm, "mm to move along outward_normal, for a jog or a sweep");
+      field("b_moves", self.b_moves,
+            "what B of the angles above moves: 0 nothing, 1 the table under the part, 2 the head with the probe");
     }
   };
 };

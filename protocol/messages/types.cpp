@@ -32,6 +32,7 @@ constexpr auto kResultStates =
     std::to_array<std::string_view>({"proposed", "accepted", "active", "retired", "refused"});
 constexpr auto kStepFeatures = std::to_array<std::string_view>({"datum_sphere", "plates", "part_ball"});
 constexpr auto kStepKinds = std::to_array<std::string_view>({"touch", "in_out", "jog", "sweep"});
+constexpr auto kBMoves = std::to_array<std::string_view>({"nothing", "table", "head"});
 constexpr auto kStepPhases = std::to_array<std::string_view>({"begin", "end", "abandon"});
 constexpr auto kClockStates = std::to_array<std::string_view>({"unlocked", "locked", "holdover", "ambiguous"});
 constexpr auto kWireErrors = std::to_array<std::string_view>(
@@ -71,6 +72,9 @@ std::string_view nameOf(StepFeature feature) {
 }
 std::string_view nameOf(StepKind kind) {
   return pick(kStepKinds, static_cast<std::size_t>(kind));
+}
+std::string_view nameOf(BMoves moves) {
+  return pick(kBMoves, static_cast<std::size_t>(moves));
 }
 std::string_view nameOf(ClockState state) {
   return pick(kClockStates, static_cast<std::size_t>(state));

@@ -87,7 +87,8 @@ Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
 
 class Run {
  public:
-  Run(const SetUp& set_up, std::uint64_t seed) : set_up_{set_up}, random_{seed}, recording_{capture::Capacity{}} {
+  Run(const SetUp& set_up, const procedure::BFacts& tilting_table, std::uint64_t seed)
+      : set_up_{set_up}, tilting_table_{tilting_table}, random_{seed}, recording_{capture::Capacity{}} {
     recording_.clear();
     const double tau = set_up.delay_s;
     recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
@@ -145,12 +146,18 @@ class Run {
       case procedure::Feature::plates:
         return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
       case procedure::Feature::part_ball: {
-        // A carries the probe, whose stylus is straight: only C moves the ball.
+        // A carries the probe, whose stylus is straight: only C and the table move the ball.
         const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
-        return turn * ballAt(set_up_, step.touch.ball) + reach_mm * n;
+        return tilted(turn * ballAt(set_up_, step.touch.ball), step) + reach_mm * n;
       }
     }
     return reach_mm * n;
+  }
+
+  // About an axis through the middle of the table.
+  Vector3d tilted(const Vector3d& ball, const procedure::Step& step) const {
+    if (step.b_moves != procedure::BMoves::table) return ball;
+    return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vector(tilting_table_.axis)} * ball;
   }
 
   Vector3d noise(double sigma_um) {
@@ -164,6 +171,7 @@ class Run {
   }
 
   const SetUp& set_up_;
+  const procedure::BFacts& tilting_table_;
   Random random_;
   capture::Recording recording_;
   double now_s_{kStart_s};
@@ -189,7 +197,8 @@ procedure::BallPlate ballPlate(const SetUp& set_up) {
 }  // namespace
 
 SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed) {
-  Run run{set_up, seed};
+  const procedure::BFacts tilting_table{.sigma_rad = set_up.sigma_b_rad};
+  Run run{set_up, tilting_table, seed};
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     if (!run.touch(plan.steps[i]))
       return {metrology::Refusal{"recording-full",
@@ -202,7 +211,8 @@ SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std:
                                .sigma_c_rad = set_up.sigma_c_rad,
                                .screws = {},
                                .checked_ball = checkedBall(set_up),
-                               .ball_plate = ballPlate(set_up)};
+                               .ball_plate = ballPlate(set_up),
+                               .tilting_table = tilting_table};
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
                                .nominal_period = std::chrono::milliseconds{1}};
   const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);

@@ -76,7 +76,7 @@ TEST(Encoders, FollowTheTurnOfThePartAndFallSilentAlone) {
   config.rotary.speed_rad_s = 1;
   World world{config, 3};
   EXPECT_TRUE(world.inject({.kind = FaultKind::drop_angles, .at = seconds(2), .duration = std::chrono::seconds{1}}));
-  ASSERT_TRUE(world.machine().turnTo(0, 1.0, seconds(0.1)));
+  ASSERT_TRUE(world.machine().turnTo({.c_rad = 1.0}, seconds(0.1)));
   const auto streams = run(world, 4);
   const double tau_s = config.delays.tau_machine_s[2];
   for (const auto& count : streams.angles) {

@@ -30,7 +30,7 @@ class Driver {
  public:
   explicit Driver(const Config& config) : machine{config} {}
 
-  void turn(double a_rad, double c_rad) { EXPECT_TRUE(machine.turnTo(a_rad, c_rad, next())); }
+  void turn(double a_rad, double c_rad) { EXPECT_TRUE(machine.turnTo({.a_rad = a_rad, .c_rad = c_rad}, next())); }
   void go(const Vector3& target) { EXPECT_TRUE(machine.moveTo(target, 50, next())); }
   // The contact of a drive from one place to another and back; nothing when the way was free.
   std::optional<Contact> touch(const Vector3& from, const Vector3& to) {
@@ -120,7 +120,7 @@ TEST(Solids, AnAxisStopsBesideItsAngleByItsNoise) {
   std::vector<double> off;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     Machine machine{config, seed};
-    machine.turnTo(0, 1.5707963267948966, seconds(1));
+    machine.turnTo({.c_rad = 1.5707963267948966}, seconds(1));
     machine.moveTo({300, 100, 20}, 50, seconds(20));
     machine.moveTo({300, 88, 20}, 50, seconds(40));
     ASSERT_EQ(machine.stylus().contactCount(), 1U);
@@ -142,8 +142,8 @@ TEST(Part, IsOffByTheErrorsOfItsAxisAndByNothingAtZero) {
       .cosine_mm = {0.01, 0, 0}, .sine_mm = {0, 0.02, 0}, .cosine_rad = {0, 0, 0}, .sine_rad = {1e-6, 0, 0}};
   const Machine machine{config};
   const Vector3 point = config.part_spindle.point_mm + Vector3{40, 0, 100};
-  EXPECT_LT(norm(machine.partPoint(point, 0) - point), 1e-12);
-  const Vector3 quarter = machine.partPoint(point, M_PI / 2) - config.part_spindle.point_mm;
+  EXPECT_LT(norm(machine.partPoint(point, {}) - point), 1e-12);
+  const Vector3 quarter = machine.partPoint(point, {.c_rad = M_PI / 2}) - config.part_spindle.point_mm;
   const Vector3 expected{-0.01, 40 + 0.02 - 100e-6, 100 + 40e-6};
   EXPECT_LT(norm(quarter - expected), 1e-9);
 }

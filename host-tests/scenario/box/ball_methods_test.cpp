@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "firmware/app/result_events.hpp"
+#include "measured.hpp"
 #include "pulls.hpp"
-#include "saved_case.hpp"
 #include "scenario.hpp"
 
 // Methods that read one ball of the part in several poses, run on the emulated machine.
@@ -52,18 +52,6 @@ world::Config worldOf(std::uint64_t seed) {
   config.part_spindle.point_mm[0] += 0.01 * step;
   config.probe_spindle.stylus_offset_mm[1] -= 0.003 * step;
   return config;
-}
-
-std::optional<metrology::Result> measured(Scenario& scenario, Method method, const ProcedureOptions& options = {}) {
-  scenario.recorder().keeps_bytes = false;
-  scenario.run(2s);
-  scenario.activateDelay(scenario.truth().tau_s);
-  const auto solved = scenario.calibrate(method, options);
-  EXPECT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
-  if (!solved || !solved->ok()) return std::nullopt;
-  EXPECT_EQ(scenario.machine().crashes(), 0U);
-  EXPECT_EQ(scenario.machine().stylus().contactCount(), scenario.state().procedure.steps);
-  return solved->value();
 }
 
 void add(Pulls& pulls, const metrology::Result& result, const char* key, std::vector<double> truth, double most_sd) {

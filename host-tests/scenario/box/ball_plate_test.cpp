@@ -5,15 +5,14 @@
 #include <random>
 
 #include "firmware/app/result_events.hpp"
+#include "measured.hpp"
 #include "pulls.hpp"
-#include "saved_case.hpp"
 #include "scenario.hpp"
 
 // The errors of the rotary axis C from balls that it carries, run on the emulated machine.
 namespace probebox::scenario {
 namespace {
 
-using namespace std::chrono_literals;
 using Eigen::Vector3d;
 using procedure::Method;
 using world::operator+;
@@ -40,7 +39,7 @@ std::array<double, 6> trueErrors(const world::Config& config, const world::Machi
     const auto& spindle = config.part_spindle;
     const auto at_zero = spindle.point_mm + spindle.balls_mm[ball];
     ideal.col(k) = turn * (shown(config, at_zero) - point);
-    real.col(k) = shown(config, machine.partPoint(at_zero, phi_rad)) - point;
+    real.col(k) = shown(config, machine.partPoint(at_zero, {.c_rad = phi_rad})) - point;
   }
   const Eigen::Matrix4d motion = Eigen::umeyama(ideal, real, false);
   const Eigen::AngleAxisd rotation{motion.topLeftCorner<3, 3>()};
@@ -60,23 +59,17 @@ world::Config turningWorld(std::uint64_t seed) {
   return config;
 }
 
-std::optional<metrology::Solved> measured(Scenario& scenario, const ProcedureOptions& options = {.angles = 5}) {
-  scenario.recorder().keeps_bytes = false;
-  scenario.run(2s);
-  scenario.activateDelay(scenario.truth().tau_s);
-  return scenario.calibrate(Method::rotary_axis_errors, options);
-}
+const ProcedureOptions kFiveAngles{.angles = 5};
 
 TEST(LiveBallPlate, TellsTheErrorsOfTheAxisAtEveryAngle) {
   Pulls translations, rotations;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const auto config = turningWorld(seed);
     Scenario scenario{config, seed};
-    const auto solved = measured(scenario);
-    ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
-    EXPECT_EQ(scenario.machine().crashes(), 0U);
+    const auto result = measured(scenario, Method::rotary_axis_errors, kFiveAngles);
+    ASSERT_TRUE(result);
     EXPECT_EQ(scenario.machine().stylus().contactCount(), 6U * kBalls * 5U);
-    const auto& six = *(*solved)->find("six_errors");
+    const auto& six = *result->find("six_errors");
     ASSERT_EQ(six.values.size(), 30U);
     for (std::size_t stop = 0; stop < 5; ++stop) {
       const auto truth = trueErrors(config, scenario.machine(), 2 * std::numbers::pi / 5 * static_cast<double>(stop));
@@ -85,7 +78,7 @@ TEST(LiveBallPlate, TellsTheErrorsOfTheAxisAtEveryAngle) {
         (e < 3 ? translations : rotations).add(six.values[6 * stop + e], truth[e], six.sd[6 * stop + e]);
       }
     }
-    if (seed == 1) expectTheSameFrom(scenario.dataset(), **solved);
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
   translations.expectHonest();
   rotations.expectHonest();
@@ -96,16 +89,16 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
   for (std::uint64_t seed = 11; seed <= 16; ++seed) {
     const auto config = usualWorld();
     Scenario scenario{config, seed};
-    const auto solved = measured(scenario);
-    ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
+    const auto result = measured(scenario, Method::rotary_axis_errors, kFiveAngles);
+    ASSERT_TRUE(result);
     const auto& spindle = config.part_spindle;
     const auto direction = vector(world::unit(spindle.direction));
     const Vector3d point = shown(config, spindle.point_mm) - Vector3d{330, 200, -300};
     for (std::size_t i = 0; i < 2; ++i) {
-      const auto& location = *(*solved)->find("location_mm");
+      const auto& location = *result->find("location_mm");
       pulls.add(location.values[i], point[static_cast<Eigen::Index>(i)], location.sd[i]);
     }
-    const auto& tilt = *(*solved)->find("tilt_rad");
+    const auto& tilt = *result->find("tilt_rad");
     pulls.add(tilt.values[0], -direction.y(), tilt.sd[0]);
     pulls.add(tilt.values[1], direction.x(), tilt.sd[1]);
     EXPECT_EQ(app::subjectOf(scenario.dataset()), "rotary-c");
@@ -115,7 +108,7 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
 
 TEST(LiveBallPlate, CountsAnglesFromWhereItReadThePlate) {
   Scenario scenario{usualWorld(), 3};
-  ASSERT_TRUE(measured(scenario, {.angles = 4}));
+  ASSERT_TRUE(measured(scenario, Method::rotary_axis_errors, {.angles = 4}));
   const auto& dataset = scenario.dataset();
   EXPECT_EQ(dataset.table("second")->rows(), kBalls);
   EXPECT_EQ(dataset.table("first")->rows(), 4 * kBalls);

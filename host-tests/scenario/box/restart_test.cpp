@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <gmock/gmock.h>
+#include <string>
 
 #include "boot.hpp"
 #include "host-tests/support/temporary_folder.hpp"

@@ -62,12 +62,12 @@ class TurningTable : public testing::Test {
       const auto ball = static_cast<double>(i + 1);
       const Vector3 own{120 * std::cos(at), 120 * std::sin(at), i % 2 == 0 ? -10.0 : 10.0};
       const auto& machine = scenario.machine();
-      const Vector3 zero = read(machine.partPoint(nominal_mm + own, 0));
+      const Vector3 zero = read(machine.partPoint(nominal_mm + own, {}));
       second.append({ball, zero[0], zero[1], zero[2]});
       third.append({ball, own[0], own[1], own[2]});
       for (int k = 0; k < kAngles; ++k) {
         const double phi = kTurn * k / kAngles;
-        const Vector3 turned = read(machine.partPoint(nominal_mm + own, phi));
+        const Vector3 turned = read(machine.partPoint(nominal_mm + own, {.c_rad = phi}));
         first.append({phi, ball, turned[0], turned[1], turned[2]});
       }
     }
@@ -94,7 +94,7 @@ class TurningTable : public testing::Test {
     scenario.push(SourcesEnabled{.mask = corrections::bitOf(corrections::SourceKind::rotary), .at = scenario.now()});
   }
   void turnTo(double c_rad) {
-    ASSERT_TRUE(scenario.world().machine().turnTo(0, c_rad, scenario.now()));
+    ASSERT_TRUE(scenario.world().machine().turnTo({.c_rad = c_rad}, scenario.now()));
     scenario.run(4s);
     ASSERT_TRUE(scenario.machine().atRest(scenario.now()));
   }
@@ -103,7 +103,7 @@ class TurningTable : public testing::Test {
     const Vector3 tool = scenario.machine().positionAt(scenario.now());
     const double c_rad = scenario.machine().partAngleAt(scenario.now());
     const Vector3 at_zero = nominal_mm + world::rotation({0, 0, 1}, -c_rad) * (tool - nominal_mm);
-    return scenario.machine().partPoint(at_zero, c_rad) - tool;
+    return scenario.machine().partPoint(at_zero, {.c_rad = c_rad}) - tool;
   }
   // The result's sd where the tool is now (k = 1): of the translations, and of the rotations by their levers.
   Vector3 statedSd() {

@@ -48,6 +48,53 @@ TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   EXPECT_EQ(solved.object()["sd"]["centre_mm"][0], sd);
 }
 
+// Methods whose run B takes part in, each after a delay that is in force.
+class WithADelay : public OnTheMachine {
+ protected:
+  void measureDelay() {
+    const auto delay = box({"calibrate", "--speed", "20,40", "--accept", "--by", "somebody"});
+    ASSERT_EQ(delay.status, 0) << delay.err;
+  }
+  // What a run proposes. Its saved case gives the same digits.
+  Json proposedBy(const std::string& method, const std::string& key) {
+    const auto saved = directory_.file(method);
+    const auto run = box({"calibrate", method, "--save", saved, "--json"});
+    EXPECT_EQ(run.status, 0) << run.err;
+    Json proposed;
+    for (const auto& object : run.objects()) {
+      if (object.contains("result")) proposed = object;
+      if (object.value("b_moves", "nothing") != "nothing") b_moves_ = object["b_moves"];
+    }
+    EXPECT_FALSE(proposed.is_null()) << run.out;
+    if (proposed.is_null()) return proposed;
+    const auto solved = probebox({"solve", "--json", saved});
+    EXPECT_EQ(solved.status, 0) << solved.out << solved.err;
+    for (const std::size_t i : {0U, 1U}) {
+      const auto component = key + "[" + std::to_string(i) + "]";
+      EXPECT_EQ(solved.object()["result"][key][i], proposed["result"][component]);
+      EXPECT_EQ(solved.object()["sd"][key][i], proposed["sd"][component]);
+    }
+    return proposed;
+  }
+
+  std::string b_moves_;
+};
+
+TEST_F(WithADelay, FindsThePivotOfATableThatTilts) {
+  EXPECT_THAT(box({"calibrate", "table-pivot"}).err, HasSubstr("calibrate it first"));
+  measureDelay();
+  const auto proposed = proposedBy("table-pivot", "pivot_yz_mm");
+  ASSERT_FALSE(proposed.is_null());
+  EXPECT_EQ(b_moves_, "table");
+  const auto& world = *descriptions_.world;
+  // The axis leans by little, and the readings lie about its point.
+  const double y_mm = world.tilting_table->point_mm[1] - world.probe_spindle->stylus_offset_mm[1];
+  EXPECT_NEAR(proposed["result"]["pivot_yz_mm[0]"].get<double>(), y_mm, 2e-3);
+
+  start([](board::Descriptions& changed) { changed.machine.tilting_table.reset(); });
+  EXPECT_THAT(box({"calibrate", "table-pivot"}).err, HasSubstr("give [tilting_table] axis and tilts_deg"));
+}
+
 TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
   const auto good = box({"selftest"});
   EXPECT_EQ(good.status, 0) << good.out << good.err;

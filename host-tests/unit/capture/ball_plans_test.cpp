@@ -65,6 +65,89 @@ TEST(BallPlans, TakeNoOptionsThatWouldChangeNothing) {
   }
 }
 
+// Tilts of every reading with the number of its touches, and C.
+struct Tilted {
+  double tilt_deg{}, c_deg{};
+  std::vector<std::array<double, 3>> sides;
+};
+
+std::vector<Tilted> tiltsOf(const ProcedureOptions& options) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, Method::table_pivot, options);
+  std::vector<Tilted> readings;
+  for (std::size_t k = 0; k < plan->step_count; ++k) {
+    const auto& step = plan->steps[k];
+    EXPECT_TRUE(step.turns);
+    EXPECT_EQ(step.b_moves, BMoves::table);
+    if (step.touch.reading == readings.size()) {
+      const auto& angles = step.touch.rotary_angles_rad;
+      EXPECT_EQ(angles[0], 0);
+      readings.push_back({angles[1] * 180 / std::numbers::pi, std::round(angles[2] * 180 / std::numbers::pi), {}});
+    }
+    readings.back().sides.push_back(step.touch.outward_normal);
+  }
+  return readings;
+}
+
+TEST(TiltPlans, TiltTheTableWhileCStandsAndTouchNoStem) {
+  const auto usual = tiltsOf({});
+  ASSERT_EQ(usual.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(usual[k].tilt_deg, k % 2 == 0 ? -90 : 0);
+    EXPECT_EQ(usual[k].c_deg, k < 2 ? 0 : 180);
+  }
+  // Right-handed about X: what stood up lies towards +Y, and the stem comes from -Y.
+  EXPECT_THAT(usual[0].sides, testing::UnorderedElementsAre(ElementsAre(1, 0, 0), ElementsAre(-1, 0, 0),
+                                                            ElementsAre(0, 1, 0), ElementsAre(0, 0, 1)));
+  EXPECT_EQ(usual[1].sides.size(), 5U);
+
+  ProcedureOptions about_y{.b_count = 3, .b_axis = {0, -1, 0}};
+  about_y.b_angles_rad = {-std::numbers::pi / 2, 0, std::numbers::pi / 4};
+  const auto other = tiltsOf(about_y);
+  ASSERT_EQ(other.size(), 6U);
+  EXPECT_THAT(other[0].sides, testing::Not(testing::Contains(ElementsAre(-1, 0, 0))))
+      << "left-handed about Y by -90: the ball lies towards +X";
+  EXPECT_EQ(other[0].sides.size(), 4U);
+  EXPECT_EQ(other[2].sides.size(), 5U) << "at 45 degrees the stylus passes the stem";
+}
+
+TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
+  const auto method = Method::table_pivot;
+  ProcedureOptions options{.b_count = 1, .b_axis = {1, 0, 0}};
+  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 tilts"));
+  options.b_count = 7;
+  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 tilts"));
+  options.b_count = 2;
+  options.b_angles_rad = {0, 4};
+  EXPECT_THAT(refusal(method, options), HasSubstr("-180 to 180 degrees"));
+  options.b_angles_rad = {0, 1};
+  options.b_axis = {0, 0, 1};
+  EXPECT_THAT(refusal(method, options), HasSubstr("along X"));
+  EXPECT_THAT(refusal(Method::centreline, {.b_axis = {1, 0, 0}}), HasSubstr("takes no tilts"));
+  EXPECT_THAT(refusal(method, {.angles = 3}), HasSubstr("takes no rotary angles"));
+
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, method, {});
+  EXPECT_EQ(promptFor(*plan, 0),
+            "touch 1 of 18: the table at a tilt of -90 deg, A at 0 and C at 0 deg; +X side of ball 1, 0.5 mm deep, "
+            "retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
+}
+
+TEST(TiltPlans, TakeAxisAndTiltsFromTheDescription) {
+  Facts facts;
+  EXPECT_THAT(whyUnready(Method::table_pivot, facts, true)->what, HasSubstr("[tilting_table] axis and tilts_deg"));
+  facts.tilting_table = BFacts{.axis = {0, 1, 0}, .count = 3, .angles_rad = {-1, 0, 1}, .sigma_rad = 0};
+  EXPECT_THAT(whyUnready(Method::table_pivot, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(Method::table_pivot, facts, true));
+  EXPECT_TRUE(findsAPlace(Method::table_pivot));
+  const auto options = described(Method::table_pivot, {.overtravel_mm = 0.3}, facts);
+  EXPECT_EQ(options.overtravel_mm, 0.3);
+  EXPECT_EQ(options.b_count, 3);
+  EXPECT_THAT(options.b_angles_rad, ElementsAre(-1, 0, 1, 0, 0, 0));
+  EXPECT_THAT(options.b_axis, ElementsAre(0, 1, 0));
+  EXPECT_EQ(described(Method::centreline, {}, facts).b_count, 0);
+}
+
 TEST(BallPlans, NeedADelayAndThePeriodicCheckItsBall) {
   Facts facts;
   EXPECT_THAT(whyUnready(Method::periodic_check, facts, true)->what, HasSubstr("[periodic_check] ball_diameter_mm"));

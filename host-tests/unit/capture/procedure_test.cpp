@@ -207,7 +207,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 15U);
+  EXPECT_EQ(methodNames().size(), 16U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
@@ -295,7 +295,10 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
   machine.touch();
   EXPECT_EQ(procedure.progress().step, 6U);
   EXPECT_EQ(procedure.recording().touches().back().request.rotary_angles_rad, machine.angles_rad);
-  machine.angles_rad[2] = std::nan("");
+  machine.angles_rad[1] = 0.1;
+  machine.mark(MarkerPhase::begin);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::wrong_pose) << "a head or a table that has turned";
+  machine.angles_rad = {0, 0, std::nan("")};
   for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.mark(MarkerPhase::begin);
   EXPECT_EQ(procedure.progress().state, State::refused);
 }

@@ -81,6 +81,51 @@ TEST(TablePivot, ReachesTheBoundAndStatesItsUncertainty) {
   expectHonest(judgement);
 }
 
+// A stop that is off moves the ball across its arm, so the two coordinates are not known equally well.
+TEST(TablePivot, StatesWhatStopsOfTheTableMayBeOff) {
+  std::mt19937_64 random{11};
+  std::array<double, 2> squares{};
+  constexpr int kTrials = 600;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Tilting table = randomTable(random, 4e-4);
+    const double sigma_mm = 2e-4, sigma_rad = 1e-5;
+    auto dataset = tableDataset(table, {-40, 0, 30}, {0, 180}, sigma_mm, random);
+    auto& readings = dataset.tables[0];
+    for (std::size_t row = 0; row < readings.rows(); ++row) {
+      // Seen along X, a turn by so much about the pivot.
+      const double off = gauss(random, sigma_rad);
+      double& y = readings.columns[3].values[row];
+      double& z = readings.columns[4].values[row];
+      const double arm_y = y - table.pivot.y(), arm_z = z - table.pivot.z();
+      y -= off * arm_z;
+      z += off * arm_y;
+    }
+    dataset.config["sigma_angle_rad"] = sigma_rad;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& pivot = *solved->find("pivot_yz_mm");
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double pull = (pivot.values[k] - table.pivot[static_cast<Eigen::Index>(k) + 1]) / pivot.sd[k];
+      squares[k] += pull * pull / kTrials;
+    }
+    EXPECT_GT(pivot.sd[1], 1.5 * pivot.sd[0]);
+  }
+  // Of 600 the mean square scatters by 6 %.
+  for (const double square : squares) EXPECT_NEAR(square, 1, 0.2);
+}
+
+TEST(TablePivot, CannotWeighStopsWithoutTheSigmaOfAReading) {
+  std::mt19937_64 random{12};
+  auto dataset = tableDataset({}, {-90, -30, 0}, {0, 180}, 1e-3, random);
+  const auto plain = solve(dataset);
+  dataset.config.erase("sigma_mm");
+  dataset.config["sigma_angle_rad"] = 1e-5;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok());
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("sigma_angle_rad is not used")));
+  EXPECT_NEAR(solved->find("pivot_yz_mm")->values[0], plain->find("pivot_yz_mm")->values[0], 1e-9);
+}
+
 TEST(TablePivot, GivesTheWorkedExample) {
   std::mt19937_64 random{2};
   const Tilting table{.ball = {-3.0, -5.3, 255.6}};  // on the C axis

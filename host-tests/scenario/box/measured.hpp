@@ -1,11 +1,13 @@
 #pragma once
-#include <cstddef>
+#include <chrono>
 #include <gtest/gtest.h>
+#include <optional>
 
-#include "firmware/metrology/solve.hpp"
 #include "host-tests/support/temporary_folder.hpp"
+#include "scenario.hpp"
 #include "tools/case/case_folder.hpp"
 
+// Runs of methods that read balls.
 namespace probebox::scenario {
 
 // A saved case has every digit of the run.
@@ -21,6 +23,20 @@ inline void expectTheSameFrom(const metrology::Dataset& dataset, const metrology
     EXPECT_EQ(again->estimates[i].values, result.estimates[i].values) << result.estimates[i].key;
     EXPECT_EQ(again->estimates[i].sd, result.estimates[i].sd) << result.estimates[i].key;
   }
+}
+
+// With the true delay in force. Nothing but the touches that were asked for may happen.
+inline std::optional<metrology::Result> measured(Scenario& scenario, procedure::Method method,
+                                                 const ProcedureOptions& options = {}) {
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(std::chrono::seconds{2});
+  scenario.activateDelay(scenario.truth().tau_s);
+  const auto solved = scenario.calibrate(method, options);
+  EXPECT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
+  if (!solved || !solved->ok()) return std::nullopt;
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+  EXPECT_EQ(scenario.machine().stylus().contactCount(), scenario.state().procedure.steps);
+  return solved->value();
 }
 
 }  // namespace probebox::scenario

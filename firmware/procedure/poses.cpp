@@ -1,0 +1,132 @@
+#include "firmware/procedure/poses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace probebox::procedure {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+constexpr double kHalfTurn_rad = std::numbers::pi;
+// Nearer to the stem than this no stylus comes: 37 degrees.
+constexpr double kStem = 0.8;
+constexpr Vector kDown{0, 0, -1};
+
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Right-handed about a unit vector. What ought to be zero is zero, so that sides keep their names.
+Vector turned(const Vector& v, const Vector& about, double angle_rad) {
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad), along = (1 - c) * dot(about, v);
+  Vector result{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    result[i] = c * v[i] + s * (about[j] * v[k] - about[k] * v[j]) + along * about[i];
+    if (std::abs(result[i]) < 1e-12) result[i] = 0;
+  }
+  return result;
+}
+
+// C from zero on, or to either side of it.
+Pose aroundC(const MethodRow& row, const Chosen& with, std::size_t index) {
+  const bool whole_turn = with.arc_rad > usual::kTurn_rad - 1e-9;
+  const double intervals = whole_turn ? with.angles : with.angles - 1;
+  const double from_rad = row.poses == Poses::within_reach ? -with.arc_rad / 2 : 0;
+  return {{0, 0, from_rad + with.arc_rad * static_cast<double>(index) / intervals}, 1};
+}
+
+// All balls at each angle, and at the end once more where C began: there they tell where the plate is.
+Pose onPlate(const MethodRow& row, const Chosen& with, std::size_t index) {
+  const std::size_t stop = index / with.balls;
+  Pose pose = stop < with.angles ? aroundC(row, with, stop) : Pose{};
+  pose.ball = static_cast<std::uint16_t>(index % with.balls + 1);
+  return pose;
+}
+
+// Of several balls the part turns as seldom as can be: C is outermost, then A, then the balls. One ball is read after a
+// turn of C each, so that no two readings share what C stops beside its angle.
+Pose twoByTwo(const MethodRow& row, const Chosen& with, std::size_t index) {
+  const auto half_turn = [](bool turned) { return turned ? kHalfTurn_rad : 0.0; };
+  if (!row.heights) return {{half_turn(index >= 2), 0, half_turn(index % 2 == 1)}, 1};
+  const std::size_t turned = index / with.balls;
+  return {{half_turn(turned % 2 == 1), 0, half_turn(turned >= 2)}, static_cast<std::uint16_t>(index % with.balls + 1)};
+}
+
+// C stands still while the table tilts: what it stops beside its angle is then a part of where the ball stands.
+Pose tilted(const Chosen& with, std::size_t index) {
+  const std::size_t tilts = with.b_angles_rad.size();
+  return {{0, with.b_angles_rad[index % tilts], index < tilts ? 0.0 : kHalfTurn_rad}, 1, BMoves::table};
+}
+
+}  // namespace
+
+Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
+  const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
+  const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
+  const auto b_count = std::min<std::size_t>(options.b_count, kMostBAngles);
+  const bool reach = row.poses == Poses::within_reach;
+  const auto usual_angles = reach                       ? usual::kReachAngles
+                            : row.poses == Poses::plate ? usual::kPlateAngles
+                                                        : usual::kAngles;
+  return {
+      .speeds_mm_s = speed_count > 0 ? std::span{options.speeds_mm_s}.first(speed_count) : row.speeds_mm_s,
+      .overtravel_mm = or_usual(options.overtravel_mm, usual::kOvertravel_mm),
+      .clearance_mm = or_usual(options.clearance_mm, usual::kClearance_mm),
+      .approach_rad = row.off_normal ? or_usual(options.approach_rad, usual::kApproach_rad) : 0,
+      .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
+      .angles = or_usual(options.angles, usual_angles),
+      .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
+      .b_axis = options.b_axis == Vector{} ? usual::kTiltAxis : options.b_axis,
+      .b_angles_rad = b_count > 0 ? std::span{options.b_angles_rad}.first(b_count) : std::span{usual::kTilts_rad},
+  };
+}
+
+bool spreadsC(const MethodRow& row) {
+  return row.poses == Poses::around_c || row.poses == Poses::within_reach || row.poses == Poses::plate;
+}
+
+bool turnsB(const MethodRow& row) {
+  return row.poses == Poses::tilted;
+}
+
+std::size_t poseCount(const MethodRow& row, const Chosen& with) {
+  if (row.poses == Poses::one) return 1;
+  if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
+  if (turnsB(row)) return 2 * with.b_angles_rad.size();
+  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls;
+}
+
+Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
+  switch (row.poses) {
+    case Poses::one:
+      return {};
+    case Poses::around_c:
+    case Poses::within_reach:
+      return aroundC(row, with, index);
+    case Poses::together: {
+      const double both_rad = kHalfTurn_rad / 2 * static_cast<double>(index);
+      return {{both_rad, 0, both_rad}, 1};
+    }
+    case Poses::two_by_two:
+      return twoByTwo(row, with, index);
+    case Poses::plate:
+      return onPlate(row, with, index);
+    case Poses::tilted:
+      return tilted(with, index);
+  }
+  return {};
+}
+
+Sides::Sides(const MethodRow& row, const Chosen& with, const Pose& pose) {
+  const bool tilts = pose.b_moves == BMoves::table;
+  const Vector stem = tilts ? turned(kDown, with.b_axis, pose.angles_rad[1]) : kDown;
+  for (const Side& side : row.sides) {
+    if (tilts && dot(side.outward_normal, stem) > kStem) continue;
+    sides_.at(count_++) = side;
+  }
+}
+
+}  // namespace probebox::procedure

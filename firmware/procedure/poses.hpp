@@ -1,0 +1,52 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/procedure/methods.hpp"
+#include "firmware/procedure/plan.hpp"
+#include "protocol/events/event.hpp"
+
+// Where the rotary axes stand for each reading of a method, and which sides of the feature can be touched there.
+namespace probebox::procedure {
+
+// The options of a run with the method's usual values in the place of zeros. Points into row and options.
+struct Chosen {
+  std::span<const double> speeds_mm_s;
+  double overtravel_mm{};
+  double clearance_mm{};
+  double approach_rad{};
+  double arc_rad{};
+  std::uint16_t angles{};
+  std::uint16_t balls{};
+  std::array<double, 3> b_axis{};  // what B turns about, right-handed
+  std::span<const double> b_angles_rad;
+};
+Chosen chosen(const MethodRow& row, const ProcedureOptions& options);
+
+// C at several angles, as --angles and --arc choose.
+bool spreadsC(const MethodRow& row);
+// B at several angles, as machine.toml describes.
+bool turnsB(const MethodRow& row);
+
+struct Pose {
+  std::array<double, 3> angles_rad{};  // A B C
+  std::uint16_t ball{};                // of the part, from 1; 0 for another feature
+  BMoves b_moves{};
+};
+std::size_t poseCount(const MethodRow& row, const Chosen& with);
+Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);
+
+// In machine axes. A side where the stem of a tilted ball stands is left out.
+class Sides {
+ public:
+  Sides(const MethodRow& row, const Chosen& with, const Pose& pose);
+  std::span<const Side> list() const { return std::span{sides_}.first(count_); }
+
+ private:
+  std::array<Side, kSphereSides.size()> sides_{};
+  std::size_t count_{};
+};
+
+}  // namespace probebox::procedure
