@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "firmware/metrology/retract.hpp"
+#include "firmware/metrology/ringing.hpp"
 #include "firmware/metrology/sphere_fit.hpp"
 #include "firmware/metrology/touch.hpp"
 #include "firmware/metrology/touch_fit.hpp"
@@ -104,7 +105,7 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   if (!touches) return touches.error();
   if (reading_of_touch.size() != touches->size())
     return Refusal{"ragged-table", "every touch needs the number of its reading"};
-  const Usable all = usable(*touches, reading_of_touch);
+  const Usable all = usable(withoutRinging(*touches), reading_of_touch);
   if (all.retracts.empty()) return all.refusals.front();
   const PooledNoise noise = poolNoise(all.retracts);
   const Eigen::Vector3d tau{tau_s[0], tau_s[1], tau_s[2]};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/ringing.hpp"
 #include "firmware/metrology/signal.hpp"
 #include "firmware/metrology/touch.hpp"
 
@@ -251,8 +252,9 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
 }  // namespace
 
 Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const PointQuestion& question) {
-  const auto touches = readTouches(dataset);
-  if (!touches) return touches.error();
+  const auto recorded = readTouches(dataset);
+  if (!recorded) return recorded.error();
+  const std::vector<Touch> touches = withoutRinging(*recorded);
   std::vector<Touch> articles;
   if (dataset.table("article")) {
     auto read = readArticles(dataset);
@@ -262,8 +264,8 @@ Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const Poin
   SurfacePoints result;
   std::vector<Reduced> kept;
   std::vector<Refusal> refusals;
-  for (std::size_t i = 0; i < touches->size(); ++i) {
-    const Touch& touch = touches.value()[i];
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    const Touch& touch = touches[i];
     auto reduced = reduce(touch, articles.empty() ? nullptr : &articles[i]);
     if (reduced) {
       kept.push_back(std::move(reduced).value());
@@ -274,7 +276,7 @@ Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const Poin
     result.warnings.push_back("dropped: " + reduced.error().reason);
     refusals.push_back(reduced.error());
   }
-  if (2 * refusals.size() > touches->size() || (!refusals.empty() && kept.size() <= question.unknowns)) {
+  if (2 * refusals.size() > touches.size() || (!refusals.empty() && kept.size() <= question.unknowns)) {
     return refusals.front();
   }
   if (auto refusal = addPoints(result, kept, question)) return *refusal;

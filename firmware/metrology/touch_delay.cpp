@@ -10,6 +10,7 @@
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/gain_matrix.hpp"
 #include "firmware/metrology/previous_delay.hpp"
+#include "firmware/metrology/ringing.hpp"
 #include "firmware/metrology/size_line.hpp"
 #include "firmware/metrology/touch.hpp"
 
@@ -47,7 +48,7 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
   }
   const auto touches = readTouches(dataset);
   if (!touches) return touches.error();
-  auto agreed = agreeOn(touches.value(), question);
+  auto agreed = agreeOn(withoutRinging(touches.value()), question);
   if (!agreed) return agreed.error();
   if (auto refusal = wrongFeature(feature.value(), agreed->fit)) return *refusal;
   return TouchDelay{dataset, question, std::move(agreed).value(), previous.value()};
