@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -51,8 +52,16 @@ struct Leg {
   double slope{};
 };
 
-// Line through the samples from 40 to 90 % of the half contact before or after the apex: 60 to 10 % of the depth.
-std::optional<Leg> legOf(const Signal& signal, double apex, double half, double side) {
+// Shares of the half contact, from the apex on.
+struct Stretch {
+  double from{};
+  double until{};
+};
+constexpr Stretch kOfSource{0.40, 0.90};  // 60 to 10 % of the depth
+constexpr Stretch kSparse{0.10, 0.95};    // where that holds too few samples; the round apex hardly bends a start
+
+// Line through the samples of a stretch before or after the apex.
+std::optional<Leg> legOf(const Signal& signal, double apex, double half, double side, Stretch stretch) {
   double n = 0.0;
   double st = 0.0;
   double sx = 0.0;
@@ -60,7 +69,7 @@ std::optional<Leg> legOf(const Signal& signal, double apex, double half, double 
   double stx = 0.0;
   for (std::size_t k = 0; k < signal.times.size(); ++k) {
     const double t = signal.times[k] - apex;
-    if (t * side < 0.4 * half || t * side > 0.9 * half) continue;
+    if (t * side < stretch.from * half || t * side > stretch.until * half) continue;
     n += 1.0, st += t, sx += signal.values[k], stt += t * t, stx += t * signal.values[k];
   }
   const double determinant = n * stt - st * st;
@@ -71,30 +80,35 @@ std::optional<Leg> legOf(const Signal& signal, double apex, double half, double 
 
 // Where the lines of in and out meet (A18), twice: the first time tells where to look.
 std::optional<double> apexOf(const Signal& signal, double rough, double half) {
+  const auto legs = [&](double side) {
+    const auto leg = legOf(signal, rough, half, side, kOfSource);
+    return leg ? leg : legOf(signal, rough, half, side, kSparse);
+  };
   for (int round = 0; round < 2; ++round) {
-    const auto in = legOf(signal, rough, half, -1.0);
-    const auto out = legOf(signal, rough, half, 1.0);
+    const auto in = legs(-1.0);
+    const auto out = legs(1.0);
     if (!in || !out || !(in->slope < 0.0) || !(out->slope > 0.0)) return std::nullopt;
     rough += (in->at - out->at) / (out->slope - in->slope);
   }
   return rough;
 }
 
-// Share of the contact that the signal spends near its lowest point.
+// Share of the contact that the signal spends near its lowest point, from the first sample there to the last.
 double apexShare(const Signal& signal, double apex, double half) {
   const double bottom = signal.values[lowest(signal)];
+  const auto within = [&](std::size_t k) { return std::abs(signal.times[k] - apex) < half; };
   double rim = bottom;
   for (std::size_t k = 0; k < signal.times.size(); ++k) {
-    if (std::abs(signal.times[k] - apex) < half) rim = std::max(rim, signal.values[k]);
+    if (within(k)) rim = std::max(rim, signal.values[k]);
   }
-  std::size_t near = 0;
-  std::size_t all = 0;
+  double first = std::numeric_limits<double>::infinity();
+  double last = first;
   for (std::size_t k = 0; k < signal.times.size(); ++k) {
-    if (std::abs(signal.times[k] - apex) >= half) continue;
-    ++all;
-    if (signal.values[k] - bottom < kApexShare * (rim - bottom)) ++near;
+    if (!within(k) || signal.values[k] - bottom >= kApexShare * (rim - bottom)) continue;
+    first = std::min(first, signal.times[k]);
+    last = signal.times[k];
   }
-  return all == 0 ? 1.0 : static_cast<double>(near) / static_cast<double>(all);
+  return std::isinf(first) ? 1.0 : (last - first) / (2.0 * half);
 }
 
 bool complete(const Signal& signal, double from, double until) {

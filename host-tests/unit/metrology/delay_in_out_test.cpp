@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <string>
@@ -66,6 +67,27 @@ TEST(DelayInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
       tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
     }
     EXPECT_THAT(std::pow(boundOf(scene), 2) / tau.variance(), AllOf(Gt(0.65), Lt(1.3)));
+    EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
+    EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
+  }
+}
+
+// Fewer than three samples between 60 and 10 % of the depth: shallow, or sampled slowly.
+TEST(DelayInOut, NeedsFewSamplesOnTheWayInAndOut) {
+  std::mt19937_64 random{48};
+  const auto changes = {std::function<void(Scene&)>{[](Scene& s) { s.overtravel_mm = 0.2; }},
+                        {[](Scene& s) { s.machine_rate_hz = 200.0, s.probe_rate_hz = 500.0; }}};
+  for (const auto& change : changes) {
+    Moments tau;
+    Scene scene = inOut();
+    change(scene);
+    for (int trial = 0; trial < 200; ++trial) {
+      scene = simulation::shuffled(scene, random);
+      const auto solved = solveDelayInOut(record(scene, random));
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
+    }
+    EXPECT_GT(std::pow(boundOf(scene), 2) / tau.variance(), 0.65);
     EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
     EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
   }
