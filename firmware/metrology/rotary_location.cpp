@@ -68,6 +68,22 @@ Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& dire
   return map;
 }
 
+Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
+  const auto count = static_cast<Eigen::Index>(angles.size());
+  const Eigen::MatrixXd location = locationMap(angles, direction, offset);
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3 * count, 6 * count);
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, 6 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Matrix3d turned = Eigen::AngleAxisd{angles[static_cast<std::size_t>(k)], direction}.toRotationMatrix();
+    map.middleRows<3>(3 * k) = (turned - Matrix3d::Identity()) * location;
+    map.block<3, 3>(3 * k, 6 * k + offset) += Matrix3d::Identity();
+    mean += map.middleRows<3>(3 * k) / static_cast<double>(count);
+  }
+  // The mean that is left is the error of the reference angle.
+  for (Eigen::Index k = 0; k < count; ++k) map.middleRows<3>(3 * k) -= mean;
+  return map;
+}
+
 std::vector<double> distinctAngles(std::vector<double> angles) {
   std::ranges::sort(angles);
   const auto same = [](double a, double b) { return std::abs(a - b) < kSameRotaryAngle; };
@@ -89,6 +105,10 @@ void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eige
   const Eigen::MatrixXd tilt = locationMap(angles, direction, 3);
   answer.promiseVector("location_mm", location * six, location * rows);
   answer.promiseVector("tilt_rad", tilt * six, tilt * rows);
+  const Eigen::MatrixXd translations = positionDependentMap(angles, direction, 0);
+  const Eigen::MatrixXd rotations = positionDependentMap(angles, direction, 3);
+  answer.alsoMatrix("position_dependent_mm", 3, translations * six, translations * rows);
+  answer.alsoMatrix("position_dependent_rad", 3, rotations * six, rotations * rows);
 }
 
 }  // namespace probebox::metrology

@@ -26,6 +26,12 @@ void addNominalAxis(Result& result, const NominalAxis& axis);
 // offset: 0 for the translations, 3 for the rotations. Rows: the three components of d in machine axes.
 Eigen::MatrixXd locationMap(std::span<const double> angles, const Eigen::Vector3d& direction, Eigen::Index offset);
 
+// (E8) as a linear map of the six errors at all angles: what is left of the translations (offset 0) or the rotations
+// (3), three rows an angle, once location and the error of the reference angle (E7) are taken out. Along the axis that
+// is what differs from the mean.
+Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen::Vector3d& direction,
+                                     Eigen::Index offset);
+
 // Angles closer than this are one, rad.
 inline constexpr double kSameRotaryAngle = 1e-8;
 
@@ -33,7 +39,8 @@ inline constexpr double kSameRotaryAngle = 1e-8;
 std::vector<double> distinctAngles(std::vector<double> angles);
 
 // Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
-// than 60 degrees, else a warning; also angle_rad. six: at all angles; rows: d six / d parameters.
+// than 60 degrees, else a warning; also angle_rad and, with the location, position_dependent_errors (E8), a row an
+// angle. six: at all angles; rows: d six / d parameters.
 void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
                    const Eigen::MatrixXd& rows, const Eigen::Vector3d& direction);
 

@@ -236,6 +236,52 @@ TEST(RotaryAxis, FindsTheLocationOfTheWorkedExample) {
   EXPECT_NEAR(solved->find("tilt_rad")->values[0], 0.0, 1e-12);
 }
 
+// (E8): second harmonics are no location, first ones are.
+TEST(RotaryAxis, TabulatesWhatDependsOnThePosition) {
+  std::mt19937_64 random{31};
+  Moments left;
+  for (int trial = 0; trial < 40; ++trial) {
+    const double sigma = trial == 0 ? 0.0 : 0.001;
+    RotaryTable table;
+    table.direction = trial % 2 == 0 ? Vector3d{0, 0, 1} : Vector3d{0, 1, 0};
+    const Matrix3d across = Matrix3d::Identity() - table.direction * table.direction.transpose();
+    const Vector3d d = across * Vector3d{.012, -.007, .009};
+    const Vector3d theta = across * Vector3d{3e-5, 2e-5, -4e-5};
+    SixErrors second;
+    second << .002, -.001, .003, 2e-5, -1e-5, 3e-5;
+    std::vector<SixErrors> dependent;
+    for (int k = 0; k < 8; ++k) {
+      const double phi = kTurn * k / 8.0;
+      const Matrix3d turned_back = Matrix3d::Identity() - AngleAxisd{phi, table.direction}.toRotationMatrix();
+      dependent.push_back(second * std::cos(2.0 * phi));
+      SixErrors errors = dependent.back() - dependent.front();
+      errors.head<3>() += turned_back * d;
+      errors.tail<3>() += turned_back * theta;
+      table.angles.push_back(phi);
+      table.errors.push_back(errors);
+    }
+    Dataset dataset = rotaryDataset(table, plateOf(6, 120), sigma, random);
+    dataset.config["sigma_mm"] = 0.001;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    for (const auto& [key, first] : {std::pair{"position_dependent_mm", 0}, {"position_dependent_rad", 3}}) {
+      const auto& found = *solved->find(key);
+      ASSERT_EQ(found.columns, 3U);
+      ASSERT_EQ(found.sd.size(), 24U);
+      for (std::size_t part = 0; part < 24; ++part) {
+        const auto e = first + static_cast<Eigen::Index>(part % 3);
+        const double error = found.values[part] - dependent[part / 3][e];
+        if (trial > 0) {
+          left.add(error, found.sd[part]);
+        } else {
+          EXPECT_NEAR(error, 0.0, 2e-9) << key << " " << part;
+        }
+      }
+    }
+  }
+  EXPECT_THAT(left.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+}
+
 TEST(RotaryAxis, LeavesTheReadingsAtZeroOutWhereTheAxisDidNotReturn) {
   std::mt19937_64 random{4};
   RotaryTable table = randomTable(6, random);
