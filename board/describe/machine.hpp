@@ -81,6 +81,14 @@ struct TiltDescription {
   double sigma_rad{};  // how exactly it finds an angle (k = 1)
 };
 
+// A head that swivels the probe's spindle, as it is measured.
+struct HeadDescription {
+  TiltDescription swivel;
+  std::array<double, 3> pivot_mm{};              // nominal: its axis from the gauge line of the spindle, head level
+  std::optional<std::array<double, 3>> ball_mm;  // where the datum sphere stands
+  std::optional<double> sd_ball_mm;              // k = 1, each coordinate
+};
+
 // How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
 enum class Programming { radius, diameter };
 
@@ -154,6 +162,8 @@ struct Machine {
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<BallPlateDescription> ball_plate;
   std::optional<TiltDescription> tilting_table;
+  std::optional<HeadDescription> swivel_head;
+  std::vector<ToolDescription> probe_tools;  // that carry the probe
   CentrelineDescription centreline;
   std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
   std::optional<SwivelDescription> swivel;

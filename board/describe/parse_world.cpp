@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
 
@@ -114,25 +116,62 @@ WorldPartSpindle readPartSpindle(Section section) {
   return spindle;
 }
 
-WorldTiltingTable readTiltingTable(Section section) {
+// What a table tilts about, or a head.
+struct Swing {
+  Vector3 axis{}, lean{};
+};
+
+Swing readSwing(Section& section) {
   constexpr std::array<Vector3, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
-  WorldTiltingTable table;
   const std::size_t axis = section.choice("axis", {"X", "-X", "Y", "-Y"});
-  table.axis = kAxes[axis];
-  table.point_mm = section.vector("point_mm", kAnywhere);
   const bool about_x = axis < 2;
-  table.lean[about_x ? 1 : 0] = section.number(about_x ? "lean_y_rad" : "lean_x_rad", {-0.01, 0.01}, 0.0);
-  table.lean[2] = section.number("lean_z_rad", {-0.01, 0.01}, 0.0);
+  Swing swing{.axis = kAxes[axis], .lean = {}};
+  swing.lean[about_x ? 1 : 0] = section.number(about_x ? "lean_y_rad" : "lean_x_rad", {-0.01, 0.01}, 0.0);
+  swing.lean[2] = section.number("lean_z_rad", {-0.01, 0.01}, 0.0);
+  return swing;
+}
+
+WorldTiltingTable readTiltingTable(Section section) {
+  const auto [axis, lean] = readSwing(section);
+  const WorldTiltingTable table{.axis = axis, .point_mm = section.vector("point_mm", kAnywhere), .lean = lean};
   section.finish();
   return table;
 }
 
+WorldSwivelHead readSwivelHead(Section section) {
+  const auto [axis, lean] = readSwing(section);
+  const WorldSwivelHead head{.axis = axis,
+                             .pivot_mm = section.vector("pivot_mm", {-1000, 1000}),
+                             .lean = lean,
+                             .noise_rad = section.number("noise_rad", {0, 0.01}, 0.0)};
+  section.finish();
+  return head;
+}
+
+WorldTool readTool(Section& section, std::uint32_t number) {
+  return {.number = number,
+          .stylus_offset_mm = {section.number("stylus_offset_x_mm", {-10, 10}),
+                               section.number("stylus_offset_y_mm", {-10, 10})},
+          .stylus_length_mm = section.number("stylus_length_mm", {0, 1000})};
+}
+
 WorldProbeSpindle readProbeSpindle(Section section) {
+  constexpr Range kToolNumber{1, 65'535};
   WorldProbeSpindle spindle;
   spindle.tilt = readTilt(section);
-  spindle.stylus_offset_mm = {section.number("stylus_offset_x_mm", {-10, 10}),
-                              section.number("stylus_offset_y_mm", {-10, 10})};
-  spindle.stylus_length_mm = section.number("stylus_length_mm", {0, 1000});
+  const auto first = readTool(section, static_cast<std::uint32_t>(section.integer("tool", kToolNumber, 1)));
+  spindle.tool = first.number;
+  spindle.stylus_offset_mm = first.stylus_offset_mm;
+  spindle.stylus_length_mm = first.stylus_length_mm;
+  for (auto& further : section.sections("further_tool")) {
+    const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumber));
+    const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
+                                                     spindle.further_tools.end();
+    if (again && further.has("number"))
+      further.problem(*further.node("number"), "tool " + std::to_string(number) + " is there twice: give it once");
+    spindle.further_tools.push_back(readTool(further, number));
+    further.finish();
+  }
   section.finish();
   return spindle;
 }
@@ -192,6 +231,7 @@ World readWorld(Section& root) {
   if (root.has("gauge_plates")) world.plates = readPlates(root.section("gauge_plates"));
   if (root.has("part_spindle")) world.part_spindle = readPartSpindle(root.section("part_spindle"));
   if (root.has("tilting_table")) world.tilting_table = readTiltingTable(root.section("tilting_table"));
+  if (root.has("swivel_head")) world.swivel_head = readSwivelHead(root.section("swivel_head"));
   if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
   if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
   readScrews(root.section("screw", false), world);

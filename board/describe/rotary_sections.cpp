@@ -120,15 +120,49 @@ void checkAngles(Section& section, std::string_view key, const std::vector<doubl
                                             "the angles, such as [-90, 0]");
 }
 
-TiltDescription readTilt(Section section) {
+TiltDescription readTilt(Section& section, std::string_view angles) {
   constexpr std::array<std::array<double, 3>, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
   TiltDescription tilt;
   tilt.axis = kAxes[section.choice("axis", {"X", "-X", "Y", "-Y"})];
-  tilt.angles_deg = section.numbers("tilts_deg", {-180, 180}, 2);
-  checkAngles(section, "tilts_deg", tilt.angles_deg);
+  tilt.angles_deg = section.numbers(angles, {-180, 180}, 2);
+  checkAngles(section, angles, tilt.angles_deg);
   tilt.sigma_rad = section.number("sigma_rad", {0, 0.01}, 0.0);
-  section.finish();
   return tilt;
+}
+
+HeadDescription readHead(Section section) {
+  HeadDescription head{.swivel = readTilt(section, "angles_deg"),
+                       .pivot_mm = section.vector("pivot_mm", {-2000, 2000}),
+                       .ball_mm = {},
+                       .sd_ball_mm = {}};
+  if (section.has("ball_mm")) head.ball_mm = section.vector("ball_mm", {-1e5, 1e5});
+  if (section.has("sd_ball_mm")) {
+    head.sd_ball_mm = section.number("sd_ball_mm", {1e-6, 1});
+    if (!head.ball_mm) section.problem(*section.node("sd_ball_mm"), "'sd_ball_mm' is of 'ball_mm': give that too");
+  }
+  section.finish();
+  return head;
+}
+
+// Lengths are those of [[tool]].
+void readProbeTools(Section section, Machine& machine) {
+  constexpr std::size_t kMostProbeTools = 4;
+  for (const double value : section.numbers("numbers", {1, 65'535}, 1)) {
+    const auto number = static_cast<std::uint32_t>(value);
+    const auto found = std::ranges::find(machine.tools, number, &ToolDescription::number);
+    const auto& node = *section.node("numbers");
+    if (found == machine.tools.end()) {
+      section.problem(
+          node, "'numbers' names tool " + std::to_string(number) + ", whose length nobody tells: add [[tool]] with it");
+      continue;
+    }
+    if (std::ranges::find(machine.probe_tools, number, &ToolDescription::number) != machine.probe_tools.end())
+      section.problem(node, "'numbers' names tool " + std::to_string(number) + " twice: give it once");
+    machine.probe_tools.push_back(*found);
+  }
+  if (machine.probe_tools.size() > kMostProbeTools)
+    section.problem(*section.node("numbers"), "'numbers' names more than 4 tools: remove some");
+  section.finish();
 }
 
 }  // namespace
@@ -149,7 +183,14 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
   readTools(root.sections("tool"), machine);
   const bool has_tilt = root.has("tilting_table");
   auto tilt = root.section("tilting_table", false);
-  if (has_tilt) machine.tilting_table = readTilt(std::move(tilt));
+  if (has_tilt) {
+    machine.tilting_table = readTilt(tilt, "tilts_deg");
+    tilt.finish();
+  }
+  const bool has_head = root.has("swivel_head"), has_probe_tools = root.has("probe_tools");
+  auto head = root.section("swivel_head", false), probe_tools = root.section("probe_tools", false);
+  if (has_head) machine.swivel_head = readHead(std::move(head));
+  if (has_probe_tools) readProbeTools(std::move(probe_tools), machine);
 }
 
 }  // namespace probebox::board

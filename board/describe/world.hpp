@@ -91,11 +91,28 @@ struct WorldTiltingTable {
   Vector3 lean{};      // of the true axis over the nominal one, across it
 };
 
+// A head that swivels the probe's spindle: B of the controller, in other steps than the table's.
+struct WorldSwivelHead {
+  Vector3 axis{};      // nominally, unit vector along X or Y: a positive angle is right-handed about it
+  Vector3 pivot_mm{};  // a point of the true axis, from the machine's reference with the head level
+  Vector3 lean{};      // of the true axis over the nominal one, across it
+  double noise_rad{};  // of every stop (k = 1)
+};
+
+// The probe in another tool than the first.
+struct WorldTool {
+  std::uint32_t number{};
+  std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
+  double stylus_length_mm{};                 // below the machine's reference
+};
+
 // The spindle of the probe: rotary axis A.
 struct WorldProbeSpindle {
   std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
   std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
   double stylus_length_mm{};                 // below the machine's reference
+  std::uint32_t tool{};                      // the number of the tool that is all this
+  std::vector<WorldTool> further_tools;
 };
 
 struct WorldRotary {
@@ -136,6 +153,7 @@ struct World {
   std::optional<WorldPlates> plates;
   std::optional<WorldPartSpindle> part_spindle;
   std::optional<WorldTiltingTable> tilting_table;
+  std::optional<WorldSwivelHead> swivel_head;
   std::optional<WorldProbeSpindle> probe_spindle;
   std::optional<WorldRotary> rotary;
   std::array<std::optional<WorldScrew>, 3> screws;

@@ -48,6 +48,7 @@ struct Prompt {
   bool turns{};                 // the rotary axes have to stand as below
   Vector3 rotary_angles_rad{};  // A B C
   BMoves b_moves{};
+  std::uint32_t tool{};   // that is to carry the probe; 0: whichever does
   bool referenced{true};  // the box knows where all axes stand
   double travel_mm{};     // of a jog or a sweep, along the outward normal
 };

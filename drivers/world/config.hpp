@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
@@ -109,17 +110,34 @@ struct TiltingTableConfig {
   Vector3 direction{1, 0, 0};
 };
 
+// A head that swivels the probe's spindle about a line. B of the controller.
+struct SwivelHeadConfig {
+  bool fitted{false};
+  Vector3 pivot_mm{0, 0, 60};  // a point of the axis, from the machine's reference
+  Vector3 direction{0, 1, 0};
+  double noise_rad{0};  // of every stop, k = 1
+};
+
+// A stylus of another tool than the first.
+struct FurtherTool {
+  std::uint32_t number{2};
+  std::array<double, 2> stylus_offset_mm{0, 0};
+  double stylus_length_mm{200};
+};
+
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs
 // `stylus_length_mm` below the reference, off the axis by `stylus_offset_mm` at A = 0.
 struct ProbeSpindleConfig {
   Vector3 direction{0, 0, 1};
   std::array<double, 2> stylus_offset_mm{0, 0};
   double stylus_length_mm{150};
+  std::uint32_t tool{1};  // which is in it at the start
+  std::vector<FurtherTool> further_tools;
 };
 
 struct RotaryConfig {
   double speed_rad_s{3};
-  double noise_rad{0};  // of every stop, k = 1, of all axes
+  double noise_rad{0};  // of every stop, k = 1, of all axes but a head
 };
 
 // A ball screw that warms up from the world's start on, with a sensor at its free end.
@@ -149,6 +167,7 @@ struct Config {
   PlatesConfig plates;
   PartSpindleConfig part_spindle;
   TiltingTableConfig tilting_table;
+  SwivelHeadConfig swivel_head;
   ProbeSpindleConfig probe_spindle;
   RotaryConfig rotary;
   std::array<ScrewConfig, 3> screws;

@@ -1,5 +1,6 @@
 #include "drivers/world/controller.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -16,7 +17,7 @@ bool movesOneAxis(StepKind kind) {
 
 // As the controller tells them: A B C.
 Vector3 anglesOf(const Pose& pose) {
-  return {pose.a_rad, pose.table_rad, pose.c_rad};
+  return {pose.a_rad, pose.head_rad != 0 ? pose.head_rad : pose.table_rad, pose.c_rad};
 }
 
 // A prompt that a machine can follow; anything else is not moved for.
@@ -30,7 +31,7 @@ bool canBeFollowed(const Prompt& prompt) {
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
-                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves == BMoves::table);
+                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
   return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
          prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
          dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
@@ -54,6 +55,10 @@ void Controller::advance(MonoTime now) {
       return;
     case Activity::turning:
       if (!machine_.atRest(now_)) return;
+      if (mustTurn()) {
+        machine_.turnTo(pose(), now_);
+        return;
+      }
       near_ = place();
       route_ = Route::down(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
       return enter(Activity::travelling);
@@ -171,6 +176,10 @@ void Controller::follow(const Prompt& prompt) {
 // The features and axes that this controller has been shown.
 bool Controller::known(const Prompt& prompt) const {
   if (prompt.b_moves == BMoves::table && !config_.table.tilts) return false;
+  if (prompt.b_moves == BMoves::head && !config_.head.swivels) return false;
+  const bool has_tool =
+      std::ranges::find(config_.tools, prompt.tool, &ControllerConfig::Tool::number) != config_.tools.end();
+  if (prompt.tool != 0 && !has_tool) return false;
   switch (prompt.feature) {
     case StepFeature::datum_sphere:
       return true;
@@ -185,11 +194,33 @@ bool Controller::known(const Prompt& prompt) const {
 // B stands at zero wherever it moves nothing.
 Pose Controller::pose() const {
   const auto& [a, b, c] = step_.rotary_angles_rad;
-  return {.a_rad = a, .table_rad = step_.b_moves == BMoves::table ? b : 0, .c_rad = c};
+  return {.a_rad = a,
+          .head_rad = step_.b_moves == BMoves::head ? b : 0,
+          .table_rad = step_.b_moves == BMoves::table ? b : 0,
+          .c_rad = c};
+}
+
+// A step that says nothing about it is done with the first.
+std::uint32_t Controller::tool() const {
+  return step_.tool != 0 ? step_.tool : config_.tools.front().number;
 }
 
 bool Controller::mustTurn() const {
-  return step_.turns && machine_.commandedPose() != pose();
+  return (step_.turns && machine_.commandedPose() != pose()) || machine_.tool() != tool();
+}
+
+// From where the machine says that it is to where the stylus ball ought to be.
+Vector3 Controller::tipIn(const Pose& pose, std::uint32_t tool) const {
+  const auto found = std::ranges::find(config_.tools, tool, &ControllerConfig::Tool::number);
+  const double length_mm = (found != config_.tools.end() ? *found : config_.tools.front()).length_mm;
+  const Vector3 hanging{0, 0, -length_mm}, arm = hanging - config_.head.pivot_mm;
+  const Vector3 swung = rotation(config_.head.axis, pose.head_rad) * arm - arm;  // exactly nothing while it is level
+  return hanging + swung + Vector3{0, 0, config_.tools.front().length_mm};
+}
+
+// Nothing is in the way of the machine there, however low the stylus hangs.
+double Controller::freeHeight(const Pose& pose, std::uint32_t tool) const {
+  return config_.park_mm[2] + std::max(0.0, -tipIn(pose, tool)[2]);
 }
 
 Vector3 Controller::ballOfThePart() const {
@@ -199,28 +230,32 @@ Vector3 Controller::ballOfThePart() const {
   return table.point_mm + rotation(table.axis, at.table_rad) * (level - table.point_mm);
 }
 
+// In machine positions.
 Place Controller::place() const {
+  const Pose at = step_.turns ? pose() : machine_.commandedPose();
+  const Vector3 tip = tipIn(at, tool());
   const double keep_out_mm = config_.safe_distance_mm;
   switch (step_.feature) {
     case StepFeature::datum_sphere:
       break;
     case StepFeature::plates:
-      return {Place::Shape::gap, config_.plates.middle_mm, 0};
+      return {Place::Shape::gap, config_.plates.middle_mm - tip, 0};
     case StepFeature::part_ball:
-      return {Place::Shape::round, ballOfThePart(), config_.part.effective_radius_mm + keep_out_mm};
+      return {Place::Shape::round, ballOfThePart() - tip, config_.part.effective_radius_mm + keep_out_mm};
   }
-  return {Place::Shape::round, config_.nominal_centre_mm, config_.nominal_effective_radius_mm + keep_out_mm};
+  return {Place::Shape::round, config_.nominal_centre_mm - tip, config_.nominal_effective_radius_mm + keep_out_mm};
 }
 
 void Controller::rise() {
   const Vector3 here = machine_.commandedPosition();
-  route_ = near_ ? Route::up(*near_, here, config_.park_mm[2]) : Route{};
-  if (!near_) route_.add({here[0], here[1], config_.park_mm[2]});
+  const double height_mm = std::max(freeHeight(machine_.commandedPose(), machine_.tool()), freeHeight(pose(), tool()));
+  route_ = near_ ? Route::up(*near_, here, height_mm) : Route{};
+  if (!near_) route_.add({here[0], here[1], height_mm});
   near_.reset();
 }
 
 void Controller::turn() {
-  if (mustTurn()) machine_.turnTo(pose(), now_);
+  if (machine_.tool() != tool()) machine_.takeTool(tool(), now_);
   enter(Activity::turning);
 }
 
@@ -241,7 +276,7 @@ void Controller::post(MarkerPhase phase, Activity waiting) {
                    .step = step_.step,
                    .phase = phase,
                    .rotary_angles_rad = anglesOf(machine_.commandedPose()),
-                   .tool = config_.tool,
+                   .tool = machine_.tool(),
                    .nominal_speed_mm_s = step_.nominal_speed_mm_s,
                    .at_rest = machine_.atRest(now_),
                    .at = now_};
@@ -302,16 +337,26 @@ void Controller::withdraw() {
 
 void Controller::park() {
   rise();
-  route_.add(config_.park_mm);
+  const auto& [x, y, z] = config_.park_mm;
+  route_.add({x, y, freeHeight(machine_.commandedPose(), machine_.tool())});
   enter(Activity::parking);
 }
 
-// A table stays tilted no longer than it is needed.
+// Table and head stay tilted no longer than that is needed, and the first tool comes back; then on to where the machine
+// parks.
 void Controller::level() {
   Pose pose = machine_.commandedPose();
+  pose.head_rad = 0;
   pose.table_rad = 0;
-  machine_.turnTo(pose, now_);
-  enter(Activity::asking);
+  if (pose != machine_.commandedPose()) {
+    machine_.turnTo(pose, now_);
+  } else if (machine_.tool() != config_.tools.front().number) {
+    machine_.takeTool(config_.tools.front().number, now_);
+  } else if (machine_.commandedPosition() != config_.park_mm) {
+    machine_.traverseTo(config_.park_mm, now_);
+  } else {
+    enter(Activity::asking);
+  }
 }
 
 // Where the stylus ball's centre is to meet the surface.

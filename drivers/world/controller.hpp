@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "drivers/world/box_link.hpp"
 #include "drivers/world/config.hpp"
@@ -34,11 +35,20 @@ struct ControllerConfig {
     Vector3 point_mm{};     // of the axis that it tilts about
     Vector3 axis{1, 0, 0};  // which is taken to be along one of the machine's
   } table;
-  double safe_distance_mm{2};     // traverses stay this far from the surface
-  Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere
-  bool homes{true};               // tells a box that has just started where the axes stand
-  double run_out_mm{1.5};         // the retract keeps its speed until the clearance, and stops this far beyond
-  std::uint32_t tool{1};
+  struct Head {
+    bool swivels{false};
+    Vector3 pivot_mm{};     // of its axis, from the gauge line
+    Vector3 axis{0, 1, 0};  // which is taken to be along one of the machine's
+  } head;
+  struct Tool {
+    std::uint32_t number{1};
+    double length_mm{150};  // from the gauge line to the stylus ball
+  };
+  std::vector<Tool> tools{Tool{}};  // the first is there at the start
+  double safe_distance_mm{2};       // traverses stay this far from the surface
+  Vector3 park_mm{10, -20, 110};    // at a height that is free everywhere
+  bool homes{true};                 // tells a box that has just started where the axes stand
+  double run_out_mm{1.5};           // the retract keeps its speed until the clearance, and stops this far beyond
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
   Nanoseconds dwell{std::chrono::milliseconds{100}};  // at overtravel
   // At rest after the retract and before the step ends: longer than all delays and the link together.
@@ -95,6 +105,9 @@ class Controller {
   Pose pose() const;
   bool mustTurn() const;
   Vector3 ballOfThePart() const;
+  std::uint32_t tool() const;
+  Vector3 tipIn(const Pose& pose, std::uint32_t tool) const;
+  double freeHeight(const Pose& pose, std::uint32_t tool) const;
   Place place() const;
   void rise();
   void turn();

@@ -56,9 +56,9 @@ PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
   return spindle;
 }
 
-// Leaves the machine axis that a table nominally tilts about by as much over its length.
-Vector3 leaning(const board::WorldTiltingTable& table) {
-  return unit(table.axis + Vector3{table.lean[0], table.lean[1], table.lean[2]});
+// Leaves the machine axis that it is nominally along by so much over its length.
+Vector3 leaning(const Vector3& axis, const Vector3& lean) {
+  return unit(axis + lean);
 }
 
 ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescription& screw) {
@@ -87,11 +87,25 @@ void addFeatures(Config& config, const board::World& description) {
   }
   if (description.part_spindle) config.part_spindle = partSpindleOf(*description.part_spindle);
   if (const auto& table = description.tilting_table)
-    config.tilting_table = {.fitted = true, .point_mm = table->point_mm, .direction = leaning(*table)};
+    config.tilting_table = {
+        .fitted = true, .point_mm = table->point_mm, .direction = leaning(table->axis, table->lean)};
+  if (const auto& head = description.swivel_head) {
+    config.swivel_head = {.fitted = true,
+                          .pivot_mm = head->pivot_mm,
+                          .direction = leaning(head->axis, head->lean),
+                          .noise_rad = head->noise_rad};
+  }
   if (const auto& spindle = description.probe_spindle) {
     config.probe_spindle = {.direction = alongZ(spindle->tilt),
                             .stylus_offset_mm = spindle->stylus_offset_mm,
-                            .stylus_length_mm = spindle->stylus_length_mm};
+                            .stylus_length_mm = spindle->stylus_length_mm,
+                            .tool = spindle->tool,
+                            .further_tools = {}};
+    for (const auto& tool : spindle->further_tools) {
+      config.probe_spindle.further_tools.push_back({.number = tool.number,
+                                                    .stylus_offset_mm = tool.stylus_offset_mm,
+                                                    .stylus_length_mm = tool.stylus_length_mm});
+    }
   }
   if (description.rotary) {
     config.rotary = {.speed_rad_s = description.rotary->speed_rad_s, .noise_rad = description.rotary->noise_rad};
@@ -150,6 +164,13 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
   }
   if (const auto& table = description.tilting_table)
     config.table = {.tilts = true, .point_mm = table->point_mm + error_mm, .axis = table->axis};
+  if (const auto& head = description.swivel_head)
+    config.head = {.swivels = true, .pivot_mm = head->pivot_mm, .axis = head->axis};
+  if (const auto& spindle = description.probe_spindle) {
+    config.tools = {{.number = spindle->tool, .length_mm = spindle->stylus_length_mm}};
+    for (const auto& tool : spindle->further_tools)
+      config.tools.push_back({.number = tool.number, .length_mm = tool.stylus_length_mm});
+  }
   config.park_mm = description.axes.home_mm;
   config.dwell = Nanoseconds{std::llround(1e9 * description.cycle.dwell_s)};
   return config;

@@ -9,13 +9,14 @@ namespace {
 constexpr std::uint64_t kStream = 11;
 
 double wayBetween(const Pose& from, const Pose& to) {
-  return std::max(
-      {std::abs(to.a_rad - from.a_rad), std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
+  return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
+                   std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});
 }
 
 Pose between(const Pose& from, const Pose& to, double share) {
   const auto at = [share](double one, double other) { return one + share * (other - one); };
-  return {at(from.a_rad, to.a_rad), at(from.table_rad, to.table_rad), at(from.c_rad, to.c_rad)};
+  return {at(from.a_rad, to.a_rad), at(from.head_rad, to.head_rad), at(from.table_rad, to.table_rad),
+          at(from.c_rad, to.c_rad)};
 }
 
 }  // namespace
@@ -24,12 +25,15 @@ Machine::Machine(const Config& config, std::uint64_t seed)
     : axes_{config.axes},
       rotary_{config.rotary},
       probe_spindle_{config.probe_spindle},
+      head_{config.swivel_head},
       motion_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
       random_{seed, kStream} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
-  hold_ = holdAt(0);
+  head_.direction = unit(head_.direction);
+  tool_ = toolOf(probe_spindle_.tool);
+  hold_ = holdAt(stands_, tool_);
 }
 
 bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
@@ -46,10 +50,12 @@ bool Machine::turnTo(const Pose& pose, MonoTime now) {
   const Contact* last = stylus_.contactCount() > 0 ? stylus_.contact(stylus_.contactCount() - 1) : nullptr;
   const bool touching = last != nullptr && !last->end;
   if (touching || strikesOnTheWayTo(pose)) ++crashes_;
-  if (pose.a_rad != commanded_.a_rad) hold_ = holdAt(stopAt(pose.a_rad));
-  if (pose.c_rad != commanded_.c_rad) part_.c_rad = stopAt(pose.c_rad);
-  if (pose.table_rad != commanded_.table_rad) part_.tilt_rad = stopAt(pose.table_rad);
-  solids_.turnPart(part_);
+  if (pose.a_rad != commanded_.a_rad) stands_.a_rad = stopAt(pose.a_rad, rotary_.noise_rad);
+  if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
+  if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
+  if (pose.head_rad != commanded_.head_rad) stands_.head_rad = stopAt(pose.head_rad, head_.noise_rad);
+  hold_ = holdAt(stands_, tool_);
+  solids_.turnPart(stands_.part());
   turned_from_c_rad_ = commanded_.c_rad;
   turns_since_ = now;
   turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / rotary_.speed_rad_s)};
@@ -57,12 +63,31 @@ bool Machine::turnTo(const Pose& pose, MonoTime now) {
   return true;
 }
 
+bool Machine::takeTool(std::uint32_t number, MonoTime now) {
+  constexpr Nanoseconds kChange = std::chrono::seconds{3};
+  if (!atRest(now)) return false;
+  if (number == tool_.number) return true;
+  const FurtherTool tool = toolOf(number);
+  if (tool.number != number) return false;
+  tool_ = tool;
+  hold_ = holdAt(stands_, tool_);
+  turned_at_ = now + kChange;
+  return true;
+}
+
+// The first one for a number that is not there.
+FurtherTool Machine::toolOf(std::uint32_t number) const {
+  const auto found = std::ranges::find(probe_spindle_.further_tools, number, &FurtherTool::number);
+  if (found != probe_spindle_.further_tools.end()) return *found;
+  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm};
+}
+
 bool Machine::strikesOnTheWayTo(const Pose& pose) const {
   constexpr double kStep_rad = 0.01;
   const int steps = std::max(1, static_cast<int>(std::ceil(wayBetween(commanded_, pose) / kStep_rad)));
   for (int k = 0; k <= steps; ++k) {
     const Pose at = between(commanded_, pose, static_cast<double>(k) / steps);
-    if (solids_.occupied(motion_.target() + holdAt(at.a_rad).tip, at.part())) return true;
+    if (solids_.occupied(motion_.target() + holdAt(at, tool_).tip, at.part())) return true;
   }
   return false;
 }
@@ -76,13 +101,15 @@ double Machine::partAngleAt(MonoTime at, double delay_s) const {
   return turned_from_c_rad_ + share * (commanded_.c_rad - turned_from_c_rad_);
 }
 
-// The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle would
-// hold the ball.
-Hold Machine::holdAt(double a_rad) const {
-  const auto& [x, y] = probe_spindle_.stylus_offset_mm;
-  const Vector3 hanging{x, y, -probe_spindle_.stylus_length_mm};
-  const Matrix3 turned = rotation(probe_spindle_.direction, a_rad);
-  return {.tip = turned * hanging + Vector3{0, 0, probe_spindle_.stylus_length_mm}, .turned = turned};
+// The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle in a
+// level head would hold the ball of the first tool.
+Hold Machine::holdAt(const Pose& pose, const FurtherTool& tool) const {
+  const auto& [x, y] = tool.stylus_offset_mm;
+  const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * Vector3{x, y, -tool.stylus_length_mm};
+  const Matrix3 swivelled = rotation(head_.direction, pose.head_rad);
+  const Vector3 arm = hanging - head_.pivot_mm, swung = swivelled * arm - arm;
+  return {.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
+          .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad)};
 }
 
 }  // namespace probebox::world

@@ -11,9 +11,10 @@
 
 namespace probebox::world {
 
-// How the rotary axes stand: the probe's spindle, the table under the part, the part's spindle.
+// How the rotary axes stand: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
 struct Pose {
   double a_rad{};
+  double head_rad{};
   double table_rad{};
   double c_rad{};
 
@@ -21,10 +22,9 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-// Three linear axes that carry the probe in its spindle (rotary axis A), and a spindle for the part (C) on a table that
-// may tilt. Positions are
-// of the moving reference: of the stylus ball's centre while the stylus is free, but for what the probe's spindle
-// adds to it.
+// Three linear axes that carry the probe in its spindle (rotary axis A), in a head that may swivel, and a spindle for
+// the part (C) on a table that may tilt. Positions are of the moving reference: of the stylus ball's centre while the
+// stylus is free, but for what the probe's spindle adds to it.
 class Machine {
  public:
   explicit Machine(const Config& config, std::uint64_t seed = 0);
@@ -39,6 +39,10 @@ class Machine {
   // under way. Where an axis really stops is a little beside.
   bool turnTo(const Pose& pose, MonoTime now);
   const Pose& commandedPose() const { return commanded_; }
+  // Takes another tool with a stylus of its own. False, and nothing happens, while something is under way, and for a
+  // tool that there is none of.
+  bool takeTool(std::uint32_t number, MonoTime now);
+  std::uint32_t tool() const { return tool_.number; }
   Vector3 commandedPosition() const { return motion_.target(); }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
@@ -54,6 +58,8 @@ class Machine {
     return stylus_.inProbeAxes(positionAt(at, delay_s), at, delay_s);
   }
   const Stylus& stylus() const { return stylus_; }
+  // Where an ideal stop of the pose holds the stylus ball with that tool, from positionAt().
+  Vector3 tipIn(const Pose& pose, std::uint32_t tool) const { return holdAt(pose, toolOf(tool)).tip; }
   // How C stands as its encoder sees it.
   double partAngleAt(MonoTime at, double delay_s = 0) const;
   // Where a point of the part is in that pose, when it stands at `at_zero` at C = 0 without a tilt.
@@ -62,20 +68,23 @@ class Machine {
   std::uint64_t crashes() const { return crashes_; }
 
  private:
-  double stopAt(double angle_rad) { return angle_rad + rotary_.noise_rad * random_.normal(); }
-  Hold holdAt(double a_rad) const;
+  double stopAt(double angle_rad, double noise_rad) { return angle_rad + noise_rad * random_.normal(); }
+  Hold holdAt(const Pose& pose, const FurtherTool& tool) const;
+  FurtherTool toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
 
   AxesConfig axes_;
   RotaryConfig rotary_;
   ProbeSpindleConfig probe_spindle_;
+  SwivelHeadConfig head_;
   MotionHistory motion_;
   Solids solids_;
   Stylus stylus_;
   Random random_;
   Hold hold_;
   Pose commanded_;
-  PartPose part_;  // as it really stands
+  Pose stands_;  // really
+  FurtherTool tool_;
   double turned_from_c_rad_{};
   MonoTime turns_since_{MonoTime::min()};
   MonoTime turned_at_{MonoTime::min()};

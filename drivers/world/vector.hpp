@@ -43,6 +43,13 @@ constexpr Vector3 operator*(const Matrix3& m, const Vector3& a) {
   return {dot(m[0], a), dot(m[1], a), dot(m[2], a)};
 }
 
+constexpr Matrix3 operator*(const Matrix3& a, const Matrix3& b) {
+  Matrix3 product{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) product[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+  return product;
+}
+
 // Of a matrix that has one: a gain matrix far from singular.
 constexpr Matrix3 inverse(const Matrix3& m) {
   const Vector3 a = cross(m[1], m[2]), b = cross(m[2], m[0]), c = cross(m[0], m[1]);

@@ -53,13 +53,29 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
   return all;
 }
 
-std::optional<procedure::BFacts> bFacts(const std::optional<board::TiltDescription>& tilt) {
-  if (!tilt) return std::nullopt;
+procedure::BFacts bFacts(const board::TiltDescription& tilt) {
   procedure::BFacts facts{
-      .axis = tilt->axis, .count = tilt->angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt->sigma_rad};
-  std::ranges::transform(tilt->angles_deg, facts.angles_rad.begin(),
+      .axis = tilt.axis, .count = tilt.angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt.sigma_rad};
+  std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
                          [](double angle_deg) { return angle_deg * std::numbers::pi / 180; });
   return facts;
+}
+
+std::optional<procedure::HeadFacts> headFacts(const board::Machine& machine) {
+  const auto& head = machine.swivel_head;
+  if (!head) return std::nullopt;
+  return procedure::HeadFacts{
+      .b = bFacts(head->swivel), .pivot_mm = head->pivot_mm, .ball_mm = head->ball_mm, .sd_ball_mm = head->sd_ball_mm};
+}
+
+procedure::ProbeTools probeTools(const board::Machine& machine) {
+  procedure::ProbeTools tools;
+  for (const auto& tool : machine.probe_tools) {
+    tools.numbers.at(tools.count) = tool.number;
+    tools.lengths_mm.at(tools.count) = tool.length_mm;
+    ++tools.count;
+  }
+  return tools;
 }
 
 }  // namespace
@@ -110,7 +126,9 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .screws = screwFacts(machine),
           .checked_ball = checkedBall(machine),
           .ball_plate = ballPlate(machine),
-          .tilting_table = bFacts(machine.tilting_table)};
+          .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
+          .swivel_head = headFacts(machine),
+          .probe_tools = probeTools(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -30,6 +30,7 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
   answer.run_out_mm = procedure::kRunOut_mm;
   answer.travel_mm = step.touch.travel_mm;
+  answer.tool = step.touch.tool;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
 }
 

@@ -26,7 +26,9 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .travel_mm = 0,
                            .b_count = 0,
                            .b_angles_rad = {},
-                           .b_axis = {}};
+                           .b_axis = {},
+                           .tool_count = 0,
+                           .tools = {}};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }

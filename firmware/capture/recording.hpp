@@ -40,6 +40,7 @@ struct TouchRequest {
   std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as the machine said that it stood
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
+  std::uint32_t tool{};                       // that carries the probe, by its number; 0: the one that is there
   double travel_mm{};                         // along the outward normal, of a jog that touches nothing; 0: a touch
   bool sweeps{};  // turns the screw of the axis along the normal: its sensor is read, and no probe
 };

@@ -27,6 +27,9 @@ const char* explain(TouchFault fault) {
     case TouchFault::wrong_pose:
       return "the rotary axes do not stand where the step needs them: turn them as the prompt says, and say so in the "
              "marker";
+    case TouchFault::wrong_tool:
+      return "another tool is in the spindle than the step needs: change it as the prompt says, and say so in the "
+             "marker";
     case TouchFault::no_drift_rows:
       return "no readings of the screw's sensor arrived: check its cable, and [devices] drift in box.toml";
     case TouchFault::screw_unknown:

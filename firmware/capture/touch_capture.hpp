@@ -22,6 +22,7 @@ enum class TouchFault : std::uint8_t {
   wrong_pose,
   no_drift_rows,
   screw_unknown,
+  wrong_tool,
 };
 const char* explain(TouchFault fault);
 

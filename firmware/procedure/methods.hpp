@@ -24,6 +24,9 @@ enum class Poses : std::uint8_t {
   two_by_two,    // A and C at 0 and 180 degrees each
   plate,         // all balls, C at several angles and at 0 once more
   tilted,        // one ball on a table that tilts: C at 0 and 180 degrees, all tilts at each
+  swivelled,     // a ball that stands still, and a head that swivels: A at 0 and 180 degrees, all angles of B at each
+  by_length,     // the same with several tools: for each all angles of B, A at 0 and 180 degrees at each
+  two_by_two_by_length,  // as two_by_two, with several tools
 };
 
 struct MethodRow {
@@ -54,6 +57,9 @@ inline constexpr double kJog_mm = 10;
 // Those of the patent.
 inline constexpr std::array<double, 2> kTilts_rad{-kTurn_rad / 4, 0};
 inline constexpr std::array<double, 3> kTiltAxis{1, 0, 0};
+inline constexpr std::array<double, 3> kSwivels_rad{0, kTurn_rad / 8, kTurn_rad / 4};
+inline constexpr std::array<double, 3> kSwivelAxis{0, 1, 0};
+inline constexpr std::array<std::uint32_t, 2> kTools{1, 2};
 }  // namespace usual
 
 inline constexpr std::array<Side, 5> kSphereSides{{
@@ -79,7 +85,7 @@ inline constexpr std::array<double, 1> kReadingSpeed{15};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 16> kMethods{{
+inline constexpr std::array<MethodRow, 19> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -120,6 +126,12 @@ inline constexpr std::array<MethodRow, 16> kMethods{{
      Poses::plate, Needs::ball_plate, false, false, true},
     {Method::table_pivot, "table-pivot", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed, Poses::tilted,
      Needs::tilting_table, false, false},
+    {Method::swivel_error, "swivel-error", Feature::datum_sphere, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::by_length, Needs::swivel_lengths, false, false},
+    {Method::head_pivot, "head-pivot", Feature::datum_sphere, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::swivelled, Needs::swivel_head, false, false},
+    {Method::a_axis_alignment, "a-axis-alignment", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::two_by_two_by_length, Needs::probe_lengths, false, false},
 }};
 
 }  // namespace probebox::procedure

@@ -51,7 +51,9 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
   if ((options.angles != 0 || options.arc_rad != 0) && !spreadsC(row)) return leave_away("rotary angles");
   if (options.balls != 0 && !row.heights) return leave_away("number of balls");
-  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row)) return leave_away("tilts");
+  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row))
+    return leave_away("angles of B");
+  if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
   const bool sweeps = row.kind == Kind::sweep;
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
@@ -59,15 +61,15 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   return std::nullopt;
 }
 
-std::optional<Error> whyNoTilts(const Chosen& with, const ProcedureOptions& options) {
+std::optional<Error> whyNotB(const Chosen& with, const ProcedureOptions& options) {
   const auto count = options.b_count > 0 ? static_cast<double>(options.b_count) : 2.0;
-  if (auto error = outside("A number", count, 2, static_cast<double>(kMostBAngles), "tilts")) return error;
+  if (auto error = outside("A number", count, 2, static_cast<double>(kMostBAngles), "angles of B")) return error;
   for (const double angle_rad : with.b_angles_rad) {
-    if (auto error = outside("A tilt", degrees(angle_rad), -180, 180, "degrees")) return error;
+    if (auto error = outside("An angle of B", degrees(angle_rad), -180, 180, "degrees")) return error;
   }
   const auto& [x, y, z] = with.b_axis;
   if (z == 0 && std::abs(x) + std::abs(y) == 1 && x * y == 0) return std::nullopt;
-  return Error{"The axis of the tilt is neither along X nor along Y: give one of these."};
+  return Error{"The axis of B is neither along X nor along Y: give one of these."};
 }
 
 std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
@@ -108,7 +110,10 @@ void addSweep(Plan& plan, const ProcedureOptions& options) {
 }
 
 std::string surfaceOf(const Step& step) {
-  std::string side;
+  const auto& n = step.touch.outward_normal;
+  std::array<char, 80> along{};
+  std::snprintf(along.data(), along.size(), "(%.3f, %.3f, %.3f)", n[0], n[1], n[2]);
+  std::string side = along.data();
   for (const Side& known : kSphereSides) {
     if (known.outward_normal == step.touch.outward_normal) side = known.name;
   }
@@ -194,6 +199,9 @@ bool readsBalls(Method method) {
     case Needs::checked_ball:
     case Needs::ball_plate:
     case Needs::tilting_table:
+    case Needs::swivel_lengths:
+    case Needs::swivel_head:
+    case Needs::probe_lengths:
       return true;
     default:
       return false;
@@ -221,15 +229,19 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
     const double fewest = row->poses == Poses::plate ? 3 : 2;
     if (auto error = outside("A number", with.balls, fewest, 7, "balls")) return error;
   }
+  if (changesTools(*row)) {
+    const auto tools = static_cast<double>(options.tool_count > 0 ? options.tool_count : with.tools.size());
+    if (auto error = outside("A number", tools, 2, static_cast<double>(kMostProbeTools), "tools")) return error;
+  }
   if (turnsB(*row)) {
-    if (auto error = whyNoTilts(with, options)) return error;
+    if (auto error = whyNotB(with, options)) return error;
   }
   std::size_t steps = row->jogs ? kLinearAxes : 0;
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading)
     steps += with.speeds_mm_s.size() * Sides{*row, with, poseOf(*row, with, reading)}.list().size();
   if (steps <= kMostSteps) return std::nullopt;
   return Error{"That would be " + std::to_string(steps) + " touches, and a run has up to " +
-               std::to_string(kMostSteps) + ": choose fewer speeds, angles or balls."};
+               std::to_string(kMostSteps) + ": choose fewer speeds, angles, balls or tools."};
 }
 
 void fill(Plan& plan, Method method, const ProcedureOptions& options) {
@@ -250,7 +262,8 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
                                           .retract_speed_mm_s = speed,
                                           .rotary_angles_rad = pose.angles_rad,
                                           .ball = pose.ball,
-                                          .reading = static_cast<std::uint32_t>(reading)};
+                                          .reading = static_cast<std::uint32_t>(reading),
+                                          .tool = pose.tool};
         add(plan, {.touch = touch,
                    .feature = row->feature,
                    .kind = row->kind,
@@ -272,6 +285,8 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
+    if (wanted.touch.tool != 0) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
+    if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
     if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
     text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
   }

@@ -32,6 +32,9 @@ enum class Method : std::uint16_t {
   periodic_check = 14,
   rotary_axis_errors = 15,
   table_pivot = 16,
+  swivel_error = 17,
+  head_pivot = 18,
+  a_axis_alignment = 19,
 };
 
 std::string_view nameOf(Method method);
@@ -87,6 +90,9 @@ enum class Needs : std::uint8_t {
   checked_ball,  // and a delay in force, as all below
   ball_plate,
   tilting_table,
+  swivel_lengths,  // a head that swivels, and the probe with tools of several lengths
+  swivel_head,     // and where its ball stands
+  probe_lengths,
 };
 Needs needsOf(Method method);
 // It reads the centres of balls, with the delay in force taken out.

@@ -61,12 +61,32 @@ Pose tilted(const Chosen& with, std::size_t index) {
   return {{0, with.b_angles_rad[index % tilts], index < tilts ? 0.0 : kHalfTurn_rad}, 1, BMoves::table};
 }
 
+// The same of A and a head, before a ball that stands still.
+Pose swivelled(const Chosen& with, std::size_t index) {
+  const std::size_t angles = with.b_angles_rad.size();
+  return {{index < angles ? 0.0 : kHalfTurn_rad, with.b_angles_rad[index % angles], 0}, 0, BMoves::head};
+}
+
+// Both readings of which the mean is taken belong to one stop of B.
+Pose byLength(const Chosen& with, std::size_t index) {
+  const std::size_t stop = index / 2, angles = with.b_angles_rad.size();
+  return {{index % 2 == 0 ? 0.0 : kHalfTurn_rad, with.b_angles_rad[stop % angles], 0},
+          0,
+          BMoves::head,
+          with.tools[stop / angles]};
+}
+
+bool swivels(const MethodRow& row) {
+  return row.poses == Poses::swivelled || row.poses == Poses::by_length;
+}
+
 }  // namespace
 
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
   const auto or_usual = [](auto value, auto usual) { return value == 0 ? usual : value; };
   const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
   const auto b_count = std::min<std::size_t>(options.b_count, kMostBAngles);
+  const auto tool_count = std::min<std::size_t>(options.tool_count, kMostProbeTools);
   const bool reach = row.poses == Poses::within_reach;
   const auto usual_angles = reach                       ? usual::kReachAngles
                             : row.poses == Poses::plate ? usual::kPlateAngles
@@ -79,8 +99,13 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
       .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
       .angles = or_usual(options.angles, usual_angles),
       .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
-      .b_axis = options.b_axis == Vector{} ? usual::kTiltAxis : options.b_axis,
-      .b_angles_rad = b_count > 0 ? std::span{options.b_angles_rad}.first(b_count) : std::span{usual::kTilts_rad},
+      .b_axis = options.b_axis != Vector{} ? options.b_axis
+                : swivels(row)             ? usual::kSwivelAxis
+                                           : usual::kTiltAxis,
+      .b_angles_rad = b_count > 0    ? std::span{options.b_angles_rad}.first(b_count)
+                      : swivels(row) ? std::span<const double>{usual::kSwivels_rad}
+                                     : std::span<const double>{usual::kTilts_rad},
+      .tools = tool_count > 0 ? std::span{options.tools}.first(tool_count) : std::span{usual::kTools},
   };
 }
 
@@ -89,14 +114,19 @@ bool spreadsC(const MethodRow& row) {
 }
 
 bool turnsB(const MethodRow& row) {
-  return row.poses == Poses::tilted;
+  return row.poses == Poses::tilted || swivels(row);
+}
+
+bool changesTools(const MethodRow& row) {
+  return row.poses == Poses::by_length || row.poses == Poses::two_by_two_by_length;
 }
 
 std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::one) return 1;
   if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
-  if (turnsB(row)) return 2 * with.b_angles_rad.size();
-  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls;
+  const std::size_t tools = changesTools(row) ? with.tools.size() : 1;
+  if (turnsB(row)) return 2 * with.b_angles_rad.size() * tools;
+  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls * tools;
 }
 
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
@@ -114,17 +144,30 @@ Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
       return twoByTwo(row, with, index);
     case Poses::plate:
       return onPlate(row, with, index);
+    case Poses::two_by_two_by_length: {
+      Pose pose = twoByTwo(row, with, index % 4);
+      pose.tool = with.tools[index / 4];
+      return pose;
+    }
     case Poses::tilted:
       return tilted(with, index);
+    case Poses::swivelled:
+      return swivelled(with, index);
+    case Poses::by_length:
+      return byLength(with, index);
   }
   return {};
 }
 
 Sides::Sides(const MethodRow& row, const Chosen& with, const Pose& pose) {
-  const bool tilts = pose.b_moves == BMoves::table;
-  const Vector stem = tilts ? turned(kDown, with.b_axis, pose.angles_rad[1]) : kDown;
-  for (const Side& side : row.sides) {
-    if (tilts && dot(side.outward_normal, stem) > kStem) continue;
+  const auto moved = [&](const Vector& v, BMoves by) {
+    return pose.b_moves == by ? turned(v, with.b_axis, pose.angles_rad[1]) : v;
+  };
+  const Vector stem = moved(kDown, BMoves::table);
+  for (Side side : row.sides) {
+    side.outward_normal = moved(side.outward_normal, BMoves::head);
+    side.aside = moved(side.aside, BMoves::head);
+    if (pose.b_moves != BMoves::nothing && dot(side.outward_normal, stem) > kStem) continue;
     sides_.at(count_++) = side;
   }
 }

@@ -22,6 +22,7 @@ struct Chosen {
   std::uint16_t balls{};
   std::array<double, 3> b_axis{};  // what B turns about, right-handed
   std::span<const double> b_angles_rad;
+  std::span<const std::uint32_t> tools;
 };
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options);
 
@@ -30,15 +31,20 @@ bool spreadsC(const MethodRow& row);
 // B at several angles, as machine.toml describes.
 bool turnsB(const MethodRow& row);
 
+// One tool after the other carries the probe.
+bool changesTools(const MethodRow& row);
+
 struct Pose {
   std::array<double, 3> angles_rad{};  // A B C
   std::uint16_t ball{};                // of the part, from 1; 0 for another feature
   BMoves b_moves{};
+  std::uint32_t tool{};  // 0: the one that is there
 };
 std::size_t poseCount(const MethodRow& row, const Chosen& with);
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);
 
-// In machine axes. A side where the stem of a tilted ball stands is left out.
+// In machine axes. They swivel with the head, since the stylus has to come from its own side; one where the stem of the
+// ball stands, which holds it from below and tilts with a table, is left out.
 class Sides {
  public:
   Sides(const MethodRow& row, const Chosen& with, const Pose& pose);

@@ -75,6 +75,10 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_pose);
   }
+  if (step.touch.tool != 0 && marker.tool != step.touch.tool) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::wrong_tool);
+  }
   capture::TouchRequest touch = step.touch;
   touch.rotary_angles_rad = marker.rotary_angles_rad;
   capture_.begin(touch);

@@ -1,6 +1,5 @@
 #include "firmware/procedure/reading_tables.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,8 @@
 #include <vector>
 
 #include "firmware/metrology/ball_centre.hpp"
+#include "firmware/procedure/b_tables.hpp"
+#include "firmware/procedure/ball_reading.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -21,18 +22,10 @@ constexpr std::array<std::string_view, 5> kAlignmentColumns{"z_mm", "A_rad", "C_
 constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
 constexpr std::array<std::string_view, 5> kPlateColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kLengthColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 12> kCentresColumns{
     "reading", "ball", "A_rad", "B_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
 constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
-
-// One place of one ball, and what was found there.
-struct Reading {
-  double number{};
-  double ball{};
-  double a_rad{}, b_rad{}, c_rad{};
-  metrology::BallCentre centre;
-};
 
 metrology::Table posesOf(const capture::Recording& recording) {
   auto poses = metrology::Table::withColumns("poses", kPosesColumns);
@@ -110,6 +103,17 @@ void addOffset(metrology::Dataset& dataset, const std::vector<Reading>& readings
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 
+void addSpindleAlignment(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+  dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
+  dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
+  auto table = metrology::Table::withColumns("readings", kLengthColumns);
+  for (const auto& reading : readings) {
+    table.append({facts.probe_tools.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
+                  reading.centre.centre_mm.y()});
+  }
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
 void addAlignment(metrology::Dataset& dataset, std::vector<Reading> readings, const Facts& facts) {
   // Here the two readings of one stop of C share its error: for the mean of four that is one of its full size in each.
   dataset.config["sigma_mm"] = std::hypot(sigmaOf(readings), reachOf(readings) * facts.sigma_c_rad);
@@ -120,15 +124,6 @@ void addAlignment(metrology::Dataset& dataset, std::vector<Reading> readings, co
                   reading.centre.centre_mm.y()});
   }
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
-}
-
-double degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
-}
-
-// To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
-double halfTurns_deg(double angle_rad) {
-  return 180.0 * std::round(angle_rad / std::numbers::pi);
 }
 
 // What a wrong delay adds to touches from one side, k = 1.
@@ -209,31 +204,6 @@ void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   dataset.tables.insert(dataset.tables.begin(), {first, second, third});
 }
 
-Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
-  return {v[0], v[1], v[2]};
-}
-
-// Root mean square over the coordinates across the axis, of all readings.
-double sigmaAcross(const std::vector<Reading>& readings, const Eigen::Vector3d& axis) {
-  double sum = 0;
-  for (const auto& reading : readings) sum += axis.cross(reading.centre.sd_mm).squaredNorm() / 2;
-  return std::sqrt(sum / static_cast<double>(readings.size()));
-}
-
-// Each angle of C is a point of the table with a place of its own, so what C stops beside its angle does not matter.
-void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table) {
-  const Eigen::Vector3d axis = vectorOf(table.axis);
-  dataset.config["sigma_mm"] = sigmaAcross(readings, axis);
-  if (table.sigma_rad > 0) dataset.config["sigma_angle_rad"] = table.sigma_rad;
-  dataset.config["tilt_axis"] = std::vector<double>{table.axis.begin(), table.axis.end()};
-  auto rows = metrology::Table::withColumns("readings", kTiltColumns);
-  for (const auto& reading : readings) {
-    const auto& at = reading.centre.centre_mm;
-    rows.append({degrees(reading.b_rad), halfTurns_deg(reading.c_rad), at.x(), at.y(), at.z()});
-  }
-  dataset.tables.insert(dataset.tables.begin(), std::move(rows));
-}
-
 // The centres of all readings of a run, with the delay that was in force taken out.
 Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
                                                              const capture::Recording& recording) {
@@ -248,6 +218,7 @@ Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Da
                         .a_rad = at.rotary_angles_rad[0],
                         .b_rad = at.rotary_angles_rad[1],
                         .c_rad = at.rotary_angles_rad[2],
+                        .tool = at.tool,
                         .centre = {}});
   }
   const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
@@ -291,6 +262,15 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
       break;
     case Method::table_pivot:
       addTilts(dataset, *readings, facts.tilting_table.value_or(BFacts{}));
+      break;
+    case Method::swivel_error:
+      addSwivelErrors(dataset, *readings, facts.swivel_head.value_or(HeadFacts{}), facts.probe_tools);
+      break;
+    case Method::head_pivot:
+      addSwivels(dataset, *readings, facts.swivel_head.value_or(HeadFacts{}));
+      break;
+    case Method::a_axis_alignment:
+      addSpindleAlignment(dataset, *readings, facts);
       break;
     default:
       addOffset(dataset, *readings, facts);

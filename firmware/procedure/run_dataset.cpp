@@ -1,5 +1,7 @@
 #include "firmware/procedure/run_dataset.hpp"
 
+#include <algorithm>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +22,27 @@ void addSelftest(metrology::Dataset& dataset, const capture::Recording& recordin
   for (const auto& touch : recording.touches())
     steps.append({static_cast<double>(touch.request.step), touch.request.travel_mm});
   dataset.tables.push_back(std::move(steps));
+}
+
+// As the solvers want them.
+constexpr double kLeastLengths_mm = 10;
+
+constexpr const char* kNoHead =
+    " needs a head that swivels: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml.";
+constexpr const char* kNoLengths =
+    " needs the probe in tools of two lengths, 10 mm apart or more: give [probe_tools] numbers in machine.toml, and "
+    "[[tool]] with the length of each.";
+
+// What of the head and the probe's tools has to be described and is not.
+const char* missingOfTheHead(Needs needs, const Facts& facts) {
+  const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
+  if (swivels && !facts.swivel_head) return kNoHead;
+  if (needs == Needs::swivel_head) {
+    return facts.swivel_head->ball_mm ? nullptr
+                                      : " needs to know where the datum sphere stands: give [swivel_head] ball_mm in "
+                                        "machine.toml, in the positions of what the pivot is to be told from.";
+  }
+  return facts.probe_tools.span_mm() < kLeastLengths_mm ? kNoLengths : nullptr;
 }
 
 // What has to be described and is not, and where; nullptr when nothing is missing.
@@ -47,11 +70,28 @@ const char* missingFact(Needs needs, const Facts& facts) {
       return facts.tilting_table
                  ? nullptr
                  : " needs a table that tilts: give [tilting_table] axis and tilts_deg in machine.toml.";
+    case Needs::swivel_lengths:
+    case Needs::swivel_head:
+    case Needs::probe_lengths:
+      return missingOfTheHead(needs, facts);
   }
   return nullptr;
 }
 
 }  // namespace
+
+double ProbeTools::lengthOf(std::uint32_t number) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (numbers[i] == number) return lengths_mm[i];
+  }
+  return 0;
+}
+
+double ProbeTools::span_mm() const {
+  if (count == 0) return 0;
+  const auto [shortest, longest] = std::ranges::minmax(std::span{lengths_mm}.first(count));
+  return longest - shortest;
+}
 
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force) {
   const std::string name{nameOf(method)};
@@ -71,10 +111,19 @@ std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& option
 }
 
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts) {
-  if (needsOf(method) != Needs::tilting_table || !facts.tilting_table) return options;
-  options.b_count = static_cast<std::uint8_t>(facts.tilting_table->count);
-  options.b_angles_rad = facts.tilting_table->angles_rad;
-  options.b_axis = facts.tilting_table->axis;
+  const Needs needs = needsOf(method);
+  const auto take = [&options](const BFacts& b) {
+    options.b_count = static_cast<std::uint8_t>(b.count);
+    options.b_angles_rad = b.angles_rad;
+    options.b_axis = b.axis;
+  };
+  if (needs == Needs::tilting_table && facts.tilting_table) take(*facts.tilting_table);
+  const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
+  if (swivels && facts.swivel_head) take(facts.swivel_head->b);
+  if (needs == Needs::swivel_lengths || needs == Needs::probe_lengths) {
+    options.tool_count = static_cast<std::uint8_t>(facts.probe_tools.count);
+    options.tools = facts.probe_tools.numbers;
+  }
   return options;
 }
 
@@ -105,6 +154,9 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
     case Needs::checked_ball:
     case Needs::ball_plate:
     case Needs::tilting_table:
+    case Needs::swivel_lengths:
+    case Needs::swivel_head:
+    case Needs::probe_lengths:
       run.refusal = addReadings(run.dataset, method, recording, facts);
       break;
   }

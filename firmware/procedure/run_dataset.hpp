@@ -48,6 +48,28 @@ struct BFacts {
   double sigma_rad{};  // k = 1
 };
 
+// A head that swivels the probe.
+struct HeadFacts {
+  BFacts b;
+  std::array<double, 3> pivot_mm{};  // nominal: its axis from the gauge line of the spindle, at B = 0
+  // Where the datum sphere stands: machine position of what the pivot is to be told from. Its sd (k = 1), each
+  // coordinate.
+  std::optional<std::array<double, 3>> ball_mm;
+  std::optional<double> sd_ball_mm;
+};
+
+// The tools that carry the probe, and how far its stylus ball is from the gauge line in each.
+struct ProbeTools {
+  std::size_t count{};
+  std::array<std::uint32_t, kMostProbeTools> numbers{};
+  std::array<double, kMostProbeTools> lengths_mm{};
+
+  // 0 for a tool that is none of them.
+  double lengthOf(std::uint32_t number) const;
+  // The longest less the shortest.
+  double span_mm() const;
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -60,6 +82,8 @@ struct Facts {
   std::optional<CheckedBall> checked_ball{};
   std::optional<BallPlate> ball_plate{};
   std::optional<BFacts> tilting_table{};
+  std::optional<HeadFacts> swivel_head{};
+  ProbeTools probe_tools{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
@@ -67,7 +91,7 @@ struct Facts {
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
 // Why the options ask for balls that the plate does not have; nothing when they do not.
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
-// The options with what the descriptions say about B, where the method turns it.
+// The options with what the descriptions say about B and the probe's tools, where the method turns or changes them.
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.
 bool findsAPlace(Method method);

@@ -125,6 +125,7 @@ struct SourceLost {
 
 inline constexpr std::size_t kMostSpeeds = 8;
 inline constexpr std::size_t kMostBAngles = 6;
+inline constexpr std::size_t kMostProbeTools = 4;
 
 // What may be chosen about a run. Zero leaves it to the method.
 struct ProcedureOptions {
@@ -141,6 +142,8 @@ struct ProcedureOptions {
   std::uint8_t b_count{};
   std::array<double, kMostBAngles> b_angles_rad{};
   std::array<double, 3> b_axis{};
+  std::uint8_t tool_count{};
+  std::array<std::uint32_t, kMostProbeTools> tools{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -155,6 +158,8 @@ struct ProcedureOptions {
     field("b_count", self.b_count, "how many of the angles of B are chosen");
     field("b_angles_rad", self.b_angles_rad, "rad, of the table that tilts or the head that swivels");
     field("b_axis", self.b_axis, "unit vector along a machine axis that B turns about, right-handed");
+    field("tool_count", self.tool_count, "how many of the tools are chosen");
+    field("tools", self.tools, "numbers of the tools that carry the probe");
   }
 };
 

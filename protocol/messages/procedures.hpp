@@ -95,6 +95,7 @@ struct ProcedureStatus {
     bool referenced{};
     double travel_mm{};
     BMoves b_moves{};
+    std::uint32_t tool{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -127,6 +128,8 @@ struct ProcedureStatus {
       field("travel_mm", self.travel_mm, "mm to move along outward_normal, for a jog or a sweep");
       field("b_moves", self.b_moves,
             "what B of the angles above moves: 0 nothing, 1 the table under the part, 2 the head with the probe");
+      field("tool", self.tool,
+            "the tool that is to carry the probe, for the step's markers too; 0: the one that is there");
     }
   };
 };

@@ -14,7 +14,9 @@ struct SetUp {
   double gap_mm{26};              // between the plates
   double stylus_ball_diameter_mm{6};
   double sigma_c_rad{5e-6};  // how exactly the rotary axis C finds an angle (k = 1)
-  double sigma_b_rad{5e-6};  // the same of a table that tilts
+  double sigma_b_rad{5e-6};  // the same of a table that tilts or a head that swivels
+  // From the gauge line of the spindle to the stylus ball, with the tools that carry the probe.
+  std::array<double, 4> tool_lengths_mm{150, 200};
   double ball_reach_mm{60};  // of the part's ball, from the axis that it turns about
   double delay_s{4e-3};      // any: precision does not depend on it
 

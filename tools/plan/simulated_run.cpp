@@ -87,8 +87,8 @@ Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
 
 class Run {
  public:
-  Run(const SetUp& set_up, const procedure::BFacts& tilting_table, std::uint64_t seed)
-      : set_up_{set_up}, tilting_table_{tilting_table}, random_{seed}, recording_{capture::Capacity{}} {
+  Run(const SetUp& set_up, const procedure::Facts& facts, std::uint64_t seed)
+      : set_up_{set_up}, facts_{facts}, random_{seed}, recording_{capture::Capacity{}} {
     recording_.clear();
     const double tau = set_up.delay_s;
     recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
@@ -142,13 +142,13 @@ class Run {
     const double reach_mm = (set_up_.sphere_diameter_mm + set_up_.stylus_ball_diameter_mm) / 2;
     switch (step.feature) {
       case procedure::Feature::datum_sphere:
-        return reach_mm * n;
+        return reach_mm * n - tipOf(step);
       case procedure::Feature::plates:
         return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
       case procedure::Feature::part_ball: {
         // A carries the probe, whose stylus is straight: only C and the table move the ball.
         const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
-        return tilted(turn * ballAt(set_up_, step.touch.ball), step) + reach_mm * n;
+        return tilted(turn * ballAt(set_up_, step.touch.ball), step) + reach_mm * n - tipOf(step);
       }
     }
     return reach_mm * n;
@@ -157,7 +157,19 @@ class Run {
   // About an axis through the middle of the table.
   Vector3d tilted(const Vector3d& ball, const procedure::Step& step) const {
     if (step.b_moves != procedure::BMoves::table) return ball;
-    return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vector(tilting_table_.axis)} * ball;
+    return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vector(facts_.tilting_table->axis)} * ball;
+  }
+
+  // From what the positions are of to the stylus ball.
+  Vector3d tipOf(const procedure::Step& step) const {
+    const bool swivels = step.b_moves == procedure::BMoves::head;
+    const auto& tools = facts_.probe_tools;
+    if (step.touch.tool == 0 && !swivels) return Vector3d::Zero();
+    const Vector3d hanging{0, 0, -tools.lengthOf(step.touch.tool != 0 ? step.touch.tool : tools.numbers[0])};
+    if (!swivels) return hanging;
+    const Vector3d pivot = vector(facts_.swivel_head->pivot_mm);
+    return pivot +
+           Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vector(facts_.swivel_head->b.axis)} * (hanging - pivot);
   }
 
   Vector3d noise(double sigma_um) {
@@ -171,7 +183,7 @@ class Run {
   }
 
   const SetUp& set_up_;
-  const procedure::BFacts& tilting_table_;
+  const procedure::Facts& facts_;
   Random random_;
   capture::Recording recording_;
   double now_s_{kStart_s};
@@ -194,25 +206,34 @@ procedure::BallPlate ballPlate(const SetUp& set_up) {
   return plate;
 }
 
+procedure::Facts factsOf(const SetUp& set_up) {
+  constexpr double kPivot_mm = 60;
+  const procedure::BFacts head{.axis = {0, 1, 0}, .sigma_rad = set_up.sigma_b_rad};
+  return {.sphere_diameter_mm = set_up.sphere_diameter_mm,
+          .gap_mm = set_up.gap_mm,
+          .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
+          .sigma_c_rad = set_up.sigma_c_rad,
+          .screws = {},
+          .checked_ball = checkedBall(set_up),
+          .ball_plate = ballPlate(set_up),
+          .tilting_table = procedure::BFacts{.sigma_rad = set_up.sigma_b_rad},
+          .swivel_head =
+              procedure::HeadFacts{
+                  .b = head, .pivot_mm = {0, 0, kPivot_mm}, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}},
+          .probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = set_up.tool_lengths_mm}};
+}
+
 }  // namespace
 
 SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed) {
-  const procedure::BFacts tilting_table{.sigma_rad = set_up.sigma_b_rad};
-  Run run{set_up, tilting_table, seed};
+  const procedure::Facts facts = factsOf(set_up);
+  Run run{set_up, facts, seed};
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     if (!run.touch(plan.steps[i]))
       return {metrology::Refusal{"recording-full",
                                  "the box cannot record so much in one run: choose fewer or faster touches"},
               run.duration()};
   }
-  const procedure::Facts facts{.sphere_diameter_mm = set_up.sphere_diameter_mm,
-                               .gap_mm = set_up.gap_mm,
-                               .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
-                               .sigma_c_rad = set_up.sigma_c_rad,
-                               .screws = {},
-                               .checked_ball = checkedBall(set_up),
-                               .ball_plate = ballPlate(set_up),
-                               .tilting_table = tilting_table};
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
                                .nominal_period = std::chrono::milliseconds{1}};
   const auto measured = procedure::runDataset(plan.method, run.recording(), scales, facts);

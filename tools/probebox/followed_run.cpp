@@ -88,6 +88,7 @@ void FollowedRun::markByHand(const Progress& progress) {
                                                  .step = progress.step,
                                                  .phase = begins ? StepPhase::begin : StepPhase::end,
                                                  .rotary_angles_rad = progress.rotary_angles_rad,
+                                                 .tool = progress.tool,
                                                  .nominal_speed_mm_s = progress.nominal_speed_mm_s,
                                                  .at_rest = true});
   if (!marked) console_.note("probebox: " + marked.error().what);

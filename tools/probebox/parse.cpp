@@ -214,7 +214,8 @@ class CommandLine {
                           "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
                           "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
                           "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
-                          "rotary-axis-errors, table-pivot, screw-calibration");
+                          "rotary-axis-errors, table-pivot, swivel-error, head-pivot, a-axis-alignment, "
+                          "screw-calibration");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))

@@ -107,6 +107,7 @@ Json describe(const messages::ProcedureStatus::Answer& p) {
           {"feature", text(nameOf(p.feature))},
           {"ball", p.ball},
           {"rotary_angles_rad", p.rotary_angles_rad},
+          {"tool", p.tool},
           {"b_moves", text(nameOf(p.b_moves))},
           {"approach_direction", p.approach_direction},
           {"run_out_mm", p.run_out_mm},

@@ -20,7 +20,9 @@ Config furnished() {
   config.part_spindle.direction = {0.002, -0.003, 1};
   config.part_spindle.balls_mm[0] = {30, 0, 60};
   config.part_spindle.ball_count = 1;
-  config.probe_spindle = {.direction = {0.001, 0, 1}, .stylus_offset_mm = {0.5, -0.25}, .stylus_length_mm = 100};
+  config.probe_spindle.direction = {0.001, 0, 1};
+  config.probe_spindle.stylus_offset_mm = {0.5, -0.25};
+  config.probe_spindle.stylus_length_mm = 100;
   config.axes.home_mm = {300, 50, 110};
   return config;
 }
@@ -71,6 +73,72 @@ TEST(Solids, ABallTurnsAboutItsLeaningAxis) {
     }
   }
   EXPECT_EQ(driver.machine.crashes(), 0U);
+}
+
+TEST(Solids, ATableTiltsTheSpindleWithAllThatStandsOnIt) {
+  Config config = furnished();
+  config.tilting_table = {.fitted = true, .point_mm = {0, 60, -20}, .direction = {1, 0.001, -0.002}};
+  const Machine machine{config};
+  const Vector3 along = unit(config.tilting_table.direction);
+  const Vector3 ball = config.part_spindle.point_mm + config.part_spindle.balls_mm[0];
+  for (const double c_rad : {0.0, 2.0}) {
+    const Vector3 level = machine.partPoint(ball, {.c_rad = c_rad});
+    const Vector3 arm = level - config.tilting_table.point_mm;
+    const Vector3 tilted = machine.partPoint(ball, {.c_rad = c_rad, .tilt_rad = 0.5}) - config.tilting_table.point_mm;
+    EXPECT_NEAR(dot(tilted, along), dot(arm, along), 1e-9) << "as far along the axis";
+    const Vector3 from = arm - dot(arm, along) * along, to = tilted - dot(tilted, along) * along;
+    EXPECT_NEAR(norm(to), norm(from), 1e-9) << "and as far from it";
+    EXPECT_NEAR(std::atan2(dot(cross(from, to), along), dot(from, to)), 0.5, 1e-12) << "right-handed";
+  }
+  // The ball comes down on a stylus that waits beside it.
+  Machine waiting{config};
+  ASSERT_TRUE(waiting.moveTo({330, 90, 0}, 50, seconds(1)));
+  ASSERT_TRUE(waiting.turnTo({.table_rad = -1.5}, seconds(30)));
+  EXPECT_EQ(waiting.crashes(), 1U);
+}
+
+TEST(Solids, AHeadSwivelsTheStylusAboutItsAxisWhateverTheTool) {
+  Config config = furnished();
+  config.swivel_head = {.fitted = true, .pivot_mm = {0.5, 0, 70}, .direction = {0, 1, 0.002}, .noise_rad = 0};
+  config.probe_spindle.further_tools = {{.number = 7, .stylus_offset_mm = {0, 0.1}, .stylus_length_mm = 160}};
+  Machine machine{config};
+  const Vector3 along = unit(config.swivel_head.direction);
+  // Positions are of the stylus ball of the first tool in an ideal spindle, 100 mm below the reference.
+  const Vector3 pivot = config.swivel_head.pivot_mm + Vector3{0, 0, 100};
+  for (const std::uint32_t tool : {1U, 7U}) {
+    const Vector3 level = machine.tipIn({}, tool) - pivot;
+    const Vector3 swung = machine.tipIn({.head_rad = 0.7}, tool) - pivot;
+    EXPECT_NEAR(dot(swung, along), dot(level, along), 1e-9);
+    const Vector3 from = level - dot(level, along) * along, to = swung - dot(swung, along) * along;
+    EXPECT_NEAR(norm(to), norm(from), 1e-9);
+    EXPECT_NEAR(std::atan2(dot(cross(from, to), along), dot(from, to)), 0.7, 1e-12);
+  }
+  EXPECT_NEAR(machine.tipIn({}, 7)[2], -60, 1e-12);
+  EXPECT_NEAR(machine.tipIn({}, 7)[1], 0.1, 1e-12);
+
+  EXPECT_EQ(machine.tool(), 1U);
+  EXPECT_FALSE(machine.takeTool(5, seconds(1))) << "there is none of that number";
+  EXPECT_TRUE(machine.takeTool(7, seconds(1)));
+  EXPECT_FALSE(machine.atRest(seconds(2))) << "a change takes its time";
+  EXPECT_FALSE(machine.takeTool(1, seconds(2)));
+  EXPECT_EQ(machine.tool(), 7U);
+  // 60 mm longer, so the ball of the part is met so much higher.
+  ASSERT_TRUE(machine.turnTo({.c_rad = 0}, seconds(20)));
+  ASSERT_TRUE(machine.moveTo({330, 50, 110}, 50, seconds(30)));
+  ASSERT_TRUE(machine.moveTo({330, 50, 86}, 50, seconds(60)));
+  ASSERT_EQ(machine.stylus().contactCount(), 1U);
+  EXPECT_NEAR(machine.stylus().contact(0)->point[2], 29, 0.1);
+  // A probe whose head lies on its side feels a push along Z as one along its own X.
+  Machine lying{config};
+  ASSERT_TRUE(lying.turnTo({.head_rad = M_PI / 2}, seconds(1)));
+  const Vector3 tip = lying.tipIn({.head_rad = M_PI / 2}, 1), above{330, 50, 40};
+  ASSERT_TRUE(lying.moveTo(Vector3{330, 50, 200} - tip, 50, seconds(20)));
+  ASSERT_TRUE(lying.moveTo(above - tip, 50, seconds(50)));
+  ASSERT_TRUE(lying.moveTo(above - tip - Vector3{0, 0, 11.5}, 50, seconds(70)));
+  ASSERT_EQ(lying.stylus().contactCount(), 1U);
+  const Vector3 felt = lying.probeDisplacementAt(seconds(90), 0);
+  EXPECT_GT(std::abs(felt[0]), 0.3);
+  EXPECT_LT(std::abs(felt[2]), 0.05);
 }
 
 TEST(Solids, PlatesAreMetFromWithinTheGapAndFromOutside) {

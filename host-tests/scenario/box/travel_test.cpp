@@ -74,7 +74,9 @@ INSTANTIATE_TEST_SUITE_P(Methods, Travel,
                                          Run{Method::screw_calibration, 1}, Run{Method::screw_calibration, 2},
                                          Run{Method::screw_calibration, 3}, Run{Method::spindle_offset_2x2},
                                          Run{Method::spindle_offset_four}, Run{Method::centreline_limited_access},
-                                         Run{Method::periodic_check}, Run{Method::table_pivot}));
+                                         Run{Method::periodic_check}, Run{Method::table_pivot},
+                                         Run{Method::swivel_error}, Run{Method::head_pivot},
+                                         Run{Method::a_axis_alignment}));
 
 }  // namespace
 }  // namespace probebox::scenario

@@ -69,12 +69,23 @@ class WithADelay : public OnTheMachine {
     if (proposed.is_null()) return proposed;
     const auto solved = probebox({"solve", "--json", saved});
     EXPECT_EQ(solved.status, 0) << solved.out << solved.err;
-    for (const std::size_t i : {0U, 1U}) {
+    const auto values = flat(solved.object()["result"][key]), sds = flat(solved.object()["sd"][key]);
+    EXPECT_GE(values.size(), 2U);
+    for (std::size_t i = 0; i < values.size(); ++i) {
       const auto component = key + "[" + std::to_string(i) + "]";
-      EXPECT_EQ(solved.object()["result"][key][i], proposed["result"][component]);
-      EXPECT_EQ(solved.object()["sd"][key][i], proposed["sd"][component]);
+      EXPECT_EQ(values[i], proposed["result"][component]);
+      EXPECT_EQ(sds[i], proposed["sd"][component]);
     }
     return proposed;
+  }
+  // The numbers of a vector, or of a matrix row by row.
+  static std::vector<Json> flat(const Json& value) {
+    if (!value.is_array()) return {value};
+    std::vector<Json> numbers;
+    for (const auto& part : value) {
+      for (const auto& number : flat(part)) numbers.push_back(number);
+    }
+    return numbers;
   }
 
   std::string b_moves_;
@@ -82,7 +93,7 @@ class WithADelay : public OnTheMachine {
 
 TEST_F(WithADelay, FindsThePivotOfATableThatTilts) {
   EXPECT_THAT(box({"calibrate", "table-pivot"}).err, HasSubstr("calibrate it first"));
-  measureDelay();
+  ASSERT_NO_FATAL_FAILURE(measureDelay());
   const auto proposed = proposedBy("table-pivot", "pivot_yz_mm");
   ASSERT_FALSE(proposed.is_null());
   EXPECT_EQ(b_moves_, "table");
@@ -93,6 +104,23 @@ TEST_F(WithADelay, FindsThePivotOfATableThatTilts) {
 
   start([](board::Descriptions& changed) { changed.machine.tilting_table.reset(); });
   EXPECT_THAT(box({"calibrate", "table-pivot"}).err, HasSubstr("give [tilting_table] axis and tilts_deg"));
+}
+
+TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
+  ASSERT_NO_FATAL_FAILURE(measureDelay());
+  const auto error = proposedBy("swivel-error", "error_at_queries_mm");
+  ASSERT_FALSE(error.is_null());
+  EXPECT_EQ(b_moves_, "head");
+  const auto pivot = proposedBy("head-pivot", "pivot_xz_mm");
+  ASSERT_FALSE(pivot.is_null());
+  const auto& head = *descriptions_.world->swivel_head;
+  EXPECT_NEAR(pivot["result"]["pivot_xz_mm[0]"].get<double>(), head.pivot_mm[0], 2e-3);
+  const auto lean = proposedBy("a-axis-alignment", "A_tilt_rad");
+  ASSERT_FALSE(lean.is_null());
+  EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+
+  start([](board::Descriptions& changed) { changed.machine.probe_tools.clear(); });
+  EXPECT_THAT(box({"calibrate", "swivel-error"}).err, HasSubstr("give [probe_tools] numbers"));
 }
 
 TEST_F(OnTheMachine, WalksThroughItsFirstRun) {

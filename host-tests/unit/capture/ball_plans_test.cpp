@@ -114,16 +114,16 @@ TEST(TiltPlans, TiltTheTableWhileCStandsAndTouchNoStem) {
 TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
   const auto method = Method::table_pivot;
   ProcedureOptions options{.b_count = 1, .b_axis = {1, 0, 0}};
-  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 tilts"));
+  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 angles of B"));
   options.b_count = 7;
-  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 tilts"));
+  EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 angles of B"));
   options.b_count = 2;
   options.b_angles_rad = {0, 4};
   EXPECT_THAT(refusal(method, options), HasSubstr("-180 to 180 degrees"));
   options.b_angles_rad = {0, 1};
   options.b_axis = {0, 0, 1};
   EXPECT_THAT(refusal(method, options), HasSubstr("along X"));
-  EXPECT_THAT(refusal(Method::centreline, {.b_axis = {1, 0, 0}}), HasSubstr("takes no tilts"));
+  EXPECT_THAT(refusal(Method::centreline, {.b_axis = {1, 0, 0}}), HasSubstr("takes no angles of B"));
   EXPECT_THAT(refusal(method, {.angles = 3}), HasSubstr("takes no rotary angles"));
 
   const auto plan = std::make_unique<Plan>();
@@ -131,6 +131,89 @@ TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
   EXPECT_EQ(promptFor(*plan, 0),
             "touch 1 of 18: the table at a tilt of -90 deg, A at 0 and C at 0 deg; +X side of ball 1, 0.5 mm deep, "
             "retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
+}
+
+Plan planOf(Method method, const ProcedureOptions& options = {}) {
+  Plan plan;
+  EXPECT_FALSE(whyRefused(method, options, std::numeric_limits<double>::infinity()));
+  fill(plan, method, options);
+  return plan;
+}
+
+double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+TEST(SwivelPlans, TouchFromTheSideOfTheHeadAndNoStem) {
+  for (const auto method : {Method::swivel_error, Method::head_pivot}) {
+    const auto plan = std::make_unique<Plan>(planOf(method));
+    for (std::size_t k = 0; k < plan->step_count; ++k) {
+      const auto& step = plan->steps[k];
+      EXPECT_EQ(step.feature, Feature::datum_sphere);
+      EXPECT_EQ(step.b_moves, BMoves::head);
+      const double b_rad = step.touch.rotary_angles_rad[1];
+      // Right-handed about Y: from the sphere the spindle is seen towards +X at 90 degrees.
+      const std::array<double, 3> spindle{std::sin(b_rad), 0, std::cos(b_rad)};
+      EXPECT_GE(dot(step.touch.outward_normal, spindle), -1e-12) << "nothing reaches the far side";
+      EXPECT_LE(dot(step.touch.outward_normal, {0, 0, -1}), 0.8) << "the stem holds the sphere from below";
+      EXPECT_NEAR(dot(step.touch.outward_normal, step.touch.outward_normal), 1, 1e-12);
+    }
+  }
+}
+
+TEST(SwivelPlans, ReadEveryAngleWithEveryToolAndEveryAngleOfA) {
+  const auto swivels = std::make_unique<Plan>(planOf(Method::swivel_error));
+  EXPECT_EQ(swivels->step_count, 2U * 2U * (5 + 5 + 4));
+  EXPECT_EQ(swivels->steps[0].touch.tool, 1U);
+  EXPECT_EQ(swivels->steps[28].touch.tool, 2U);
+  EXPECT_NEAR(swivels->steps[5].touch.rotary_angles_rad[0], std::numbers::pi, 1e-12) << "A turns at one stop of B";
+  EXPECT_EQ(swivels->steps[5].touch.rotary_angles_rad[1], swivels->steps[0].touch.rotary_angles_rad[1]);
+  EXPECT_EQ(promptFor(*swivels, 38),
+            "touch 39 of 56: tool 2, the head at B 45 deg, A at 0 and C at 0 deg; (0.707, 0.000, -0.707) side of the "
+            "sphere, 0.5 mm deep, retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
+
+  const auto pivot = std::make_unique<Plan>(planOf(Method::head_pivot));
+  EXPECT_EQ(pivot->step_count, 2U * (5 + 5 + 4));
+  EXPECT_EQ(pivot->steps[0].touch.tool, 0U) << "whichever is there";
+  EXPECT_NEAR(pivot->steps[27].touch.rotary_angles_rad[0], std::numbers::pi, 1e-12);
+
+  const auto spindle = std::make_unique<Plan>(planOf(Method::a_axis_alignment, {.tool_count = 3, .tools = {7, 8, 9}}));
+  EXPECT_EQ(spindle->step_count, 60U);
+  EXPECT_EQ(spindle->steps[59].touch.tool, 9U);
+  EXPECT_EQ(spindle->steps[59].b_moves, BMoves::nothing);
+  EXPECT_EQ(spindle->steps[59].feature, Feature::part_ball);
+}
+
+TEST(SwivelPlans, NeedWhatTheDescriptionsSay) {
+  Facts facts;
+  const auto unready = [&](Method method) {
+    const auto why = whyUnready(method, facts, true);
+    return why ? why->what : "";
+  };
+  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("[swivel_head] axis, angles_deg and pivot_mm"));
+  EXPECT_THAT(unready(Method::head_pivot), HasSubstr("[swivel_head] axis"));
+  EXPECT_THAT(unready(Method::a_axis_alignment), HasSubstr("[probe_tools] numbers"));
+  facts.swivel_head = HeadFacts{.b = {.axis = {0, 1, 0}, .count = 2, .angles_rad = {0, 1}, .sigma_rad = 0},
+                                .pivot_mm = {},
+                                .ball_mm = {},
+                                .sd_ball_mm = {}};
+  facts.probe_tools = {.count = 2, .numbers = {3, 5}, .lengths_mm = {100, 109}};
+  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("10 mm apart"));
+  EXPECT_THAT(unready(Method::head_pivot), HasSubstr("ball_mm"));
+  facts.probe_tools.lengths_mm[1] = 111;
+  facts.swivel_head->ball_mm.emplace();
+  for (const auto method : {Method::swivel_error, Method::head_pivot, Method::a_axis_alignment}) {
+    EXPECT_EQ(unready(method), "");
+    EXPECT_THAT(whyUnready(method, facts, false)->what, HasSubstr("calibrate it first"));
+    EXPECT_TRUE(findsAPlace(method));
+  }
+  const auto options = described(Method::swivel_error, {}, facts);
+  EXPECT_EQ(options.b_count, 2);
+  EXPECT_EQ(options.tool_count, 2);
+  EXPECT_THAT(options.tools, ElementsAre(3, 5, 0, 0));
+  EXPECT_EQ(described(Method::head_pivot, {}, facts).tool_count, 0);
+  EXPECT_THAT(refusal(Method::a_axis_alignment, {.tool_count = 1, .tools = {3}}), HasSubstr("2 to 4 tools"));
+  EXPECT_THAT(refusal(Method::head_pivot, {.tool_count = 2, .tools = {3, 5}}), HasSubstr("takes no tools"));
 }
 
 TEST(TiltPlans, TakeAxisAndTiltsFromTheDescription) {

@@ -31,10 +31,12 @@ class ObedientMachine {
                            .step = progress.step,
                            .phase = phase,
                            .rotary_angles_rad = angles_rad,
+                           .tool = tool,
                            .at = monoTime(now_ns_)},
                     kLocked);
   }
   std::array<double, 3> angles_rad{};
+  std::uint32_t tool{};
   void touch(bool clipped = false) {
     mark(MarkerPhase::begin);
     for (int i = 0; i < 10; ++i) {
@@ -207,7 +209,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 16U);
+  EXPECT_EQ(methodNames().size(), 19U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
@@ -301,6 +303,19 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
   machine.angles_rad = {0, 0, std::nan("")};
   for (std::uint32_t i = 0; i <= Procedure::kMostRepeats; ++i) machine.mark(MarkerPhase::begin);
   EXPECT_EQ(procedure.progress().state, State::refused);
+}
+
+TEST(RotaryProcedure, RefusesAStepWithAnotherTool) {
+  Procedure procedure{capture::Capacity{}};
+  ObedientMachine machine{procedure};
+  procedure.start({.run = 1, .method = static_cast<std::uint16_t>(Method::a_axis_alignment), .at = {}, .options = {}});
+  machine.tool = 2;
+  machine.mark(MarkerPhase::begin);
+  EXPECT_EQ(procedure.progress().state, State::waiting);
+  EXPECT_EQ(procedure.progress().last_fault, capture::TouchFault::wrong_tool);
+  machine.tool = 1;
+  machine.touch();
+  EXPECT_EQ(procedure.progress().step, 1U);
 }
 
 TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {

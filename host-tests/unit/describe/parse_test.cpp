@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "board/describe/sim_files.hpp"
+#include "machine_with.hpp"
 
 namespace probebox::board {
 namespace {
@@ -182,22 +183,6 @@ TEST(MachineToml, RefusesASenseOfZeroAndAReversedTravel) {
                                           HasSubstr("correction_limit_mm' = 4 is out of its range")));
 }
 
-// A machine with three linear axes, and what else is said.
-Outcome<Machine> machineWith(std::string_view more, std::string_view sources = "") {
-  std::string text = "[machine]\nname = \"m\"\n[corrections]\nhold_s = 5\n" + std::string{sources};
-  for (const auto* const axis : {"X", "Y", "Z"}) {
-    text += std::string{"[axis."} + axis + "]\ncounts_per_mm = 1000\nsense = 1\ntravel_min_mm = 0\n" +
-            "travel_max_mm = 5\ncorrection_limit_mm = 1\ncorrection_rate_mm_s = 0.1\n";
-  }
-  return parseMachine(text + std::string{more}, "machine.toml");
-}
-
-std::string machineProblem(std::string_view more) {
-  const auto machine = machineWith(more);
-  EXPECT_FALSE(machine.ok()) << more;
-  return machine.ok() ? "" : machine.error().what;
-}
-
 constexpr std::string_view kRotaryC = "[rotary_axis.C]\nangle_from = \"encoder\"\ncounts_per_deg = 1000\nsense = -1\n";
 constexpr std::string_view kRotaryB = "[rotary_axis.B]\nangle_from = \"controller\"\nstale_s = 2\n";
 
@@ -273,22 +258,6 @@ TEST(MachineToml, MayDescribeThePlateOfTheRotaryAxis) {
               AllOf(HasSubstr("axis_point_mm"), HasSubstr("out of its range")));
 }
 
-TEST(MachineToml, MayDescribeATableThatTilts) {
-  EXPECT_FALSE(machineWith("")->tilting_table);
-  const auto machine = machineWith("[tilting_table]\naxis = \"-Y\"\ntilts_deg = [-30, 0, 60]\nsigma_rad = 1e-5\n");
-  ASSERT_TRUE(machine.ok()) << machine.error().what;
-  EXPECT_THAT(machine->tilting_table->axis, testing::ElementsAre(0, -1, 0));
-  EXPECT_THAT(machine->tilting_table->angles_deg, testing::ElementsAre(-30, 0, 60));
-  EXPECT_EQ(machine->tilting_table->sigma_rad, 1e-5);
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"Z\"\ntilts_deg = [0]\n"),
-              AllOf(HasSubstr("tilting_table.axis"), HasSubstr("give at least 2")));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"),
-              HasSubstr("spans less than 20 degrees"));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 90, 0]\n"), HasSubstr("an angle twice"));
-  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 1, 2, 3, 4, 5, 90]\n"),
-              HasSubstr("more than 6 angles"));
-}
-
 TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
   const std::string text =
       "[probe]\nserial_number = \"1\"\nrate_hz = 1000\nnoise_um = 0.4\ndeflection_limit_mm = 1\n"
@@ -327,27 +296,14 @@ TEST(WorldToml, HasNoSpindlesThatItDoesNotDescribe) {
   ASSERT_LT(begin, end);
   const auto bare = parseWorld(world.substr(0, begin) + world.substr(end), "world.toml");
   ASSERT_TRUE(bare.ok()) << bare.error().what;
-  EXPECT_FALSE(bare->plates || bare->part_spindle || bare->tilting_table || bare->probe_spindle || bare->rotary);
+  EXPECT_FALSE(bare->plates || bare->part_spindle || bare->tilting_table || bare->swivel_head || bare->probe_spindle ||
+               bare->rotary);
 }
 
 TEST(WorldToml, RefusesAHalfDescribedSpindle) {
   EXPECT_THAT(parseWorld("[part_spindle]\ntilt_x_rad = 5\n[[part_spindle.ball]]\nat_m = [0, 0, 0]\n", "w").error().what,
               AllOf(HasSubstr("'part_spindle.tilt_x_rad' = 5 is out of its range"), HasSubstr("part_spindle.point_mm"),
                     HasSubstr("at_mm")));
-}
-
-TEST(WorldToml, LeansATableAcrossTheAxisThatItTiltsAbout) {
-  const std::string world{simFile("world.toml")};
-  const auto with = [&](const std::string& section) {
-    const auto begin = world.find("[tilting_table]"), end = world.find("# The spindle that carries the probe");
-    return parseWorld(world.substr(0, begin) + section + world.substr(end), "world.toml");
-  };
-  const auto about_y = with("[tilting_table]\naxis = \"-Y\"\npoint_mm = [1, 2, 3]\nlean_x_rad = 1e-4\n");
-  ASSERT_TRUE(about_y.ok()) << about_y.error().what;
-  EXPECT_THAT(about_y->tilting_table->axis, testing::ElementsAre(0, -1, 0));
-  EXPECT_THAT(about_y->tilting_table->lean, testing::ElementsAre(1e-4, 0, 0));
-  EXPECT_THAT(with("[tilting_table]\naxis = \"X\"\nlean_x_rad = 1e-4\n").error().what,
-              AllOf(HasSubstr("lean_x_rad"), HasSubstr("point_mm")));
 }
 
 TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
@@ -362,6 +318,17 @@ TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
   EXPECT_DOUBLE_EQ(sim->machine.datum_gap_mm.value(), sim->world->plates.value().gap_mm);
   EXPECT_DOUBLE_EQ(sim->machine.sigma_c_rad, sim->world->rotary.value().noise_rad);
   EXPECT_EQ(sim->world->part_spindle.value().balls_mm.size(), 3U);
+  const auto& head = sim->machine.swivel_head.value();
+  EXPECT_EQ(head.swivel.axis, sim->world->swivel_head.value().axis);
+  EXPECT_DOUBLE_EQ(head.swivel.sigma_rad, sim->world->swivel_head->noise_rad);
+  EXPECT_EQ(head.ball_mm.value(), sim->world->sphere.centre_mm)
+      << "positions are those of the first tool's stylus ball";
+  const auto& spindle = sim->world->probe_spindle.value();
+  ASSERT_EQ(sim->machine.probe_tools.size(), 1 + spindle.further_tools.size());
+  EXPECT_EQ(sim->machine.probe_tools[0].number, spindle.tool);
+  EXPECT_EQ(sim->machine.probe_tools[0].length_mm, spindle.stylus_length_mm);
+  EXPECT_EQ(sim->machine.probe_tools[1].number, spindle.further_tools[0].number);
+  EXPECT_EQ(sim->machine.probe_tools[1].length_mm, spindle.further_tools[0].stylus_length_mm);
   EXPECT_EQ(sim->machine.tilting_table.value().axis, sim->world->tilting_table.value().axis);
   EXPECT_DOUBLE_EQ(sim->machine.tilting_table->sigma_rad, sim->world->rotary.value().noise_rad);
   EXPECT_DOUBLE_EQ(sim->machine.rotary_axes[2].value().counts_per_deg, sim->world->rotary->c_counts_per_deg);

@@ -1,0 +1,23 @@
+#pragma once
+#include <vector>
+
+#include "firmware/metrology/dataset.hpp"
+#include "firmware/procedure/ball_reading.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+
+// Tables and keys of the methods that turn B: a table that tilts, a head that swivels.
+namespace probebox::procedure {
+
+// table-pivot. Each angle of C is a point of the table with a place of its own, so what C stops beside its angle does
+// not matter.
+void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table);
+
+// head-pivot. Each angle of A is a point of the head, likewise.
+void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head);
+
+// swivel-error: the ball's centre as a control with the nominal kinematics reports it, at every angle of B with every
+// tool, half a turn of A averaged out.
+void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head,
+                     const ProbeTools& tools);
+
+}  // namespace probebox::procedure

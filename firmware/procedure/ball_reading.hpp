@@ -1,0 +1,36 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "firmware/metrology/ball_centre.hpp"
+
+// What the tables of a run that reads balls are made of.
+namespace probebox::procedure {
+
+// One place of one ball, and what was found there.
+struct Reading {
+  double number{};
+  double ball{};
+  double a_rad{}, b_rad{}, c_rad{};
+  std::uint32_t tool{};  // that carried the probe
+  metrology::BallCentre centre;
+};
+
+inline double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
+}
+
+// To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
+inline double halfTurns_deg(double angle_rad) {
+  return 180.0 * std::round(angle_rad / std::numbers::pi);
+}
+
+inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,160 @@
+#include <array>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include "firmware/app/result_events.hpp"
+#include "measured.hpp"
+#include "pulls.hpp"
+#include "scenario.hpp"
+
+// Methods that swivel the head or change the tool that carries the probe, run on the emulated machine.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using procedure::Method;
+using testing::ElementsAre;
+using world::operator*;
+using world::operator+;
+using world::operator-;
+
+constexpr std::uint64_t kSeeds = 20;
+constexpr double kDegree = std::numbers::pi / 180;
+
+// A head that swivels about some other line, a spindle that leans some other way, styli that hang elsewhere.
+world::Config worldOf(std::uint64_t seed) {
+  world::Config config = usualWorld();
+  std::mt19937_64 random{seed};
+  const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
+  auto& head = config.swivel_head;
+  for (const std::size_t i : {0U, 2U}) head.pivot_mm[i] += within(0.05);
+  head.direction = {within(3e-4), 1, within(3e-4)};
+  auto& spindle = config.probe_spindle;
+  spindle.direction = {within(3e-4), within(3e-4), 1};
+  for (double& offset : spindle.stylus_offset_mm) offset = within(0.03);
+  for (auto& tool : spindle.further_tools) {
+    for (double& offset : tool.stylus_offset_mm) offset = within(0.03);
+  }
+  return config;
+}
+
+// From the gauge line to the stylus ball, as machine.toml has it: a pivot 60 mm above, swivelled about Y.
+world::Vector3 nominalTip(double b_rad, double length_mm) {
+  const double arm_mm = 60 + length_mm;
+  return {-arm_mm * std::sin(b_rad), 0, 60 - arm_mm * std::cos(b_rad)};
+}
+
+// Where the control sees a ball that stands still, less where it sees it at B = 0, half a turn of A averaged out.
+world::Vector3 errorOf(const world::Machine& machine, double b_rad, std::uint32_t tool, double length_mm) {
+  const auto off = [&](double at_rad) {
+    const auto one = machine.tipIn({.head_rad = at_rad}, tool);
+    const auto other = machine.tipIn({.a_rad = std::numbers::pi, .head_rad = at_rad}, tool);
+    return nominalTip(at_rad, length_mm) - 0.5 * (one + other);
+  };
+  return off(b_rad) - off(0);
+}
+
+TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, Method::swivel_error);
+    ASSERT_TRUE(result);
+    const auto* error = result->find("error_at_queries_mm");
+    ASSERT_NE(error, nullptr);
+    const auto& queries = *scenario.dataset().table("queries");
+    EXPECT_EQ(queries.rows(), 4U) << "at B = 0 there is no error";
+    for (std::size_t row = 0; row < queries.rows(); ++row) {
+      const double b_deg = queries.column("B_deg")->at(row), length_mm = queries.column("L_mm")->at(row);
+      const auto truth = errorOf(scenario.machine(), b_deg * kDegree, length_mm == 150 ? 1 : 2, length_mm);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double value = error->values[3 * row + i], sd = error->sd[3 * row + i];
+        EXPECT_LT(sd, 1e-3);
+        if (i == 1) {
+          // Along the axis no stop of the head matters, and the sd is stated too large.
+          EXPECT_LT(std::abs(value - truth[i]), 3 * sd);
+        } else {
+          pulls.add(value, truth[i], sd);
+        }
+      }
+    }
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+    EXPECT_EQ(app::subjectOf(scenario.dataset()), "swivel-b");
+  }
+  pulls.expectHonest();
+}
+
+TEST(LiveSwivelError, ReadsTheSphereAtEveryAngleWithEveryTool) {
+  Scenario scenario{usualWorld(), 2};
+  ASSERT_TRUE(measured(scenario, Method::swivel_error));
+  const auto& readings = *scenario.dataset().table("readings");
+  EXPECT_THAT(*readings.column("B_deg"), ElementsAre(0, 45, 90, 0, 45, 90));
+  EXPECT_THAT(*readings.column("L_mm"), ElementsAre(150, 150, 150, 200, 200, 200));
+  // Two readings at each: five sides of the sphere, but at 90 degrees one of them is where its stem stands.
+  EXPECT_EQ(scenario.dataset().table("touches")->rows(), 2U * 2U * (5 + 5 + 4));
+  scenario.run(30s);
+  EXPECT_EQ(scenario.machine().commandedPose(), (world::Pose{.a_rad = std::numbers::pi})) << "the head is level again";
+  EXPECT_EQ(scenario.machine().tool(), 1U);
+  EXPECT_EQ(scenario.controller().activity(), world::Activity::asking);
+
+  const auto solved = scenario.calibrate(Method::delay_known_sphere);
+  ASSERT_TRUE(solved && solved->ok());
+  EXPECT_NEAR(solved->value().find("centre_mm")->values[2], -150, 0.01);
+}
+
+TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, Method::head_pivot);
+    ASSERT_TRUE(result);
+    const auto* pivot = result->find("pivot_xz_mm");
+    ASSERT_NE(pivot, nullptr);
+    // Positions are those of the first tool's stylus ball, 150 mm below the reference.
+    const std::array<double, 2> truth{config.swivel_head.pivot_mm[0], config.swivel_head.pivot_mm[2] + 150};
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_LT(pivot->sd[i], 1e-3);
+      pulls.add(pivot->values[i], truth[i], pivot->sd[i]);
+    }
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pulls.expectHonest();
+}
+
+TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, Method::a_axis_alignment);
+    ASSERT_TRUE(result);
+    const auto* tilt = result->find("A_tilt_rad");
+    ASSERT_NE(tilt, nullptr);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_LT(tilt->sd[i], 2e-5);
+      pulls.add(tilt->values[i], config.probe_spindle.direction[i], tilt->sd[i]);
+    }
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pulls.expectHonest();
+}
+
+TEST(LiveHeadMethods, AreRefusedWithoutADelay) {
+  for (const auto method : {Method::swivel_error, Method::head_pivot, Method::a_axis_alignment}) {
+    Scenario scenario{usualWorld(), 4};
+    scenario.recorder().keeps_bytes = false;
+    scenario.run(2s);
+    const auto solved = scenario.calibrate(method);
+    ASSERT_TRUE(solved);
+    ASSERT_FALSE(solved->ok());
+    EXPECT_EQ(solved->error().name, "no-delay");
+  }
+}
+
+}  // namespace
+}  // namespace probebox::scenario

@@ -1,0 +1,77 @@
+#include <gmock/gmock.h>
+
+#include "board/describe/parse.hpp"
+#include "board/describe/sim_files.hpp"
+#include "machine_with.hpp"
+
+// What tilts, swivels and carries the probe, in machine.toml and in world.toml.
+namespace probebox::board {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+TEST(MachineToml, MayDescribeATableThatTilts) {
+  EXPECT_FALSE(machineWith("")->tilting_table);
+  const auto machine = machineWith("[tilting_table]\naxis = \"-Y\"\ntilts_deg = [-30, 0, 60]\nsigma_rad = 1e-5\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_THAT(machine->tilting_table->axis, testing::ElementsAre(0, -1, 0));
+  EXPECT_THAT(machine->tilting_table->angles_deg, testing::ElementsAre(-30, 0, 60));
+  EXPECT_EQ(machine->tilting_table->sigma_rad, 1e-5);
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"Z\"\ntilts_deg = [0]\n"),
+              AllOf(HasSubstr("tilting_table.axis"), HasSubstr("give at least 2")));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 15]\n"),
+              HasSubstr("spans less than 20 degrees"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 90, 0]\n"), HasSubstr("an angle twice"));
+  EXPECT_THAT(machineProblem("[tilting_table]\naxis = \"X\"\ntilts_deg = [0, 1, 2, 3, 4, 5, 90]\n"),
+              HasSubstr("more than 6 angles"));
+}
+
+TEST(MachineToml, MayDescribeAHeadThatSwivelsAndToolsThatCarryTheProbe) {
+  const auto bare = machineWith("");
+  EXPECT_FALSE(bare->swivel_head);
+  EXPECT_TRUE(bare->probe_tools.empty());
+  const std::string head = "[swivel_head]\naxis = \"Y\"\nangles_deg = [0, 45]\npivot_mm = [0, 0, 60]\n";
+  const std::string tools = "[[tool]]\nnumber = 3\nlength_mm = 100\n[[tool]]\nnumber = 5\nlength_mm = 180\n";
+  const auto machine =
+      machineWith(head + "ball_mm = [1, 2, 3]\nsd_ball_mm = 0.002\n" + tools + "[probe_tools]\nnumbers = [5, 3]\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_THAT(machine->swivel_head->pivot_mm, testing::ElementsAre(0, 0, 60));
+  EXPECT_THAT(machine->swivel_head->ball_mm.value(), testing::ElementsAre(1, 2, 3));
+  EXPECT_EQ(machine->swivel_head->sd_ball_mm, 0.002);
+  ASSERT_EQ(machine->probe_tools.size(), 2U);
+  EXPECT_EQ(machine->probe_tools[0].number, 5U);
+  EXPECT_EQ(machine->probe_tools[0].length_mm, 180);
+  EXPECT_THAT(machineProblem(head + "sd_ball_mm = 0.002\n"), HasSubstr("is of 'ball_mm': give that too"));
+  EXPECT_THAT(machineProblem("[swivel_head]\naxis = \"Y\"\nangles_deg = [0, 10]\n"),
+              AllOf(HasSubstr("spans less than 20 degrees"), HasSubstr("swivel_head.pivot_mm")));
+  EXPECT_THAT(machineProblem(tools + "[probe_tools]\nnumbers = [3, 4]\n"),
+              HasSubstr("names tool 4, whose length nobody tells: add [[tool]]"));
+  EXPECT_THAT(machineProblem(tools + "[probe_tools]\nnumbers = [3, 3]\n"), HasSubstr("names tool 3 twice"));
+}
+
+TEST(WorldToml, LeansATableAcrossTheAxisThatItTiltsAbout) {
+  const std::string world{simFile("world.toml")};
+  const auto with = [&](const std::string& section) {
+    const auto begin = world.find("[tilting_table]"), end = world.find("# The head that holds");
+    return parseWorld(world.substr(0, begin) + section + world.substr(end), "world.toml");
+  };
+  const auto about_y = with("[tilting_table]\naxis = \"-Y\"\npoint_mm = [1, 2, 3]\nlean_x_rad = 1e-4\n");
+  ASSERT_TRUE(about_y.ok()) << about_y.error().what;
+  EXPECT_THAT(about_y->tilting_table->axis, testing::ElementsAre(0, -1, 0));
+  EXPECT_THAT(about_y->tilting_table->lean, testing::ElementsAre(1e-4, 0, 0));
+  EXPECT_THAT(with("[tilting_table]\naxis = \"X\"\nlean_x_rad = 1e-4\n").error().what,
+              AllOf(HasSubstr("lean_x_rad"), HasSubstr("point_mm")));
+}
+
+TEST(WorldToml, HasEachToolOnce) {
+  const std::string world{simFile("world.toml")};
+  const auto twice = parseWorld(world +
+                                    "[[probe_spindle.further_tool]]\nnumber = 2\nstylus_offset_x_mm = 0\n"
+                                    "stylus_offset_y_mm = 0\nstylus_length_mm = 50\n",
+                                "world.toml");
+  EXPECT_THAT(twice.error().what, HasSubstr("tool 2 is there twice"));
+}
+
+}  // namespace
+}  // namespace probebox::board
