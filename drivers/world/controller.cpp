@@ -255,7 +255,11 @@ void Controller::rise() {
 }
 
 void Controller::turn() {
-  if (machine_.tool() != tool()) machine_.takeTool(tool(), now_);
+  if (machine_.tool() != tool()) {
+    machine_.takeTool(tool(), now_);  // and turns after it
+  } else if (mustTurn()) {
+    machine_.turnTo(pose(), now_);
+  }
   enter(Activity::turning);
 }
 
