@@ -1,5 +1,6 @@
 #include "firmware/metrology/tool_offset.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,11 +16,24 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
-constexpr std::array<std::string_view, 13> kAssemblyKeys{
-    "measured_at_s",   "L1_mm",    "L2_mm",    "part_mm",    "holder_id",       "tool_id",
-    "sigma_mm",        "sd_L1_mm", "sd_L2_mm", "sd_part_mm", "spread_limit_mm", "compensation_limit_mm",
-    "assembled_max_mm"};
+constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
+constexpr std::array<std::string_view, 14> kAssemblyKeys{"approach_side",
+                                                         "measured_at_s",
+                                                         "L1_mm",
+                                                         "L2_mm",
+                                                         "part_mm",
+                                                         "holder_id",
+                                                         "tool_id",
+                                                         "sigma_mm",
+                                                         "sd_L1_mm",
+                                                         "sd_L2_mm",
+                                                         "sd_part_mm",
+                                                         "spread_limit_mm",
+                                                         "compensation_limit_mm",
+                                                         "assembled_max_mm"};
 constexpr std::array<std::string_view, 4> kSetterColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 9> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
+                                                        "radius_mm", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kSetterKeys{"probe_offset_mm", "sd_probe_offset_mm", "sigma_mm",
                                                       "accepted_setter_mm", "setter_limit_mm"};
 constexpr double kSpreadLimit = 0.2;        // mm
@@ -98,6 +112,28 @@ Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::strin
   return std::ranges::find(flags, 1.0) != flags.end();
 }
 
+// Table faces, where the case has one: a number for the face that each axis touched, and for the one it was meant for.
+std::optional<Refusal> wrongFace(const Dataset& dataset) {
+  if (!dataset.table("faces")) return std::nullopt;
+  const auto table = checkedTable(dataset, "faces", kFaceColumns);
+  if (!table) return table.error();
+  const auto& axes = *(*table)->column("axis");
+  const auto& touched = *(*table)->column("touched");
+  const auto& configured = *(*table)->column("configured");
+  for (std::size_t row = 0; row < axes.size(); ++row) {
+    if (axes[row] != 0.0 && axes[row] != 1.0 && axes[row] != 2.0) {
+      return Refusal{"bad-face", "table 'faces', row " + std::to_string(row + 1) +
+                                     ": the axis must be 0 for X, 1 for Y or 2 for Z"};
+    }
+    if (touched[row] == configured[row]) continue;
+    return Refusal{"wrong-face", std::string{"the "} + "XYZ"[static_cast<std::size_t>(axes[row])] +
+                                     " axis touched face " + text(touched[row]) + ", not face " +
+                                     text(configured[row]) +
+                                     " that part_mm is stated for: touch that one, or correct the configuration"};
+  }
+  return std::nullopt;
+}
+
 std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3d& plain, double touched) {
   const Vector3d spread = plain.colwise().maxCoeff() - plain.colwise().minCoeff();
   if (spread.maxCoeff() > lengths.spread_limit) {
@@ -152,6 +188,58 @@ Outcome<Fit, Refusal> fitMeans(const Eigen::MatrixX3d& positions, const std::vec
   return linearLeastSquares(design / sigma, values / sigma);
 }
 
+// Whether some row of the other kind touched the face that this row touched.
+bool sharesFace(const Eigen::MatrixXd& touches, Eigen::Index row) {
+  for (Eigen::Index other = 0; other < touches.rows(); ++other) {
+    if (touches(other, 0) == touches(row, 0)) continue;
+    const bool parallel = touches.row(other).segment<3>(1).dot(touches.row(row).segment<3>(1)) > 1.0 - 1e-6;
+    if (parallel && std::abs(touches(other, 4) - touches(row, 4)) < 1e-6) return true;
+  }
+  return false;
+}
+
+std::optional<Refusal> badTouches(const Eigen::MatrixXd& touches) {
+  for (Eigen::Index row = 0; row < touches.rows(); ++row) {
+    const std::string name = "table 'touches', row " + std::to_string(row + 1) + ": ";
+    if (std::abs(touches.row(row).segment<3>(1).norm() - 1.0) > 1e-3) {
+      return Refusal{"bad-direction", name + "the outward normal (nx,ny,nz) must have length 1"};
+    }
+    if (touches(row, 4) < 0.0 || touches(row, 5) < 0.0) {
+      return Refusal{"bad-config", name + "half width and radius must not be negative"};
+    }
+    if (!sharesFace(touches, row)) {
+      return Refusal{"faces-differ", name + (touches(row, 0) == 0.0 ? "the tool" : "the probe") +
+                                         " did not touch this face: probe and tool must touch the same ones"};
+    }
+  }
+  for (const double is_tool : {0.0, 1.0}) {
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (Eigen::Index row = 0; row < touches.rows(); ++row) {
+      const Vector3d normal = touches.row(row).segment<3>(1).transpose();
+      if (touches(row, 0) == is_tool) spread += normal * normal.transpose();
+    }
+    if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{spread}.eigenvalues()[0] < 0.1) {
+      return Refusal{"missing-face", std::string{"the faces that the "} + (is_tool == 1.0 ? "tool" : "probe") +
+                                         " touched do not tell all three coordinates: touch one more"};
+    }
+  }
+  return std::nullopt;
+}
+
+// Each touch tells one coordinate of the device's centre, along the face's normal: the half width of that face and the
+// radius of what touched it are taken off.
+Outcome<Fit, Refusal> fitFaces(const Eigen::MatrixXd& touches, double sigma) {
+  if (auto refusal = badTouches(touches)) return *refusal;
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(touches.rows(), 6);
+  Eigen::VectorXd values{touches.rows()};
+  for (Eigen::Index row = 0; row < touches.rows(); ++row) {
+    const Eigen::RowVector3d normal = touches.row(row).segment<3>(1).normalized();
+    design.block<1, 3>(row, touches(row, 0) == 0.0 ? 0 : 3) = normal;
+    values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - touches(row, 5);
+  }
+  return linearLeastSquares(design / sigma, values / sigma);
+}
+
 Eigen::MatrixX3d positionsOf(const Table& table, std::span<const std::string_view> columns) {
   Eigen::MatrixX3d positions{static_cast<Eigen::Index>(table.rows()), 3};
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -159,6 +247,22 @@ Eigen::MatrixX3d positionsOf(const Table& table, std::span<const std::string_vie
     positions.col(k) = Eigen::Map<const Eigen::VectorXd>{column.data(), positions.rows()};
   }
   return positions;
+}
+
+Eigen::MatrixXd touchesOf(const Table& table) {
+  Eigen::MatrixXd touches{static_cast<Eigen::Index>(table.rows()), static_cast<Eigen::Index>(kTouchColumns.size())};
+  for (std::size_t k = 0; k < kTouchColumns.size(); ++k) {
+    touches.col(static_cast<Eigen::Index>(k)) =
+        Eigen::Map<const Eigen::VectorXd>{table.column(kTouchColumns[k])->data(), touches.rows()};
+  }
+  return touches;
+}
+
+// Centres by the probe and by the tool, half widths and radii taken off before.
+Outcome<Fit, Refusal> fitCentres(const Table& table, const std::vector<double>& is_tool, double sigma) {
+  std::vector<std::size_t> group;
+  for (const double flag : is_tool) group.push_back(flag == 0.0 ? 0 : 1);
+  return fitMeans(positionsOf(table, std::span{kSetterColumns}.last(3)), group, 2, sigma);
 }
 
 }  // namespace
@@ -169,6 +273,9 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   const auto& variants = *(*table)->column("workpiece_variant");
   const auto with_part = anySet(variants, "workpiece_variant", "bad-variant");
   if (!with_part) return with_part.error();
+  const auto side = configSense(dataset, "approach_side");
+  if (!side) return side.error();
+  if (auto refusal = wrongFace(dataset)) return *refusal;
   const auto stored = withStoredLengths(dataset);
   if (!stored) return stored.error();
   const auto lengths = lengthsOf(stored.value(), with_part.value());
@@ -177,6 +284,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   if (!sigma) return sigma.error();
 
   Eigen::MatrixX3d plain = positionsOf(**table, std::span{kAssemblyColumns}.last(3));
+  plain.col(2) *= side.value();
   for (std::size_t row = 0; row < variants.size(); ++row) {
     plain.row(static_cast<Eigen::Index>(row)) -= variants[row] * lengths->part.transpose();
   }
@@ -217,7 +325,9 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   if (!limit) return limit.error();
   const auto sigma = configSigma(dataset, "sigma_mm");
   if (!sigma) return sigma.error();
-  const auto table = checkedTable(dataset, "readings", kSetterColumns);
+  const bool by_face = dataset.table("touches") && !dataset.table("readings");
+  const auto table =
+      by_face ? checkedTable(dataset, "touches", kTouchColumns) : checkedTable(dataset, "readings", kSetterColumns);
   if (!table) return table.error();
   const auto& flags = *(*table)->column("is_tool");
   const auto tool = anySet(flags, "is_tool", "bad-flag");
@@ -228,10 +338,7 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
     return Refusal{"probe-not-measured", "no row has is_tool 0: measure the setting device with the probe first"};
   }
 
-  const Eigen::MatrixX3d positions = positionsOf(**table, std::span{kSetterColumns}.last(3));
-  std::vector<std::size_t> group;
-  for (const double flag : flags) group.push_back(flag == 0.0 ? 0 : 1);
-  const auto fit = fitMeans(positions, group, 2, sigma->value);
+  const auto fit = by_face ? fitFaces(touchesOf(**table), sigma->value) : fitCentres(**table, flags, sigma->value);
   if (!fit) return fit.error();
   const Vector3d setter = fit->parameters.head<3>() + *offset;
   if (accepted.value() && limit.value()) {
@@ -242,7 +349,11 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
     }
   }
   Answer answer{dataset, fit.value(), sigma.value()};
-  answer.readings(**table, std::span{kSetterColumns}.last(3), "is_tool");
+  if (by_face) {
+    answer.readings(**table, std::span{kTouchColumns}.subspan(4, 1), "is_tool");
+  } else {
+    answer.readings(**table, std::span{kSetterColumns}.last(3), "is_tool");
+  }
   answer.promiseVector("tool_offset_mm", setter - fit->parameters.tail<3>(), pick(0, 3, 6) - pick(3, 3, 6));
   answer.promiseVector("setter_mm", setter, pick(0, 3, 6));
   for (auto& warning : unusedKeys(dataset, kSetterKeys)) answer.warn(std::move(warning));

@@ -12,16 +12,20 @@ namespace probebox::metrology {
 // variant 1); holder_id, tool_id; sigma_mm; sd_L1_mm, sd_L2_mm, sd_part_mm; spread_limit_mm (default 0.2),
 // compensation_limit_mm (default 5), assembled_max_mm. Gives assembled_length_mm (L3) and compensation_mm (W2x, W2y,
 // L4). With tables holder_store and tool_store (tool_store.hpp) the lengths come from there, and the records for motion
-// control and simulation go back. Refuses: missing-key, missing-id, duplicated-id, bad-variant, spread-too-large,
-// length-not-positive (L0 or L3), length-too-large, compensation-too-large.
+// control and simulation go back. approach_side: -1 where the machine counts Z against the tool (default +1). Table
+// faces{axis,touched,configured}, where wanted: the number of the face that each axis touched. Refuses: missing-key,
+// missing-id, duplicated-id, bad-variant, bad-face, wrong-face, spread-too-large, length-not-positive (L0 or L3),
+// length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 
 // Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B
 // and on the same faces (CN101976057, docs/metrology.md B.9, (B22)). Table readings{is_tool,x_mm,y_mm,z_mm}: machine
 // positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
 // the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
+// Instead of readings table touches{is_tool,nx,ny,nz,half_width_mm,radius_mm,x_mm,y_mm,z_mm}: positions at contact with
+// one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a).
 // Gives tool_offset_mm and setter_mm. Refuses: missing-key, bad-flag, probe-not-measured, tool-not-measured,
-// setter-moved.
+// setter-moved; of touches bad-direction, bad-config, faces-differ, missing-face.
 Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -1,6 +1,7 @@
 // Tools against a measuring unit and a setting device: machine coordinates at contact, worked out from where things
 // are.
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -188,6 +189,36 @@ TEST(ToolAssembly, RefusesByName) {
   EXPECT_TRUE(solve(plain).ok()) << "nothing touched a workpiece";
 }
 
+TEST(ToolAssembly, KnowsOnWhichSideTheToolComes) {
+  std::mt19937_64 random{21};
+  Dataset from_above = assemblyDataset({}, 3, 0.001, random);
+  Dataset from_below = from_above;
+  for (double& length : columnNamed(from_below, "readings", "L0_z_mm")) length = -length;
+  EXPECT_EQ(refusalOf(from_below), "spread-too-large") << "the workpiece adds where it should take off";
+  from_below.config["approach_side"] = -1.0;
+  const auto above = solve(from_above);
+  const auto below = solve(from_below);
+  ASSERT_TRUE(below.ok()) << below.error().reason;
+  EXPECT_EQ(below->estimates, above->estimates);
+  EXPECT_TRUE(below->warnings.empty());
+  from_below.config["approach_side"] = 0.5;
+  EXPECT_EQ(refusalOf(from_below), "bad-config");
+}
+
+TEST(ToolAssembly, RefusesAFaceThatWasNotMeant) {
+  std::mt19937_64 random{22};
+  Dataset dataset = assemblyDataset({}, 3, 0.001, random);
+  Table& faces = addTable(dataset, "faces", {"axis", "touched", "configured"});
+  faces.append({2, 1, 1});
+  faces.append({1, 2, 2});
+  EXPECT_EQ(refusalOf(dataset), "");
+  columnNamed(dataset, "faces", "touched")[1] = 1;
+  EXPECT_EQ(refusalOf(dataset), "wrong-face");
+  EXPECT_THAT(solve(dataset).error().reason, testing::HasSubstr("the Y axis touched face 1"));
+  columnNamed(dataset, "faces", "axis")[1] = 3;
+  EXPECT_EQ(refusalOf(dataset), "bad-face");
+}
+
 // A device in a machine that is out of square: what it reads depends on where it reads.
 struct Setter {
   Vector3d at{-193.0, 23.0, 17.0};
@@ -254,6 +285,84 @@ TEST(ToolSetter, AddsTheUncertaintyOfTheProbeAndNoticesAMovedDevice) {
   EXPECT_EQ(refusalOf(dataset), "setter-moved");
   dataset.config["setter_limit_mm"] = 0.06;
   EXPECT_EQ(refusalOf(dataset), "");
+}
+
+// A hybrid disc: faces across the axes, one along a tool at 45 degrees, each with a half width of its own.
+struct Face {
+  Vector3d normal;
+  double half_width;
+};
+const std::vector<Face> kDisc{
+    {{1, 0, 0}, 12.0}, {{-1, 0, 0}, 12.0}, {{0, 1, 0}, 9.5}, {{0, 0, 1}, 5.0}, {Vector3d{1, 0, 1}.normalized(), 10.2}};
+
+Dataset faceDataset(const Setter& setter, double sigma, std::mt19937_64& random) {
+  Dataset dataset = setterDataset(setter, 1, sigma, random);
+  dataset.tables.clear();
+  Table& table =
+      addTable(dataset, "touches", {"is_tool", "nx", "ny", "nz", "half_width_mm", "radius_mm", "x_mm", "y_mm", "z_mm"});
+  for (const double is_tool : {0.0, 1.0}) {
+    const double radius = is_tool == 1.0 ? 0.4 : 3.0;
+    for (const auto& face : kDisc) {
+      // Somewhere on the face: what lies along it must not matter.
+      const Vector3d along = face.normal.unitOrthogonal() * uniform(random, -2, 2);
+      const Vector3d tip = setter.at + (face.half_width + radius) * face.normal + along;
+      const Vector3d m = tip - (is_tool == 1.0 ? setter.tool : setter.probe);
+      const double e = gauss(random, sigma);
+      const auto& n = face.normal;
+      table.append({is_tool, n.x(), n.y(), n.z(), face.half_width, radius, m.x() + e * n.x(), m.y() + e * n.y(),
+                    m.z() + e * n.z()});
+    }
+  }
+  return dataset;
+}
+
+TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
+  std::mt19937_64 random{23};
+  Moments tool;
+  Moments device;
+  for (int trial = 0; trial < 300; ++trial) {
+    Setter setter;
+    setter.tool = {uniform(random, -5, 5), uniform(random, -5, 5), uniform(random, 80, 150)};
+    const double sigma = trial == 0 ? 0.0 : 0.002;
+    Dataset dataset = faceDataset(setter, sigma, random);
+    dataset.config["sigma_mm"] = 0.002;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const double error = solved->find("tool_offset_mm")->values[k] - setter.tool[at];
+      if (trial > 0) {
+        tool.add(error, solved->find("tool_offset_mm")->sd[k]);
+        device.add(solved->find("setter_mm")->values[k] - setter.at[at], solved->find("setter_mm")->sd[k]);
+      } else {
+        EXPECT_NEAR(error, 0.0, 1e-9);
+      }
+    }
+    if (trial > 0) continue;
+    EXPECT_NEAR(solved->find("setter_mm")->sd[1], 0.002, 1e-12) << "one face tells y";
+  }
+  EXPECT_THAT(tool.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  EXPECT_THAT(device.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  EXPECT_LT(std::abs(tool.bias()), 4.0);
+}
+
+TEST(ToolSetter, RefusesFacesThatOnlyOneOfThemTouched) {
+  std::mt19937_64 random{24};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = faceDataset({}, 0.001, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keep = [](const std::function<bool(std::size_t)>& which) {
+    return [which](Dataset& d) { keepRows(tableNamed(d, "touches"), which); };
+  };
+  EXPECT_EQ(refusal([](Dataset&) {}), "");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row != 9; })), "faces-differ");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "half_width_mm")[6] = 11.0; }), "faces-differ");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row % 5 != 2; })), "missing-face");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row < 5; })), "tool-not-measured");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "nx")[0] = 0.5; }), "bad-direction");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "radius_mm")[0] = -1.0; }), "bad-config");
 }
 
 TEST(ToolSetter, RefusesByName) {
