@@ -155,7 +155,8 @@ TEST(PacketReader, LosesOnlyThePacketsThatAreTouched) {
           bytes.resize(random() % bytes.size());
           break;
         case 2:  // a byte too many
-          bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random() % bytes.size()), static_cast<std::byte>(random()));
+          bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random() % bytes.size()),
+                       static_cast<std::byte>(random()));
           break;
         default:
           break;
@@ -165,7 +166,8 @@ TEST(PacketReader, LosesOnlyThePacketsThatAreTouched) {
     // What a damaged header had claimed must not hide the packets inside.
     const Bytes quiet(2 * kMostPacketBytes);
     stream.insert(stream.end(), quiet.begin(), quiet.end());
-    // Chance may give the very byte that was there, or was cut off: what counts is whether the whole packet stands there.
+    // Chance may give the very byte that was there, or was cut off: what counts is whether the whole packet stands
+    // there.
     std::vector<std::uint32_t> untouched;
     for (std::uint32_t i = 0; i < 20; ++i) {
       const auto from = stream.begin() + begins[i];

@@ -79,8 +79,8 @@ class Bus : public testing::Test {
            received == bytes;
   }
 
-  // Writes until nothing has gone on for a while, which is long on a slow machine: both sides are full. Returns how much
-  // that was.
+  // Writes until nothing has gone on for a while, which is long on a slow machine: both sides are full. Returns how
+  // much that was.
   std::size_t fill(std::span<const std::byte> bytes) {
     constexpr int kStill = 100;
     std::size_t written = 0;

@@ -67,7 +67,8 @@ bool losesItsBox(link::Client& client) {
   return client.state() == link::LinkState::lost;
 }
 
-// The least of each in some seconds: a link that the emulated controller has given up and made anew is there twice for a while.
+// The least of each in some seconds: a link that the emulated controller has given up and made anew is there twice for
+// a while.
 Held settled(pid_t box, link::Client& client) {
   Held least = heldBy(box);
   for (int look = 0; look < 25; ++look) {
