@@ -40,6 +40,8 @@ TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   EXPECT_EQ(values[11].sd, 1e-4);
   EXPECT_EQ(values[13].key, "location_mm[1]");
   EXPECT_FALSE(values[13].has_sd);
+  record.binding.subject = "rotary-axis-errors";
+  EXPECT_EQ(summaryOf(record).values[7].key, "EY_at_60_deg_mm") << "of an axis that the case does not name";
 }
 
 }  // namespace
