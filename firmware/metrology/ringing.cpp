@@ -19,6 +19,10 @@ constexpr double kStanding = 1e-5;    // of the overtravel, that a machine at re
 constexpr std::size_t kLeastSamples = 6;
 constexpr double kLeastTurns = 1.5;  // of the oscillation within a rest: slower ones look like a drift
 constexpr double kSignificant = 5.0;
+// What bounds the work: a stylus has long come to rest by then, and few touches tell the tone of all.
+constexpr std::size_t kMostSamples = 2000;  // of one rest
+constexpr double kMostTurns = 200.0;
+constexpr std::size_t kSearched = 20'000;  // samples of all rests that the coarse search looks at
 
 // Resting samples of one touch.
 struct Rest {
@@ -109,7 +113,7 @@ std::optional<Rest> restOf(const Touch& touch, std::size_t index) {
   const auto begin = static_cast<std::size_t>(std::ranges::lower_bound(times, from) - times.begin());
   const auto end = static_cast<std::size_t>(std::ranges::upper_bound(times, to) - times.begin());
   if (end < begin + kLeastSamples) return std::nullopt;
-  Rest rest{index, {begin, end}, until, 0.0};
+  Rest rest{index, {begin, std::min(end, begin + kMostSamples)}, until, 0.0};
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd values = touch.probe.values.col(channel);
     const double sigma = localDeviation(times, std::span{values.data(), times.size()}, Trim::heavy);
@@ -179,10 +183,10 @@ class Rests {
   // Variance of one channel; not below the digits of a case file.
   static double noiseOf(const Rest& rest) { return std::max(rest.noise_square / 3.0, 1e-18); }
 
-  // Weighted squares that are left of all rests.
-  double left(const Tone& tone) const {
+  // Weighted squares that are left of these rests.
+  double left(const Tone& tone, std::span<const Rest> rests) const {
     double squares = 0.0;
-    for (const auto& rest : rests_) {
+    for (const auto& rest : rests) {
       const auto times = timesOf(rest);
       const Eigen::MatrixXd values = probeOf(rest).valuesOf(rest.run);
       const Eigen::MatrixX3d shape = shapes(times, times.front(), length_s_, tone);
@@ -191,13 +195,22 @@ class Rests {
     return squares;
   }
 
+  double left(const Tone& tone) const { return left(tone, rests_); }
+
+  std::span<const Rest> searched() const {
+    std::size_t count = 0, samples = 0;
+    while (count < rests_.size() && samples < kSearched) samples += rests_[count++].run.size();
+    return std::span{rests_}.first(count);
+  }
+
   Tone coarse() const {
     Tone best;
     double least = std::numeric_limits<double>::infinity();
-    const double highest = 0.5 * length_s_ / period_s_;
+    const double highest = std::min(0.5 * length_s_ / period_s_, kMostTurns);
+    const auto some = searched();
     for (double turns = kLeastTurns; turns <= highest; turns += 0.25) {
       for (const double decay : {0.5, 2.0, 5.0}) {
-        const double squares = left({turns, decay});
+        const double squares = left({turns, decay}, some);
         if (squares < least) least = squares, best = {turns, decay};
       }
     }

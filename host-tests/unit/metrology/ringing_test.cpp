@@ -47,6 +47,18 @@ TEST(Ringing, IsTakenOutOfTheRetractAtEverySpeedAndRate) {
   }
 }
 
+// However long the rest, and however many samples it has: the work does not grow with them.
+TEST(Ringing, IsOverByTheEndOfALongRest) {
+  Scene slow{.probe_rate_hz = 20'000, .speeds_mm_s = {10}};
+  slow.dwell_s = 8;
+  const auto touches = touchesOf(slow);
+  const auto same = withoutRinging(touches);
+  ASSERT_EQ(same.size(), touches.size());
+  Scene quiet = slow;
+  quiet.bounce_mm = 0;
+  EXPECT_LT(farthest(same, touchesOf(quiet)), 2e-4) << "the noise of both, and nothing taken out that is not there";
+}
+
 TEST(Ringing, LeavesWhatDoesNotRingAsItIs) {
   for (const double acceleration : {20000.0, 3000.0}) {
     for (const double rate : {1000.0, 5000.0}) {
