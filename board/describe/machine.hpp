@@ -74,6 +74,9 @@ struct BallPlateDescription {
 };
 inline constexpr std::size_t kMostPlateBalls = 7;
 
+inline constexpr std::size_t kMostTilts = 6;
+inline constexpr std::size_t kMostProbeTools = 4;
+
 // A table that tilts under the part, as it is measured: what it turns about, and where it stands for the readings.
 struct TiltDescription {
   std::array<double, 3> axis{};  // unit vector along X or Y, right-handed: a positive angle is about it

@@ -10,7 +10,6 @@ namespace {
 constexpr Range kSeconds{0, 3600};
 constexpr double kUsualStale_s = 0.25;
 constexpr double kUsualSpeed_deg_s = 36'000;  // 100 turns a second
-constexpr std::size_t kMostTilts = 6;
 constexpr std::string_view kLetters = "ABC";
 
 RotaryAxisDescription readRotaryAxis(Section section) {
@@ -109,7 +108,8 @@ void checkAngles(Section& section, std::string_view key, const std::vector<doubl
   if (angles_deg.size() < 2) return;
   const std::string name{key};
   if (angles_deg.size() > kMostTilts)
-    section.problem(*section.node(key), "'" + name + "' has more than 6 angles: remove some");
+    section.problem(*section.node(key),
+                    "'" + name + "' has more than " + std::to_string(kMostTilts) + " angles: remove some");
   auto sorted = angles_deg;
   std::ranges::sort(sorted);
   if (std::ranges::adjacent_find(sorted) != sorted.end())
@@ -146,7 +146,6 @@ HeadDescription readHead(Section section) {
 
 // Lengths are those of [[tool]].
 void readProbeTools(Section section, Machine& machine) {
-  constexpr std::size_t kMostProbeTools = 4;
   for (const double value : section.numbers("numbers", {1, 65'535}, 1)) {
     const auto number = static_cast<std::uint32_t>(value);
     const auto found = std::ranges::find(machine.tools, number, &ToolDescription::number);
@@ -161,7 +160,8 @@ void readProbeTools(Section section, Machine& machine) {
     machine.probe_tools.push_back(*found);
   }
   if (machine.probe_tools.size() > kMostProbeTools)
-    section.problem(*section.node("numbers"), "'numbers' names more than 4 tools: remove some");
+    section.problem(*section.node("numbers"),
+                    "'numbers' names more than " + std::to_string(kMostProbeTools) + " tools: remove some");
   section.finish();
 }
 

@@ -54,6 +54,7 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
 }
 
 procedure::BFacts bFacts(const board::TiltDescription& tilt) {
+  static_assert(board::kMostTilts <= kMostBAngles);
   procedure::BFacts facts{
       .axis = tilt.axis, .count = tilt.angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt.sigma_rad};
   std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
@@ -69,6 +70,7 @@ std::optional<procedure::HeadFacts> headFacts(const board::Machine& machine) {
 }
 
 procedure::ProbeTools probeTools(const board::Machine& machine) {
+  static_assert(board::kMostProbeTools <= kMostProbeTools);
   procedure::ProbeTools tools;
   for (const auto& tool : machine.probe_tools) {
     tools.numbers.at(tools.count) = tool.number;
