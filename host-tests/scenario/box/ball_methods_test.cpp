@@ -54,16 +54,6 @@ world::Config worldOf(std::uint64_t seed) {
   return config;
 }
 
-void add(Pulls& pulls, const metrology::Result& result, const char* key, std::vector<double> truth, double most_sd) {
-  const auto* found = result.find(key);
-  ASSERT_NE(found, nullptr) << key;
-  ASSERT_EQ(found->values.size(), truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    EXPECT_LT(found->sd[i], most_sd);
-    pulls.add(found->values[i], truth[i], found->sd[i]);
-  }
-}
-
 std::vector<double> both(const std::array<double, 2>& xy) {
   return {xy[0], xy[1]};
 }

@@ -94,13 +94,8 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
     const auto& spindle = config.part_spindle;
     const auto direction = vector(world::unit(spindle.direction));
     const Vector3d point = shown(config, spindle.point_mm) - Vector3d{330, 200, -300};
-    for (std::size_t i = 0; i < 2; ++i) {
-      const auto& location = *result->find("location_mm");
-      pulls.add(location.values[i], point[static_cast<Eigen::Index>(i)], location.sd[i]);
-    }
-    const auto& tilt = *result->find("tilt_rad");
-    pulls.add(tilt.values[0], -direction.y(), tilt.sd[0]);
-    pulls.add(tilt.values[1], direction.x(), tilt.sd[1]);
+    add(pulls, *result, "location_mm", {point.x(), point.y()}, 1e-3);
+    add(pulls, *result, "tilt_rad", {-direction.y(), direction.x()}, 1e-5);
     EXPECT_EQ(app::subjectOf(scenario.dataset()), "rotary-c");
   }
   pulls.expectHonest();

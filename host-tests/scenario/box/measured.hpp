@@ -2,8 +2,10 @@
 #include <chrono>
 #include <gtest/gtest.h>
 #include <optional>
+#include <vector>
 
 #include "host-tests/support/temporary_folder.hpp"
+#include "pulls.hpp"
 #include "scenario.hpp"
 #include "tools/case/case_folder.hpp"
 
@@ -22,6 +24,18 @@ inline void expectTheSameFrom(const metrology::Dataset& dataset, const metrology
   for (std::size_t i = 0; i < result.estimates.size(); ++i) {
     EXPECT_EQ(again->estimates[i].values, result.estimates[i].values) << result.estimates[i].key;
     EXPECT_EQ(again->estimates[i].sd, result.estimates[i].sd) << result.estimates[i].key;
+  }
+}
+
+// The first components of a value against the truth.
+inline void add(Pulls& pulls, const metrology::Result& result, const char* key, const std::vector<double>& truth,
+                double most_sd) {
+  const auto* found = result.find(key);
+  ASSERT_NE(found, nullptr) << key;
+  ASSERT_GE(found->values.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT(found->sd[i], most_sd);
+    pulls.add(found->values[i], truth[i], found->sd[i]);
   }
 }
 

@@ -113,14 +113,9 @@ TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
     Scenario scenario{config, seed};
     const auto result = measured(scenario, Method::head_pivot);
     ASSERT_TRUE(result);
-    const auto* pivot = result->find("pivot_xz_mm");
-    ASSERT_NE(pivot, nullptr);
     // Positions are those of the first tool's stylus ball, 150 mm below the reference.
-    const std::array<double, 2> truth{config.swivel_head.pivot_mm[0], config.swivel_head.pivot_mm[2] + 150};
-    for (std::size_t i = 0; i < 2; ++i) {
-      EXPECT_LT(pivot->sd[i], 1e-3);
-      pulls.add(pivot->values[i], truth[i], pivot->sd[i]);
-    }
+    const auto& pivot_mm = config.swivel_head.pivot_mm;
+    add(pulls, *result, "pivot_xz_mm", {pivot_mm[0], pivot_mm[2] + 150}, 1e-3);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
   pulls.expectHonest();
@@ -133,12 +128,8 @@ TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatI
     Scenario scenario{config, seed};
     const auto result = measured(scenario, Method::a_axis_alignment);
     ASSERT_TRUE(result);
-    const auto* tilt = result->find("A_tilt_rad");
-    ASSERT_NE(tilt, nullptr);
-    for (std::size_t i = 0; i < 2; ++i) {
-      EXPECT_LT(tilt->sd[i], 2e-5);
-      pulls.add(tilt->values[i], config.probe_spindle.direction[i], tilt->sd[i]);
-    }
+    const auto& direction = config.probe_spindle.direction;
+    add(pulls, *result, "A_tilt_rad", {direction[0], direction[1]}, 2e-5);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
   pulls.expectHonest();

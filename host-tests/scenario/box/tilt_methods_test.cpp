@@ -52,13 +52,8 @@ double meanOf(const std::vector<double>& values) {
 // Judges a pivot by where the readings lie along the axis.
 void judge(Pulls& pulls, const metrology::Result& result, const metrology::Dataset& dataset,
            const world::Config& config) {
-  const auto* pivot = result.find("pivot_yz_mm");
-  ASSERT_NE(pivot, nullptr);
   const auto truth = pivotOf(config, meanOf(*dataset.table("readings")->column("x_mm")));
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_LT(pivot->sd[i], 1e-3);
-    pulls.add(pivot->values[i], truth[i], pivot->sd[i]);
-  }
+  add(pulls, result, "pivot_yz_mm", {truth[0], truth[1]}, 1e-3);
 }
 
 TEST(LiveTablePivot, FindsTheAxisWithTheUncertaintyThatItStates) {

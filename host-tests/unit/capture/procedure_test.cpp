@@ -9,16 +9,10 @@
 #include <utility>
 
 #include "firmware/procedure/run_dataset.hpp"
+#include "locked_clock.hpp"
 
 namespace probebox::procedure {
 namespace {
-
-constexpr TickMap kLocked{.tick = {},
-                          .at = {},
-                          .period_q32_ns = std::int64_t{1'000'000} << 32,
-                          .sigma_ns = 500,
-                          .state = ClockState::locked,
-                          .holdover_ms = 0};
 
 // A machine that does what it is asked for, one step at a time.
 class ObedientMachine {

@@ -6,16 +6,10 @@
 #include <string>
 
 #include "firmware/procedure/procedure.hpp"
+#include "locked_clock.hpp"
 
 namespace probebox::procedure {
 namespace {
-
-constexpr TickMap kLocked{.tick = {},
-                          .at = {},
-                          .period_q32_ns = std::int64_t{1'000'000} << 32,
-                          .sigma_ns = 500,
-                          .state = ClockState::locked,
-                          .holdover_ms = 0};
 
 class Sweeping : public testing::Test {
  protected:
