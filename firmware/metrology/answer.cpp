@@ -37,6 +37,18 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
   return std::sqrt(chi2);
 }
 
+// Of what was not dropped.
+template <class Dropped>
+double rmsOf(const Eigen::VectorXd& residuals, const Dropped& dropped) {
+  double squares = residuals.squaredNorm();
+  auto used = static_cast<double>(residuals.size());
+  for (const auto each : dropped) {
+    squares -= residuals[static_cast<Eigen::Index>(each)] * residuals[static_cast<Eigen::Index>(each)];
+    used -= 1.0;
+  }
+  return std::sqrt(std::max(squares, 0.0) / used);
+}
+
 }  // namespace
 
 Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
@@ -49,23 +61,11 @@ Answer::Answer(const Dataset& dataset, const Fit& fit, const Sigma& sigma)
   cofactor_ = fit.cofactor / (sigma.value * sigma.value);
   residuals_ = fit.residuals * sigma.value;
   dropped_ = fit.dropped;
-  readingRows(residuals_.size());
+  result_.rms = rmsOf(residuals_, dropped_);
   const auto scale = scaleOf(fit, sigma, result_);
   if (!scale) return;
   covariance_ = fit.cofactor * (*scale * *scale);
   reading_sd_ = *scale * sigma.value;
-}
-
-void Answer::readingRows(Eigen::Index count) {
-  double squares = residuals_.head(count).squaredNorm();
-  auto used = static_cast<double>(count);
-  for (const auto dropped : dropped_) {
-    const auto row = static_cast<Eigen::Index>(dropped);
-    if (row >= count) continue;
-    squares -= residuals_[row] * residuals_[row];
-    used -= 1.0;
-  }
-  result_.rms = std::sqrt(std::max(squares, 0.0) / used);
 }
 
 std::vector<double> Answer::sdsOf(const Eigen::MatrixXd& jacobian) const {

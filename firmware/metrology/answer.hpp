@@ -40,8 +40,6 @@ class Answer {
                 double sense = -1.0);
   // The same for a linear fit whose rows come from several tables.
   void readings(const std::vector<std::string>& names, const std::vector<double>& at, std::string_view against);
-  // How many rows of the fit, the first, are readings: what else it holds are conditions, which rms leaves out.
-  void readingRows(Eigen::Index count);
   // What one reading is, and its unit, where it is not one coordinate in mm.
   void readingIs(std::string what, std::string unit);
 

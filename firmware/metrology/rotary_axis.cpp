@@ -30,7 +30,6 @@ constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm",
                                                 "station_correction"};
-constexpr std::array<const char*, 3> kOtherSigmas{"sigma_third_mm", "sigma_axial_mm", "sigma_angle_rad"};
 constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;

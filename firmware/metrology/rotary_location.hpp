@@ -39,8 +39,8 @@ inline constexpr double kSameRotaryAngle = 1e-8;
 std::vector<double> distinctAngles(std::vector<double> angles);
 
 // Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
-// than 60 degrees, else a warning; also angle_rad and, with the location, position_dependent_errors (E8), a row an
-// angle. six: at all angles; rows: d six / d parameters.
+// than 60 degrees, else a warning; also angle_rad and, with the location, position_dependent_mm and
+// position_dependent_rad (E8), a row an angle. six: at all angles; rows: d six / d parameters.
 void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
                    const Eigen::MatrixXd& rows, const Eigen::Vector3d& direction);
 

@@ -67,7 +67,7 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!axial) return axial.error();
   const auto angle = configPositive(dataset, "sigma_angle_rad");
   if (!angle) return angle.error();
-  for (const char* key : {"sigma_third_mm", "sigma_axial_mm", "sigma_angle_rad"}) {
+  for (const char* key : kOtherSigmas) {
     if (dataset.config.contains(key) && !sigma->stated)
       return Refusal{"missing-key", std::string{key} + " needs sigma_mm beside it: which of the two weighs more?"};
   }

@@ -136,30 +136,17 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
   if (needsOf(method) == Needs::screw) return sweepDataset(recording, scales, facts);
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), {}, {}};
   auto& config = run.dataset.config;
-  switch (needsOf(method)) {
-    case Needs::nothing:
-    case Needs::screw:
-      break;
-    case Needs::sphere_diameter:
-      if (facts.sphere_diameter_mm)
-        config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
-      if (method == Method::delay_known_sphere) config["feature"] = std::string{"external"};
-      break;
-    case Needs::plates_gap:
-      if (facts.gap_mm) config["gap_mm"] = *facts.gap_mm;
-      config["stylus_ball_diameter_mm"] = facts.stylus_ball_diameter_mm;
-      config["feature"] = std::string{"internal"};
-      break;
-    case Needs::delay_in_force:
-    case Needs::checked_ball:
-    case Needs::ball_plate:
-    case Needs::tilting_table:
-    case Needs::swivel_lengths:
-    case Needs::swivel_head:
-    case Needs::probe_lengths:
-      run.refusal = addReadings(run.dataset, method, recording, facts);
-      break;
+  if (needsOf(method) == Needs::sphere_diameter) {
+    if (facts.sphere_diameter_mm)
+      config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+    if (method == Method::delay_known_sphere) config["feature"] = std::string{"external"};
   }
+  if (needsOf(method) == Needs::plates_gap) {
+    if (facts.gap_mm) config["gap_mm"] = *facts.gap_mm;
+    config["stylus_ball_diameter_mm"] = facts.stylus_ball_diameter_mm;
+    config["feature"] = std::string{"internal"};
+  }
+  if (readsBalls(method)) run.refusal = addReadings(run.dataset, method, recording, facts);
   if (method == Method::selftest) addSelftest(run.dataset, recording, facts);
   return run;
 }
