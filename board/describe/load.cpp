@@ -56,6 +56,7 @@ void checkTravel(const Reader& reader, const World& world, const Machine& machin
   std::vector<std::pair<std::string, Vector3>> places{{"axes.home_mm", world.axes.home_mm},
                                                       {"datum_sphere.centre_mm", world.sphere.centre_mm}};
   if (world.plates) places.emplace_back("gauge_plates.middle_mm", world.plates->middle_mm);
+  if (world.tool_setter) places.emplace_back("tool_setter.centre_mm", world.tool_setter->centre_mm);
   for (const auto& [key, place] : places) {
     for (std::size_t i = 0; i < machine.axes.size(); ++i) {
       const auto& axis = machine.axes[i];
@@ -68,6 +69,16 @@ void checkTravel(const Reader& reader, const World& world, const Machine& machin
       error.what += (error.what.empty() ? "" : "\n") + text.str();
     }
   }
+}
+
+// The device that tools are set on: its line is the vendor's, what it measures the integrator's.
+void checkToolSetter(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
+  if (!machine.tool_setter || lineOfToolSetter(box, machine)) return;
+  std::string names;
+  for (const auto& line : box.triggers) names += (names.empty() ? "\"" : ", \"") + line.name + "\"";
+  error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'tool_setter.trigger' is \"" +
+                machine.tool_setter->trigger + "\", and " + nameOf(reader, "box.toml") +
+                " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names);
 }
 
 Outcome<Descriptions> load(const Reader& reader, bool emulated) {
@@ -83,6 +94,7 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
     if (good) checkTravel(reader, world, all.machine, error);
     all.world = std::move(world);
   }
+  if (good) checkToolSetter(reader, all.box, all.machine, error);
   if (!error.what.empty()) return error;
   return all;
 }
@@ -99,6 +111,14 @@ std::optional<Error> missingFolder(const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine) {
+  if (!machine.tool_setter) return std::nullopt;
+  for (std::size_t i = 0; i < box.triggers.size(); ++i) {
+    if (box.triggers[i].name == machine.tool_setter->trigger) return static_cast<std::uint8_t>(i);
+  }
+  return std::nullopt;
+}
 
 Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory, const std::filesystem::path& overrides) {
   for (const auto& folder : {directory, overrides}) {

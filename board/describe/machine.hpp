@@ -146,6 +146,16 @@ struct ToolDescription {
   double length_mm{};
 };
 
+// The device that tools are set on. Positions and offsets are those of the head's reference.
+struct ToolSetterDescription {
+  std::string trigger;                      // the name of its [[trigger]] in box.toml
+  std::array<double, 3> half_width_mm{};    // from its middle to its faces
+  std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference, A at 0
+  std::optional<double> sd_probe_offset_mm;
+  std::optional<std::array<double, 3>> accepted_mm;  // where it was found; with limit_mm, or neither
+  double limit_mm{};
+};
+
 // Sources of corrections, by the bits of the mask that the CNC reads.
 struct CorrectionsDescription {
   double hold_s{};       // T_hold: how long a doubtful source is held, where it says nothing else
@@ -172,6 +182,7 @@ struct Machine {
   std::optional<SwivelDescription> swivel;
   std::optional<RotaryTableDescription> rotary_table;
   std::vector<ToolDescription> tools;  // whose lengths are known by number
+  std::optional<ToolSetterDescription> tool_setter;
   CorrectionsDescription corrections;
 };
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -28,6 +29,9 @@ Outcome<Machine> parseMachine(std::string_view text, std::string_view file_name)
 Outcome<Probe> parseProbe(std::string_view text, std::string_view file_name);
 Outcome<Service> parseService(std::string_view text, std::string_view file_name);
 Outcome<World> parseWorld(std::string_view text, std::string_view file_name);
+
+// Which of the box's triggers the tool-setting device is wired to; nothing without a device, or without its trigger.
+std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine);
 
 // Reads box.toml, machine.toml, probe.toml, service.toml and, where there is one, world.toml. A file that also stands
 // in `overrides` (--config) is read from there instead.

@@ -6,6 +6,7 @@
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/rotary_sections.hpp"
+#include "board/describe/tool_sections.hpp"
 
 namespace probebox::board {
 namespace {
@@ -195,6 +196,7 @@ Machine readMachine(Section& root) {
   screws.finish();
   machine.centreline = readCentreline(root.section("centreline", false), hold_s);
   readRotary(root, hold_s, machine);
+  readToolSetter(root, machine);
   return machine;
 }
 

@@ -2,6 +2,7 @@
 
 #include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/tool_sections.hpp"
 
 namespace probebox::board {
 namespace {
@@ -235,6 +236,7 @@ World readWorld(Section& root) {
   if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
   if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
   readScrews(root.section("screw", false), world);
+  readWorldTools(root, world);
   world.cycle = readCycle(root.section("cycle"));
   return world;
 }

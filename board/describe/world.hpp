@@ -132,6 +132,22 @@ struct WorldScrew {
   double sensor_time_constant_s{};
 };
 
+// The device that tools are set on: a block with a switch.
+struct WorldToolSetter {
+  Vector3 centre_mm{};
+  Vector3 half_width_mm{};
+  double late_s{};            // of its edges
+  double repeatability_um{};  // of the depth at which it switches (k = 1)
+};
+
+// A cutting tool in the magazine: its tip hangs below the machine's reference.
+struct WorldCutter {
+  std::uint32_t number{};
+  std::array<double, 2> offset_mm{};  // of its tip from the spindle's axis, X and Y at A = 0
+  double length_mm{};
+  double radius_mm{};
+};
+
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
 struct WorldCycle {
   std::vector<double> speeds_mm_s;
@@ -157,6 +173,8 @@ struct World {
   std::optional<WorldProbeSpindle> probe_spindle;
   std::optional<WorldRotary> rotary;
   std::array<std::optional<WorldScrew>, 3> screws;
+  std::optional<WorldToolSetter> tool_setter;
+  std::vector<WorldCutter> cutters;
   WorldCycle cycle;
 };
 

@@ -28,7 +28,7 @@ enum class StepKind : std::uint8_t {
 };
 // What the rotary axis B moves in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
-enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 
 // What the box asks the machine to do.
 struct Prompt {
@@ -48,9 +48,9 @@ struct Prompt {
   bool turns{};                 // the rotary axes have to stand as below
   Vector3 rotary_angles_rad{};  // A B C
   BMoves b_moves{};
-  std::uint32_t tool{};   // that is to carry the probe; 0: whichever does
   bool referenced{true};  // the box knows where all axes stand
   double travel_mm{};     // of a jog or a sweep, along the outward normal
+  std::uint32_t tool{};   // that has to be in the spindle; 0: whichever carries the probe
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -118,11 +118,12 @@ struct SwivelHeadConfig {
   double noise_rad{0};  // of every stop, k = 1
 };
 
-// A stylus of another tool than the first.
-struct FurtherTool {
+// What else the probe's spindle can hold: the probe on another stylus, or a cutting tool, whose tip ends it.
+struct ToolConfig {
   std::uint32_t number{2};
-  std::array<double, 2> stylus_offset_mm{0, 0};
-  double stylus_length_mm{200};
+  std::array<double, 2> offset_mm{0, 0};  // of the stylus ball or the tip from the axis, at A = 0
+  double length_mm{200};                  // from the machine's reference down to it
+  std::optional<double> radius_mm{};      // of a cutting tool, above its tip
 };
 
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs
@@ -132,7 +133,16 @@ struct ProbeSpindleConfig {
   std::array<double, 2> stylus_offset_mm{0, 0};
   double stylus_length_mm{150};
   std::uint32_t tool{1};  // which is in it at the start
-  std::vector<FurtherTool> further_tools;
+  std::vector<ToolConfig> further_tools;
+};
+
+// A device that tools are set on: a block whose switch is closed while a tool or the stylus touches it.
+struct ToolSetterConfig {
+  bool fitted{false};
+  Vector3 centre_mm{};
+  Vector3 half_width_mm{8, 8, 8};
+  double late_s{0.0004};         // of its edges, before the kernel stamps them
+  double repeatability_um{0.5};  // k = 1, of the depth at which it switches
 };
 
 struct RotaryConfig {
@@ -170,6 +180,7 @@ struct Config {
   SwivelHeadConfig swivel_head;
   ProbeSpindleConfig probe_spindle;
   RotaryConfig rotary;
+  ToolSetterConfig tool_setter;
   std::array<ScrewConfig, 3> screws;
   double drift_rate_hz{20};                       // of each sensor
   std::array<std::optional<double>, 3> marks_mm;  // reference marks; nothing on an axis without one

@@ -187,6 +187,8 @@ bool Controller::known(const Prompt& prompt) const {
       return config_.plates.known;
     case StepFeature::part_ball:
       return prompt.ball >= 1 && prompt.ball <= config_.part.ball_count;
+    case StepFeature::tool_setter:
+      return config_.setter.known;
   }
   return false;
 }
@@ -209,11 +211,15 @@ bool Controller::mustTurn() const {
   return (step_.turns && machine_.commandedPose() != pose()) || machine_.tool() != tool();
 }
 
-// From where the machine says that it is to where the stylus ball ought to be.
+// The first one for a number that is not there.
+const ControllerConfig::Tool& Controller::toolNumbered(std::uint32_t number) const {
+  const auto found = std::ranges::find(config_.tools, number, &ControllerConfig::Tool::number);
+  return found != config_.tools.end() ? *found : config_.tools.front();
+}
+
+// From where the machine says that it is to where the stylus ball, or the tip of a tool that cuts, ought to be.
 Vector3 Controller::tipIn(const Pose& pose, std::uint32_t tool) const {
-  const auto found = std::ranges::find(config_.tools, tool, &ControllerConfig::Tool::number);
-  const double length_mm = (found != config_.tools.end() ? *found : config_.tools.front()).length_mm;
-  const Vector3 hanging{0, 0, -length_mm}, arm = hanging - config_.head.pivot_mm;
+  const Vector3 hanging{0, 0, -toolNumbered(tool).length_mm}, arm = hanging - config_.head.pivot_mm;
   const Vector3 swung = rotation(config_.head.axis, pose.head_rad) * arm - arm;  // exactly nothing while it is level
   return hanging + swung + Vector3{0, 0, config_.tools.front().length_mm};
 }
@@ -230,6 +236,15 @@ Vector3 Controller::ballOfThePart() const {
   return table.point_mm + rotation(table.axis, at.table_rad) * (level - table.point_mm);
 }
 
+Place Controller::setterFrom(const Vector3& tip) const {
+  const auto& setter = config_.setter;
+  const auto& tool = toolNumbered(this->tool());
+  const double around_mm = tool.radius_mm.value_or(setter.stylus_ball_radius_mm);
+  const double above_mm = tool.radius_mm ? 0 : around_mm;
+  const Vector3 half = setter.half_width_mm + Vector3{around_mm, around_mm, above_mm};
+  return {Place::Shape::block, setter.centre_mm - tip, norm(half) + config_.safe_distance_mm, half};
+}
+
 // In machine positions.
 Place Controller::place() const {
   const Pose at = step_.turns ? pose() : machine_.commandedPose();
@@ -239,11 +254,13 @@ Place Controller::place() const {
     case StepFeature::datum_sphere:
       break;
     case StepFeature::plates:
-      return {Place::Shape::gap, config_.plates.middle_mm - tip, 0};
+      return {Place::Shape::gap, config_.plates.middle_mm - tip, 0, {}};
     case StepFeature::part_ball:
-      return {Place::Shape::round, ballOfThePart() - tip, config_.part.effective_radius_mm + keep_out_mm};
+      return {Place::Shape::round, ballOfThePart() - tip, config_.part.effective_radius_mm + keep_out_mm, {}};
+    case StepFeature::tool_setter:
+      return setterFrom(tip);
   }
-  return {Place::Shape::round, config_.nominal_centre_mm - tip, config_.nominal_effective_radius_mm + keep_out_mm};
+  return {Place::Shape::round, config_.nominal_centre_mm - tip, config_.nominal_effective_radius_mm + keep_out_mm, {}};
 }
 
 void Controller::rise() {
@@ -366,6 +383,10 @@ void Controller::level() {
 // Where the stylus ball's centre is to meet the surface.
 Vector3 Controller::surface() const {
   const Place at = place();
+  if (at.shape == Place::Shape::block) {
+    const auto& n = step_.outward_normal;
+    return at.centre + Vector3{n[0] * at.half_mm[0], n[1] * at.half_mm[1], n[2] * at.half_mm[2]};
+  }
   if (at.shape == Place::Shape::gap) return at.centre - config_.plates.half_way_mm * step_.outward_normal;
   return at.centre + (at.keep_out_mm - config_.safe_distance_mm) * step_.outward_normal;
 }

@@ -40,9 +40,16 @@ struct ControllerConfig {
     Vector3 pivot_mm{};     // of its axis, from the gauge line
     Vector3 axis{0, 1, 0};  // which is taken to be along one of the machine's
   } head;
+  struct Setter {
+    bool known{false};
+    Vector3 centre_mm{};  // machine position of the first tool, its stylus ball in the middle of the device
+    Vector3 half_width_mm{};
+    double stylus_ball_radius_mm{};
+  } setter;
   struct Tool {
     std::uint32_t number{1};
-    double length_mm{150};  // from the gauge line to the stylus ball
+    double length_mm{150};              // from the gauge line to the stylus ball or the tip
+    std::optional<double> radius_mm{};  // of a tool that cuts; its tip ends it
   };
   std::vector<Tool> tools{Tool{}};  // the first is there at the start
   double safe_distance_mm{2};       // traverses stay this far from the surface
@@ -106,8 +113,10 @@ class Controller {
   bool mustTurn() const;
   Vector3 ballOfThePart() const;
   std::uint32_t tool() const;
+  const ControllerConfig::Tool& toolNumbered(std::uint32_t number) const;
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const;
   double freeHeight(const Pose& pose, std::uint32_t tool) const;
+  Place setterFrom(const Vector3& tip) const;
   Place place() const;
   void rise();
   void turn();

@@ -76,6 +76,18 @@ ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescri
           .sensor_time_constant_s = described.sensor_time_constant_s};
 }
 
+// All but the first.
+std::vector<ToolConfig> furtherToolsOf(const board::World& described) {
+  std::vector<ToolConfig> tools;
+  if (const auto& spindle = described.probe_spindle) {
+    for (const auto& [number, offset_mm, length_mm] : spindle->further_tools)
+      tools.push_back({.number = number, .offset_mm = offset_mm, .length_mm = length_mm});
+  }
+  for (const auto& [number, offset_mm, length_mm, radius_mm] : described.cutters)
+    tools.push_back({.number = number, .offset_mm = offset_mm, .length_mm = length_mm, .radius_mm = radius_mm});
+  return tools;
+}
+
 void addFeatures(Config& config, const board::World& description) {
   if (const auto& plates = description.plates) {
     config.plates = {.fitted = true,
@@ -95,18 +107,21 @@ void addFeatures(Config& config, const board::World& description) {
                           .direction = leaning(head->axis, head->lean),
                           .noise_rad = head->noise_rad};
   }
+  if (const auto& setter = description.tool_setter) {
+    config.tool_setter = {.fitted = true,
+                          .centre_mm = setter->centre_mm,
+                          .half_width_mm = setter->half_width_mm,
+                          .late_s = setter->late_s,
+                          .repeatability_um = setter->repeatability_um};
+  }
   if (const auto& spindle = description.probe_spindle) {
     config.probe_spindle = {.direction = alongZ(spindle->tilt),
                             .stylus_offset_mm = spindle->stylus_offset_mm,
                             .stylus_length_mm = spindle->stylus_length_mm,
                             .tool = spindle->tool,
                             .further_tools = {}};
-    for (const auto& tool : spindle->further_tools) {
-      config.probe_spindle.further_tools.push_back({.number = tool.number,
-                                                    .stylus_offset_mm = tool.stylus_offset_mm,
-                                                    .stylus_length_mm = tool.stylus_length_mm});
-    }
   }
+  config.probe_spindle.further_tools = furtherToolsOf(description);
   if (description.rotary) {
     config.rotary = {.speed_rad_s = description.rotary->speed_rad_s, .noise_rad = description.rotary->noise_rad};
     config.encoders.c_counts_per_deg = description.rotary->c_counts_per_deg;
@@ -167,9 +182,15 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
   if (const auto& head = description.swivel_head)
     config.head = {.swivels = true, .pivot_mm = head->pivot_mm, .axis = head->axis};
   if (const auto& spindle = description.probe_spindle) {
-    config.tools = {{.number = spindle->tool, .length_mm = spindle->stylus_length_mm}};
-    for (const auto& tool : spindle->further_tools)
-      config.tools.push_back({.number = tool.number, .length_mm = tool.stylus_length_mm});
+    config.tools = {{.number = spindle->tool, .length_mm = spindle->stylus_length_mm, .radius_mm = {}}};
+  }
+  for (const auto& tool : furtherToolsOf(description))
+    config.tools.push_back({.number = tool.number, .length_mm = tool.length_mm, .radius_mm = tool.radius_mm});
+  if (const auto& setter = description.tool_setter) {
+    config.setter = {.known = true,
+                     .centre_mm = setter->centre_mm + error_mm,
+                     .half_width_mm = setter->half_width_mm,
+                     .stylus_ball_radius_mm = description.sphere.stylus_ball_radius_mm};
   }
   config.park_mm = description.axes.home_mm;
   config.dwell = Nanoseconds{std::llround(1e9 * description.cycle.dwell_s)};

@@ -47,9 +47,7 @@ bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) 
 bool Machine::turnTo(const Pose& pose, MonoTime now) {
   if (!atRest(now)) return false;
   if (pose == commanded_) return true;
-  const Contact* last = stylus_.contactCount() > 0 ? stylus_.contact(stylus_.contactCount() - 1) : nullptr;
-  const bool touching = last != nullptr && !last->end;
-  if (touching || strikesOnTheWayTo(pose)) ++crashes_;
+  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
   if (pose.a_rad != commanded_.a_rad) stands_.a_rad = stopAt(pose.a_rad, rotary_.noise_rad);
   if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
   if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
@@ -67,19 +65,21 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   constexpr Nanoseconds kChange = std::chrono::seconds{3};
   if (!atRest(now)) return false;
   if (number == tool_.number) return true;
-  const FurtherTool tool = toolOf(number);
+  const ToolConfig tool = toolOf(number);
   if (tool.number != number) return false;
+  if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
+  turned_from_c_rad_ = commanded_.c_rad;
   turned_at_ = now + kChange;
   return true;
 }
 
 // The first one for a number that is not there.
-FurtherTool Machine::toolOf(std::uint32_t number) const {
-  const auto found = std::ranges::find(probe_spindle_.further_tools, number, &FurtherTool::number);
+ToolConfig Machine::toolOf(std::uint32_t number) const {
+  const auto found = std::ranges::find(probe_spindle_.further_tools, number, &ToolConfig::number);
   if (found != probe_spindle_.further_tools.end()) return *found;
-  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm};
+  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm, {}};
 }
 
 bool Machine::strikesOnTheWayTo(const Pose& pose) const {
@@ -90,6 +90,11 @@ bool Machine::strikesOnTheWayTo(const Pose& pose) const {
     if (solids_.occupied(motion_.target() + holdAt(at, tool_).tip, at.part())) return true;
   }
   return false;
+}
+
+bool Machine::touching() const {
+  const Contact* last = stylus_.contactCount() > 0 ? stylus_.contact(stylus_.contactCount() - 1) : nullptr;
+  return last != nullptr && !last->end;
 }
 
 // At constant speed on its way.
@@ -103,13 +108,14 @@ double Machine::partAngleAt(MonoTime at, double delay_s) const {
 
 // The reference lies on the spindle's axis; the ball hangs below it. Positions count from where an ideal spindle in a
 // level head would hold the ball of the first tool.
-Hold Machine::holdAt(const Pose& pose, const FurtherTool& tool) const {
-  const auto& [x, y] = tool.stylus_offset_mm;
-  const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * Vector3{x, y, -tool.stylus_length_mm};
+Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
+  const auto& [x, y] = tool.offset_mm;
+  const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * Vector3{x, y, -tool.length_mm};
   const Matrix3 swivelled = rotation(head_.direction, pose.head_rad);
   const Vector3 arm = hanging - head_.pivot_mm, swung = swivelled * arm - arm;
   return {.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
-          .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad)};
+          .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
+          .tool_radius_mm = tool.radius_mm};
 }
 
 }  // namespace probebox::world

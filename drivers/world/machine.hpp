@@ -22,9 +22,9 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-// Three linear axes that carry the probe in its spindle (rotary axis A), in a head that may swivel, and a spindle for
-// the part (C) on a table that may tilt. Positions are of the moving reference: of the stylus ball's centre while the
-// stylus is free, but for what the probe's spindle adds to it.
+// Three linear axes that carry the probe, or a tool, in its spindle (rotary axis A), in a head that may swivel, and a
+// spindle for the part (C) on a table that may tilt. Positions are of the moving reference: of the stylus ball's centre
+// while the stylus is free, but for what the probe's spindle adds to it.
 class Machine {
  public:
   explicit Machine(const Config& config, std::uint64_t seed = 0);
@@ -39,8 +39,8 @@ class Machine {
   // under way. Where an axis really stops is a little beside.
   bool turnTo(const Pose& pose, MonoTime now);
   const Pose& commandedPose() const { return commanded_; }
-  // Takes another tool with a stylus of its own. False, and nothing happens, while something is under way, and for a
-  // tool that there is none of.
+  // Takes another tool, with a stylus of its own or one that cuts. False, and nothing happens, while something is under
+  // way, and for a tool that there is none of.
   bool takeTool(std::uint32_t number, MonoTime now);
   std::uint32_t tool() const { return tool_.number; }
   Vector3 commandedPosition() const { return motion_.target(); }
@@ -69,9 +69,10 @@ class Machine {
 
  private:
   double stopAt(double angle_rad, double noise_rad) { return angle_rad + noise_rad * random_.normal(); }
-  Hold holdAt(const Pose& pose, const FurtherTool& tool) const;
-  FurtherTool toolOf(std::uint32_t number) const;
+  Hold holdAt(const Pose& pose, const ToolConfig& tool) const;
+  ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
+  bool touching() const;
 
   AxesConfig axes_;
   RotaryConfig rotary_;
@@ -84,7 +85,7 @@ class Machine {
   Hold hold_;
   Pose commanded_;
   Pose stands_;  // really
-  FurtherTool tool_;
+  ToolConfig tool_;
   double turned_from_c_rad_{};
   MonoTime turns_since_{MonoTime::min()};
   MonoTime turned_at_{MonoTime::min()};

@@ -9,10 +9,11 @@ namespace probebox::world {
 
 // Where the stylus may be near a feature, as the controller's program knows it.
 struct Place {
-  enum class Shape { round, gap };
+  enum class Shape { round, gap, block };
   Shape shape{Shape::round};
   Vector3 centre{};
-  double keep_out_mm{};  // of a round feature: traverses stay this far from its centre
+  double keep_out_mm{};  // of a round feature or a block: traverses stay this far from its centre
+  Vector3 half_mm{};     // of a block, from its centre to where its faces are met
 
   friend bool operator==(const Place&, const Place&) = default;
 };

@@ -15,6 +15,11 @@ SolidBlock plateOf(const PlatesConfig& plates, double side, double reach_mm) {
   return {centre - half, centre + half};
 }
 
+SolidBlock grown(const ToolSetterConfig& setter, const Vector3& by_mm) {
+  const Vector3 half = setter.half_width_mm + by_mm;
+  return {setter.centre_mm - half, setter.centre_mm + half};
+}
+
 }  // namespace
 
 std::optional<Meeting> SolidBall::meet(const Move& way) const {
@@ -49,7 +54,8 @@ std::optional<Meeting> SolidBlock::meet(const Move& way) const {
 Solids::Solids(const Config& config)
     : spindle_{config.part_spindle},
       table_{config.tilting_table},
-      sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm} {
+      sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm},
+      setter_{config.tool_setter} {
   spindle_.direction = unit(spindle_.direction);
   table_.direction = unit(table_.direction);
   const double reach_mm = config.sphere.stylus_ball_radius_mm;
@@ -57,6 +63,7 @@ Solids::Solids(const Config& config)
     plates_ = {plateOf(config.plates, -1, reach_mm), plateOf(config.plates, 1, reach_mm)};
     plate_count_ = plates_.size();
   }
+  setter_for_stylus_ = grown(setter_, {reach_mm, reach_mm, reach_mm});
   for (auto& ball : part_) ball.reach_mm = spindle_.ball_radius_mm + reach_mm;
   turnPart({});
 }
@@ -79,12 +86,23 @@ void Solids::turnPart(const PartPose& pose) {
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) part_[i].centre = ballAt(i, pose);
 }
 
-std::optional<Meeting> Solids::meet(const Move& way, double from_mm) const {
+std::optional<Meeting> Solids::meet(const Move& way, double from_mm, std::optional<double> tool_radius_mm) const {
   std::optional<Meeting> nearest;
   const auto consider = [&](const std::optional<Meeting>& meeting) {
     if (!meeting || meeting->distance_mm < from_mm || meeting->distance_mm >= way.length_mm) return;
     if (!nearest || meeting->distance_mm < nearest->distance_mm) nearest = meeting;
   };
+  const auto considerSetter = [&](const SolidBlock& block) {
+    auto meeting = setter_.fitted ? block.meet(way) : std::nullopt;
+    if (meeting) meeting->setter = true;
+    consider(meeting);
+  };
+  if (tool_radius_mm) {
+    // The tip ends the tool, which stands above it.
+    considerSetter(grown(setter_, {*tool_radius_mm, *tool_radius_mm, 0}));
+    return nearest;
+  }
+  considerSetter(setter_for_stylus_);
   consider(sphere_.meet(way));
   for (std::size_t i = 0; i < plate_count_; ++i) consider(plates_[i].meet(way));
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) consider(part_[i].meet(way));

@@ -13,6 +13,7 @@ namespace probebox::world {
 struct Meeting {
   double distance_mm{};  // along the way
   Vector3 normal{};      // of the surface, outward
+  bool setter{};         // of the tool-setting device
 };
 
 // A ball, as the stylus ball's centre meets it.
@@ -46,8 +47,9 @@ class Solids {
   void turnPart(const PartPose& pose);
   // Where a point of the part is in that pose: it stands at `at_zero` at C = 0 without a tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const;
-  // The nearest surface from `from_mm` on; nothing when the way is free.
-  std::optional<Meeting> meet(const Move& way, double from_mm) const;
+  // The nearest surface from `from_mm` on; nothing when the way is free. A tool meets the device that it is set on, and
+  // nothing else stands near its ways. tool_radius_mm: nothing for the stylus.
+  std::optional<Meeting> meet(const Move& way, double from_mm, std::optional<double> tool_radius_mm = {}) const;
   // True when the stylus ball cannot be there with the part in that pose, because a ball is.
   bool occupied(const Vector3& point, const PartPose& pose) const;
 
@@ -60,6 +62,8 @@ class Solids {
   std::array<SolidBlock, 2> plates_{};
   std::size_t plate_count_{};
   std::array<SolidBall, PartSpindleConfig::kMostBalls> part_{};
+  ToolSetterConfig setter_;
+  SolidBlock setter_for_stylus_;
 };
 
 }  // namespace probebox::world

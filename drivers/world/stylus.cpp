@@ -38,18 +38,21 @@ double Stylus::release(const Move& move) {
 }
 
 void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold) {
-  const auto meeting = solids.meet(way, from_mm);
+  const auto meeting = solids.meet(way, from_mm, hold.tool_radius_mm);
   if (!meeting) return;
   const double time_s = way.profile.timeAt(meeting->distance_mm);
-  contacts_[count_ % kRemembered] =
-      Contact{.point = way.at(meeting->distance_mm),
-              .normal = meeting->normal,
-              .tip = hold.tip,
-              .turned = hold.turned,
-              .begin = Instant{way.start, time_s},
-              .end = std::nullopt,
-              .bounce_mm = amplitude(-dot(way.direction, meeting->normal) * way.profile.speedAt(time_s)),
-              .ring_mm = 0};
+  const double normal_mm_s = -dot(way.direction, meeting->normal) * way.profile.speedAt(time_s);
+  contacts_[count_ % kRemembered] = Contact{.point = way.at(meeting->distance_mm),
+                                            .normal = meeting->normal,
+                                            .tip = hold.tip,
+                                            .turned = hold.turned,
+                                            .begin = Instant{way.start, time_s},
+                                            .end = std::nullopt,
+                                            .bounce_mm = amplitude(normal_mm_s),
+                                            .ring_mm = 0,
+                                            .speed_mm_s = normal_mm_s,
+                                            .setter = meeting->setter,
+                                            .tool = hold.tool_radius_mm.has_value()};
   ++count_;
 }
 
@@ -85,7 +88,8 @@ Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) c
 
 Vector3 Stylus::inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const {
   const Contact* contact = contactAt(at, delay_s);
-  return contact != nullptr ? transposed(contact->turned) * displaced(*contact, body, at, delay_s) : Vector3{};
+  if (contact == nullptr || contact->tool) return {};
+  return transposed(contact->turned) * displaced(*contact, body, at, delay_s);
 }
 
 const Contact* Stylus::contact(std::uint64_t number) const {

@@ -32,13 +32,17 @@ struct Contact {
   std::optional<Instant> end;
   double bounce_mm{};  // first amplitudes
   double ring_mm{};
+  double speed_mm_s{};  // along the normal, at contact
+  bool setter{};        // with the tool-setting device
+  bool tool{};          // of a tool, and not of the stylus
 };
 
-// How the probe's spindle stands: where it holds the stylus ball's centre against the body, and how the probe is
-// turned.
+// How the probe's spindle stands: where it holds the stylus ball's centre, or the tip of a tool, against the body, and
+// how the probe is turned.
 struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  std::optional<double> tool_radius_mm{};  // of a tool in the place of the probe
 };
 
 // A ball on a spring that meets solids. Touching, it sticks where it met the surface, whatever the direction of the
@@ -56,7 +60,7 @@ class Stylus {
   // How far the stylus ball stands from where the probe holds it, mm, in machine axes, `delay_s` before `at`. `body` is
   // of that instant.
   Vector3 displacement(const Vector3& body, MonoTime at, double delay_s) const;
-  // The same in the probe's own axes, which turn with its spindle.
+  // The same in the probe's own axes, which turn with its spindle; none while a tool is in its place.
   Vector3 inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const;
 
   std::uint64_t contactCount() const { return count_; }

@@ -16,14 +16,16 @@ class TriggerLine {
   explicit TriggerLine(const Config& config);
 
   // When the next edge is stamped; the end of time when none is known.
-  MonoTime nextAt(const Machine& machine) const;
+  MonoTime nextAt(const Machine& machine);
   bool take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger);
   bool take(Event& event, const Machine& machine, Ledger& ledger);
 
  private:
   bool fitted_;
   Nanoseconds lateness_;
-  std::uint64_t edges_{};  // even: the next one is a contact's begin
+  std::uint64_t contact_{};  // the one that the next edge is of; tools make none
+  bool released_{};          // the next edge is its release
+  std::uint64_t edges_{};
 };
 
 }  // namespace probebox::world

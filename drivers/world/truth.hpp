@@ -21,6 +21,7 @@ struct Ledger {
   std::uint64_t outlier_edges{};   // much later than the others, handed out
   std::uint64_t clock_jumps{};
   std::uint64_t trigger_edges{};
+  std::uint64_t setter_edges{};
   std::uint64_t probe_samples{};
   std::uint64_t dropped_probe{};
   std::uint64_t encoder_latches{};  // each axis counts

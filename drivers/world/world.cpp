@@ -12,6 +12,7 @@ World::World(const Config& config, std::uint64_t seed)
       probe_{config, seed},
       sync_{config, seed},
       trigger_{config},
+      setter_{config, seed},
       indexes_{config},
       screws_{config, seed} {}
 
@@ -23,20 +24,23 @@ void World::advanceTo(MonoTime now) {
 std::size_t World::poll(std::span<Event> into) {
   std::size_t filled = 0;
   while (filled < into.size()) {
-    MonoTime edge_at = MonoTime::max(), trigger_at = MonoTime::max(), index_at = MonoTime::max();
+    MonoTime edge_at = MonoTime::max(), trigger_at = MonoTime::max(), index_at = MonoTime::max(),
+             setter_at = MonoTime::max();
     if (config_.edges_as_events) {
       sync_.prepare(now_, faults_, ledger_);
       edge_at = sync_.nextAt();
       trigger_at = trigger_.nextAt(machine_);
+      setter_at = setter_.nextAt(machine_);
       indexes_.prepare(now_, machine_, screws_);
       index_at = indexes_.nextAt();
     }
     const MonoTime encoders_at = encoders_.nextAt(), probe_at = probe_.nextAt(), drift_at = screws_.nextAt();
-    const MonoTime next = std::min({edge_at, trigger_at, index_at, encoders_at, probe_at, drift_at});
+    const MonoTime next = std::min({edge_at, trigger_at, setter_at, index_at, encoders_at, probe_at, drift_at});
     if (next > now_) break;
     Event& event = into[filled];
     const bool arrived = next == edge_at       ? sync_.take(event, ledger_)
                          : next == trigger_at  ? trigger_.take(event, machine_, ledger_)
+                         : next == setter_at   ? setter_.take(event, machine_, ledger_)
                          : next == index_at    ? indexes_.take(event, ledger_)
                          : next == drift_at    ? screws_.take(event, machine_, faults_, ledger_)
                          : next == encoders_at ? encoders_.take(event, machine_, screws_, faults_, ledger_)
@@ -51,10 +55,13 @@ std::size_t World::pollEdges(std::span<PhysicalEdge> into) {
   std::size_t filled = 0;
   while (filled < into.size()) {
     sync_.prepare(now_, faults_, ledger_);
-    const MonoTime edge_at = sync_.nextAt(), trigger_at = trigger_.nextAt(machine_);
-    if (std::min(edge_at, trigger_at) > now_) break;
-    const bool arrived =
-        edge_at <= trigger_at ? sync_.take(into[filled], ledger_) : trigger_.take(into[filled], machine_, ledger_);
+    const MonoTime edge_at = sync_.nextAt(), trigger_at = trigger_.nextAt(machine_),
+                   setter_at = setter_.nextAt(machine_);
+    const MonoTime next = std::min({edge_at, trigger_at, setter_at});
+    if (next > now_) break;
+    const bool arrived = next == edge_at      ? sync_.take(into[filled], ledger_)
+                         : next == trigger_at ? trigger_.take(into[filled], machine_, ledger_)
+                                              : setter_.take(into[filled], machine_, ledger_);
     if (arrived) ++filled;
   }
   return filled;

@@ -13,6 +13,7 @@
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/probe.hpp"
 #include "drivers/world/screws.hpp"
+#include "drivers/world/setter_line.hpp"
 #include "drivers/world/sync_line.hpp"
 #include "drivers/world/trigger_line.hpp"
 #include "drivers/world/truth.hpp"
@@ -63,6 +64,7 @@ class World {
   Probe probe_;
   SyncLine sync_;
   TriggerLine trigger_;
+  SetterLine setter_;
   IndexLines indexes_;
   Screws screws_;
 };

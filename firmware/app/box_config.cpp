@@ -97,6 +97,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
   }
   config.corrections = correctionsConfig(descriptions.machine);
+  config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
   config.block_samples = descriptions.service.stream.block_samples;
   return config;
 }
@@ -118,6 +119,19 @@ std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
       .axis_point_mm = plate->axis_point_mm, .sd_mm = plate->sd_mm, .balls_mm = plate->balls_mm};
 }
 
+std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {
+  const auto& described = machine.tool_setter;
+  if (!described) return std::nullopt;
+  procedure::ToolSetter setter{.half_width_mm = described->half_width_mm,
+                               .probe_offset_mm = described->probe_offset_mm,
+                               .sd_probe_offset_mm = described->sd_probe_offset_mm,
+                               .accepted_mm = described->accepted_mm,
+                               .limit_mm = described->limit_mm,
+                               .tools = {}};
+  for (const auto& tool : machine.tools) setter.tools.push_back(tool.number);
+  return setter;
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
@@ -130,7 +144,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .ball_plate = ballPlate(machine),
           .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
           .swivel_head = headFacts(machine),
-          .probe_tools = probeTools(machine)};
+          .probe_tools = probeTools(machine),
+          .tool_setter = toolSetter(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

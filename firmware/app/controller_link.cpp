@@ -31,9 +31,9 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .turns = answer.turns,
           .rotary_angles_rad = answer.rotary_angles_rad,
           .b_moves = static_cast<world::BMoves>(answer.b_moves),
-          .tool = answer.tool,
           .referenced = answer.referenced,
-          .travel_mm = answer.travel_mm};
+          .travel_mm = answer.travel_mm,
+          .tool = answer.tool};
 }
 
 }  // namespace

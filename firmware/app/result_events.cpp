@@ -200,6 +200,11 @@ std::string subjectOf(const metrology::Dataset& dataset) {
   const std::string axis = axisIn(dataset);
   if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
   if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
+  if (dataset.method == "tool-setter") {
+    const auto tool = dataset.config.find("tool");
+    const auto* number = tool == dataset.config.end() ? nullptr : std::get_if<double>(&tool->second);
+    if (number != nullptr && *number >= 1) return "tool-" + std::to_string(std::llround(*number));
+  }
   if (dataset.method == "swivel-error") {
     if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
       return std::string{kSwivelOf} + "abc"[plane->axis];

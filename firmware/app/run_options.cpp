@@ -28,7 +28,8 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .b_angles_rad = {},
                            .b_axis = {},
                            .tool_count = 0,
-                           .tools = {}};
+                           .tools = {},
+                           .tool = request.tool};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }
@@ -57,6 +58,8 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
       return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
     if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
       return refused(ErrorCode::refused, error->what);
+    if (const auto error = procedure::whyUnknownTool(options->tool, facts))
+      return refused(ErrorCode::not_found, error->what);
     return procedure::described(method, *options, facts);
   }
   const auto sweep = procedure::sweepOptions(*options, request.turns, facts);

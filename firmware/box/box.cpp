@@ -120,6 +120,7 @@ void Box::on(const Edge& edge) {
     state_.lost.line_edges += missing;
     latch_.push(edge);
     corrections_.push(edge);
+    if (edge.role == LineRole::trigger && edge.line == config_.tool_setter_line) procedure_.push(edge);
     return;
   }
   state_.lost.sync_edges += missing;

@@ -27,6 +27,7 @@ struct BoxConfig {
   std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
   corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
+  std::optional<std::uint8_t> tool_setter_line;  // of the role trigger
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block closes at this age even when it is not full
 };

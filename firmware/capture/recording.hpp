@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,9 +41,10 @@ struct TouchRequest {
   std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as the machine said that it stood
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
-  std::uint32_t tool{};                       // that carries the probe, by its number; 0: the one that is there
+  std::uint32_t tool{};                       // in the spindle, by its number; 0: whichever carries the probe
   double travel_mm{};                         // along the outward normal, of a jog that touches nothing; 0: a touch
-  bool sweeps{};  // turns the screw of the axis along the normal: its sensor is read, and no probe
+  bool sweeps{};    // turns the screw of the axis along the normal: its sensor is read, and no probe
+  bool by_edges{};  // the tool-setting device tells the contact, and no probe
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the
@@ -53,6 +55,8 @@ struct Touch {
   std::size_t machine_begin{}, machine_end{};
   std::size_t probe_begin{}, probe_end{};
   std::size_t drift_begin{}, drift_end{};
+  // When the device was touched first and let go last, of a touch by edges.
+  std::optional<MonoTime> contact{}, release{};
 };
 
 struct Capacity {

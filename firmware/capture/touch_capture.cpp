@@ -36,6 +36,9 @@ const char* explain(TouchFault fault) {
       return "the sensor of a warm screw is silent, so nobody knows where the tool was: repair it (`probebox "
              "corrections` "
              "names it), or take its [screw] out of machine.toml";
+    case TouchFault::no_edges:
+      return "the tool-setting device gave no edge at contact and at release: check its cable, and [tool_setter] "
+             "trigger in machine.toml";
   }
   return "";
 }
@@ -85,7 +88,7 @@ void TouchCapture::push(const Count& count, std::optional<std::int32_t> screw_nm
 }
 
 void TouchCapture::push(const Deflection& deflection) {
-  if (!running_ || touch_.request.sweeps) return;
+  if (!running_ || !needs(Source::probe)) return;
   if (deflection.clipped) note(TouchFault::probe_clipped);
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
@@ -97,8 +100,23 @@ void TouchCapture::push(const Drift& drift) {
 }
 
 void TouchCapture::push(const SourceLost& lost) {
-  const Source not_needed = touch_.request.sweeps ? Source::probe : Source::drift;
-  if (running_ && lost.source != Source::trigger && lost.source != not_needed) note(TouchFault::source_lost);
+  if (running_ && needs(lost.source)) note(TouchFault::source_lost);
+}
+
+void TouchCapture::push(const Edge& edge) {
+  if (!running_ || !touch_.request.by_edges) return;
+  if (edge.level == Level::inactive) {
+    touch_.release = edge.at;
+  } else if (!touch_.contact) {
+    touch_.contact = edge.at;
+  }
+}
+
+bool TouchCapture::needs(Source source) const {
+  const auto& request = touch_.request;
+  if (source == Source::probe) return !request.sweeps && !request.by_edges;
+  if (source == Source::drift) return request.sweeps;
+  return source != Source::trigger || request.by_edges;
 }
 
 TouchFault TouchCapture::end(const TickMap& map) {
@@ -108,11 +126,10 @@ TouchFault TouchCapture::end(const TickMap& map) {
   touch_.drift_end = recording_.driftRowCount();
   if (map.state != ClockState::locked) note(TouchFault::clock_not_locked);
   if (touch_.machine_end - touch_.machine_begin < kFewestRows) note(TouchFault::no_machine_rows);
-  if (touch_.request.sweeps) {
-    if (touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
-  } else if (touch_.probe_end - touch_.probe_begin < kFewestRows) {
-    note(TouchFault::no_probe_rows);
-  }
+  if (needs(Source::drift) && touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
+  if (needs(Source::probe) && touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
+  const bool told = touch_.contact && touch_.release && *touch_.contact < *touch_.release;
+  if (touch_.request.by_edges && !told) note(TouchFault::no_edges);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);

@@ -22,6 +22,7 @@ enum class TouchFault : std::uint8_t {
   wrong_pose,
   no_drift_rows,
   screw_unknown,
+  no_edges,
   wrong_tool,
 };
 const char* explain(TouchFault fault);
@@ -43,6 +44,8 @@ class TouchCapture {
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);
+  // Of the tool-setting device. Where it chatters, the first edge is the contact and the last one the release.
+  void push(const Edge& edge);
   TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault
   void abandon();
 
@@ -53,6 +56,7 @@ class TouchCapture {
 
  private:
   void note(TouchFault fault);
+  bool needs(Source source) const;
 
   Recording recording_;
   Touch touch_;

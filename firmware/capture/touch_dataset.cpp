@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "firmware/metrology/switched_touch.hpp"
+
 namespace probebox::capture {
 namespace {
 
@@ -12,6 +14,27 @@ constexpr double kMillimetresPerNanometre = 1e-6;
 double millimetres(const MachineRow& row, const Scales& scales, double offset_mm, std::size_t axis) {
   return static_cast<double>(row.counts[axis]) * scales.mm_per_count[axis] + offset_mm -
          row.screw_nm[axis] * kMillimetresPerNanometre;
+}
+
+// Stamps of one touch as seconds of the master clock from its origin on.
+struct Seconds {
+  MonoTime origin;
+  double rate;
+  double operator()(MonoTime at) const { return static_cast<double>((at - origin).count()) * rate; }
+};
+
+void appendMachine(metrology::Table& machine, const Recording& recording, const Touch& touch, const Scales& scales,
+                   const Seconds& seconds) {
+  for (const MachineRow& row : recording.machineRows(touch)) {
+    const auto position = [&](std::size_t axis) { return millimetres(row, scales, recording.offset_mm()[axis], axis); };
+    machine.append({static_cast<double>(touch.request.step), seconds(row.at), position(0), position(1), position(2)});
+  }
+}
+
+void appendRequest(metrology::Table& touches, const TouchRequest& request) {
+  const auto& n = request.outward_normal;
+  const auto& u = request.retract_direction;
+  touches.append({static_cast<double>(request.step), n[0], n[1], n[2], u[0], u[1], u[2], request.retract_speed_mm_s});
 }
 
 }  // namespace
@@ -30,25 +53,33 @@ metrology::Dataset touchDataset(const Recording& recording, const Scales& scales
   for (const Touch& touch : recording.touches()) {
     const auto machine_rows = recording.machineRows(touch);
     const auto probe_rows = recording.probeRows(touch);
-    const MonoTime origin = std::min(machine_rows.front().at, probe_rows.front().at);
-    const double rate = masterSecondsPerNs(touch.map, scales.nominal_period);
-    const auto seconds = [&](MonoTime at) { return static_cast<double>((at - origin).count()) * rate; };
+    const Seconds seconds{std::min(machine_rows.front().at, probe_rows.front().at),
+                          masterSecondsPerNs(touch.map, scales.nominal_period)};
     const double number = touch.request.step;
-    for (const MachineRow& row : machine_rows) {
-      const auto position = [&](std::size_t axis) {
-        return millimetres(row, scales, recording.offset_mm()[axis], axis);
-      };
-      machine.append({number, seconds(row.at), position(0), position(1), position(2)});
-    }
+    appendMachine(machine, recording, touch, scales, seconds);
     for (const ProbeRow& row : probe_rows) {
       const auto channel = [&row](std::size_t i) { return row.channels_nm[i] * kMillimetresPerNanometre; };
       probe.append({number, seconds(row.at), channel(0), channel(1), channel(2)});
     }
-    const auto& n = touch.request.outward_normal;
-    const auto& u = touch.request.retract_direction;
-    touches.append({number, n[0], n[1], n[2], u[0], u[1], u[2], touch.request.retract_speed_mm_s});
+    appendRequest(touches, touch.request);
   }
   return dataset;
+}
+
+metrology::Dataset edgeDataset(const Recording& recording, const Scales& scales, std::string method) {
+  auto machine = metrology::Table::withColumns("machine", metrology::kMachineColumns);
+  auto touches = metrology::Table::withColumns("touches", metrology::kTouchesColumns);
+  auto edges = metrology::Table::withColumns("edges", metrology::kEdgesColumns);
+  for (const Touch& touch : recording.touches()) {
+    const Seconds seconds{recording.machineRows(touch).front().at,
+                          masterSecondsPerNs(touch.map, scales.nominal_period)};
+    appendMachine(machine, recording, touch, scales, seconds);
+    appendRequest(touches, touch.request);
+    if (!touch.contact || !touch.release) continue;  // none of these is kept
+    edges.append({static_cast<double>(touch.request.step), seconds(*touch.contact), seconds(*touch.release)});
+  }
+  return {
+      .method = std::move(method), .config = {}, .tables = {std::move(machine), std::move(touches), std::move(edges)}};
 }
 
 }  // namespace probebox::capture

@@ -20,4 +20,7 @@ double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period);
 // times in seconds of the master clock counted from the first row of their touch. Nothing is resampled.
 metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method);
 
+// The same of touches by edges: tables machine, touches, edges{touch,contact_s,release_s}.
+metrology::Dataset edgeDataset(const Recording& recording, const Scales& scales, std::string method);
+
 }  // namespace probebox::capture

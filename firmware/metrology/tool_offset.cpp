@@ -34,8 +34,9 @@ constexpr std::array<std::string_view, 14> kAssemblyKeys{"approach_side",
 constexpr std::array<std::string_view, 4> kSetterColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 9> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
                                                         "radius_mm", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kSetterKeys{"probe_offset_mm", "sd_probe_offset_mm", "sigma_mm",
-                                                      "accepted_setter_mm", "setter_limit_mm"};
+constexpr std::array<std::string_view, 7> kSetterKeys{"probe_offset_mm",    "sd_probe_offset_mm", "sigma_mm",
+                                                      "accepted_setter_mm", "setter_limit_mm",    "tool",
+                                                      "previous_tau_axis_s"};
 constexpr double kSpreadLimit = 0.2;        // mm
 constexpr double kCompensationLimit = 5.0;  // mm
 

@@ -27,6 +27,7 @@ enum class Poses : std::uint8_t {
   swivelled,     // a ball that stands still, and a head that swivels: A at 0 and 180 degrees, all angles of B at each
   by_length,     // the same with several tools: for each all angles of B, A at 0 and 180 degrees at each
   two_by_two_by_length,  // as two_by_two, with several tools
+  tool_change,           // all at 0; the probe first, then the tool, several rounds each
 };
 
 struct MethodRow {
@@ -54,6 +55,7 @@ inline constexpr std::uint16_t kReachAngles = 3;
 inline constexpr std::uint16_t kPlateAngles = 8;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
+inline constexpr std::size_t kRounds = 3;  // with the probe, and as many with the tool
 // Those of the patent.
 inline constexpr std::array<double, 2> kTilts_rad{-kTurn_rad / 4, 0};
 inline constexpr std::array<double, 3> kTiltAxis{1, 0, 0};
@@ -73,6 +75,9 @@ inline constexpr std::array<Side, 2> kPlateSides{{
     {"-X", {-1, 0, 0}, {0, 1, 0}},
     {"+X", {1, 0, 0}, {0, 1, 0}},
 }};
+// The device stands on its -Z face. +Z twice, so that every coordinate is the mean of two touches.
+inline constexpr std::array<Side, 6> kSetterSides{kSphereSides[0], kSphereSides[1], kSphereSides[2],
+                                                  kSphereSides[3], kSphereSides[4], kSphereSides[4]};
 inline constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};
 inline constexpr std::span<const Side, 1> kOneSide{kSphereSides.begin(), 1};
 
@@ -82,10 +87,11 @@ inline constexpr std::array<double, 1> kOneSpeed{25};
 // Slow enough that a bounce is over early on the way in.
 inline constexpr std::array<double, 1> kInOutSpeed{10};
 inline constexpr std::array<double, 1> kReadingSpeed{15};
+inline constexpr std::array<double, 1> kToolSpeed{5};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 19> kMethods{{
+inline constexpr std::array<MethodRow, 20> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -132,6 +138,8 @@ inline constexpr std::array<MethodRow, 19> kMethods{{
      Poses::swivelled, Needs::swivel_head, false, false},
     {Method::a_axis_alignment, "a-axis-alignment", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
      Poses::two_by_two_by_length, Needs::probe_lengths, false, false},
+    {Method::tool_setter, "tool-setter", Feature::tool_setter, Kind::touch, kSetterSides, kToolSpeed,
+     Poses::tool_change, Needs::tool_setter, false, false},
 }};
 
 }  // namespace probebox::procedure

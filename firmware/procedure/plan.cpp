@@ -12,6 +12,8 @@
 namespace probebox::procedure {
 namespace {
 
+constexpr double kLeastWay_mm = 0.3;
+
 constexpr std::array<std::string_view, kMethods.size()> kNames = [] {
   std::array<std::string_view, kMethods.size()> names{};
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = kMethods[i].name;
@@ -54,6 +56,7 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row))
     return leave_away("angles of B");
   if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
+  if (options.tool != 0 && row.needs != Needs::tool_setter) return leave_away("tool");
   const bool sweeps = row.kind == Kind::sweep;
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
@@ -77,6 +80,13 @@ std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
   if (auto error = outside("A number", options.speed_count, 1, 1, "speeds")) return error;
   if (auto error = outside("A speed", options.speeds_mm_s[0], 0.01, 50, "mm/s")) return error;
   return outside("A travel", options.travel_mm, 0.1, 5000, "mm");
+}
+
+// The lines about each edge need their way at constant speed.
+std::optional<Error> whyNoTool(const ProcedureOptions& options, const Chosen& with) {
+  if (options.tool == 0) return Error{"Say which tool is measured: give its number (--tool)."};
+  if (auto error = outside("An overtravel", with.overtravel_mm, kLeastWay_mm, 100, "mm")) return error;
+  return outside("A clearance", with.clearance_mm, kLeastWay_mm, 10, "mm");
 }
 
 void add(Plan& plan, const Step& step) {
@@ -124,8 +134,20 @@ std::string surfaceOf(const Step& step) {
       return "the face of the gap that looks to " + side;
     case Feature::part_ball:
       return side + " side of ball " + std::to_string(step.touch.ball);
+    case Feature::tool_setter:
+      return side + " face of the tool-setting device";
   }
   return {};
+}
+
+std::string spindleOf(const Step& step) {
+  return step.touch.tool == 0 ? "the probe" : "tool " + std::to_string(step.touch.tool);
+}
+
+// The edges of the way in count as well.
+const char* motionOf(const Step& step) {
+  if (step.touch.by_edges) return "in and, after a rest, back at ";
+  return step.kind == Kind::in_out ? "in and at once back at " : "retract at ";
 }
 
 std::string approachOf(const Step& step) {
@@ -222,6 +244,9 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
   if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
   if (auto error = outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal")) return error;
+  if (row->needs == Needs::tool_setter) {
+    if (auto error = whyNoTool(options, with)) return error;
+  }
   const double least_arc = row->poses == Poses::within_reach ? 30 : 1;  // (B27)
   if (auto error = outside("An arc", degrees(with.arc_rad), least_arc, 360, "degrees")) return error;
   if (auto error = outside("A number", with.angles, 2, 30, "angles")) return error;
@@ -247,6 +272,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
 void fill(Plan& plan, Method method, const ProcedureOptions& options) {
   plan.method = method;
   plan.step_count = 0;
+  plan.tool = options.tool;
   const MethodRow* row = rowOf(method);
   if (row == nullptr) return;
   if (row->kind == Kind::sweep) return addSweep(plan, options);
@@ -263,7 +289,8 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
                                           .rotary_angles_rad = pose.angles_rad,
                                           .ball = pose.ball,
                                           .reading = static_cast<std::uint32_t>(reading),
-                                          .tool = pose.tool};
+                                          .tool = pose.tool,
+                                          .by_edges = row->feature == Feature::tool_setter};
         add(plan, {.touch = touch,
                    .feature = row->feature,
                    .kind = row->kind,
@@ -285,15 +312,15 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
-    if (wanted.touch.tool != 0) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
+    if (wanted.touch.tool != 0 && !wanted.touch.by_edges) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
     if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
     if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
     text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
   }
+  if (wanted.touch.by_edges) text += "with " + spindleOf(wanted) + " in the spindle, ";
   text += surfaceOf(wanted);
   if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
-  text += ", " + number(wanted.overtravel_mm) + " mm deep, " +
-          (wanted.kind == Kind::in_out ? "in and at once back at " : "retract at ") +
+  text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
           number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
           " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
   return text;

@@ -35,6 +35,7 @@ enum class Method : std::uint16_t {
   swivel_error = 17,
   head_pivot = 18,
   a_axis_alignment = 19,
+  tool_setter = 20,
 };
 
 std::string_view nameOf(Method method);
@@ -45,7 +46,7 @@ std::span<const std::string_view> methodNames();
 bool isCalibration(Method method);
 
 // What is touched. Numbers as on the wire.
-enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 // How. Numbers as on the wire.
 enum class Kind : std::uint8_t {
   touch = 0,   // in, a dwell, and out at constant speed
@@ -76,6 +77,7 @@ inline constexpr std::size_t kMostSteps = 160;
 
 struct Plan {
   Method method{};
+  std::uint32_t tool{};  // that is measured; 0: none
   std::size_t step_count{};
   std::array<Step, kMostSteps> steps{};
 };
@@ -93,6 +95,7 @@ enum class Needs : std::uint8_t {
   swivel_lengths,  // a head that swivels, and the probe with tools of several lengths
   swivel_head,     // and where its ball stands
   probe_lengths,
+  tool_setter,
 };
 Needs needsOf(Method method);
 // It reads the centres of balls, with the delay in force taken out.

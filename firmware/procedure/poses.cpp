@@ -99,6 +99,7 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
       .arc_rad = or_usual(options.arc_rad, reach ? usual::kReach_rad : usual::kTurn_rad),
       .angles = or_usual(options.angles, usual_angles),
       .balls = row.heights ? or_usual(options.balls, usual::kBalls) : std::uint16_t{1},
+      .tool = options.tool,
       .b_axis = options.b_axis != Vector{} ? options.b_axis
                 : swivels(row)             ? usual::kSwivelAxis
                                            : usual::kTiltAxis,
@@ -124,6 +125,7 @@ bool changesTools(const MethodRow& row) {
 std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::one) return 1;
   if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
+  if (row.poses == Poses::tool_change) return 2 * usual::kRounds;
   const std::size_t tools = changesTools(row) ? with.tools.size() : 1;
   if (turnsB(row)) return 2 * with.b_angles_rad.size() * tools;
   return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls * tools;
@@ -149,6 +151,8 @@ Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
       pose.tool = with.tools[index / 4];
       return pose;
     }
+    case Poses::tool_change:
+      return {.tool = index < usual::kRounds ? 0 : with.tool};
     case Poses::tilted:
       return tilted(with, index);
     case Poses::swivelled:

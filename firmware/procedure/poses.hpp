@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +21,7 @@ struct Chosen {
   double arc_rad{};
   std::uint16_t angles{};
   std::uint16_t balls{};
+  std::uint32_t tool{};            // that is measured
   std::array<double, 3> b_axis{};  // what B turns about, right-handed
   std::span<const double> b_angles_rad;
   std::span<const std::uint32_t> tools;
@@ -38,7 +40,7 @@ struct Pose {
   std::array<double, 3> angles_rad{};  // A B C
   std::uint16_t ball{};                // of the part, from 1; 0 for another feature
   BMoves b_moves{};
-  std::uint32_t tool{};  // 0: the one that is there
+  std::uint32_t tool{};  // 0: whichever carries the probe
 };
 std::size_t poseCount(const MethodRow& row, const Chosen& with);
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);
@@ -51,7 +53,7 @@ class Sides {
   std::span<const Side> list() const { return std::span{sides_}.first(count_); }
 
  private:
-  std::array<Side, kSphereSides.size()> sides_{};
+  std::array<Side, std::max(kSphereSides.size(), kSetterSides.size())> sides_{};
   std::size_t count_{};
 };
 

@@ -16,6 +16,12 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   return true;
 }
 
+// The tool of the step's number, or whichever carries the probe: any that is not to be measured itself.
+bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
+  if (step.touch.tool != 0) return tool == step.touch.tool;
+  return plan.tool == 0 || tool != plan.tool;
+}
+
 // The machine may be slower than it was asked to be.
 Nanoseconds timeoutOf(const Step& step) {
   const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
@@ -75,7 +81,7 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_pose);
   }
-  if (step.touch.tool != 0 && marker.tool != step.touch.tool) {
+  if (!holds(plan_, step, marker.tool)) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }

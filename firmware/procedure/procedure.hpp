@@ -54,6 +54,7 @@ class Procedure {
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const Drift& drift) { capture_.push(drift); }
   void push(const SourceLost& lost) { capture_.push(lost); }
+  void push(const Edge& edge) { capture_.push(edge); }  // of the tool-setting device
   void advance(MonoTime now);
   void solved(const Solved& solved);
 

@@ -8,6 +8,7 @@
 
 #include "firmware/metrology/selftest.hpp"
 #include "firmware/procedure/reading_tables.hpp"
+#include "firmware/procedure/setter_readings.hpp"
 #include "firmware/procedure/sweep.hpp"
 
 namespace probebox::procedure {
@@ -74,6 +75,10 @@ const char* missingFact(Needs needs, const Facts& facts) {
     case Needs::swivel_head:
     case Needs::probe_lengths:
       return missingOfTheHead(needs, facts);
+    case Needs::tool_setter:
+      return facts.tool_setter ? nullptr
+                               : " needs the device that tools are set on: give [tool_setter] in machine.toml, and its "
+                                 "line as a [[trigger]] in box.toml.";
   }
   return nullptr;
 }
@@ -96,7 +101,7 @@ double ProbeTools::span_mm() const {
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force) {
   const std::string name{nameOf(method)};
   if (const char* missing = missingFact(needsOf(method), facts)) return Error{name + missing};
-  if (!readsBalls(method) || delay_in_force) return std::nullopt;
+  if (!findsAPlace(method) || delay_in_force) return std::nullopt;
   return Error{name +
                " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
                "delay-multi-speed) and accept it."};
@@ -127,13 +132,24 @@ ProcedureOptions described(Method method, ProcedureOptions options, const Facts&
   return options;
 }
 
+std::optional<Error> whyUnknownTool(std::uint32_t tool, const Facts& facts) {
+  if (tool == 0 || !facts.tool_setter) return std::nullopt;
+  const auto& tools = facts.tool_setter->tools;
+  if (std::ranges::find(tools, tool) != tools.end()) return std::nullopt;
+  std::string known;
+  for (const auto number : tools) known += (known.empty() ? "" : ", ") + std::to_string(number);
+  return Error{"machine.toml has no [[tool]] with number " + std::to_string(tool) +
+               (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+}
+
 bool findsAPlace(Method method) {
-  return readsBalls(method);
+  return readsBalls(method) || needsOf(method) == Needs::tool_setter;
 }
 
 RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   if (needsOf(method) == Needs::screw) return sweepDataset(recording, scales, facts);
+  if (needsOf(method) == Needs::tool_setter) return setterDataset(recording, scales, facts);
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), {}, {}};
   auto& config = run.dataset.config;
   if (needsOf(method) == Needs::sphere_diameter) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,6 +71,16 @@ struct ProbeTools {
   double span_mm() const;
 };
 
+// The device that tools are set on, and what was accepted of it. Its places are those of the head's reference.
+struct ToolSetter {
+  std::array<double, 3> half_width_mm{};    // from its middle to its faces
+  std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference
+  std::optional<double> sd_probe_offset_mm;
+  std::optional<std::array<double, 3>> accepted_mm;
+  double limit_mm{};
+  std::vector<std::uint32_t> tools;  // whose numbers machine.toml knows
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -84,6 +95,7 @@ struct Facts {
   std::optional<BFacts> tilting_table{};
   std::optional<HeadFacts> swivel_head{};
   ProbeTools probe_tools{};
+  std::optional<ToolSetter> tool_setter{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
@@ -93,6 +105,8 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
 // The options with what the descriptions say about B and the probe's tools, where the method turns or changes them.
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts);
+// The same about the tool of a run, 0 for a method that measures none.
+std::optional<Error> whyUnknownTool(std::uint32_t tool, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.
 bool findsAPlace(Method method);
 

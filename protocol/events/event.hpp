@@ -144,6 +144,7 @@ struct ProcedureOptions {
   std::array<double, 3> b_axis{};
   std::uint8_t tool_count{};
   std::array<std::uint32_t, kMostProbeTools> tools{};
+  std::uint32_t tool{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -160,6 +161,7 @@ struct ProcedureOptions {
     field("b_axis", self.b_axis, "unit vector along a machine axis that B turns about, right-handed");
     field("tool_count", self.tool_count, "how many of the tools are chosen");
     field("tools", self.tools, "numbers of the tools that carry the probe");
+    field("tool", self.tool, "number of the tool that is measured");
   }
 };
 

@@ -47,6 +47,7 @@ struct StartProcedure {
     std::uint16_t balls{};
     std::uint8_t axis{};
     std::uint16_t turns{};
+    std::uint32_t tool{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -60,6 +61,7 @@ struct StartProcedure {
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
       field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
+      field("tool", self.tool, "number of the tool, for tool-setter");
     }
   };
   struct Answer {
@@ -116,7 +118,9 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed. Since 1.2, as all below");
-      field("feature", self.feature, "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part");
+      field("feature", self.feature,
+            "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
+            "3 the tool-setting device");
       field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
       field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
       field("rotary_angles_rad", self.rotary_angles_rad,
@@ -129,7 +133,8 @@ struct ProcedureStatus {
       field("b_moves", self.b_moves,
             "what B of the angles above moves: 0 nothing, 1 the table under the part, 2 the head with the probe");
       field("tool", self.tool,
-            "the tool that is to carry the probe, for the step's markers too; 0: the one that is there");
+            "number of the tool that has to be in the spindle, for the step's markers too; 0: whichever carries the "
+            "probe");
     }
   };
 };

@@ -99,7 +99,7 @@ enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 
 // What a step of a procedure touches, and how.
-enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2 };
+enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 // What the rotary axis B moves: a table that tilts under the part, or a head that swivels the probe.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3 };

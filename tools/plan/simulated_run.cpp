@@ -150,6 +150,8 @@ class Run {
         const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
         return tilted(turn * ballAt(set_up_, step.touch.ball), step) + reach_mm * n - tipOf(step);
       }
+      case procedure::Feature::tool_setter:
+        break;  // is not forecast
     }
     return reach_mm * n;
   }

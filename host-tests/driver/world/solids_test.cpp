@@ -100,7 +100,7 @@ TEST(Solids, ATableTiltsTheSpindleWithAllThatStandsOnIt) {
 TEST(Solids, AHeadSwivelsTheStylusAboutItsAxisWhateverTheTool) {
   Config config = furnished();
   config.swivel_head = {.fitted = true, .pivot_mm = {0.5, 0, 70}, .direction = {0, 1, 0.002}, .noise_rad = 0};
-  config.probe_spindle.further_tools = {{.number = 7, .stylus_offset_mm = {0, 0.1}, .stylus_length_mm = 160}};
+  config.probe_spindle.further_tools = {{.number = 7, .offset_mm = {0, 0.1}, .length_mm = 160}};
   Machine machine{config};
   const Vector3 along = unit(config.swivel_head.direction);
   // Positions are of the stylus ball of the first tool in an ideal spindle, 100 mm below the reference.

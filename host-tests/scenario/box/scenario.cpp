@@ -49,6 +49,7 @@ box::BoxConfig usualBox(const world::Config& config) {
   for (std::size_t i = 0; i < kLinearAxes; ++i)
     box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
   box.corrections = app::correctionsConfig(sim().machine);
+  box.tool_setter_line = board::lineOfToolSetter(sim().box, sim().machine);
   for (std::size_t i = 0; i < kLinearAxes; ++i) {
     auto& reference = box.corrections.references[i];
     reference.mm_per_count = box.mm_per_count[i];
@@ -139,6 +140,7 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.tool = step.touch.tool;
       prompt.b_moves = static_cast<world::BMoves>(step.b_moves);
       prompt.travel_mm = step.touch.travel_mm;
+      prompt.tool = step.touch.tool;
     }
     return prompt;
   }

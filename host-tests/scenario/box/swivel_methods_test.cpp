@@ -36,7 +36,7 @@ world::Config worldOf(std::uint64_t seed) {
   spindle.direction = {within(3e-4), within(3e-4), 1};
   for (double& offset : spindle.stylus_offset_mm) offset = within(0.03);
   for (auto& tool : spindle.further_tools) {
-    for (double& offset : tool.stylus_offset_mm) offset = within(0.03);
+    for (double& offset : tool.offset_mm) offset = within(0.03);
   }
   return config;
 }

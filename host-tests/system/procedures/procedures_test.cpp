@@ -212,6 +212,40 @@ TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
   EXPECT_THAT(box({"history", "screw-x"}).out, HasSubstr("active"));
 }
 
+TEST_F(OnTheMachine, SetsAToolOnTheDeviceThatTheProbeHasMeasured) {
+  EXPECT_THAT(box({"calibrate", "tool-setter"}).err, HasSubstr("give its number (--tool)"));
+  EXPECT_THAT(box({"calibrate", "tool-setter", "--tool", "4"}).err, HasSubstr("calibrate it first"));
+  ASSERT_EQ(box({"calibrate", "--speed", "20,40", "--accept", "--by", "somebody"}).status, 0);
+  EXPECT_THAT(box({"calibrate", "tool-setter", "--tool", "7"}).err, HasSubstr("no [[tool]] with number 7"));
+
+  const auto saved = directory_.file("tool");
+  const auto run = box({"calibrate", "tool-setter", "--tool", "4", "--save", saved, "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  Json proposed, with_tool;
+  for (const auto& object : run.objects()) {
+    if (object.contains("result")) proposed = object;
+    if (object.contains("tool") && object["tool"] == 4) with_tool = object;
+  }
+  ASSERT_FALSE(proposed.is_null()) << run.out;
+  EXPECT_EQ(with_tool["feature"], "tool_setter");
+  EXPECT_THAT(with_tool["prompt"].get<std::string>(), HasSubstr("with tool 4 in the spindle"));
+
+  const auto& tool = descriptions_.world->cutters.front();
+  const auto found = proposed["result"]["tool_offset_mm[2]"], sd = proposed["sd"]["tool_offset_mm[2]"];
+  EXPECT_LT(std::abs(found.get<double>() + tool.length_mm), 5 * sd.get<double>());
+  EXPECT_LT(sd.get<double>(), 1e-3);
+
+  const auto solved = probebox({"solve", "--json", saved});
+  ASSERT_EQ(solved.status, 0) << solved.out << solved.err;
+  EXPECT_EQ(solved.object()["result"]["tool_offset_mm"][2], found);
+  EXPECT_EQ(solved.object()["sd"]["tool_offset_mm"][2], sd);
+  EXPECT_TRUE(solved.object()["warnings"].empty()) << solved.out;
+
+  const auto accepted = box({"accept", std::to_string(proposed["id"].get<int>()), "--by", "somebody"});
+  EXPECT_EQ(accepted.status, 0) << accepted.err;
+  EXPECT_THAT(box({"history", "tool-4"}).out, HasSubstr("active"));
+}
+
 TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   const auto slow = box({"calibrate", "delay-known-sphere", "--speed", "0.01"});
   EXPECT_EQ(slow.status, 4);

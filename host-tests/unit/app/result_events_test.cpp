@@ -180,6 +180,8 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("c-axis-alignment"), "centreline");
   metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
   EXPECT_EQ(subjectOf(screw), "screw-y");
+  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
+  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter") << "of no tool's number";
 }
 
 TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {

@@ -1,7 +1,5 @@
 #include "board/describe/parse.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
 
 #include "board/describe/sim_files.hpp"
@@ -304,86 +302,6 @@ TEST(WorldToml, RefusesAHalfDescribedSpindle) {
   EXPECT_THAT(parseWorld("[part_spindle]\ntilt_x_rad = 5\n[[part_spindle.ball]]\nat_m = [0, 0, 0]\n", "w").error().what,
               AllOf(HasSubstr("'part_spindle.tilt_x_rad' = 5 is out of its range"), HasSubstr("part_spindle.point_mm"),
                     HasSubstr("at_mm")));
-}
-
-TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
-  const auto sim = simDescriptions();
-  ASSERT_TRUE(sim.ok()) << sim.error().what;
-  ASSERT_TRUE(sim->world.has_value());
-  EXPECT_EQ(sim->box.sync_period.count(), sim->world->clock.period_ns);
-  EXPECT_DOUBLE_EQ(sim->probe.rate_hz, sim->world->probe.rate_hz);
-  EXPECT_DOUBLE_EQ(sim->box.devices.encoder_rate_hz, sim->world->encoders.rate_hz);
-  EXPECT_DOUBLE_EQ(sim->probe.ball_diameter_mm, 2 * sim->world->sphere.stylus_ball_radius_mm);
-  EXPECT_DOUBLE_EQ(sim->machine.datum_sphere_diameter_mm.value(), 2 * sim->world->sphere.radius_mm);
-  EXPECT_DOUBLE_EQ(sim->machine.datum_gap_mm.value(), sim->world->plates.value().gap_mm);
-  EXPECT_DOUBLE_EQ(sim->machine.sigma_c_rad, sim->world->rotary.value().noise_rad);
-  EXPECT_EQ(sim->world->part_spindle.value().balls_mm.size(), 3U);
-  const auto& head = sim->machine.swivel_head.value();
-  EXPECT_EQ(head.swivel.axis, sim->world->swivel_head.value().axis);
-  EXPECT_DOUBLE_EQ(head.swivel.sigma_rad, sim->world->swivel_head->noise_rad);
-  EXPECT_EQ(head.ball_mm.value(), sim->world->sphere.centre_mm)
-      << "positions are those of the first tool's stylus ball";
-  const auto& spindle = sim->world->probe_spindle.value();
-  ASSERT_EQ(sim->machine.probe_tools.size(), 1 + spindle.further_tools.size());
-  EXPECT_EQ(sim->machine.probe_tools[0].number, spindle.tool);
-  EXPECT_EQ(sim->machine.probe_tools[0].length_mm, spindle.stylus_length_mm);
-  EXPECT_EQ(sim->machine.probe_tools[1].number, spindle.further_tools[0].number);
-  EXPECT_EQ(sim->machine.probe_tools[1].length_mm, spindle.further_tools[0].stylus_length_mm);
-  EXPECT_EQ(sim->machine.tilting_table.value().axis, sim->world->tilting_table.value().axis);
-  EXPECT_DOUBLE_EQ(sim->machine.tilting_table->sigma_rad, sim->world->rotary.value().noise_rad);
-  EXPECT_DOUBLE_EQ(sim->machine.rotary_axes[2].value().counts_per_deg, sim->world->rotary->c_counts_per_deg);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto& description = sim->machine.axes[axis];
-    EXPECT_DOUBLE_EQ(description.counts_per_mm, sim->world->encoders.counts_per_mm);
-  }
-}
-
-class BoardFolder : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::filesystem::create_directories(folder_ / "board");
-    std::filesystem::create_directories(folder_ / "config");
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  static void write(const std::filesystem::path& path, std::string_view text) { std::ofstream{path} << text; }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::path{::testing::TempDir()} /
-      (std::string{"probebox-"} + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-};
-
-TEST_F(BoardFolder, IsReadWithTheFilesOfConfigInstead) {
-  write(folder_ / "config" / "service.toml", "links = [\"tcp:127.0.0.1:9\"]\n");
-  const auto sim = simDescriptions(folder_ / "config");
-  ASSERT_TRUE(sim.ok()) << sim.error().what;
-  EXPECT_THAT(sim->service.links, ElementsAre("tcp:127.0.0.1:9"));
-  EXPECT_FALSE(sim->service.access.allow_accept) << "the file stands for itself, it is not merged";
-}
-
-// The emulated machine parks at its home, high over all features.
-TEST_F(BoardFolder, RefusesAnEmulatedMachineThatStandsBeyondItsTravel) {
-  std::string world{simFile("world.toml")};
-  const std::string_view home = "home_mm = [120, 80, -100]";
-  ASSERT_NE(world.find(home), std::string::npos);
-  write(folder_ / "config" / "world.toml", world.replace(world.find(home), home.size(), "home_mm = [120, 351, 110]"));
-  const auto sim = simDescriptions(folder_ / "config");
-  ASSERT_FALSE(sim.ok());
-  EXPECT_THAT(sim.error().what,
-              AllOf(HasSubstr("config/world.toml: 'axes.home_mm' has Y = 351, and the travel of that axis is -50 to "
-                              "350 mm in board/sim/machine.toml"),
-                    HasSubstr("'axes.home_mm' has Z = 110"), HasSubstr("-400 to 50 mm"), Not(HasSubstr("has X"))));
-}
-
-TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {
-  write(folder_ / "board" / "box.toml", boxWith("line = 4", "line = 4\ncolour = 1"));
-  const auto board = loadDirectory(folder_ / "board");
-  ASSERT_FALSE(board.ok());
-  EXPECT_THAT(board.error().what, AllOf(HasSubstr("board/box.toml:7: unknown key 'sync.colour'"),
-                                        HasSubstr("board/machine.toml: No such file"),
-                                        HasSubstr("board/service.toml: No such file"), Not(HasSubstr("world.toml"))));
-  EXPECT_THAT(loadDirectory(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
-  EXPECT_THAT(simDescriptions(folder_ / "nowhere").error().what, HasSubstr("there is no such folder"));
 }
 
 }  // namespace

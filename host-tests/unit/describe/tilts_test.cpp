@@ -4,7 +4,7 @@
 #include "board/describe/sim_files.hpp"
 #include "machine_with.hpp"
 
-// What tilts, swivels and carries the probe, in machine.toml and in world.toml.
+// What tilts, swivels and carries the probe, and what tools are set on, in machine.toml and in world.toml.
 namespace probebox::board {
 namespace {
 
@@ -71,6 +71,25 @@ TEST(WorldToml, HasEachToolOnce) {
                                     "stylus_offset_y_mm = 0\nstylus_length_mm = 50\n",
                                 "world.toml");
   EXPECT_THAT(twice.error().what, HasSubstr("tool 2 is there twice"));
+}
+
+TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
+  EXPECT_FALSE(machineWith("")->tool_setter);
+  const std::string device =
+      "[tool_setter]\ntrigger = \"setter\"\nhalf_width_mm = [8, 7, 6]\nprobe_offset_mm = [0.1, 0, -150]\n";
+  const auto machine = machineWith(device + "accepted_mm = [1, 2, 3]\nlimit_mm = 0.05\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  const auto& setter = machine->tool_setter.value();
+  EXPECT_EQ(setter.trigger, "setter");
+  EXPECT_EQ(setter.half_width_mm[1], 7);
+  EXPECT_EQ(setter.probe_offset_mm[2], -150);
+  EXPECT_FALSE(setter.sd_probe_offset_mm);
+  EXPECT_EQ(setter.accepted_mm.value()[2], 3);
+  EXPECT_EQ(setter.limit_mm, 0.05);
+  EXPECT_THAT(machineProblem(device + "limit_mm = 0.05\n"), HasSubstr("give both or none"));
+  EXPECT_THAT(machineProblem("[tool_setter]\nhalf_width_mm = [8, 0, 6]\nprobe_offset = [0, 0, 1]\n"),
+              AllOf(HasSubstr("missing key 'tool_setter.trigger'"),
+                    HasSubstr("'tool_setter.half_width_mm' = 0 is out of"), HasSubstr("'tool_setter.probe_offset'")));
 }
 
 }  // namespace

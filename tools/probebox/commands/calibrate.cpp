@@ -33,7 +33,8 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .angles = options.angles.value_or(0),
           .balls = options.balls.value_or(0),
           .axis = axisNumber(options.axis),
-          .turns = options.turns.value_or(0)};
+          .turns = options.turns.value_or(0),
+          .tool = options.tool.value_or(0)};
 }
 
 // One run of a method, from its start to its result.

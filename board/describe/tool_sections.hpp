@@ -1,0 +1,13 @@
+#pragma once
+#include "board/describe/machine.hpp"
+#include "board/describe/section.hpp"
+#include "board/describe/world.hpp"
+
+namespace probebox::board {
+
+// Section [tool_setter] of machine.toml.
+void readToolSetter(Section& root, Machine& machine);
+// Sections [tool_setter] and [[tool]] of world.toml.
+void readWorldTools(Section& root, World& world);
+
+}  // namespace probebox::board

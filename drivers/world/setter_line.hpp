@@ -1,0 +1,39 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "drivers/world/config.hpp"
+#include "drivers/world/machine.hpp"
+#include "drivers/world/physical_edge.hpp"
+#include "drivers/world/random.hpp"
+#include "drivers/world/truth.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// The switch of the tool-setting device: active while a tool or the stylus touches it, late by the device and stamped
+// late like every line. It switches a little deeper or less deep every time.
+class SetterLine {
+ public:
+  SetterLine(const Config& config, std::uint64_t seed);
+
+  // When the next edge is stamped; the end of time when none is known.
+  MonoTime nextAt(const Machine& machine);
+  bool take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger);
+  bool take(Event& event, const Machine& machine, Ledger& ledger);
+
+ private:
+  static constexpr std::uint8_t kLine = 1;  // after the probe's trigger
+
+  Nanoseconds lateness(double sense, double speed_mm_s);
+
+  ToolSetterConfig setter_;
+  SyncConfig kernel_;
+  Random random_;
+  std::uint64_t contact_{};  // the one that the next edge is of
+  bool released_{};          // the next edge is its release
+  std::optional<MonoTime> next_;
+  std::uint64_t edges_{};
+};
+
+}  // namespace probebox::world

@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "drivers/world/random.hpp"
+#include "firmware/app/result_events.hpp"
+#include "measured.hpp"
+#include "pulls.hpp"
+#include "scenario.hpp"
+
+// A tool is set on the device that the probe has measured before, on the emulated machine.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using procedure::Method;
+using world::operator+;
+using world::operator-;
+
+constexpr std::uint64_t kSeeds = 24;
+constexpr ProcedureOptions kTool4{.tool = 4};
+
+auto& toolFour(auto& config) {
+  return *std::ranges::find(config.probe_spindle.further_tools, 4U, &world::ToolConfig::number);
+}
+
+// Device, tool and stylus are not quite where the descriptions have them; of the stylus that is as uncertain as stated.
+world::Config worldOf(std::uint64_t seed, double sd_probe_offset_mm) {
+  world::Config config = usualWorld();
+  world::Random random{seed, 90};
+  for (double& at : config.tool_setter.centre_mm) at += random.uniform(-0.03, 0.03);
+  auto& tool = toolFour(config);
+  for (double& off : tool.offset_mm) off += random.uniform(-0.02, 0.02);
+  tool.length_mm += random.uniform(-0.05, 0.05);
+  *tool.radius_mm += random.uniform(-0.02, 0.02);
+  for (double& off : config.probe_spindle.stylus_offset_mm) off += sd_probe_offset_mm * random.normal();
+  config.probe_spindle.stylus_length_mm += sd_probe_offset_mm * random.normal();
+  return config;
+}
+
+std::vector<double> toolOffset(const world::Config& config) {
+  const auto& tool = toolFour(config);
+  return {tool.offset_mm[0], tool.offset_mm[1], -tool.length_mm};
+}
+
+// Positions are those of the stylus ball under an ideal spindle, and the head's reference is the stylus' length above.
+std::vector<double> setterPlace(const world::Config& config) {
+  const auto at = config.tool_setter.centre_mm - world::Vector3{0, 0, config.probe_spindle.stylus_length_mm};
+  return {at.begin(), at.end()};
+}
+
+// In microseconds: a slip of the delay that is in force.
+std::optional<metrology::Solved> setOn(Scenario& scenario, double wrong_delay_us = 0,
+                                       const ProcedureOptions& options = kTool4) {
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  auto tau_s = scenario.truth().tau_s;
+  for (double& tau : tau_s) tau += 1e-6 * wrong_delay_us;
+  scenario.activateDelay(tau_s);
+  auto solved = scenario.calibrate(Method::tool_setter, options);
+  EXPECT_TRUE(solved) << "did not end";
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+  return solved;
+}
+
+TEST(LiveToolSetter, FindsToolAndDeviceAsWellAsItSays) {
+  Pulls tool, device;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed, usualFacts().tool_setter->sd_probe_offset_mm.value());
+    Scenario scenario{config, seed};
+    const auto solved = setOn(scenario);
+    ASSERT_TRUE(solved && solved->ok()) << solved->error().reason;
+    const auto& result = solved->value();
+    add(tool, result, "tool_offset_mm", toolOffset(config), 1e-3);
+    add(device, result, "setter_mm", setterPlace(config), 1e-3);
+    EXPECT_EQ(result.dof, 12U) << "three rounds with the probe and three with the tool";
+    EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+    EXPECT_EQ(scenario.machine().stylus().contactCount(), scenario.state().procedure.steps) << "each step touches once";
+    EXPECT_EQ(scenario.machine().tool(), 4U);
+  }
+  tool.expectHonest();
+  device.expectHonest();
+}
+
+// The touches alone, where the probe is known exactly: what is stated for them must hold without it.
+TEST(LiveToolSetter, KnowsHowWellItTouches) {
+  Pulls tool, device;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed, 0);
+    Scenario scenario{config, seed};
+    ASSERT_TRUE(setOn(scenario));
+    auto dataset = scenario.dataset();
+    dataset.config.erase("sd_probe_offset_mm");
+    auto solved = metrology::solve(dataset);
+    ASSERT_TRUE(solved) << solved.error().reason;
+    // An sd of few degrees of freedom: errors in its unit have Student's variance, n / (n - 2).
+    const auto dof = static_cast<double>(solved->dof);
+    for (auto& estimate : solved->estimates)
+      for (double& sd : estimate.sd) sd *= std::sqrt(dof / (dof - 2));
+    add(tool, *solved, "tool_offset_mm", toolOffset(config), 4e-4);
+    add(device, *solved, "setter_mm", setterPlace(config), 4e-4);
+  }
+  tool.expectHonest();
+  device.expectHonest();
+}
+
+TEST(LiveToolSetter, DependsNeitherOnTheDelayNorOnHowLateTheDeviceIs) {
+  struct Lag {
+    double of_device_s, wrong_delay_us;
+  };
+  std::vector<metrology::Result> results;
+  for (const auto& lag : {Lag{0, 0}, Lag{0.003, 0}, Lag{0.0004, 800}}) {
+    auto config = worldOf(3, 0);
+    config.tool_setter.late_s = lag.of_device_s;
+    Scenario scenario{config, 3};
+    const auto solved = setOn(scenario, lag.wrong_delay_us);
+    ASSERT_TRUE(solved && solved->ok());
+    results.push_back(solved->value());
+    // What the edges are late by beside the probe's samples, as far as the delay in force is right.
+    const auto& late_s = *scenario.dataset().table("contacts")->column("late_s");
+    double mean_s = 0;
+    for (const double late : late_s) mean_s += late / static_cast<double>(late_s.size());
+    const double of_kernel_s = 25e-6;
+    EXPECT_NEAR(mean_s, lag.of_device_s + of_kernel_s + 1e-6 * lag.wrong_delay_us - scenario.truth().tau_probe_s, 2e-5);
+  }
+  for (const auto& result : results) {
+    for (const char* key : {"tool_offset_mm", "setter_mm"}) {
+      for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_NEAR(result.find(key)->values[i], results[0].find(key)->values[i], 5e-4) << key;
+    }
+  }
+}
+
+TEST(LiveToolSetter, IsSavedWithEveryDigit) {
+  Scenario scenario{worldOf(1, 0), 1};
+  const auto solved = setOn(scenario);
+  ASSERT_TRUE(solved && solved->ok());
+  EXPECT_EQ(app::subjectOf(scenario.dataset()), "tool-4") << "another tool's offset stays in force beside it";
+  expectTheSameFrom(scenario.dataset(), solved->value());
+}
+
+TEST(LiveToolSetter, NoticesADeviceThatHasMovedOrIsAnotherOne) {
+  auto moved = usualWorld();
+  moved.tool_setter.centre_mm[1] += 0.15;
+  Scenario elsewhere{moved, 5};
+  const auto far = setOn(elsewhere);
+  ASSERT_TRUE(far && !far->ok());
+  EXPECT_EQ(far->error().name, "setter-moved");
+
+  auto wider = usualWorld();
+  wider.tool_setter.half_width_mm[0] += 0.1;
+  Scenario other{wider, 5};
+  const auto wide = setOn(other);
+  ASSERT_TRUE(wide && !wide->ok());
+  EXPECT_EQ(wide->error().name, "setter-width-wrong");
+  EXPECT_NE(wide->error().reason.find("along X"), std::string::npos) << wide->error().reason;
+}
+
+TEST(LiveToolSetter, IsRefusedWithoutADelay) {
+  Scenario scenario{usualWorld(), 4};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  const auto solved = scenario.calibrate(Method::tool_setter, kTool4);
+  ASSERT_TRUE(solved && !solved->ok());
+  EXPECT_EQ(solved->error().name, "no-delay");
+}
+
+TEST(LiveToolSetter, AsksAgainWhereTheDeviceSaysNothing) {
+  auto config = usualWorld();
+  config.tool_setter.centre_mm[2] -= 30;  // every way goes past it
+  Scenario scenario{config, 6};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.activateDelay(scenario.truth().tau_s);
+  scenario.start(Method::tool_setter, kTool4);
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 60s));
+  EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::no_edges);
+}
+
+TEST(LiveToolSetter, LeavesTheProbeToTheMethodThatComesAfter) {
+  Scenario scenario{usualWorld(), 7};
+  ASSERT_TRUE(setOn(scenario));
+  ASSERT_EQ(scenario.machine().tool(), 4U);
+  const auto solved = scenario.calibrate(Method::delay_known_sphere);
+  ASSERT_TRUE(solved && solved->ok());
+  EXPECT_EQ(scenario.machine().tool(), 1U);
+  EXPECT_LT(std::abs(solved->value().find("tau_s")->values[0] - scenario.truth().tau_s[0]),
+            5 * solved->value().find("tau_s")->sd[0]);
+}
+
+}  // namespace
+}  // namespace probebox::scenario

@@ -1,0 +1,160 @@
+#include <array>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+
+// The plan of tool-setter, what it needs, and which tool has to be in the spindle.
+namespace probebox::procedure {
+namespace {
+
+using testing::HasSubstr;
+
+std::unique_ptr<Plan> planned(const ProcedureOptions& options) {
+  auto plan = std::make_unique<Plan>();
+  fill(*plan, Method::tool_setter, options);
+  return plan;
+}
+
+std::string refusal(Method method, const ProcedureOptions& options) {
+  const auto why = whyRefused(method, options, std::numeric_limits<double>::infinity());
+  return why ? why->what : "";
+}
+
+TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {
+  const auto plan = planned({.tool = 7});
+  ASSERT_EQ(plan->step_count, 36U);
+  for (std::size_t k = 0; k < 18; ++k) {
+    const Step &of_probe = plan->steps[k], &of_tool = plan->steps[k + 18];
+    EXPECT_EQ(of_probe.touch.tool, 0U);
+    EXPECT_EQ(of_tool.touch.tool, 7U);
+    EXPECT_TRUE(of_probe.touch.by_edges && of_tool.touch.by_edges);
+    EXPECT_TRUE(of_tool.turns) << "the tool stands in the spindle as the probe did";
+    EXPECT_EQ(of_tool.feature, Feature::tool_setter);
+    EXPECT_EQ(of_probe.touch.outward_normal, of_tool.touch.outward_normal);
+    EXPECT_EQ(of_probe.touch.retract_speed_mm_s, of_tool.touch.retract_speed_mm_s);
+    EXPECT_EQ(of_tool.touch.reading, k / 6 + 3);
+    EXPECT_NE(of_tool.touch.outward_normal[2], -1) << "it stands on that face";
+  }
+  EXPECT_THAT(promptFor(*plan, 0), HasSubstr("with the probe in the spindle, +X face of the tool-setting device"));
+  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("with tool 7 in the spindle"));
+  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("0.5 mm deep, in and, after a rest, back at 5 mm/s until"));
+}
+
+TEST(SetterPlan, NeedsANumberAndWayAboutTheEdges) {
+  EXPECT_THAT(refusal(Method::tool_setter, {}), HasSubstr("--tool"));
+  EXPECT_THAT(refusal(Method::tool_setter, {.overtravel_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 100 mm"));
+  EXPECT_THAT(refusal(Method::tool_setter, {.clearance_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 10 mm"));
+  EXPECT_THAT(refusal(Method::tool_setter, {.balls = 2, .tool = 7}), HasSubstr("takes no number of balls"));
+  EXPECT_THAT(refusal(Method::centreline, {.tool = 7}), HasSubstr("takes no tool"));
+  EXPECT_EQ(refusal(Method::tool_setter, {.tool = 7}), "");
+}
+
+TEST(SetterPlan, NeedsADeviceADelayAndAKnownTool) {
+  Facts facts;
+  EXPECT_THAT(whyUnready(Method::tool_setter, facts, true)->what, HasSubstr("[tool_setter] in machine.toml"));
+  facts.tool_setter.emplace().tools = {4, 9};
+  EXPECT_THAT(whyUnready(Method::tool_setter, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(Method::tool_setter, facts, true));
+  EXPECT_TRUE(findsAPlace(Method::tool_setter));
+  EXPECT_THAT(whyUnknownTool(7, facts)->what, HasSubstr("no [[tool]] with number 7: add it, or measure one of 4, 9"));
+  EXPECT_FALSE(whyUnknownTool(9, facts));
+  EXPECT_FALSE(whyUnknownTool(0, facts)) << "the method measures no tool";
+}
+
+// A box at the first step of a run, or at the first one with the tool.
+class SetterRun : public testing::Test {
+ protected:
+  SetterRun() {
+    procedure_.start(
+        {.run = 1, .method = static_cast<std::uint16_t>(Method::tool_setter), .at = {}, .options = {.tool = 7}});
+  }
+  void begin(std::uint32_t tool) {
+    procedure_.mark({.procedure = 1,
+                     .step = procedure_.progress().step,
+                     .phase = MarkerPhase::begin,
+                     .rotary_angles_rad = {},
+                     .tool = tool,
+                     .nominal_speed_mm_s = 5,
+                     .at_rest = true,
+                     .at = monoTime(0)},
+                    kLocked);
+  }
+  void end() {
+    procedure_.mark({.procedure = 1,
+                     .step = procedure_.progress().step,
+                     .phase = MarkerPhase::end,
+                     .rotary_angles_rad = {},
+                     .tool = 0,
+                     .nominal_speed_mm_s = 5,
+                     .at_rest = true,
+                     .at = monoTime(0)},
+                    kLocked);
+  }
+  void edge(Level level, std::int64_t at_ms) {
+    procedure_.push(Edge{LineRole::trigger, 1, level, 1, monoTime(1'000'000 * at_ms)});
+  }
+  void latch() {
+    for (std::int64_t ms = 0; ms < 10; ++ms) {
+      for (const auto axis : {Axis::x, Axis::y, Axis::z})
+        procedure_.push(Count{axis, 1, 0, monoTime(1'000'000 * ms)}, 0);
+    }
+  }
+  const Progress& progress() const { return procedure_.progress(); }
+  const capture::Touch& touch() const { return procedure_.recording().touches().back(); }
+
+  static constexpr TickMap kLocked{
+      .tick = {}, .at = {}, .period_q32_ns = {}, .sigma_ns = 0, .state = ClockState::locked};
+  Procedure procedure_{capture::Capacity{}};
+};
+
+TEST_F(SetterRun, BeginsWithTheProbeAndGoesOnWithTheTool) {
+  begin(7);
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::wrong_tool) << "the tool is not the probe";
+  for (int step = 0; step < 18; ++step) {
+    begin(1);
+    latch(), edge(Level::active, 3), edge(Level::inactive, 6), end();
+  }
+  ASSERT_EQ(progress().step, 18U);
+  begin(1);
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::wrong_tool) << "the probe is not the tool";
+  EXPECT_EQ(progress().state, State::waiting);
+  begin(7);
+  EXPECT_EQ(progress().state, State::running);
+}
+
+TEST_F(SetterRun, TakesTheFirstContactAndTheLastReleaseOfAChatteringSwitch) {
+  edge(Level::active, 1);  // before the step
+  begin(1);
+  latch();
+  for (const int at : {3, 4}) edge(Level::active, at), edge(Level::inactive, at);
+  edge(Level::active, 7);
+  edge(Level::inactive, 8);
+  end();
+  ASSERT_EQ(progress().step, 1U) << "no deflections are needed";
+  EXPECT_EQ(touch().contact, monoTime(3'000'000));
+  EXPECT_EQ(touch().release, monoTime(8'000'000));
+}
+
+TEST_F(SetterRun, AsksAgainWithoutBothEdges) {
+  begin(1);
+  latch(), edge(Level::active, 3), end();
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::no_edges) << "the switch stayed closed";
+  begin(1);
+  latch(), edge(Level::inactive, 3), edge(Level::active, 5), end();
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::no_edges) << "it was closed before the touch";
+  begin(1);
+  latch(), edge(Level::active, 3), edge(Level::inactive, 6);
+  procedure_.push(SourceLost{Source::trigger, LossReason::overrun, 1, monoTime(0)});
+  end();
+  EXPECT_EQ(progress().last_fault, capture::TouchFault::source_lost);
+  EXPECT_EQ(progress().step, 0U);
+}
+
+}  // namespace
+}  // namespace probebox::procedure
