@@ -144,6 +144,15 @@ inline constexpr double kMostToolLength_mm = 2000;
 struct ToolDescription {
   std::uint32_t number{};
   double length_mm{};
+  double sd_mm{};  // k = 1; 0: not stated
+  std::optional<std::uint32_t> holder;
+};
+
+// What tools are put together with.
+struct HolderDescription {
+  std::uint32_t number{};
+  double length_mm{};  // from the gauge line to its end face
+  double sd_mm{};      // k = 1; 0: not stated
 };
 
 // The device that tools are set on. Positions and offsets are those of the head's reference.
@@ -154,6 +163,7 @@ struct ToolSetterDescription {
   std::optional<double> sd_probe_offset_mm;
   std::optional<std::array<double, 3>> accepted_mm;  // where it was found; with limit_mm, or neither
   double limit_mm{};
+  double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
 };
 
 // Sources of corrections, by the bits of the mask that the CNC reads.
@@ -182,6 +192,7 @@ struct Machine {
   std::optional<SwivelDescription> swivel;
   std::optional<RotaryTableDescription> rotary_table;
   std::vector<ToolDescription> tools;  // whose lengths are known by number
+  std::vector<HolderDescription> holders;
   std::optional<ToolSetterDescription> tool_setter;
   CorrectionsDescription corrections;
 };

@@ -195,6 +195,7 @@ Machine readMachine(Section& root) {
   }
   screws.finish();
   machine.centreline = readCentreline(root.section("centreline", false), hold_s);
+  readTools(root, machine);
   readRotary(root, hold_s, machine);
   readToolSetter(root, machine);
   return machine;

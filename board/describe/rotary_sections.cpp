@@ -88,20 +88,6 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
   return table;
 }
 
-void readTools(std::vector<Section> sections, Machine& machine) {
-  for (auto& section : sections) {
-    const ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", {1, 65'535})),
-                               .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm})};
-    section.finish();
-    if (std::ranges::find(machine.tools, tool.number, &ToolDescription::number) != machine.tools.end())
-      section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
-    if (machine.tools.size() == kMostTools)
-      section.problem(*section.node("number"), "there are more than " + std::to_string(kMostTools) +
-                                                   " tools: let the controller tell their lengths");
-    machine.tools.push_back(tool);
-  }
-}
-
 // Angles at which readings differ enough to tell the axis.
 void checkAngles(Section& section, std::string_view key, const std::vector<double>& angles_deg) {
   constexpr double kLeastSpan_deg = 20;
@@ -180,7 +166,6 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
   auto swivel = root.section("swivel", false), table = root.section("rotary_table", false);
   if (has_swivel) machine.swivel = readSwivel(std::move(swivel), hold_s, machine);
   if (has_table) machine.rotary_table = readTable(std::move(table), hold_s, machine);
-  readTools(root.sections("tool"), machine);
   const bool has_tilt = root.has("tilting_table");
   auto tilt = root.section("tilting_table", false);
   if (has_tilt) {

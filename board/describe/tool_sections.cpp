@@ -10,7 +10,50 @@ namespace {
 
 constexpr Range kAnywhere{-1e6, 1e6};
 constexpr Range kHalfWidth_mm{0.5, 500};
+constexpr Range kToolNumbers{1, 65'535};
 constexpr std::size_t kMostWorldTools = 8;
+
+template <class Description>
+bool isThere(const std::vector<Description>& all, std::uint32_t number) {
+  return std::ranges::find(all, number, &Description::number) != all.end();
+}
+
+// Problems of one more tool or holder of a list.
+template <class Description>
+void check(Section& section, const std::string& what, const std::vector<Description>& before, std::uint32_t number) {
+  if (isThere(before, number))
+    section.problem(*section.node("number"), what + " " + std::to_string(number) + " is there twice: give it once");
+  if (before.size() == kMostTools)
+    section.problem(*section.node("number"), "there are more than " + std::to_string(kMostTools) + " " + what +
+                                                 "s: let the controller tell their lengths");
+}
+
+void readHolders(std::vector<Section> sections, Machine& machine) {
+  for (auto& section : sections) {
+    const HolderDescription holder{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
+                                   .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
+                                   .sd_mm = section.number("sd_mm", {0, 1}, 0)};
+    section.finish();
+    check(section, "holder", machine.holders, holder.number);
+    machine.holders.push_back(holder);
+  }
+}
+
+void readToolLengths(std::vector<Section> sections, Machine& machine) {
+  for (auto& section : sections) {
+    ToolDescription tool{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
+                         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
+                         .sd_mm = section.number("sd_mm", {0, 1}, 0),
+                         .holder = std::nullopt};
+    if (section.has("holder")) tool.holder = static_cast<std::uint32_t>(section.integer("holder", kToolNumbers));
+    section.finish();
+    check(section, "tool", machine.tools, tool.number);
+    if (tool.holder && !isThere(machine.holders, *tool.holder))
+      section.problem(*section.node("holder"), "there is no [[holder]] with number " + std::to_string(*tool.holder) +
+                                                   ": add it, or leave the key away");
+    machine.tools.push_back(tool);
+  }
+}
 
 ToolSetterDescription readDescription(Section section) {
   ToolSetterDescription setter;
@@ -20,6 +63,7 @@ ToolSetterDescription readDescription(Section section) {
   if (section.has("sd_probe_offset_mm")) setter.sd_probe_offset_mm = section.number("sd_probe_offset_mm", {kTiny, 1});
   const bool accepted = section.has("accepted_mm"), limited = section.has("limit_mm");
   if (accepted) setter.accepted_mm = section.vector("accepted_mm", kAnywhere);
+  if (section.has("sd_accepted_mm")) setter.sd_accepted_mm = section.number("sd_accepted_mm", {kTiny, 1});
   if (limited) setter.limit_mm = section.number("limit_mm", {1e-6, 100});
   if (accepted != limited) {
     section.problem(*section.node(accepted ? "accepted_mm" : "limit_mm"),
@@ -48,6 +92,11 @@ bool there(const World& world, std::uint32_t number) {
 
 }  // namespace
 
+void readTools(Section& root, Machine& machine) {
+  readHolders(root.sections("holder"), machine);
+  readToolLengths(root.sections("tool"), machine);
+}
+
 void readToolSetter(Section& root, Machine& machine) {
   const bool described = root.has("tool_setter");
   auto section = root.section("tool_setter", false);
@@ -60,7 +109,7 @@ void readWorldTools(Section& root, World& world) {
   if (described) world.tool_setter = readEmulated(std::move(setter));
   for (auto& section : root.sections("tool")) {
     const WorldCutter tool{
-        .number = static_cast<std::uint32_t>(section.integer("number", {1, 65'535})),
+        .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
         .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
         .radius_mm = section.number("radius_mm", {0.05, 100})};

@@ -5,6 +5,8 @@
 
 namespace probebox::board {
 
+// Sections [[holder]] and [[tool]] of machine.toml.
+void readTools(Section& root, Machine& machine);
 // Section [tool_setter] of machine.toml.
 void readToolSetter(Section& root, Machine& machine);
 // Sections [tool_setter] and [[tool]] of world.toml.

@@ -122,14 +122,23 @@ std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
 std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {
   const auto& described = machine.tool_setter;
   if (!described) return std::nullopt;
-  procedure::ToolSetter setter{.half_width_mm = described->half_width_mm,
+  return procedure::ToolSetter{.half_width_mm = described->half_width_mm,
                                .probe_offset_mm = described->probe_offset_mm,
                                .sd_probe_offset_mm = described->sd_probe_offset_mm,
                                .accepted_mm = described->accepted_mm,
                                .limit_mm = described->limit_mm,
-                               .tools = {}};
-  for (const auto& tool : machine.tools) setter.tools.push_back(tool.number);
-  return setter;
+                               .sd_accepted_mm = described->sd_accepted_mm};
+}
+
+std::vector<procedure::ToolFacts> toolFacts(const board::Machine& machine) {
+  std::vector<procedure::ToolFacts> tools;
+  for (const auto& tool : machine.tools) {
+    auto& facts = tools.emplace_back(procedure::ToolFacts{
+        .number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .holder = std::nullopt});
+    for (const auto& [number, length_mm, sd_mm] : machine.holders)
+      if (number == tool.holder) facts.holder = procedure::HolderFacts{number, length_mm, sd_mm};
+  }
+  return tools;
 }
 
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
@@ -145,7 +154,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
           .swivel_head = headFacts(machine),
           .probe_tools = probeTools(machine),
-          .tool_setter = toolSetter(machine)};
+          .tool_setter = toolSetter(machine),
+          .tools = toolFacts(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

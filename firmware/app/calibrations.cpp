@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <thread>
 #include <utility>
@@ -25,6 +26,10 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
     if (!value.empty()) dataset.config.try_emplace(key, value);
   }
   dataset.config.try_emplace("measured_utc", utc);
+  // What goes back to a store carries its time.
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  if (dataset.table("tool_store"))
+    dataset.config.try_emplace("measured_at_s", std::floor(std::chrono::duration<double>{since_1970}.count()));
 }
 
 // What a case states about its probe, machine or mounting that is not what the box describes.

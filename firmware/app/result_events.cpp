@@ -194,17 +194,21 @@ Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis a
   return events;
 }
 
+// By the number that a config key gives; by the method's name where there is none.
+std::string numbered(const metrology::Dataset& dataset, const std::string& prefix, const char* key) {
+  const auto found = dataset.config.find(key);
+  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
+  return number != nullptr && *number >= 1 ? prefix + std::to_string(std::llround(*number)) : dataset.method;
+}
+
 }  // namespace
 
 std::string subjectOf(const metrology::Dataset& dataset) {
   const std::string axis = axisIn(dataset);
   if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
   if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
-  if (dataset.method == "tool-setter") {
-    const auto tool = dataset.config.find("tool");
-    const auto* number = tool == dataset.config.end() ? nullptr : std::get_if<double>(&tool->second);
-    if (number != nullptr && *number >= 1) return "tool-" + std::to_string(std::llround(*number));
-  }
+  if (dataset.method == "tool-setter") return numbered(dataset, "tool-", "tool");
+  if (dataset.method == "tool-assembly") return numbered(dataset, "assembly-", "tool_id");
   if (dataset.method == "swivel-error") {
     if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
       return std::string{kSwivelOf} + "abc"[plane->axis];

@@ -58,7 +58,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
       return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
     if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
       return refused(ErrorCode::refused, error->what);
-    if (const auto error = procedure::whyUnknownTool(options->tool, facts))
+    if (const auto error = procedure::whyUnknownTool(method, options->tool, facts))
       return refused(ErrorCode::not_found, error->what);
     return procedure::described(method, *options, facts);
   }

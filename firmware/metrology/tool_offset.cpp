@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
-constexpr std::array<std::string_view, 14> kAssemblyKeys{"approach_side",
+constexpr std::array<std::string_view, 15> kAssemblyKeys{"approach_side",
                                                          "measured_at_s",
                                                          "L1_mm",
                                                          "L2_mm",
@@ -30,7 +30,8 @@ constexpr std::array<std::string_view, 14> kAssemblyKeys{"approach_side",
                                                          "sd_part_mm",
                                                          "spread_limit_mm",
                                                          "compensation_limit_mm",
-                                                         "assembled_max_mm"};
+                                                         "assembled_max_mm",
+                                                         "previous_tau_axis_s"};
 constexpr std::array<std::string_view, 4> kSetterColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 9> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",  "half_width_mm",
                                                         "radius_mm", "x_mm", "y_mm", "z_mm"};

@@ -28,6 +28,7 @@ enum class Poses : std::uint8_t {
   by_length,     // the same with several tools: for each all angles of B, A at 0 and 180 degrees at each
   two_by_two_by_length,  // as two_by_two, with several tools
   tool_change,           // all at 0; the probe first, then the tool, several rounds each
+  tool_alone,            // all at 0; several rounds with the tool
 };
 
 struct MethodRow {
@@ -91,7 +92,7 @@ inline constexpr std::array<double, 1> kToolSpeed{5};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 20> kMethods{{
+inline constexpr std::array<MethodRow, 21> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -140,6 +141,8 @@ inline constexpr std::array<MethodRow, 20> kMethods{{
      Poses::two_by_two_by_length, Needs::probe_lengths, false, false},
     {Method::tool_setter, "tool-setter", Feature::tool_setter, Kind::touch, kSetterSides, kToolSpeed,
      Poses::tool_change, Needs::tool_setter, false, false},
+    {Method::tool_assembly, "tool-assembly", Feature::tool_setter, Kind::touch, kSetterSides, kToolSpeed,
+     Poses::tool_alone, Needs::measuring_unit, false, false},
 }};
 
 }  // namespace probebox::procedure

@@ -56,7 +56,7 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row))
     return leave_away("angles of B");
   if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
-  if (options.tool != 0 && row.needs != Needs::tool_setter) return leave_away("tool");
+  if (options.tool != 0 && row.feature != Feature::tool_setter) return leave_away("tool");
   const bool sweeps = row.kind == Kind::sweep;
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
@@ -215,6 +215,11 @@ Needs needsOf(Method method) {
   return row != nullptr ? row->needs : Needs::nothing;
 }
 
+bool measuresATool(Method method) {
+  const MethodRow* row = rowOf(method);
+  return row != nullptr && row->feature == Feature::tool_setter;
+}
+
 bool readsBalls(Method method) {
   switch (needsOf(method)) {
     case Needs::delay_in_force:
@@ -244,7 +249,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
   if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
   if (auto error = outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal")) return error;
-  if (row->needs == Needs::tool_setter) {
+  if (row->feature == Feature::tool_setter) {
     if (auto error = whyNoTool(options, with)) return error;
   }
   const double least_arc = row->poses == Poses::within_reach ? 30 : 1;  // (B27)

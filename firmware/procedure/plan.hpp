@@ -36,6 +36,7 @@ enum class Method : std::uint16_t {
   head_pivot = 18,
   a_axis_alignment = 19,
   tool_setter = 20,
+  tool_assembly = 21,
 };
 
 std::string_view nameOf(Method method);
@@ -96,8 +97,11 @@ enum class Needs : std::uint8_t {
   swivel_head,     // and where its ball stands
   probe_lengths,
   tool_setter,
+  measuring_unit,  // a tool setter whose place is known, and what the tool is made of
 };
 Needs needsOf(Method method);
+// It measures the tool that the options name, on the device that tells of touches by its edges.
+bool measuresATool(Method method);
 // It reads the centres of balls, with the delay in force taken out.
 bool readsBalls(Method method);
 

@@ -126,6 +126,7 @@ std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::one) return 1;
   if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
   if (row.poses == Poses::tool_change) return 2 * usual::kRounds;
+  if (row.poses == Poses::tool_alone) return usual::kRounds;
   const std::size_t tools = changesTools(row) ? with.tools.size() : 1;
   if (turnsB(row)) return 2 * with.b_angles_rad.size() * tools;
   return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls * tools;
@@ -153,6 +154,8 @@ Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
     }
     case Poses::tool_change:
       return {.tool = index < usual::kRounds ? 0 : with.tool};
+    case Poses::tool_alone:
+      return {.tool = with.tool};
     case Poses::tilted:
       return tilted(with, index);
     case Poses::swivelled:

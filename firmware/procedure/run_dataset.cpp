@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/selftest.hpp"
+#include "firmware/procedure/assembly_readings.hpp"
 #include "firmware/procedure/reading_tables.hpp"
 #include "firmware/procedure/setter_readings.hpp"
 #include "firmware/procedure/sweep.hpp"
@@ -79,6 +80,11 @@ const char* missingFact(Needs needs, const Facts& facts) {
       return facts.tool_setter ? nullptr
                                : " needs the device that tools are set on: give [tool_setter] in machine.toml, and its "
                                  "line as a [[trigger]] in box.toml.";
+    case Needs::measuring_unit:
+      return facts.tool_setter && facts.tool_setter->accepted_mm
+                 ? nullptr
+                 : " needs a device with a known place to touch: give [tool_setter] with accepted_mm in machine.toml; "
+                   "tool-setter finds it (setter_mm of its result).";
   }
   return nullptr;
 }
@@ -132,24 +138,30 @@ ProcedureOptions described(Method method, ProcedureOptions options, const Facts&
   return options;
 }
 
-std::optional<Error> whyUnknownTool(std::uint32_t tool, const Facts& facts) {
-  if (tool == 0 || !facts.tool_setter) return std::nullopt;
-  const auto& tools = facts.tool_setter->tools;
-  if (std::ranges::find(tools, tool) != tools.end()) return std::nullopt;
-  std::string known;
-  for (const auto number : tools) known += (known.empty() ? "" : ", ") + std::to_string(number);
-  return Error{"machine.toml has no [[tool]] with number " + std::to_string(tool) +
-               (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts) {
+  if (!measuresATool(method)) return std::nullopt;
+  const auto found = std::ranges::find(facts.tools, tool, &ToolFacts::number);
+  if (found == facts.tools.end()) {
+    std::string known;
+    for (const auto& each : facts.tools) known += (known.empty() ? "" : ", ") + std::to_string(each.number);
+    return Error{"machine.toml has no [[tool]] with number " + std::to_string(tool) +
+                 (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+  }
+  if (needsOf(method) != Needs::measuring_unit || found->holder) return std::nullopt;
+  return Error{"Nobody knows what tool " + std::to_string(tool) +
+               " is put together with: give its [[tool]] in machine.toml a holder, and that a [[holder]] with its "
+               "length."};
 }
 
 bool findsAPlace(Method method) {
-  return readsBalls(method) || needsOf(method) == Needs::tool_setter;
+  return readsBalls(method) || measuresATool(method);
 }
 
 RunDataset runDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                       const Facts& facts) {
   if (needsOf(method) == Needs::screw) return sweepDataset(recording, scales, facts);
   if (needsOf(method) == Needs::tool_setter) return setterDataset(recording, scales, facts);
+  if (needsOf(method) == Needs::measuring_unit) return assemblyDataset(recording, scales, facts);
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), {}, {}};
   auto& config = run.dataset.config;
   if (needsOf(method) == Needs::sphere_diameter) {

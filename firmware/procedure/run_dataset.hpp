@@ -78,7 +78,18 @@ struct ToolSetter {
   std::optional<double> sd_probe_offset_mm;
   std::optional<std::array<double, 3>> accepted_mm;
   double limit_mm{};
-  std::vector<std::uint32_t> tools;  // whose numbers machine.toml knows
+  double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
+};
+
+// Lengths in store, from the gauge line, and their sd (k = 1; 0: not stated).
+struct HolderFacts {
+  std::uint32_t number{};
+  double length_mm{}, sd_mm{};
+};
+struct ToolFacts {
+  std::uint32_t number{};
+  double length_mm{}, sd_mm{};
+  std::optional<HolderFacts> holder{};
 };
 
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
@@ -96,6 +107,7 @@ struct Facts {
   std::optional<HeadFacts> swivel_head{};
   ProbeTools probe_tools{};
   std::optional<ToolSetter> tool_setter{};
+  std::vector<ToolFacts> tools{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
@@ -105,8 +117,8 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
 // The options with what the descriptions say about B and the probe's tools, where the method turns or changes them.
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts);
-// The same about the tool of a run, 0 for a method that measures none.
-std::optional<Error> whyUnknownTool(std::uint32_t tool, const Facts& facts);
+// The same about the tool of a run, for a method that measures one.
+std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.
 bool findsAPlace(Method method);
 

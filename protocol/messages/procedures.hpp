@@ -61,7 +61,7 @@ struct StartProcedure {
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
       field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
-      field("tool", self.tool, "number of the tool, for tool-setter");
+      field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
     }
   };
   struct Answer {

@@ -215,7 +215,7 @@ class CommandLine {
                           "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
                           "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
                           "rotary-axis-errors, table-pivot, swivel-error, head-pivot, a-axis-alignment, "
-                          "screw-calibration, tool-setter");
+                          "screw-calibration, tool-setter, tool-assembly");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
@@ -223,7 +223,9 @@ class CommandLine {
     calibrate->add_option("--turns", calibrate_.turns, "whole turns of the screw, 3 or more; for screw-calibration")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
-    calibrate->add_option("--tool", calibrate_.tool, "number of the tool that is measured; for tool-setter")
+    calibrate
+        ->add_option("--tool", calibrate_.tool,
+                     "number of the tool that is measured; for tool-setter and tool-assembly")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");

@@ -228,6 +228,7 @@ std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
   if (recorder_.run_to_solve != run_number) return std::nullopt;
   auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), usualFacts());
   dataset_ = std::move(measured.dataset);
+  if (dataset_.table("tool_store")) dataset_.config["measured_at_s"] = 1.7e9;
   auto solved = measured.refusal ? metrology::Solved{*measured.refusal} : metrology::solve(dataset_);
   push(Solved{.run = run_number, .refused = !solved, .result_id = 1, .at = now_});
   run(kTimeAdvances);

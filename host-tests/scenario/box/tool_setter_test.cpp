@@ -10,7 +10,8 @@
 #include "pulls.hpp"
 #include "scenario.hpp"
 
-// A tool is set on the device that the probe has measured before, on the emulated machine.
+// A tool is set on the device that the probe has measured before, or alone against where that device is known to be, on
+// the emulated machine.
 namespace probebox::scenario {
 namespace {
 
@@ -53,13 +54,13 @@ std::vector<double> setterPlace(const world::Config& config) {
 
 // In microseconds: a slip of the delay that is in force.
 std::optional<metrology::Solved> setOn(Scenario& scenario, double wrong_delay_us = 0,
-                                       const ProcedureOptions& options = kTool4) {
+                                       Method method = Method::tool_setter) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   auto tau_s = scenario.truth().tau_s;
   for (double& tau : tau_s) tau += 1e-6 * wrong_delay_us;
   scenario.activateDelay(tau_s);
-  auto solved = scenario.calibrate(Method::tool_setter, options);
+  auto solved = scenario.calibrate(method, kTool4);
   EXPECT_TRUE(solved) << "did not end";
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   return solved;
@@ -188,6 +189,46 @@ TEST(LiveToolSetter, LeavesTheProbeToTheMethodThatComesAfter) {
   EXPECT_EQ(scenario.machine().tool(), 1U);
   EXPECT_LT(std::abs(solved->value().find("tau_s")->values[0] - scenario.truth().tau_s[0]),
             5 * solved->value().find("tau_s")->sd[0]);
+}
+
+// The holder's length and the place of the unit are what machine.toml has, as uncertain as it says.
+TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
+  const auto facts = usualFacts();
+  const auto& unit = facts.tool_setter.value();
+  const auto& holder = std::ranges::find(facts.tools, 4U, &procedure::ToolFacts::number)->holder.value();
+  Pulls off, length;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    auto config = worldOf(seed, 0);
+    world::Random random{seed, 91};
+    config.tool_setter.centre_mm = usualWorld().tool_setter.centre_mm;
+    for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
+    const double true_holder_mm = holder.length_mm + holder.sd_mm * random.normal();
+    Scenario scenario{config, seed};
+    const auto solved = setOn(scenario, 0, Method::tool_assembly);
+    ASSERT_TRUE(solved && solved->ok()) << solved->error().reason;
+    const auto& tool = toolFour(config);
+    add(off, solved->value(), "compensation_mm", {-tool.offset_mm[0], -tool.offset_mm[1], tool.length_mm - 120}, 1e-3);
+    add(length, solved->value(), "assembled_length_mm", {tool.length_mm - true_holder_mm}, 2e-3);
+    EXPECT_EQ(scenario.machine().stylus().contactCount(), 18U) << "each step touches once";
+    EXPECT_TRUE(solved->value().warnings.empty()) << solved->value().warnings.front();
+  }
+  off.expectHonest();
+  length.expectHonest();
+}
+
+TEST(LiveToolAssembly, IsSavedWithEveryDigitAndWithWhatGoesBackToTheStores) {
+  Scenario scenario{worldOf(2, 0), 2};
+  const auto solved = setOn(scenario, 0, Method::tool_assembly);
+  ASSERT_TRUE(solved && solved->ok());
+  EXPECT_EQ(app::subjectOf(scenario.dataset()), "assembly-4");
+  const auto also = [&](const char* key) {
+    return *std::ranges::find(solved->value().also, std::string{key}, &metrology::Estimate::key);
+  };
+  EXPECT_EQ(also("tool_id").value(), 4);
+  EXPECT_EQ(also("holder_id").value(), 1);
+  EXPECT_EQ(also("simulation_mm").values[2], solved->value().find("assembled_length_mm")->value());
+  EXPECT_EQ(also("motion_control_mm").values, solved->value().find("compensation_mm")->values);
+  expectTheSameFrom(scenario.dataset(), solved->value());
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ class Travel : public testing::TestWithParam<Run> {
  protected:
   static ProcedureOptions options() {
     ProcedureOptions options{.axis = GetParam().axis};
-    if (GetParam().method == Method::tool_setter) options.tool = 4;
+    if (procedure::measuresATool(GetParam().method)) options.tool = 4;
     if (options.axis == 0) return options;
     const auto sweep = procedure::sweepOptions(options, 0, usualFacts());
     EXPECT_TRUE(sweep.ok());
@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, Travel,
                                          Run{Method::spindle_offset_four}, Run{Method::centreline_limited_access},
                                          Run{Method::periodic_check}, Run{Method::table_pivot},
                                          Run{Method::swivel_error}, Run{Method::head_pivot},
-                                         Run{Method::a_axis_alignment}, Run{Method::tool_setter}));
+                                         Run{Method::a_axis_alignment}, Run{Method::tool_setter},
+                                         Run{Method::tool_assembly}));
 
 }  // namespace
 }  // namespace probebox::scenario

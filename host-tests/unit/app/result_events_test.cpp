@@ -182,6 +182,7 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectOf(screw), "screw-y");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter") << "of no tool's number";
+  EXPECT_EQ(subjectOf({.method = "tool-assembly", .config = {{"tool_id", 12.0}}, .tables = {}}), "assembly-12");
 }
 
 TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {

@@ -15,9 +15,9 @@ namespace {
 
 using testing::HasSubstr;
 
-std::unique_ptr<Plan> planned(const ProcedureOptions& options) {
+std::unique_ptr<Plan> planned(const ProcedureOptions& options, Method method = Method::tool_setter) {
   auto plan = std::make_unique<Plan>();
-  fill(*plan, Method::tool_setter, options);
+  fill(*plan, method, options);
   return plan;
 }
 
@@ -58,13 +58,38 @@ TEST(SetterPlan, NeedsANumberAndWayAboutTheEdges) {
 TEST(SetterPlan, NeedsADeviceADelayAndAKnownTool) {
   Facts facts;
   EXPECT_THAT(whyUnready(Method::tool_setter, facts, true)->what, HasSubstr("[tool_setter] in machine.toml"));
-  facts.tool_setter.emplace().tools = {4, 9};
+  facts.tool_setter.emplace();
+  facts.tools = {{.number = 4}, {.number = 9}};
   EXPECT_THAT(whyUnready(Method::tool_setter, facts, false)->what, HasSubstr("calibrate it first"));
   EXPECT_FALSE(whyUnready(Method::tool_setter, facts, true));
   EXPECT_TRUE(findsAPlace(Method::tool_setter));
-  EXPECT_THAT(whyUnknownTool(7, facts)->what, HasSubstr("no [[tool]] with number 7: add it, or measure one of 4, 9"));
-  EXPECT_FALSE(whyUnknownTool(9, facts));
-  EXPECT_FALSE(whyUnknownTool(0, facts)) << "the method measures no tool";
+  EXPECT_THAT(whyUnknownTool(Method::tool_setter, 7, facts)->what,
+              HasSubstr("no [[tool]] with number 7: add it, or measure one of 4, 9"));
+  EXPECT_FALSE(whyUnknownTool(Method::tool_setter, 9, facts));
+  EXPECT_FALSE(whyUnknownTool(Method::centreline, 0, facts)) << "the method measures no tool";
+}
+
+TEST(AssemblyPlan, TouchesWithTheToolAlone) {
+  const auto plan = planned({.tool = 7}, Method::tool_assembly);
+  ASSERT_EQ(plan->step_count, 18U);
+  for (std::size_t k = 0; k < 18; ++k) {
+    EXPECT_EQ(plan->steps[k].touch.tool, 7U);
+    EXPECT_EQ(plan->steps[k].touch.reading, k / 6);
+    EXPECT_TRUE(plan->steps[k].touch.by_edges);
+  }
+  EXPECT_THAT(refusal(Method::tool_assembly, {}), HasSubstr("--tool"));
+}
+
+TEST(AssemblyPlan, NeedsAUnitWithAKnownPlaceAndAHolder) {
+  Facts facts;
+  facts.tool_setter.emplace();
+  facts.tools = {{.number = 4, .holder = HolderFacts{.number = 2, .length_mm = 60, .sd_mm = 0}}, {.number = 9}};
+  EXPECT_THAT(whyUnready(Method::tool_assembly, facts, true)->what, HasSubstr("accepted_mm in machine.toml"));
+  facts.tool_setter->accepted_mm = {0, 0, 0};
+  EXPECT_FALSE(whyUnready(Method::tool_assembly, facts, true));
+  EXPECT_FALSE(whyUnknownTool(Method::tool_assembly, 4, facts));
+  EXPECT_THAT(whyUnknownTool(Method::tool_assembly, 9, facts)->what, HasSubstr("a [[holder]] with its length"));
+  EXPECT_FALSE(whyUnknownTool(Method::tool_setter, 9, facts)) << "its length does not matter there";
 }
 
 // A box at the first step of a run, or at the first one with the tool.

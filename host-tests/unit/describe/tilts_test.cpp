@@ -92,5 +92,17 @@ TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
                     HasSubstr("'tool_setter.half_width_mm' = 0 is out of"), HasSubstr("'tool_setter.probe_offset'")));
 }
 
+TEST(MachineToml, MayTellWhatToolsArePutTogetherWith) {
+  const std::string holder = "[[holder]]\nnumber = 2\nlength_mm = 62\nsd_mm = 0.001\n";
+  const auto machine = machineWith(holder + "[[tool]]\nnumber = 4\nlength_mm = 120\nholder = 2\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->holders[0].length_mm, 62);
+  EXPECT_EQ(machine->tools[0].holder, 2U);
+  EXPECT_EQ(machine->tools[0].sd_mm, 0);
+  EXPECT_THAT(machineProblem(holder + "[[tool]]\nnumber = 4\nlength_mm = 120\nholder = 3\n"),
+              HasSubstr("there is no [[holder]] with number 3: add it, or leave the key away"));
+  EXPECT_THAT(machineProblem(holder + holder), HasSubstr("holder 2 is there twice"));
+}
+
 }  // namespace
 }  // namespace probebox::board
