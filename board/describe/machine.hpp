@@ -145,7 +145,7 @@ struct ToolDescription {
   std::uint32_t number{};
   double length_mm{};
   double sd_mm{};  // k = 1; 0: not stated
-  std::optional<std::uint32_t> holder;
+  std::optional<std::uint32_t> holder{};
 };
 
 // What tools are put together with.

@@ -139,7 +139,7 @@ ProcedureOptions described(Method method, ProcedureOptions options, const Facts&
 }
 
 std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts) {
-  if (!measuresATool(method)) return std::nullopt;
+  if (!measuresATool(method) || tool == 0) return std::nullopt;  // that there is none is said elsewhere
   const auto found = std::ranges::find(facts.tools, tool, &ToolFacts::number);
   if (found == facts.tools.end()) {
     std::string known;
