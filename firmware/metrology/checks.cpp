@@ -65,6 +65,11 @@ Outcome<std::optional<std::array<double, size>>, Refusal> configList(const Datas
   return found;
 }
 
+Refusal missing(const Dataset& dataset, std::string_view key) {
+  return {"missing-key", "config.json has no key '" + std::string{key} + "', which method " + dataset.method +
+                             " cannot do without: add it"};
+}
+
 }  // namespace
 
 Outcome<const Table*, Refusal> checkedTable(const Dataset& dataset, std::string_view name,
@@ -127,10 +132,7 @@ Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key
 Outcome<double, Refusal> requiredNumber(const Dataset& dataset, std::string_view key) {
   const auto number = configNumber(dataset, key);
   if (!number) return number.error();
-  if (!number.value()) {
-    return Refusal{"missing-key", "config.json has no key '" + std::string{key} + "', which method " + dataset.method +
-                                      " cannot do without: add it"};
-  }
+  if (!number.value()) return missing(dataset, key);
   return **number;
 }
 
@@ -144,8 +146,33 @@ Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Datase
   return configList<3>(dataset, key, "three");
 }
 
+Outcome<std::array<double, 3>, Refusal> requiredVector(const Dataset& dataset, std::string_view key) {
+  const auto vector = configVector(dataset, key);
+  if (!vector) return vector.error();
+  if (!vector.value()) return missing(dataset, key);
+  return **vector;
+}
+
 Outcome<std::optional<std::array<double, 2>>, Refusal> configPlane(const Dataset& dataset, std::string_view key) {
   return configList<2>(dataset, key, "two");
+}
+
+Outcome<std::optional<Matrix>, Refusal> configMatrix(const Dataset& dataset, std::string_view key, std::size_t rows,
+                                                     std::size_t columns) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return std::optional<Matrix>{};
+  Matrix matrix;
+  if (const auto* list = std::get_if<std::vector<double>>(&entry->second)) matrix = {*list};
+  if (const auto* several = std::get_if<Matrix>(&entry->second)) matrix = *several;
+  const auto fits = [&](const std::vector<double>& row) {
+    return row.size() == columns && std::ranges::all_of(row, [](double value) { return std::isfinite(value); });
+  };
+  if (matrix.size() != rows || !std::ranges::all_of(matrix, fits)) {
+    return Refusal{"bad-config", "config key '" + std::string{key} + "' must be " +
+                                     (rows == 1 ? "" : std::to_string(rows) + " rows of ") + std::to_string(columns) +
+                                     " finite numbers"};
+  }
+  return std::optional{std::move(matrix)};
 }
 
 Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key) {

@@ -38,8 +38,16 @@ Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_vi
 // Three finite numbers; nothing when the key is absent. Refuses: bad-config.
 Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Dataset& dataset, std::string_view key);
 
+// The same, that the method cannot do without. Refuses: missing-key, bad-config.
+Outcome<std::array<double, 3>, Refusal> requiredVector(const Dataset& dataset, std::string_view key);
+
 // Two finite numbers, x and y; nothing when the key is absent. Refuses: bad-config.
 Outcome<std::optional<std::array<double, 2>>, Refusal> configPlane(const Dataset& dataset, std::string_view key);
+
+// So many rows of so many finite numbers, a single row also as a plain list; nothing when the key is absent. Refuses:
+// bad-config.
+Outcome<std::optional<Matrix>, Refusal> configMatrix(const Dataset& dataset, std::string_view key, std::size_t rows,
+                                                     std::size_t columns);
 
 // Sense of rotation or direction, +1 or -1; +1 when the key is absent. Refuses: bad-config.
 Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key);

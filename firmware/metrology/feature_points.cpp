@@ -5,6 +5,8 @@
 #include <array>
 #include <string>
 
+#include "firmware/metrology/table_columns.hpp"
+
 namespace probebox::metrology {
 namespace {
 
@@ -14,13 +16,7 @@ constexpr double kResidualFloor = 1e-6;  // mm; what the digits of a case file m
 
 Rows3 pointRows(const Table& table) {
   constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
-  Rows3 points{static_cast<Eigen::Index>(table.rows()), 3};
-  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
-    const auto& column = *table.column(kCoordinates[k]);
-    points.col(static_cast<Eigen::Index>(k)) =
-        Eigen::Map<const Eigen::VectorXd>{column.data(), static_cast<Eigen::Index>(column.size())};
-  }
-  return points;
+  return columnsOf(table, kCoordinates);
 }
 
 std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "firmware/metrology/answer.hpp"
+#include "firmware/metrology/table_columns.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -24,15 +25,6 @@ constexpr std::array<std::string_view, 2> kKeys{"sigma_sensor", "tool_vector_mm"
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
-
-MatrixXd columnsOf(const Table& table, std::span<const std::string_view> names) {
-  MatrixXd values{static_cast<Index>(table.rows()), static_cast<Index>(names.size())};
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    values.col(static_cast<Index>(k)) =
-        Eigen::Map<const Eigen::VectorXd>{table.column(names[k])->data(), values.rows()};
-  }
-  return values;
-}
 
 Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
   const Index rows = 3 * moves.rows();

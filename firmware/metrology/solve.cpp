@@ -29,7 +29,8 @@
 #include "firmware/metrology/sphere_fit.hpp"
 #include "firmware/metrology/spindle_offset.hpp"
 #include "firmware/metrology/swivel_error.hpp"
-#include "firmware/metrology/tool_offset.hpp"
+#include "firmware/metrology/tool_assembly.hpp"
+#include "firmware/metrology/tool_setter.hpp"
 #include "firmware/metrology/type_b.hpp"
 
 namespace probebox::metrology {

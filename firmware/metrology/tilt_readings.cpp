@@ -62,10 +62,9 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
 }
 
 Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset) {
-  const auto ball = configVector(dataset, "ball_mm");
+  const auto ball = requiredVector(dataset, "ball_mm");
   if (!ball) return ball.error();
-  if (!ball.value()) return Refusal{"missing-key", "config.json has no key 'ball_mm': give the ball's place"};
-  return Eigen::Vector3d{ball->value().data()};
+  return Eigen::Vector3d{ball->data()};
 }
 
 Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, double sigma, double sigma_angle) {

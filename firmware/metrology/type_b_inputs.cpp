@@ -21,7 +21,7 @@ constexpr double kLargestExpansion = 1e-3;  // per K; zinc has 3e-5
 enum class Kind {
   size,   // a length of a piece: expands with temperature
   value,  // a number of the configuration, no piece
-  table,  // every coordinate of the table "third"
+  table,  // every coordinate of the table of that name
 };
 
 struct Known {
@@ -64,6 +64,9 @@ constexpr auto kKnown = std::to_array<Known>({
     {"tool-assembly", "sd_L2_mm", "L2_mm", Kind::value, true},
     {"tool-assembly", "sd_part_mm", "part_mm", Kind::value, true},
     {"tool-setter", "sd_probe_offset_mm", "probe_offset_mm", Kind::value, true},
+    {"tool-setter", "sd_probe_offset_mm", "probe_offsets", Kind::table, true},
+    {"tool-setter", "sd_centreline_mm", "centreline_mm", Kind::value, true},
+    {"tool-setter", "sd_C_tilt_rad", "C_tilt_rad", Kind::value, true},
 });
 constexpr std::array<std::string_view, 3> kTemperatureKeys{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
@@ -158,6 +161,7 @@ void addTable(std::vector<TypeBInput>& inputs, const Known& known, const Dataset
   for (std::size_t row = 0; table != nullptr && row < table->rows(); ++row) {
     for (const auto coordinate : kCoordinates) {
       inputs.push_back(cellInput(known.sd_key, known.key, coordinate, row, sd));
+      inputs.back().in_sd = known.in_sd;
     }
   }
 }

@@ -46,7 +46,7 @@ constexpr auto kFacts = std::to_array<MethodFacts>({
     {"table-pivot", "Pivot of a tilting table", "(B28), (B29)", kMachine},
     {"table-pivot-3d", "Axis of a tilting table in space", "(B31), (B32)", kMachine},
     {"tool-assembly", "Length of an assembled tool", "(C1)-(C4)", kTool},
-    {"tool-setter", "Offset of a tool from a setting device", "(B22)", kMachine},
+    {"tool-setter", "Offset of a tool from a setting device", "(B22)-(B22c)", kMachine},
     {"web-fit", "Middle and width of a web", "(B3b)", kMachine},
 });
 

@@ -18,14 +18,4 @@ namespace probebox::metrology {
 // length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 
-// Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B
-// and on the same faces (CN101976057, docs/metrology.md B.9, (B22)). Table readings{is_tool,x_mm,y_mm,z_mm}: machine
-// positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
-// the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
-// Instead of readings table touches{is_tool,nx,ny,nz,half_width_mm,radius_mm,x_mm,y_mm,z_mm}: positions at contact with
-// one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a).
-// Gives tool_offset_mm and setter_mm. Refuses: missing-key, bad-flag, probe-not-measured, tool-not-measured,
-// setter-moved; of touches bad-direction, bad-config, faces-differ, missing-face.
-Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
-
 }  // namespace probebox::metrology
