@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,14 +15,16 @@
 #include "firmware/metrology/ball_readings.hpp"
 #include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/limited_access.hpp"
+#include "firmware/metrology/table_columns.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 4> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
-constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "sigma_C_rad", "level_limit_mm", "trust_C_angles"};
 constexpr double kLevelLimit = 0.01;  // mm
@@ -36,33 +39,56 @@ struct RimReading {
 };
 using Loop = std::vector<RimReading>;
 
-// How far the stylus is off the spindle, in every reading alike, and what that is uncertain by.
+// How far the stylus is off the spindle, in every reading alike, and what that is uncertain by: nothing along the
+// spindle.
 struct StylusOffset {
-  Vector2d offset{0.0, 0.0};
-  double variance{};  // of each coordinate, for readings of unit sigma
+  Vector3d offset{0.0, 0.0, 0.0};
+  Vector3d variance{0.0, 0.0, 0.0};  // for readings of unit sigma
+  bool flat{true};                   // it points along Z, so the offset is in x and y alone
 };
+
+// Those two coordinates of the table stylus that are across the spindle: x and y where the stylus points along Z, z and
+// another one where it lies in the x-y plane.
+std::vector<std::size_t> acrossSpindle(const Table& stylus) {
+  std::vector<std::size_t> across;
+  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
+    if (stylus.column(kCoordinates[k])) across.push_back(k);
+  }
+  return across.size() == 2 ? across : std::vector<std::size_t>{0, 1};
+}
 
 // Step 1, (B11): readings with the spindle half a turn apart; the later ones are made with the spindle at zero.
 Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
-  if (!dataset.table("stylus")) return StylusOffset{};
-  const auto table = checkedTable(dataset, "stylus", kStylusColumns);
+  const Table* offered = dataset.table("stylus");
+  if (!offered) return StylusOffset{};
+  const auto across = acrossSpindle(*offered);
+  const std::array<std::string_view, 3> columns{"A_rad", kCoordinates[across[0]], kCoordinates[across[1]]};
+  const auto table = checkedTable(dataset, "stylus", columns);
   if (!table) return table.error();
   const auto notOpposite = [](const std::string& where) {
     return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
   };
+  const Eigen::MatrixXd rows = columnsOf(*offered, columns);
   std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
   std::array<double, 2> counts{};
-  for (std::size_t row = 0; row < (*table)->rows(); ++row) {
-    const double angle = std::remainder((*(*table)->column("A_rad"))[row], 2.0 * std::numbers::pi);
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    const double angle = std::remainder(rows(row, 0), 2.0 * std::numbers::pi);
     const bool zero = std::abs(angle) < kSameAngle;
     if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle) {
       return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
     }
-    sums[zero ? 0 : 1] += Vector2d{(*(*table)->column("x_mm"))[row], (*(*table)->column("y_mm"))[row]};
+    sums[zero ? 0 : 1] += rows.row(row).tail<2>().transpose();
     counts[zero ? 0 : 1] += 1.0;
   }
   if (counts[0] == 0.0 || counts[1] == 0.0) return notOpposite("table 'stylus'");
-  return StylusOffset{(sums[1] / counts[1] - sums[0] / counts[0]) / 2.0, (1.0 / counts[0] + 1.0 / counts[1]) / 4.0};
+  const Vector2d half = (sums[1] / counts[1] - sums[0] / counts[0]) / 2.0;
+  StylusOffset stylus{.flat = across[1] == 1};
+  for (std::size_t k = 0; k < across.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(across[k]);
+    stylus.offset[at] = half[static_cast<Eigen::Index>(k)];
+    stylus.variance[at] = (1.0 / counts[0] + 1.0 / counts[1]) / 4.0;
+  }
+  return stylus;
 }
 
 Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& stylus) {
@@ -205,13 +231,16 @@ Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
   const auto trusted = configSwitch(dataset, "trust_C_angles");
   if (!trusted) return trusted.error();
   const bool trust = trusted.value() || !dataset.config.contains("trust_C_angles");
-  const auto table = checkedTable(dataset, "readings", kColumns);
+  const Table* offered = dataset.table("readings");
+  const std::span columns{kColumns};
+  const bool heights = offered && offered->column("z_mm");
+  const auto table = checkedTable(dataset, "readings", heights ? columns : columns.first(4));
   if (!table) return table.error();
   const auto stylus = stylusOffset(dataset);
   if (!stylus) return stylus.error();
   const auto contact = contactShift(dataset);
   if (!contact) return contact.error();
-  auto loops = loopsOf(**table, stylus->offset);
+  auto loops = loopsOf(**table, stylus->offset.head<2>());
   if (!loops) return loops.error();
   const auto settled = settle(loops.value(), level_limit->value_or(kLevelLimit));
   if (!settled) return settled.error();
@@ -228,7 +257,7 @@ Outcome<Fit, Refusal> fitOf(const Measured& measured) {
   }
   auto fit = fitRotation(readings, measured.noise.noise);
   if (!fit) return fit;
-  fit->cofactor.diagonal().head<2>().array() += measured.stylus.variance * std::pow(measured.noise.noise.position, 2);
+  fit->cofactor.diagonal().head<2>() += measured.stylus.variance.head<2>() * std::pow(measured.noise.noise.position, 2);
   return fit;
 }
 
@@ -292,6 +321,24 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   return result;
 }
 
+// The stylus' offset, and how high the ball runs where that was read: what z tells, the offset taken off.
+void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusOffset& stylus,
+               const StatedNoise& noise) {
+  const double sigma = noise.noise.position;
+  const Vector3d sd = sigma * stylus.variance.cwiseSqrt();
+  const std::size_t parts = stylus.flat ? 2 : 3;
+  std::vector<double> sds;
+  if (noise.stated) sds.assign(sd.data(), sd.data() + parts);
+  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.offset.data(), stylus.offset.data() + parts}, sds));
+  const auto* heights = readings.column("z_mm");
+  if (heights == nullptr) return;
+  const auto count = static_cast<double>(heights->size());
+  const double mean = std::accumulate(heights->begin(), heights->end(), 0.0) / count;
+  const double height_sd = sigma * std::sqrt(1.0 / count + stylus.variance.z());
+  also.push_back(
+      Estimate::scalar("height_mm", mean + stylus.offset.z(), noise.stated ? std::optional{height_sd} : std::nullopt));
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
@@ -317,7 +364,7 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
     return Refusal{"steps-disagree",
                    *differ + ": are the angles of C right? Set trust_C_angles to false if they are not"};
   }
-  covariance.diagonal().head<2>().array() += measured.stylus.variance * noise.position * noise.position;
+  covariance.diagonal().head<2>() += measured.stylus.variance.head<2>() * noise.position * noise.position;
 
   Result result = measured.trust ? resultOfFit(dataset, measured, fit.value())
                                  : resultOfSteps(dataset, measured, *found, covariance);
@@ -331,8 +378,7 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
   also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
   also.push_back(Estimate::scalar("C_shift_rad", measured.contact + measured.settled.zeros.back(), std::nullopt));
-  const Vector2d& stylus = measured.stylus.offset;
-  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.x(), stylus.y()}, {}));
+  addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);
   return result;
 }
 

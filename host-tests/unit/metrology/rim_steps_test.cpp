@@ -162,6 +162,66 @@ TEST(CentrelineBySteps, SaysThatItDoesNotCompareWithoutSigma) {
   }
 }
 
+// The spindle along Y or X: its half turn moves the stylus in z and one other coordinate, and tells nothing of the
+// third. What the stylus is off along the spindle is its length, which stays in the readings.
+Dataset lyingStylus(const Chuck& chuck, bool along_y, double off_z, std::mt19937_64& random) {
+  Dataset dataset = goThrough(chuck, 40 * kDegree, random);
+  Table& stylus = tableNamed(dataset, "stylus");
+  stylus.columns.erase(stylus.columns.begin() + (along_y ? 2 : 1));
+  stylus.columns.push_back({"z_mm", {}});
+  for (const double a : {0.0, std::numbers::pi}) {
+    stylus.columns.back().values.push_back(75.0 - std::cos(a) * off_z + gauss(random, chuck.sigma));
+  }
+  Table& readings = tableNamed(dataset, "readings");
+  readings.columns.push_back({"z_mm", {}});
+  auto& heights = readings.columns.back().values;
+  while (heights.size() < readings.columns[0].values.size())
+    heights.push_back(75.0 - off_z + gauss(random, chuck.sigma));
+  return dataset;
+}
+
+TEST(CentrelineBySteps, TakesTheOffsetOfAStylusThatLiesInTheXyPlaneOffXOrYAndZ) {
+  std::mt19937_64 random{8};
+  for (const bool along_y : {true, false}) {
+    std::array<Moments, 3> pulls;
+    for (int trial = 0; trial < 300; ++trial) {
+      Chuck chuck = randomChuck(random);
+      if (along_y) chuck.stylus.y() = 0.0;
+      if (!along_y) chuck.stylus.x() = 0.0;
+      const double off_z = uniform(random, -.05, .05);
+      if (trial == 0) chuck.sigma = 0.0;
+      Dataset dataset = lyingStylus(chuck, along_y, off_z, random);
+      if (trial == 0) dataset.config["sigma_mm"] = 0.001;
+      const auto solved = solve(dataset);
+      if (!solved) continue;  // four deviations
+      const auto& offset = *solved->find("stylus_offset_mm");
+      ASSERT_EQ(offset.values.size(), 3U);
+      const std::size_t across = along_y ? 0 : 1;
+      EXPECT_EQ(offset.values[1 - across], 0.0);
+      if (trial == 0) {
+        EXPECT_NEAR(offset.values[across], chuck.stylus[along_y ? 0 : 1], 1e-9);
+        EXPECT_NEAR(offset.values[2], off_z, 1e-9);
+        EXPECT_NEAR(solved->find("height_mm")->value(), 75.0, 1e-9);
+        EXPECT_NEAR(solved->find("centre_mm")->values[across], chuck.centre[along_y ? 0 : 1], 1e-9);
+        continue;
+      }
+      for (std::size_t k = 0; k < 2; ++k) {
+        pulls[k].add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                     solved->find("centre_mm")->sd[k]);
+      }
+      pulls[2].add(solved->find("height_mm")->value() - 75.0, solved->find("height_mm")->sd[0]);
+    }
+    for (const auto& pull : pulls) EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.87), testing::Lt(1.13)));
+  }
+}
+
+TEST(CentrelineBySteps, RefusesAStylusReadInThreeCoordinates) {
+  std::mt19937_64 random{9};
+  Dataset dataset = lyingStylus({}, true, 0.01, random);
+  tableNamed(dataset, "stylus").columns.push_back({"y_mm", {600.0, 600.0}});
+  EXPECT_EQ(refusalOf(dataset), "unknown-column") << "half a turn tells two";
+}
+
 // Another spindle angle in any row of the stylus' table, whatever stands before and after it.
 TEST(CentrelineBySteps, TakesNoStylusReadingAtAnotherSpindleAngle) {
   std::mt19937_64 random{7};
