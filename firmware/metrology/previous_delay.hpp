@@ -14,7 +14,8 @@ namespace probebox::metrology {
 // "previous_tau_s", or "previous_tau_axis_s" for x, y and z.
 std::string_view previousDelayKey(Eigen::Index count);
 
-// Zeros when the key is absent. Refuses: bad-config.
+// Zeros when the key is absent: a number for "previous_tau_s", a list for others. Refuses: bad-config.
+Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, std::string_view key, Eigen::Index count);
 Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, Eigen::Index count);
 
 // Adds to a result what was measured on top of the previous delay, where there was one.

@@ -349,6 +349,9 @@ Outcome<Retract, Refusal> fitRetract(const Touch& touch) {
   if (!retract) return retract;
   nameSpikes(retract.value(), "machine", retract->machine, machine.removed);
   nameSpikes(retract.value(), "probe", retract->probe, probe.removed);
+  if (touch.joints.size() > 0) {
+    retract->joints = fitJointPath(touch.machine.times, touch.joints, touch.machine.values, retract->machine);
+  }
   return retract;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/metrology/joint_chain.hpp"
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/result.hpp"
 #include "firmware/metrology/touch.hpp"
@@ -20,6 +21,7 @@ struct Retract {
   Eigen::Vector3d machine_apex;
   Eigen::Vector3d probe_apex;
   std::vector<std::string> spikes;  // samples within the windows that the lines do not use
+  JointPath joints{};               // within the machine's window, where its axes are not Cartesian
 };
 
 // Parameter of the probe's line where the deflection is zero, s (A5), (A6): principal direction of the retract's own

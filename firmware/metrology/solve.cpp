@@ -9,6 +9,7 @@
 #include "firmware/metrology/circle_fit.hpp"
 #include "firmware/metrology/delay_feature.hpp"
 #include "firmware/metrology/delay_in_out.hpp"
+#include "firmware/metrology/delay_joints.hpp"
 #include "firmware/metrology/delay_known_sphere.hpp"
 #include "firmware/metrology/delay_multi_speed.hpp"
 #include "firmware/metrology/delay_non_normal.hpp"
@@ -56,6 +57,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"corner-fit", solveCornerFit},
     {"delay-feature", solveDelayFeature},
     {"delay-in-out", solveDelayInOut},
+    {"delay-joints", solveDelayJoints},
     {"delay-known-sphere", solveDelayKnownSphere},
     {"delay-multi-speed", solveDelayMultiSpeed},
     {"delay-non-normal", solveDelayNonNormal},

@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/table_columns.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -163,6 +165,32 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
     touches.push_back(std::move(touch));
   }
   if (auto refusal = copied(touches)) return *refusal;
+  return touches;
+}
+
+Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const JointChain& chain) {
+  const auto names = chain.columns();
+  std::vector<std::string_view> columns{kMachineColumns[0], kMachineColumns[1]};
+  columns.insert(columns.end(), names.begin(), names.end());
+  const auto recorded = checkedTable(dataset, "machine", columns);
+  if (!recorded) return recorded.error();
+  const auto& ids = *recorded.value()->column(kMachineColumns[0]);
+  const auto& times = *recorded.value()->column(kMachineColumns[1]);
+  const Eigen::MatrixXd joints = columnsOf(*recorded.value(), std::span{columns}.subspan(2));
+  Table tips = Table::withColumns("machine", kMachineColumns);
+  std::map<std::string, std::vector<Eigen::Index>> rows;  // of each touch
+  for (std::size_t row = 0; row < ids.size(); ++row) {
+    const auto at = static_cast<Eigen::Index>(row);
+    const Eigen::Vector3d tip = chain.tip(joints.row(at).transpose());
+    tips.append({ids[row], times[row], tip.x(), tip.y(), tip.z()});
+    rows[nameOf(ids[row])].push_back(at);
+  }
+  Dataset cartesian = dataset;
+  std::ranges::replace_if(
+      cartesian.tables, [](const Table& table) { return table.name == "machine"; }, tips);
+  auto touches = readTouches(cartesian);
+  if (!touches) return touches;
+  for (auto& touch : touches.value()) touch.joints = joints(rows[touch.plan.name], Eigen::all);
   return touches;
 }
 

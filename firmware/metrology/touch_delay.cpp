@@ -19,6 +19,18 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kFeatures{"external", "internal"};
 
+std::string delayKey(const TouchQuestion& question) {
+  switch (question.delays) {
+    case Delays::common:
+      return "tau_s";
+    case Delays::each_axis:
+      return "tau_axis_s";
+    case Delays::each_joint:
+      return "tau_joint_s";
+  }
+  return {};
+}
+
 // The table of touches may tell that the speeds do not suffice before any sample is looked at.
 std::optional<Refusal> refuseStatedSpeeds(const Table& touches) {
   const auto [slowest, fastest] = std::ranges::minmax(*touches.column("speed_mm_s"));
@@ -39,14 +51,14 @@ std::optional<Refusal> wrongFeature(const std::optional<std::string>& stated, co
 Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const TouchQuestion& question) {
   const auto feature = configWord(dataset, "feature", kFeatures);
   if (!feature) return feature.error();
-  const auto previous = previousDelay(dataset, question.delayCount());
+  const auto previous = previousDelay(dataset, "previous_" + delayKey(question), question.delayCount());
   if (!previous) return previous.error();
   const auto listed = checkedTable(dataset, "touches", kTouchesColumns);
   if (!listed) return listed.error();
   if (!question.size_mm) {
     if (auto refusal = refuseStatedSpeeds(*listed.value())) return *refusal;
   }
-  const auto touches = readTouches(dataset);
+  const auto touches = question.chain ? readJointTouches(dataset, *question.chain) : readTouches(dataset);
   if (!touches) return touches.error();
   auto agreed = agreeOn(withoutRinging(touches.value()), question);
   if (!agreed) return agreed.error();
@@ -59,7 +71,7 @@ Estimate TouchDelay::delay() const {
   const Eigen::VectorXd sd = (touches_.fit.covariance.diagonal().head(tau.size()) * widening()).cwiseSqrt();
   Estimate estimate = question_.delays == Delays::common
                           ? Estimate::scalar("tau_s", tau[0], sd[0])
-                          : Estimate::vector("tau_axis_s", {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
+                          : Estimate::vector(delayKey(question_), {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
   estimate.design = design_.tau_s_mm;
   return estimate;
 }
@@ -135,7 +147,8 @@ Result TouchDelay::report(std::span<const std::string_view> keys) const {
   result.condition = fit.condition;
   if (fit.dof > 0) result.chi2_reduced = fit.radial_chi2;
   std::vector<std::string_view> used{keys.begin(), keys.end()};
-  used.insert(used.end(), {"feature", previousDelayKey(question_.delayCount())});
+  const std::string previous = "previous_" + delayKey(question_);
+  used.insert(used.end(), {"feature", previous});
   result.warnings = unusedKeys(*dataset_, used);
   addWarnings(result);
   result.dropped = touches_.dropped;

@@ -18,10 +18,11 @@ MatrixXd rowsOf(std::span<const Retract> retracts, const TouchFit& fit, const To
   for (Index i = 0; i < rows.rows(); ++i) {
     const Retract& touch = retracts[static_cast<std::size_t>(i)];
     rows.row(i).head(n) = -(span.transpose() * touch.plan.normal).transpose();
-    if (delays == 1) {
+    if (question.delays == Delays::common) {
       rows(i, n) = fit.normal_speed[i];
     } else {
-      rows.row(i).segment<3>(n) = touch.plan.normal.cwiseProduct(touch.machine.slope).transpose();
+      const Eigen::Matrix3Xd carried = carriedBy(touch, question, separationTime(touch.probe), fit.tau_s);
+      rows.row(i).segment(n, delays) = touch.plan.normal.transpose() * carried;
     }
     if (!question.size_mm) rows(i, n + delays) = -1.0;
   }

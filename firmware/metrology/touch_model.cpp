@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 
 // Of deflections: less is noise of the slopes.
 constexpr double kFlatDeflections = 0.02;
+constexpr double kLeastJoint = 0.02;  // of the speed, that a joint has to move the tip by
 
 Matrix3d covarianceOf(const SampleNoise& noise, const Vector3d& motion) {
   const Vector3d u = motion.normalized();
@@ -36,6 +37,20 @@ MatrixXd spanOf(const MatrixXd& rows, double flat) {
   return svd.matrixV().leftCols(rank);
 }
 
+Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const VectorXd& tau) {
+  const Vector3d& slope = touch.machine.slope;
+  if (question.delays == Delays::common) return slope;
+  if (question.delays == Delays::each_axis) return Matrix3d{slope.asDiagonal()};
+  const double common = tau.mean();
+  const VectorXd apart = tau.array() - common;
+  Eigen::Matrix3Xd carried = carriedBy(*question.chain, touch.joints, t + common, apart);
+  // Of the common part, which goes along the line.
+  const Vector3d off_line =
+      slope - carriedBy(*question.chain, touch.joints, t + common, VectorXd::Zero(tau.size())).rowwise().sum();
+  carried.colwise() += off_line / static_cast<double>(tau.size());
+  return carried;
+}
+
 TouchModel::TouchModel(std::span<const Retract> retracts, const PooledNoise& noise, const TouchQuestion& question)
     : retracts_{retracts}, noise_{noise}, question_{question} {
   MatrixXd normals{size(), 3};
@@ -48,9 +63,15 @@ TouchModel::TouchModel(std::span<const Retract> retracts, const PooledNoise& noi
   channels_ = spanOf(deflections, kFlatDeflections);
 }
 
-Vector3d TouchModel::delays(const VectorXd& at) const {
-  if (question_.delays == Delays::common) return Vector3d::Constant(at[tauAt()]);
-  return at.segment<3>(tauAt());
+// With one delay for all joints it is the line, taken that much later; what theirs differ by moves it off the line.
+Vector3d TouchModel::undelayed(Index i, const VectorXd& at) const {
+  const Line& machine = touch(i).machine;
+  const VectorXd tau = delays(at);
+  if (question_.delays == Delays::each_axis) return machine.at(pointTime(i)) + tau.cwiseProduct(machine.slope);
+  const double common = tau.mean();
+  const Vector3d on_line = machine.at(pointTime(i) + common);
+  if (question_.delays == Delays::common) return on_line;
+  return on_line + shiftOf(*question_.chain, touch(i).joints, pointTime(i) + common, tau.array() - common);
 }
 
 Matrix3d TouchModel::gain(const VectorXd& at) const {
@@ -68,9 +89,22 @@ double TouchModel::pointTime(Index i) const {
 }
 
 Vector3d TouchModel::point(Index i, const VectorXd& at) const {
-  const Vector3d undeflected = touch(i).machine.at(pointTime(i));
   const Vector3d left = question_.gain == Gain::common ? reach(i, touch(i).probe.mean, at) : Vector3d{Vector3d::Zero()};
-  return undeflected + left + delays(at).cwiseProduct(touch(i).machine.slope);
+  return undelayed(i, at) + left;
+}
+
+// What the point holds of the velocity's noise: T of T v.
+Matrix3d TouchModel::velocityShare(Index i, const VectorXd& at) const {
+  const VectorXd tau = delays(at);
+  if (question_.delays == Delays::each_axis) return tau.asDiagonal();
+  const double common = tau.mean();
+  Matrix3d share = common * Matrix3d::Identity();
+  if (question_.delays == Delays::common) return share;
+  const VectorXd times = VectorXd::Constant(tau.size(), pointTime(i) + common);
+  const MatrixXd jacobian = question_.chain->jacobian(touch(i).joints.at(times));
+  share += jacobian * (tau.array() - common).matrix().asDiagonal() *
+           jacobian.completeOrthogonalDecomposition().pseudoInverse();
+  return share;
 }
 
 // Covariance of one probe sample, seen in machine axes.
@@ -88,7 +122,7 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   const Matrix3d of_probe = deflectionCovariance(i, at);
   const Vector3d n = span_ * arm(point(i, at), at).normalized();
   // The radial residual holds the velocity with the lever of the extrapolation and of the delay.
-  const Vector3d lever = (delays(at).array() + (pointTime(i) - machine.t_mean)).matrix().cwiseProduct(n);
+  const Vector3d lever = velocityShare(i, at).transpose() * n + (pointTime(i) - machine.t_mean) * n;
   double radial = n.dot(of_machine * n) / static_cast<double>(machine.n) + lever.dot(of_machine * lever) / machine.sxx +
                   n.dot(of_probe * n) / static_cast<double>(probe.n);
   if (question_.gain == Gain::by_touch)
@@ -101,37 +135,68 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   return all;
 }
 
-// Whether the touched sides do not tell centre from size, or from the delay of each axis. With a known size and one
-// delay the size stands for the delay: all touches retract outwards.
-bool TouchModel::oneSided() const {
-  const bool each_axis = question_.delays == Delays::each_axis;
-  MatrixXd rows{size(), dimensions() + (each_axis ? 3 : 1)};
+// What each delay moves the touched points outwards by, per second and speed of the fastest touch.
+MatrixXd TouchModel::carriedOutwards() const {
   double fastest = 0.0;
   for (Index i = 0; i < size(); ++i) fastest = std::max(fastest, touch(i).plan.speed_mm_s);
+  MatrixXd carried{size(), question_.delayCount()};
   for (Index i = 0; i < size(); ++i) {
     const TouchPlan& plan = touch(i).plan;
-    rows.row(i).head(dimensions()) = (span_.transpose() * plan.normal).transpose();
-    if (each_axis) {
-      // Two speeds serve as well as two sides (A11).
-      rows.row(i).tail<3>() = plan.speed_mm_s / fastest * plan.normal.cwiseProduct(plan.retract).transpose();
+    if (question_.delays == Delays::each_joint) {
+      const VectorXd none = VectorXd::Zero(question_.delayCount());
+      carried.row(i) = plan.normal.transpose() * carriedBy(touch(i), question_, pointTime(i), none) / fastest;
     } else {
-      rows(i, dimensions()) = 1.0;
+      carried.row(i) = plan.speed_mm_s / fastest * plan.normal.cwiseProduct(plan.retract).transpose();
     }
   }
+  return carried;
+}
+
+// Whether the touched sides do not tell centre from size, or from the delay of each axis. With a known size and one
+// delay the size stands for the delay: all touches retract outwards.
+bool TouchModel::oneSided(const MatrixXd& carried) const {
+  MatrixXd rows{size(), dimensions() + carried.cols()};
+  for (Index i = 0; i < size(); ++i) {
+    rows.row(i).head(dimensions()) = (span_.transpose() * touch(i).plan.normal).transpose();
+  }
+  rows.rightCols(carried.cols()) = carried;
   const VectorXd singular = Eigen::JacobiSVD<MatrixXd>{rows}.singularValues();
   return rows.rows() < rows.cols() || singular[singular.size() - 1] < kFlat * singular[0];
+}
+
+// Two speeds serve as well as two sides (A11), where there is more than one delay.
+std::optional<Refusal> TouchModel::dependentDelays() const {
+  if (question_.delays == Delays::common) {
+    if (!oneSided(VectorXd::Ones(size()))) return std::nullopt;
+    return Refusal{"one-sided",
+                   "the touched normals do not determine a size: touch opposite sides, or five sides of a sphere"};
+  }
+  MatrixXd carried = carriedOutwards();
+  if (question_.delays == Delays::each_axis) {
+    if (!oneSided(carried)) return std::nullopt;
+    return Refusal{"one-sided",
+                   "the touched normals do not determine the delay of every axis: touch both sides on x, y and z, or "
+                   "at two speeds what has no other side"};
+  }
+  for (Index k = 0; k < carried.cols(); ++k) {
+    const double most = carried.col(k).cwiseAbs().maxCoeff();
+    if (most < kLeastJoint) {
+      return Refusal{"joint-not-moved", "joint " + std::to_string(k + 1) +
+                                            " hardly moves the tip in any touch, so its delay cannot be told: touch "
+                                            "where it has to move, or ask for one common delay"};
+    }
+    carried.col(k) /= most;
+  }
+  if (!oneSided(carried)) return std::nullopt;
+  return Refusal{"one-sided",
+                 "the touches do not tell the delays of the joints apart: touch opposite sides of the sphere, at two "
+                 "speeds, or where the chain stands otherwise"};
 }
 
 // Points by each touch's own slope give the centre without the delay; the sizes give the delay: against the known one
 // (A9), or at their speeds (A10).
 Outcome<VectorXd, Refusal> TouchModel::start() const {
-  const bool each_axis = question_.delays == Delays::each_axis;
-  if (oneSided()) {
-    return Refusal{"one-sided", each_axis ? "the touched normals do not determine the delay of every axis: touch both "
-                                            "sides on x, y and z, or at two speeds what has no other side"
-                                          : "the touched normals do not determine a size: touch opposite sides, or "
-                                            "five sides of a sphere"};
-  }
+  if (auto refusal = dependentDelays()) return *refusal;
   MatrixXd points{size(), dimensions()};
   MatrixXd slopes{size(), channels_.cols()};
   MatrixXd velocities{size(), 3};
@@ -191,11 +256,8 @@ Linearised TouchModel::operator()(const VectorXd& at) const {
     residual[3] = from_centre.norm() - radius(at);
     jacobian.row(3).head(dimensions()) = -from_centre.normalized().transpose();
     if (!question_.size_mm) jacobian(3, dimensions()) = -1.0;
-    if (question_.delays == Delays::common) {
-      jacobian(3, tauAt()) = n.dot(machine.slope);
-    } else {
-      jacobian.row(3).segment<3>(tauAt()) = n.cwiseProduct(machine.slope).transpose();
-    }
+    jacobian.row(3).segment(tauAt(), question_.delayCount()) =
+        n.transpose() * carriedBy(touch(i), question_, pointTime(i), delays(at));
     if (question_.gain == Gain::common) {
       residual.head<3>() = reach(i, probe.slope, at) + machine.slope;
       for (Index k = 0; k < channels_.cols(); ++k) {

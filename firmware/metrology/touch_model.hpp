@@ -17,17 +17,23 @@ enum class Gain {
   by_touch,  // each touch by its own slope (A6): where the gain depends on speed or direction
 };
 
-// Whether the machine's axes share one delay, or x, y and z have their own.
-enum class Delays { common, each_axis };
+// Whether the machine's axes share one delay, or x, y and z have their own, or the joints of a chain.
+enum class Delays { common, each_axis, each_joint };
 
 // What is asked of the touches, and what is known beforehand.
 struct TouchQuestion {
   Delays delays{Delays::common};
   std::optional<double> size_mm{};  // effective, 2 R; free without it
   Gain gain{Gain::common};
+  const JointChain* chain{};  // of a machine whose axes are not Cartesian; it outlives the question
 
-  Eigen::Index delayCount() const { return delays == Delays::common ? 1 : 3; }
+  Eigen::Index delayCount() const {
+    return delays == Delays::common ? 1 : delays == Delays::each_axis ? 3 : chain->size();
+  }
 };
+
+// d point / d tau, one column a delay: of a touch's point at a time (s) of its machine's line, with these delays.
+Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const Eigen::VectorXd& tau);
 
 // Orthonormal columns that span the rows (unit vectors). flat: singular value, relative to the largest, below which
 // they have no extent; 0.05 takes directions closer together than about three degrees for one.
@@ -71,8 +77,10 @@ class TouchModel {
  private:
   const Retract& touch(Eigen::Index i) const { return retracts_[static_cast<std::size_t>(i)]; }
   const TouchNoise& noiseOf(Eigen::Index i) const { return noise_.of_touch[static_cast<std::size_t>(i)]; }
-  // The delays of the three axes, s.
-  Eigen::Vector3d delays(const Eigen::VectorXd& at) const;
+  Eigen::VectorXd delays(const Eigen::VectorXd& at) const { return at.segment(tauAt(), question_.delayCount()); }
+  Eigen::Matrix3d velocityShare(Eigen::Index i, const Eigen::VectorXd& at) const;
+  // The machine's position at the point's time, the delays taken out.
+  Eigen::Vector3d undelayed(Eigen::Index i, const Eigen::VectorXd& at) const;
   // A deflection in machine axes, mm: A d (A3), or along the motion by the touch's own gain.
   Eigen::Vector3d reach(Eigen::Index i, const Eigen::Vector3d& deflection, const Eigen::VectorXd& at) const;
   Eigen::Matrix3d deflectionCovariance(Eigen::Index i, const Eigen::VectorXd& at) const;
@@ -84,7 +92,9 @@ class TouchModel {
   }
   // Of the slope residual and of the radial residual; both hold the velocity, hence the cross term.
   Eigen::Matrix4d covariance(Eigen::Index i, const Eigen::VectorXd& at) const;
-  bool oneSided() const;
+  Eigen::MatrixXd carriedOutwards() const;
+  bool oneSided(const Eigen::MatrixXd& carried) const;
+  std::optional<Refusal> dependentDelays() const;
 
   std::span<const Retract> retracts_;
   const PooledNoise& noise_;

@@ -40,6 +40,7 @@ constexpr auto kKnown = std::to_array<Known>({
     {"corner-fit", "sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", Kind::value},
     {"delay-feature", "sd_size_mm", "size_mm"},
     {"delay-feature", "sd_size_axis_mm", "size_axis_mm"},
+    {"delay-joints", "sd_effective_diameter_mm", "effective_diameter_mm"},
     {"delay-known-sphere", "sd_effective_diameter_mm", "effective_diameter_mm"},
     {"delay-multi-speed", "sd_effective_diameter_mm", "effective_diameter_mm"},
     {"delay-non-normal", "sd_effective_diameter_mm", "effective_diameter_mm"},

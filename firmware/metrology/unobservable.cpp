@@ -28,6 +28,8 @@ constexpr auto kKnown = std::to_array<Known>({
     {"delay-non-normal", "delays that differ between the axes: one delay stands for all"},
     {"delay-feature", "delays that differ between the axes, where one stands for all"},
     {"delay-feature", "form of the feature, and how far it is off the stated direction: it stands for exact"},
+    {"delay-joints", "lengths and axes of the chain, and its joints' own zeros: the stated ones stand for exact"},
+    {"delay-joints", "delays that differ between the joints, where one stands for all"},
     {"delay-plates", "the delay of an axis across the normal of the faces"},
     {"delay-in-out", "the delay of an axis across the drive, and where the surface is"},
     {"delay-stepped-scan", "delays that differ between the axes, and the radius: both are nuisances of each scan"},
@@ -117,8 +119,8 @@ void addUnobservable(Result& result, const Dataset& dataset) {
   for (const auto& known : kKnown) {
     if (dataset.method.starts_with(known.methods)) result.unobservable.emplace_back(known.what);
   }
-  constexpr std::array<std::string_view, 5> kOfTouches{"delay-feature", "delay-known-sphere", "delay-non-normal",
-                                                       "delay-per-axis", "delay-plates"};
+  constexpr std::array<std::string_view, 6> kOfTouches{"delay-feature",    "delay-joints",   "delay-known-sphere",
+                                                       "delay-non-normal", "delay-per-axis", "delay-plates"};
   if (std::ranges::find(kOfTouches, dataset.method) != kOfTouches.end()) addOfOneSpeed(result, dataset);
   addOfBalls(result, dataset);
 }

@@ -24,6 +24,7 @@ constexpr auto kFacts = std::to_array<MethodFacts>({
     {"corner-fit", "Corner of two or three faces", "(B3c)", kMachine},
     {"delay-feature", "System delay from touches of any feature", "(A1)-(A9), (A11), (A12)", kDelay},
     {"delay-in-out", "System delay from one drive in and out", "(A1), (A17)-(A19)", kDelay},
+    {"delay-joints", "System delay of a machine whose axes are joints", "(A1)-(A9), (A12), (A21)", kDelay},
     {"delay-known-sphere", "System delay from a sphere of known size", "(A1)-(A9), (A12)", kDelay},
     {"delay-multi-speed", "System delay from several speeds", "(A1)-(A8), (A10), (A12)", kDelay},
     {"delay-non-normal", "System delay from touches off the normal", "(A1)-(A9), (A12)", kDelay},

@@ -97,7 +97,7 @@ double gaussian(Random& random, double sigma) {
 
 struct Sampling {
   double rate_hz{};
-  double sigma{};
+  Vector3d sigma;
   double resolution{};
   Vector3d delay_s;  // of each component
 };
@@ -109,8 +109,9 @@ void sample(Table& table, double touch, double duration, const Scene& scene, con
     const double t = count / sampling.rate_hz;
     Vector3d value;
     for (Eigen::Index k = 0; k < 3; ++k) value[k] = truth(t - sampling.delay_s[k])[k];
-    for (double& component : value) {
-      component += gaussian(random, sampling.sigma);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      double& component = value[k];
+      component += gaussian(random, sampling.sigma[k]);
       if (sampling.resolution > 0.0) component = std::round(component / sampling.resolution) * sampling.resolution;
     }
     const double stamp = t + gaussian(random, scene.stamp_jitter_s);
@@ -211,12 +212,12 @@ Dataset measure(const Scene& scene, Random& random) {
       touches.append({touch, normal.x(), normal.y(), normal.z(), retract.x(), retract.y(), retract.z(), speed});
       sample(
           machine, touch, contact.duration(), scene,
-          {scene.machine_rate_hz, scene.machine_sigma_mm, scene.machine_resolution_mm,
+          {scene.machine_rate_hz, scene.machine_sigma_mm * scene.sigma_share, scene.machine_resolution_mm,
            scene.more_delay_s.array() + scene.machine_delay_s},
-          [&](double t) { return contact.body(t); }, random);
+          [&](double t) { return scene.inverse ? scene.inverse(contact.body(t)) : contact.body(t); }, random);
       sample(
           probe, touch, contact.duration(), scene,
-          {scene.probe_rate_hz, scene.probe_sigma_mm, 0.0, Vector3d::Constant(scene.probe_delay_s)},
+          {scene.probe_rate_hz, Vector3d::Constant(scene.probe_sigma_mm), 0.0, Vector3d::Constant(scene.probe_delay_s)},
           [&](double t) { return contact.deflection(t); }, random);
       ++touch;
     }

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -30,8 +31,11 @@ struct Scene {
   double radius_mm{15.5};    // effective; negative for touches from within, the normals pointing inwards
   Eigen::Vector3d centre_mm{0.0, 0.0, 0.0};
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A of (A3)
+  // Of a machine with three joints: their positions for a place of the tip; the machine's rows then hold those.
+  std::function<Eigen::Vector3d(const Eigen::Vector3d&)> inverse{};
+  Eigen::Vector3d sigma_share{1.0, 1.0, 1.0};  // noise of each component of the machine, per machine_sigma_mm
   double machine_delay_s{0.004};
-  Eigen::Vector3d more_delay_s{0.0, 0.0, 0.0};  // of the axes, each
+  Eigen::Vector3d more_delay_s{0.0, 0.0, 0.0};  // of the axes or joints, each
   double probe_delay_s{0.0001};
 
   double tau() const { return machine_delay_s - probe_delay_s; }
