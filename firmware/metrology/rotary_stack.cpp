@@ -27,7 +27,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 10> kKeys{"axis",
+constexpr std::array<std::string_view, 14> kKeys{"axis",
                                                  "axis_point_mm",
                                                  "axis_direction",
                                                  "sigma_mm",
@@ -36,7 +36,11 @@ constexpr std::array<std::string_view, 10> kKeys{"axis",
                                                  "sigma_third_mm",
                                                  "station_correction",
                                                  "station_radius_mm",
-                                                 "previous_tau_axis_s"};
+                                                 "previous_tau_axis_s",
+                                                 "sigma_offset_mm",
+                                                 "tool_vector_mm",
+                                                 "sensor_matrix",
+                                                 "sensor_head_result"};
 constexpr double kWorstResidual = 5.0;   // sigma, between second and third
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kStationRadius = 30.0;  // mm
@@ -50,9 +54,10 @@ Matrix3d turned(const Vector3d& rotation) {
 struct Keys {
   NominalAxis axis;
   Sigma sigma;
-  double axial_sigma{};  // mm; of a coordinate along the axis
-  double angle_sigma{};  // rad, of every stop; 0: the axis stands where it says
-  double third_sigma{};  // mm; 0: the certificate is taken as it is
+  double axial_sigma{};   // mm; of a coordinate along the axis
+  double angle_sigma{};   // rad, of every stop; 0: the axis stands where it says
+  double third_sigma{};   // mm; 0: the certificate is taken as it is
+  double offset_sigma{};  // mm, each coordinate, of what all readings share; 0: nothing
   std::optional<double> station_radius;
 };
 
@@ -67,6 +72,8 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!axial) return axial.error();
   const auto angle = configPositive(dataset, "sigma_angle_rad");
   if (!angle) return angle.error();
+  const auto offset = configPositive(dataset, "sigma_offset_mm");
+  if (!offset) return offset.error();
   for (const char* key : kOtherSigmas) {
     if (dataset.config.contains(key) && !sigma->stated)
       return Refusal{"missing-key", std::string{key} + " needs sigma_mm beside it: which of the two weighs more?"};
@@ -85,6 +92,7 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
             .axial_sigma = axial->value_or(sigma->value),
             .angle_sigma = angle->value_or(0.0),
             .third_sigma = third->value_or(0.0),
+            .offset_sigma = offset->value_or(0.0),
             .station_radius = std::nullopt};
   if (correct.value()) keys.station_radius = radius->value_or(kStationRadius);
   return keys;
@@ -143,7 +151,8 @@ Matrix3d weightOf(const Keys& keys) {
 
 // Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
 // of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
-// stop: the angles, then the zero of second). The last two are held by what is known of them.
+// stop: the angles, then the zero of second), what all readings are off by (3). The last three are held by what is
+// known of them.
 class StackModel {
  public:
   StackModel(const PlateReadings& stack, const Keys& keys) : stack_{stack}, keys_{keys}, weight_{weightOf(keys)} {
@@ -151,7 +160,8 @@ class StackModel {
     stations_at_ = errors_at_ + 6 * static_cast<Index>(stack.angles.size());
     balls_at_ = stations_at_ + (keys.station_radius ? 3 * static_cast<Index>(stack.second_count) : 0);
     stops_at_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
-    size_ = stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.angles.size()) + 1 : 0);
+    offset_at_ = stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.angles.size()) + 1 : 0);
+    size_ = offset_at_ + (keys.offset_sigma > 0.0 ? 3 : 0);
   }
   Index size() const { return size_; }
   Index errorsAt() const { return errors_at_; }
@@ -165,7 +175,7 @@ class StackModel {
     if (gauge > 0) addGauge(model, readings, at);
     for (Index k = balls_at_; k < size_; ++k) {
       const Index row = readings + gauge + k - balls_at_;
-      const double sigma = k < stops_at_ ? keys_.third_sigma : keys_.angle_sigma;
+      const double sigma = k < stops_at_ ? keys_.third_sigma : k < offset_at_ ? keys_.angle_sigma : keys_.offset_sigma;
       model.residuals[row] = at[k] / sigma;
       model.jacobian(row, k) = 1.0 / sigma;
     }
@@ -181,7 +191,7 @@ class StackModel {
     Vector3d certified = stack_.certified[reading.ball];
     if (balls_at_ < stops_at_) certified += at.segment<3>(ball);
     const Vector3d place = at.segment<3>(mount) + turned(at.segment<3>(mount + 3)) * start(certified);
-    const double stop = stops_at_ < size_ ? at[stopOf(reading)] : 0.0;
+    const double stop = stops_at_ < offset_at_ ? at[stopOf(reading)] : 0.0;
     const double angle = (reading.angle ? stack_.angles[*reading.angle] : 0.0) + stop;
     // Of the plate, after the axis has turned it.
     const Matrix3d seen = Eigen::AngleAxisd{angle, keys_.axis.direction}.toRotationMatrix();
@@ -195,7 +205,11 @@ class StackModel {
     }
     jacobian.middleCols<6>(mount) = weight_ * seen * smallMotionRows(place);
     if (balls_at_ < stops_at_) jacobian.middleCols<3>(ball) = weight_ * seen * start.rotation;
-    if (stops_at_ < size_) jacobian.col(stopOf(reading)) = weight_ * keys_.axis.direction.cross(ideal);
+    if (stops_at_ < offset_at_) jacobian.col(stopOf(reading)) = weight_ * keys_.axis.direction.cross(ideal);
+    if (offset_at_ < size_) {
+      model_at += at.segment<3>(offset_at_);
+      jacobian.middleCols<3>(offset_at_) = weight_;
+    }
     if (reading.station) {
       const Index station = stations_at_ + 3 * static_cast<Index>(*reading.station);
       model_at += at.segment<3>(station);
@@ -228,6 +242,7 @@ class StackModel {
   Index stations_at_{};
   Index balls_at_{};
   Index stops_at_{};
+  Index offset_at_{};
   Index size_{};
 };
 

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
 constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
-constexpr std::array<std::string_view, 2> kKeys{"sigma_sensor", "tool_vector_mm"};
+constexpr std::array<std::string_view, 3> kKeys{"sigma_sensor", "tool_vector_mm", "reference_mm"};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
@@ -114,6 +114,8 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto tool = configVector(dataset, "tool_vector_mm");
   if (!tool) return tool.error();
+  const auto reference = configVector(dataset, "reference_mm");
+  if (!reference) return reference.error();
   const auto table = checkedTable(dataset, "moves", kMoveColumns);
   if (!table) return table.error();
   const MatrixXd moves = columnsOf(**table, kMoveColumns);
@@ -136,6 +138,13 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   answer.promiseVector("sensor_zero", head.zero, pick_zero);
   const Vector3d sensitivity = head.matrix.rowwise().norm();
   answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
+  if (reference.value()) {
+    // Where the sensors all read zero the ball is away from the reference by -K^-1 zero.
+    const Matrix3d inverse = head.matrix.inverse();
+    const Vector3d centre = inverse * head.zero;
+    const Vector3d at = Vector3d{reference.value()->data()} + centre;
+    answer.alsoVector("centred_mm", at, -displacementSlopes(inverse, -centre));
+  }
   if (dataset.table("readings")) {
     const auto readings = checkedTable(dataset, "readings", kReadingColumns);
     if (!readings) return readings.error();

@@ -25,9 +25,10 @@ struct SensorHead {
 // ((E1)). Table moves{ux_mm,uy_mm,uz_mm,s1,s2,s3}: where the ball is from the reference, that is minus the machine's
 // move, and what the sensors say. Table readings{x_mm,y_mm,z_mm,s1,s2,s3} where wanted: machine positions and sensors.
 // Config: sigma_sensor, of one sensor, in its unit; tool_vector_mm. Gives sensor_matrix and sensor_zero; with readings
-// also ball_mm, a row a reading. Also sensitivity, in units per mm, of each sensor. Refuses: bad-config,
-// dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise), what
-// linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
+// also ball_mm, a row a reading. Also sensitivity, in units per mm, of each sensor, and with reference_mm (the
+// machine's position at the reference) centred_mm: where the machine stands when all sensors read zero. Refuses:
+// bad-config, dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise),
+// what linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -185,6 +185,36 @@ TEST(RotaryStack, StatesItsUncertaintyForStacksStationsAndCertificates) {
   }
 }
 
+// As where the middle of a sensor head is not known: that is no error of the axis, but looks like one of its place.
+TEST(RotaryStack, KnowsWhatAllReadingsMayBeOffByTogether) {
+  std::mt19937_64 random{12};
+  Moments moments;
+  for (int trial = 0; trial < 150; ++trial) {
+    const double sigma = uniform(random, 3e-4, 1e-3), common = uniform(random, 1, 10) * sigma;
+    const Bench bench = randomBench(random, 1, 3);
+    Dataset dataset = datasetOf(bench, kAll, sigma, 0.0, random);
+    const auto alone = solve(dataset);
+    for (const char* table : {"first", "second"}) {
+      std::mt19937_64 same{static_cast<std::uint64_t>(trial)};
+      for (const char* column : {"x_mm", "y_mm", "z_mm"}) {
+        const double off = gauss(same, common);
+        for (double& value : columnNamed(dataset, table, column)) value += off;
+      }
+    }
+    dataset.config["sigma_offset_mm"] = common;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto &six = *solved->find("six_errors"), &six_alone = *alone->find("six_errors");
+    const std::size_t k = bench.angles.size() - 1;
+    for (std::size_t e = 0; e < 2; ++e) {
+      moments.add(six.values[6 * k + e] - bench.errors[k][static_cast<Eigen::Index>(e)], six.sd[6 * k + e]);
+      EXPECT_GT(six.sd[6 * k + e], six_alone.sd[6 * k + e]);
+    }
+    EXPECT_NEAR(six.sd[6 * k + 5], six_alone.sd[6 * k + 5], 0.01 * six_alone.sd[6 * k + 5]) << "no turn is doubtful";
+  }
+  EXPECT_THAT(moments.pull(), testing::AllOf(testing::Gt(0.8), testing::Lt(1.25)));
+}
+
 // What holds the stations and the certificate is no reading.
 TEST(RotaryStack, ResidualRmsIsThatOfTheReadings) {
   std::mt19937_64 random{9};
@@ -288,7 +318,7 @@ TEST(RotaryStack, RefusesByName) {
                     }),
             "bad-config")
       << "one uncertainty, counted twice";
-  for (const char* key : {"sigma_axial_mm", "sigma_angle_rad"}) {
+  for (const char* key : {"sigma_axial_mm", "sigma_angle_rad", "sigma_offset_mm"}) {
     EXPECT_EQ(refusal(1, kAll,
                       [key](Dataset& d) {
                         d.config[key] = 0.001;

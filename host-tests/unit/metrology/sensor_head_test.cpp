@@ -1,6 +1,7 @@
 // The sensor head that reads a ball plate.
 #include "firmware/metrology/sensor_head.hpp"
 
+#include <Eigen/LU>
 #include <array>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -108,6 +109,25 @@ TEST(SensorHead, FindsTheBallWithoutNoise) {
   EXPECT_THAT(solved->find("ball_mm")->values,
               testing::ElementsAre(testing::DoubleNear(11, 1e-9), testing::DoubleNear(22, 1e-9),
                                    testing::DoubleNear(33, 1e-9)));
+}
+
+TEST(SensorHead, TellsWhereTheMachineStandsWhenAllSensorsReadZero) {
+  std::mt19937_64 random{13};
+  Moments moments;
+  for (int trial = 0; trial < 150; ++trial) {
+    const Sensors sensors = randomSensors(random);
+    Dataset dataset = headDataset(sensors, 0.3, uniform(random, 1e-4, 1e-3), random, {});
+    dataset.config["reference_mm"] = std::vector<double>{100, 200, -50};
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Each(testing::Not(testing::HasSubstr("reference_mm"))));
+    // The machine moves by m, and the ball goes to -m: zero + matrix * -m has to be nothing.
+    const Vector3d truth = Vector3d{100, 200, -50} + sensors.matrix.inverse() * sensors.zero;
+    const auto& centred = *solved->find("centred_mm");
+    for (std::size_t k = 0; k < 3; ++k)
+      moments.add(centred.values[k] - truth[static_cast<Eigen::Index>(k)], centred.sd[k]);
+  }
+  EXPECT_THAT(moments.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
 }
 
 TEST(SensorHead, RefusesByName) {
