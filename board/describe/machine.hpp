@@ -166,6 +166,14 @@ struct ToolSetterDescription {
   double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
 };
 
+// A sensor head (R-test) in the spindle: three displacement sensors that read where one ball is.
+struct SensorHeadDescription {
+  std::uint32_t tool{};                      // its number
+  double range_mm{};                         // that its sensors read to either side, in mm of a reading
+  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the middle of the probe's ball, A at 0
+  std::optional<double> sd_centre_offset_mm;
+};
+
 // Sources of corrections, by the bits of the mask that the CNC reads.
 struct CorrectionsDescription {
   double hold_s{};       // T_hold: how long a doubtful source is held, where it says nothing else
@@ -194,6 +202,7 @@ struct Machine {
   std::vector<ToolDescription> tools;  // whose lengths are known by number
   std::vector<HolderDescription> holders;
   std::optional<ToolSetterDescription> tool_setter;
+  std::optional<SensorHeadDescription> sensor_head;
   CorrectionsDescription corrections;
 };
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "board/describe/document.hpp"
+#include "board/describe/head_sections.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/rotary_sections.hpp"
 #include "board/describe/tool_sections.hpp"
@@ -198,6 +199,7 @@ Machine readMachine(Section& root) {
   readTools(root, machine);
   readRotary(root, hold_s, machine);
   readToolSetter(root, machine);
+  readSensorHead(root, machine);
   return machine;
 }
 

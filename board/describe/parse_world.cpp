@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "board/describe/document.hpp"
+#include "board/describe/head_sections.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/tool_sections.hpp"
 
@@ -237,6 +238,7 @@ World readWorld(Section& root) {
   if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
   readScrews(root.section("screw", false), world);
   readWorldTools(root, world);
+  readWorldHead(root, world);
   world.cycle = readCycle(root.section("cycle"));
   return world;
 }

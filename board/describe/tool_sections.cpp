@@ -83,13 +83,6 @@ WorldToolSetter readEmulated(Section section) {
   return setter;
 }
 
-bool there(const World& world, std::uint32_t number) {
-  const auto is = [number](const auto& tool) { return tool.number == number; };
-  const auto& spindle = world.probe_spindle;
-  if (spindle && (spindle->tool == number || std::ranges::any_of(spindle->further_tools, is))) return true;
-  return std::ranges::any_of(world.cutters, is);
-}
-
 }  // namespace
 
 void readTools(Section& root, Machine& machine) {
@@ -103,6 +96,13 @@ void readToolSetter(Section& root, Machine& machine) {
   if (described) machine.tool_setter = readDescription(std::move(section));
 }
 
+bool hasTool(const World& world, std::uint32_t number) {
+  const auto is = [number](const auto& tool) { return tool.number == number; };
+  const auto& spindle = world.probe_spindle;
+  if (spindle && (spindle->tool == number || std::ranges::any_of(spindle->further_tools, is))) return true;
+  return std::ranges::any_of(world.cutters, is);
+}
+
 void readWorldTools(Section& root, World& world) {
   const bool described = root.has("tool_setter");
   auto setter = root.section("tool_setter", false);
@@ -114,7 +114,7 @@ void readWorldTools(Section& root, World& world) {
         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
         .radius_mm = section.number("radius_mm", {0.05, 100})};
     section.finish();
-    if (there(world, tool.number))
+    if (hasTool(world, tool.number))
       section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
     if (world.cutters.size() == kMostWorldTools)
       section.problem(*section.node("number"), "more than 8 tools: remove some");

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+
 #include "board/describe/machine.hpp"
 #include "board/describe/section.hpp"
 #include "board/describe/world.hpp"
@@ -11,5 +13,7 @@ void readTools(Section& root, Machine& machine);
 void readToolSetter(Section& root, Machine& machine);
 // Sections [tool_setter] and [[tool]] of world.toml.
 void readWorldTools(Section& root, World& world);
+// One of the tools that are known so far has that number.
+bool hasTool(const World& world, std::uint32_t number);
 
 }  // namespace probebox::board

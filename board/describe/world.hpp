@@ -148,6 +148,16 @@ struct WorldCutter {
   double radius_mm{};
 };
 
+// A sensor head in the magazine: three displacement sensors that look at one ball.
+struct WorldSensorHead {
+  std::uint32_t number{};
+  std::array<double, 2> offset_mm{};  // of its centre, where all read zero, from the spindle's axis, X and Y at A = 0
+  double length_mm{};                 // from the machine's reference down to that centre
+  std::array<std::array<double, 3>, 3> sensors{};  // a row a sensor: what it reads per mm of the ball along X, Y, Z
+  double range_mm{};                               // of a reading, to either side
+  double noise_um{};                               // k = 1, one sensor
+};
+
 // The measuring cycle that the emulated controller runs: five touches on the sphere at every speed.
 struct WorldCycle {
   std::vector<double> speeds_mm_s;
@@ -175,6 +185,7 @@ struct World {
   std::array<std::optional<WorldScrew>, 3> screws;
   std::optional<WorldToolSetter> tool_setter;
   std::vector<WorldCutter> cutters;
+  std::optional<WorldSensorHead> sensor_head;
   WorldCycle cycle;
 };
 

@@ -25,6 +25,7 @@ enum class StepKind : std::uint8_t {
   in_out = 1,  // in and at once back out
   jog = 2,     // one axis alone, and nothing is touched
   sweep = 3,   // the same, slowly and at constant speed
+  hold = 4,    // stand still there, and nothing is touched
 };
 // What the rotary axis B moves in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
@@ -49,8 +50,9 @@ struct Prompt {
   Vector3 rotary_angles_rad{};  // A B C
   BMoves b_moves{};
   bool referenced{true};  // the box knows where all axes stand
-  double travel_mm{};     // of a jog or a sweep, along the outward normal
-  std::uint32_t tool{};   // that has to be in the spindle; 0: whichever carries the probe
+  // Along the outward normal: of a jog or a sweep, and of where to hold, from the middle of the feature.
+  double travel_mm{};
+  std::uint32_t tool{};  // that has to be in the spindle; 0: whichever carries the probe
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

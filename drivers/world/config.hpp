@@ -118,12 +118,22 @@ struct SwivelHeadConfig {
   double noise_rad{0};  // of every stop, k = 1
 };
 
-// What else the probe's spindle can hold: the probe on another stylus, or a cutting tool, whose tip ends it.
+// Three displacement sensors that look at one ball, in the place of the probe's channels.
+struct SensorHeadConfig {
+  Matrix3 sensors{
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // a row a sensor: its reading per mm of the ball, head's own axes
+  double range_mm{0.5};                    // of a reading, to either side
+  double noise_um{0.2};                    // k = 1, one sensor
+};
+
+// What else the probe's spindle can hold: the probe on another stylus, a cutting tool, whose tip ends it, or a sensor
+// head, whose centre does.
 struct ToolConfig {
   std::uint32_t number{2};
-  std::array<double, 2> offset_mm{0, 0};  // of the stylus ball or the tip from the axis, at A = 0
+  std::array<double, 2> offset_mm{0, 0};  // of the stylus ball, tip or centre from the axis, at A = 0
   double length_mm{200};                  // from the machine's reference down to it
   std::optional<double> radius_mm{};      // of a cutting tool, above its tip
+  std::optional<SensorHeadConfig> head{};
 };
 
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs

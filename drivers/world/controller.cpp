@@ -4,38 +4,17 @@
 #include <cmath>
 #include <tuple>
 
+#include "drivers/world/prompts.hpp"
+
 namespace probebox::world {
 namespace {
 
 // The box publishes its state a moment after it has answered a marker.
 constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 
-// One axis alone, and nothing is touched.
-bool movesOneAxis(StepKind kind) {
-  return kind == StepKind::jog || kind == StepKind::sweep;
-}
-
 // As the controller tells them: A B C.
 Vector3 anglesOf(const Pose& pose) {
   return {pose.a_rad, pose.head_rad != 0 ? pose.head_rad : pose.table_rad, pose.c_rad};
-}
-
-// A prompt that a machine can follow; anything else is not moved for.
-bool canBeFollowed(const Prompt& prompt) {
-  const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
-  const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
-  const auto isTravel = [](double mm) { return mm > 0 && mm < 1000; };
-  const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
-  if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
-  const bool approaches =
-      prompt.approach_direction == Vector3{} ||
-      (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
-  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
-                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
-  return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
-         prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
-         dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
-         isLength(prompt.clearance_mm) && timed;
 }
 
 }  // namespace
@@ -60,7 +39,7 @@ void Controller::advance(MonoTime now) {
         return;
       }
       near_ = place();
-      route_ = Route::down(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
+      route_ = Route::down(*near_, machine_.commandedPosition(), beginning());
       return enter(Activity::travelling);
     case Activity::travelling:
       return travel(Activity::settling);
@@ -117,7 +96,7 @@ bool Controller::procedureHasGone() const {
 void Controller::leave() {
   const bool moves =
       activity_ == Activity::approaching || activity_ == Activity::dwelling || activity_ == Activity::retracting;
-  const bool may_touch = moves && !movesOneAxis(step_.kind);
+  const bool may_touch = moves && touches(step_.kind);
   ++abandoned_steps_;
   if (may_touch) return enter(Activity::withdrawing);
   park();
@@ -166,7 +145,7 @@ void Controller::follow(const Prompt& prompt) {
     return enter(Activity::travelling);
   }
   if (near_ == place() && !mustTurn()) {
-    route_ = Route::within(*near_, machine_.commandedPosition(), outOfSurface(step_.clearance_mm));
+    route_ = Route::within(*near_, machine_.commandedPosition(), beginning());
     return enter(Activity::travelling);
   }
   rise();
@@ -236,6 +215,10 @@ Vector3 Controller::ballOfThePart() const {
   return table.point_mm + rotation(table.axis, at.table_rad) * (level - table.point_mm);
 }
 
+Vector3 Controller::middle() const {
+  return step_.feature == StepFeature::part_ball ? ballOfThePart() : config_.nominal_centre_mm;
+}
+
 Place Controller::setterFrom(const Vector3& tip) const {
   const auto& setter = config_.setter;
   const auto& tool = toolNumbered(this->tool());
@@ -249,6 +232,8 @@ Place Controller::setterFrom(const Vector3& tip) const {
 Place Controller::place() const {
   const Pose at = step_.turns ? pose() : machine_.commandedPose();
   const Vector3 tip = tipIn(at, tool());
+  // A sensor head comes over its ball from above.
+  if (step_.kind == StepKind::hold) return {Place::Shape::gap, middle() - tip, 0, {}};
   const double keep_out_mm = config_.safe_distance_mm;
   switch (step_.feature) {
     case StepFeature::datum_sphere:
@@ -320,7 +305,7 @@ void Controller::awaitAnswer() {
 
 void Controller::answered(bool taken) {
   if (activity_ == Activity::beginning && taken) {
-    if (movesOneAxis(step_.kind)) return enter(Activity::dwelling);  // where it starts from is recorded first
+    if (!touches(step_.kind)) return enter(Activity::dwelling);  // where it stands is recorded first
     machine_.moveTo(outOfSurface(-step_.overtravel_mm), step_.nominal_speed_mm_s, now_);
     return enter(Activity::approaching);
   }
@@ -338,6 +323,7 @@ void Controller::touch() {
     return;
   }
   if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
+  if (step_.kind == StepKind::hold) return enter(Activity::recording);
   if (movesOneAxis(step_.kind)) {
     const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
     machine_.moveTo(target, step_.nominal_speed_mm_s, now_);
@@ -378,6 +364,12 @@ void Controller::level() {
   } else {
     enter(Activity::asking);
   }
+}
+
+// Where the machine stands as the step begins.
+Vector3 Controller::beginning() const {
+  if (step_.kind != StepKind::hold) return outOfSurface(step_.clearance_mm);
+  return place().centre + step_.travel_mm * step_.outward_normal;
 }
 
 // Where the stylus ball's centre is to meet the surface.

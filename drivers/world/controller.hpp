@@ -112,6 +112,7 @@ class Controller {
   Pose pose() const;
   bool mustTurn() const;
   Vector3 ballOfThePart() const;
+  Vector3 middle() const;
   std::uint32_t tool() const;
   const ControllerConfig::Tool& toolNumbered(std::uint32_t number) const;
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const;
@@ -129,6 +130,7 @@ class Controller {
   void withdraw();
   void park();
   void level();
+  Vector3 beginning() const;
   Vector3 surface() const;
   Vector3 outOfSurface(double distance_mm) const;
 

@@ -85,6 +85,13 @@ std::vector<ToolConfig> furtherToolsOf(const board::World& described) {
   }
   for (const auto& [number, offset_mm, length_mm, radius_mm] : described.cutters)
     tools.push_back({.number = number, .offset_mm = offset_mm, .length_mm = length_mm, .radius_mm = radius_mm});
+  if (const auto& head = described.sensor_head) {
+    tools.push_back(
+        {.number = head->number,
+         .offset_mm = head->offset_mm,
+         .length_mm = head->length_mm,
+         .head = SensorHeadConfig{.sensors = head->sensors, .range_mm = head->range_mm, .noise_um = head->noise_um}});
+  }
   return tools;
 }
 

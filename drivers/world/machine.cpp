@@ -34,12 +34,14 @@ Machine::Machine(const Config& config, std::uint64_t seed)
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
   hold_ = holdAt(stands_, tool_);
+  standFrom(MonoTime::min());
 }
 
 bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
   if (target_mm == motion_.target()) return true;
   const Move& move = motion_.append(target_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now);
+  if (hold_.is_head && comesFromAside(move)) ++crashes_;
   stylus_.follow(move, solids_, hold_);
   return true;
 }
@@ -54,6 +56,7 @@ bool Machine::turnTo(const Pose& pose, MonoTime now) {
   if (pose.head_rad != commanded_.head_rad) stands_.head_rad = stopAt(pose.head_rad, head_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
+  standFrom(now);
   turned_from_c_rad_ = commanded_.c_rad;
   turns_since_ = now;
   turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / rotary_.speed_rad_s)};
@@ -70,16 +73,34 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
+  standFrom(now);
   turned_from_c_rad_ = commanded_.c_rad;
   turned_at_ = now + kChange;
   return true;
+}
+
+void Machine::standFrom(MonoTime since) {
+  sensor_head_.stand({.since = since,
+                      .head = tool_.head,
+                      .centre = hold_.tip,
+                      .turned = hold_.turned,
+                      .balls = solids_.ballCentres()});
+}
+
+// The sensors stand about the ball like a cradle: it is free along their middle alone.
+bool Machine::comesFromAside(const Move& move) const {
+  constexpr double kAlong = 0.9;
+  Move way = move;
+  way.from = move.from + hold_.tip;
+  const auto meeting = solids_.meet(way, 0);
+  return meeting && dot(meeting->normal, hold_.turned * Vector3{0, 0, 1}) < kAlong;
 }
 
 // The first one for a number that is not there.
 ToolConfig Machine::toolOf(std::uint32_t number) const {
   const auto found = std::ranges::find(probe_spindle_.further_tools, number, &ToolConfig::number);
   if (found != probe_spindle_.further_tools.end()) return *found;
-  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm, {}};
+  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm, {}, {}};
 }
 
 bool Machine::strikesOnTheWayTo(const Pose& pose) const {
@@ -115,7 +136,8 @@ Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
   const Vector3 arm = hanging - head_.pivot_mm, swung = swivelled * arm - arm;
   return {.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
           .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
-          .tool_radius_mm = tool.radius_mm};
+          .tool_radius_mm = tool.radius_mm,
+          .is_head = tool.head.has_value()};
 }
 
 }  // namespace probebox::world

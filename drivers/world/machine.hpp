@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
 #include "drivers/world/random.hpp"
+#include "drivers/world/sensor_head.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/stylus.hpp"
 #include "drivers/world/vector.hpp"
@@ -57,6 +59,10 @@ class Machine {
   Vector3 probeDisplacementAt(MonoTime at, double delay_s) const {
     return stylus_.inProbeAxes(positionAt(at, delay_s), at, delay_s);
   }
+  // What a sensor head in the place of the probe sees of the ball that is nearest; nothing while there is none.
+  std::optional<HeadReading> headReadingAt(MonoTime at, double delay_s) const {
+    return sensor_head_.reading(positionAt(at, delay_s), at, delay_s);
+  }
   const Stylus& stylus() const { return stylus_; }
   // Where an ideal stop of the pose holds the stylus ball with that tool, from positionAt().
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const { return holdAt(pose, toolOf(tool)).tip; }
@@ -64,7 +70,8 @@ class Machine {
   double partAngleAt(MonoTime at, double delay_s = 0) const;
   // Where a point of the part is in that pose, when it stands at `at_zero` at C = 0 without a tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const { return solids_.partPoint(at_zero, pose); }
-  // How often the stylus and a ball struck each other while an axis turned, or one turned while the stylus touched.
+  // How often the stylus and a ball struck each other while an axis turned, or one turned while the stylus touched, or
+  // a sensor head came over a ball from aside.
   std::uint64_t crashes() const { return crashes_; }
 
  private:
@@ -73,6 +80,8 @@ class Machine {
   ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
   bool touching() const;
+  bool comesFromAside(const Move& move) const;
+  void standFrom(MonoTime since);
 
   AxesConfig axes_;
   RotaryConfig rotary_;
@@ -81,6 +90,7 @@ class Machine {
   MotionHistory motion_;
   Solids solids_;
   Stylus stylus_;
+  SensorHead sensor_head_;
   Random random_;
   Hold hold_;
   Pose commanded_;

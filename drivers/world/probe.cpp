@@ -20,11 +20,15 @@ Probe::Probe(const Config& config, std::uint64_t seed)
 bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {
   Deflection deflection{
       .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
-  const Vector3 channels_mm = channels_of_displacement_ * machine.probeDisplacementAt(deflection.at, tau_s_);
+  const auto head = machine.headReadingAt(deflection.at, tau_s_);
+  const Vector3 channels_mm =
+      head ? head->sensors_mm : channels_of_displacement_ * machine.probeDisplacementAt(deflection.at, tau_s_);
+  const double range_mm = head ? head->range_mm : config_.range_mm;
   for (std::size_t i = 0; i < channels_mm.size(); ++i) {
-    const double noise_um = config_.noise_um * (faults.active(FaultKind::shake_probe, deflection.at) ? 100 : 1);
+    const double noise_um =
+        (head ? head->noise_um : config_.noise_um) * (faults.active(FaultKind::shake_probe, deflection.at) ? 100 : 1);
     const double read_mm = channels_mm[i] + 1e-3 * noise_um * random_.normal();
-    const double clipped_mm = std::clamp(read_mm, -config_.range_mm, config_.range_mm);
+    const double clipped_mm = std::clamp(read_mm, -range_mm, range_mm);
     deflection.clipped |= clipped_mm != read_mm;
     deflection.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e6 * clipped_mm));
   }

@@ -12,7 +12,8 @@
 
 namespace probebox::world {
 
-// Samples the scanning probe's channels at its own rate, stale by the probe's delay.
+// Samples the scanning probe's channels, or the sensors of a head in its place, at its own rate, stale by the probe's
+// delay.
 class Probe {
  public:
   Probe(const Config& config, std::uint64_t seed);

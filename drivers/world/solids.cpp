@@ -109,6 +109,12 @@ std::optional<Meeting> Solids::meet(const Move& way, double from_mm, std::option
   return nearest;
 }
 
+BallCentres Solids::ballCentres() const {
+  BallCentres balls{.centres = {sphere_.centre}, .count = 1 + spindle_.ball_count};
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) balls.centres[1 + i] = part_[i].centre;
+  return balls;
+}
+
 bool Solids::occupied(const Vector3& point, const PartPose& pose) const {
   if (norm(point - sphere_.centre) < sphere_.reach_mm) return true;
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) {

@@ -32,6 +32,12 @@ struct SolidBlock {
   std::optional<Meeting> meet(const Move& way) const;
 };
 
+// The datum sphere first.
+struct BallCentres {
+  std::array<Vector3, 1 + PartSpindleConfig::kMostBalls> centres{};
+  std::size_t count{};
+};
+
 // How the part is held: the angle of its spindle, and the tilt of the table under that.
 struct PartPose {
   double c_rad{};
@@ -50,6 +56,8 @@ class Solids {
   // The nearest surface from `from_mm` on; nothing when the way is free. A tool meets the device that it is set on, and
   // nothing else stands near its ways. tool_radius_mm: nothing for the stylus.
   std::optional<Meeting> meet(const Move& way, double from_mm, std::optional<double> tool_radius_mm = {}) const;
+  // Of all balls, as they stand now.
+  BallCentres ballCentres() const;
   // True when the stylus ball cannot be there with the part in that pose, because a ball is.
   bool occupied(const Vector3& point, const PartPose& pose) const;
 

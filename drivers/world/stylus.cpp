@@ -19,7 +19,7 @@ void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   Move way = move;  // of the ball while it is free
   way.from = move.from + hold.tip;
   const double free_from_mm = release(way);
-  if (free_from_mm < way.length_mm) meet(way, free_from_mm, solids, hold);
+  if (free_from_mm < way.length_mm && !hold.is_head) meet(way, free_from_mm, solids, hold);
 }
 
 double Stylus::release(const Move& move) {

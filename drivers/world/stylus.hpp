@@ -43,6 +43,7 @@ struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::optional<double> tool_radius_mm{};  // of a tool in the place of the probe
+  bool is_head{};                          // a sensor head, which touches nothing
 };
 
 // A ball on a spring that meets solids. Touching, it sticks where it met the surface, whatever the direction of the

@@ -1,0 +1,34 @@
+#include "drivers/world/prompts.hpp"
+
+#include <cmath>
+
+namespace probebox::world {
+
+bool movesOneAxis(StepKind kind) {
+  return kind == StepKind::jog || kind == StepKind::sweep;
+}
+
+bool touches(StepKind kind) {
+  return kind == StepKind::touch || kind == StepKind::in_out;
+}
+
+bool canBeFollowed(const Prompt& prompt) {
+  const auto isDirection = [](const Vector3& v) { return std::abs(norm(v) - 1) < 1e-6; };
+  const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
+  const auto isTravel = [](double mm) { return mm > 0 && mm < 1000; };
+  const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
+  if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
+  const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
+                        (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
+  if (prompt.kind == StepKind::hold)
+    return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
+  const bool approaches =
+      prompt.approach_direction == Vector3{} ||
+      (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
+  return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
+         prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
+         dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&
+         isLength(prompt.clearance_mm) && timed;
+}
+
+}  // namespace probebox::world

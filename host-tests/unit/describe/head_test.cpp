@@ -1,0 +1,67 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "board/describe/parse.hpp"
+#include "board/describe/sim_files.hpp"
+#include "machine_with.hpp"
+
+// The sensor head, in machine.toml and in world.toml.
+namespace probebox::board {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::string kHead = "[sensor_head]\ntool = 5\nrange_mm = 0.4\ncentre_offset_mm = [0.1, 0, -30]\n";
+
+TEST(MachineToml, MayDescribeASensorHead) {
+  EXPECT_FALSE(machineWith("")->sensor_head);
+  const auto machine = machineWith(kHead + "sd_centre_offset_mm = 0.002\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  const auto& head = machine->sensor_head.value();
+  EXPECT_EQ(head.tool, 5U);
+  EXPECT_EQ(head.range_mm, 0.4);
+  EXPECT_EQ(head.centre_offset_mm[2], -30);
+  EXPECT_EQ(head.sd_centre_offset_mm.value(), 0.002);
+  EXPECT_FALSE(machineWith(kHead)->sensor_head->sd_centre_offset_mm);
+}
+
+TEST(MachineToml, SaysWhatIsWrongWithASensorHead) {
+  EXPECT_THAT(machineProblem("[sensor_head]\ntool = 0\nrange_mm = 100\ncentre_offset = [0, 0, 0]\n"),
+              AllOf(HasSubstr("'sensor_head.tool' = 0 is out of"), HasSubstr("'sensor_head.range_mm' = 100 is out of"),
+                    HasSubstr("unknown key 'sensor_head.centre_offset'")));
+  const std::string probe_tools = "[probe_tools]\nnumbers = [5]\n[[tool]]\nnumber = 5\nlength_mm = 100\n";
+  EXPECT_THAT(machineProblem(probe_tools + kHead), HasSubstr("tool 5 carries the probe ([probe_tools])"));
+}
+
+// The emulated board's world, its head described differently.
+Outcome<World> worldWith(const std::string& head) {
+  std::string text{simFile("world.toml")};
+  const auto begin = text.find("[sensor_head]"), end = text.find("[rotary_axes]");
+  text.replace(begin, end - begin, head);
+  return parseWorld(text, "world.toml");
+}
+
+constexpr const char* kSensors = "sensors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+
+TEST(WorldToml, MayHaveASensorHead) {
+  const std::string head = "[sensor_head]\nnumber = 6\nlength_mm = 170\nrange_mm = 0.4\nnoise_um = 0.1\n";
+  EXPECT_FALSE(worldWith("")->sensor_head);
+  const auto world = worldWith(head + kSensors);
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  EXPECT_EQ(world->sensor_head->number, 6U);
+  EXPECT_EQ(world->sensor_head->sensors[2][2], 1);
+  EXPECT_EQ(world->sensor_head->offset_mm[0], 0);
+  EXPECT_THAT(worldWith(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
+              HasSubstr("look from nearly the same side"));
+  EXPECT_THAT(worldWith(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));
+  for (const char* other : {"number = 1", "number = 2", "number = 4"}) {
+    std::string twice = head + kSensors;
+    EXPECT_THAT(worldWith(twice.replace(twice.find("number = 6"), 10, other)).error().what,
+                HasSubstr("is there twice"));
+  }
+}
+
+}  // namespace
+}  // namespace probebox::board
