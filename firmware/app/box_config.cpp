@@ -141,6 +141,15 @@ std::vector<procedure::ToolFacts> toolFacts(const board::Machine& machine) {
   return tools;
 }
 
+std::optional<procedure::SensorHead> sensorHead(const board::Machine& machine) {
+  const auto& described = machine.sensor_head;
+  if (!described) return std::nullopt;
+  return procedure::SensorHead{.tool = described->tool,
+                               .range_mm = described->range_mm,
+                               .centre_offset_mm = described->centre_offset_mm,
+                               .sd_centre_offset_mm = described->sd_centre_offset_mm.value_or(0)};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
@@ -155,7 +164,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .swivel_head = headFacts(machine),
           .probe_tools = probeTools(machine),
           .tool_setter = toolSetter(machine),
-          .tools = toolFacts(machine)};
+          .tools = toolFacts(machine),
+          .sensor_head = sensorHead(machine)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

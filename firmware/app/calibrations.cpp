@@ -69,7 +69,7 @@ void Calibrations::look(const box::State& state) {
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  auto [dataset, refusal, warnings] = procedure::runDataset(method, recording, scales, facts_);
+  auto [dataset, refusal, warnings] = procedure::runDataset(method, recording, scales, factsNow());
   addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
   dataset_ = store::toJson(dataset);
@@ -80,6 +80,12 @@ void Calibrations::solve(std::uint32_t run, procedure::Method method, const capt
   const auto id = lasts ? keep(dataset, solved) : std::nullopt;
   const bool lost = lasts && !id;
   insist(Solved{.run = run, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+}
+
+procedure::Facts Calibrations::factsNow() const {
+  procedure::Facts facts = facts_;
+  if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead();
+  return facts;
 }
 
 Outcome<Calibrations::Proposed> Calibrations::propose(metrology::Dataset dataset) {

@@ -17,7 +17,7 @@
 namespace probebox::app {
 
 // Solves recorded runs, keeps the results, and all that comes of them later. Lives on the worker's thread, except for
-// lastRefusal() and what ResultsInForce allows, which any thread may ask.
+// lastRefusal(), factsNow() and what ResultsInForce allows, which any thread may ask.
 class Calibrations {
  public:
   // `tell_core` hands a command to the core; false when its queue is full.
@@ -41,6 +41,8 @@ class Calibrations {
     std::string refusal;  // name, colon and reason; empty where there is a result
   };
   Outcome<Proposed> propose(metrology::Dataset dataset);
+  // As described, and what calibrations in force add to that. Any thread may ask.
+  procedure::Facts factsNow() const;
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
   Outcome<std::vector<store::Record>, store::Failure> newest(std::size_t count) { return store_.newest(count); }

@@ -287,11 +287,12 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
   }
-  const auto options = plannedOptions(*method, *request, with_.facts, state);
+  const auto facts = with_.calibrations.factsNow();
+  const auto options = plannedOptions(*method, *request, facts, state);
   if (!options) return options.error();
   if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
-  if (const auto error = procedure::whyUnready(*method, with_.facts, state.snapshot.delay.calibrated))
+  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, request->head))
     return refused(ErrorCode::wrong_state, error->what);
   if (procedure::findsAPlace(*method)) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

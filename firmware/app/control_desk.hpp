@@ -43,7 +43,6 @@ struct LinkVitals {
 class ControlDesk {
  public:
   struct Colleagues {
-    procedure::Facts facts;
     double deflection_limit_mm;  // of the probe
     const TimeSource& time;
     CommandQueue& commands;

@@ -95,8 +95,8 @@ struct Daemon::Parts {
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
-             {procedureFacts(descriptions), descriptions.probe.deflection_limit_mm, time, commands, worker,
-              calibrations, results_desk, loop_back_desk, counters, source_table, [this] { return cncLineStatus(); }},
+             {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
+              loop_back_desk, counters, source_table, [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 

@@ -17,6 +17,7 @@ constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kCentreline = "centreline";
 constexpr std::string_view kScrewOf = "screw-";
 constexpr std::string_view kRotaryOf = "rotary-";
+constexpr std::string_view kSensorHead = "sensor-head";
 constexpr std::string_view kSwivelOf = "swivel-";
 
 constexpr std::array<std::string_view, 3> kTurningAxisMethods{"c-axis-alignment", "centreline",
@@ -216,10 +217,28 @@ std::string subjectOf(const metrology::Dataset& dataset) {
   return subjectNamed(dataset.method);
 }
 
+Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
+  const metrology::Result* result = record.result();
+  if (result == nullptr) return Error{"Result " + std::to_string(record.id) + " is a refusal."};
+  const auto matrix = valuesOf(*result, "sensor_matrix", 9);
+  if (!matrix) return matrix.error();
+  procedure::CalibratedHead head{.result_id = record.id};
+  for (std::size_t i = 0; i < 9; ++i) {
+    head.matrix[i / 3][i % 3] = matrix->values[i];
+    head.sd[i / 3][i % 3] = matrix->sdOf(i);
+  }
+  return head;
+}
+
+bool isOfSensorHead(const store::Record& record) {
+  return record.binding.subject == kSensorHead;
+}
+
 std::string subjectNamed(std::string_view subject_or_method) {
   if (subject_or_method.starts_with("delay-")) return std::string{kDelay};
   if (std::ranges::find(kTurningAxisMethods, subject_or_method) != kTurningAxisMethods.end())
     return std::string{kCentreline};
+  if (subject_or_method == "sensor-head-calibration") return std::string{kSensorHead};
   return std::string{subject_or_method};
 }
 
@@ -229,6 +248,12 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   const auto& subject = record.binding.subject;
   if (subject == kDelay) return delay(*result, record.id, now);
   if (subject == kCentreline) return centreline(*result, record.id, now);
+  if (subject == kSensorHead) {
+    // The worker follows it, and the core hears nothing of it.
+    const auto head = calibratedHeadOf(record);
+    if (!head) return head.error();
+    return std::vector<Event>{};
+  }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
   if (const auto axis = rotaryAxis(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
   if (const auto axis = rotaryAxis(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 #include "firmware/store/record.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -14,7 +15,7 @@ namespace probebox::app {
 
 // The question that a method answers: "delay" for every delay-* method, "centreline" for all that give the turning
 // axis, "screw-x", "screw-y", "screw-z" by the dataset's axis, "rotary-c" and so on likewise, "swivel-b" and so on by
-// the direction of its swivel_axis; otherwise the method's own name.
+// the direction of its swivel_axis, "sensor-head"; otherwise the method's own name.
 std::string subjectOf(const metrology::Dataset& dataset);
 
 // What a person may call a subject: itself, or a method that answers it.
@@ -24,6 +25,10 @@ std::string subjectNamed(std::string_view subject_or_method);
 // the core does not use. An error says what of it the core cannot use: a value that is missing or not finite, a table
 // that is too long.
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now);
+
+// What a result about the sensor head says of it, or what of it cannot be used.
+Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
+bool isOfSensorHead(const store::Record& record);
 
 // The event that says: no result about this is in force any more.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);

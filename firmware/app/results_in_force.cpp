@@ -194,14 +194,18 @@ void ResultsInForce::readStore() {
   const auto accepted = ours(store::State::accepted);
   if (!in_force || !accepted) return;
   std::vector<std::uint64_t> active;
+  std::optional<procedure::CalibratedHead> sensor_head;
   for (const auto& record : *in_force) {
-    if (fitActivation(record)) active.push_back(record.id);
+    if (!fitActivation(record)) continue;
+    active.push_back(record.id);
+    if (isOfSensorHead(record)) sensor_head = calibratedHeadOf(record).value();
   }
   std::vector<std::uint64_t> waiting;
   for (const auto& record : *accepted) waiting.push_back(record.id);
   const std::lock_guard lock{mutex_};
   active_ = std::move(active);
   waiting_ = std::move(waiting);
+  sensor_head_ = sensor_head;
 }
 
 std::vector<std::uint64_t> ResultsInForce::active() const {
@@ -212,6 +216,11 @@ std::vector<std::uint64_t> ResultsInForce::active() const {
 std::vector<std::uint64_t> ResultsInForce::waiting() const {
   const std::lock_guard lock{mutex_};
   return waiting_;
+}
+
+std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead() const {
+  const std::lock_guard lock{mutex_};
+  return sensor_head_;
 }
 
 bool ResultsInForce::isWaiting(store::Id id) const {

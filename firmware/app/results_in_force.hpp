@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/box/state.hpp"
+#include "firmware/procedure/run_dataset.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -25,8 +26,8 @@ struct Mounting {
 std::string utcNow();
 
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
-// before the core hears of it. Lives on the worker's thread, except for active() and isWaiting(), which any thread may
-// ask.
+// before the core hears of it. Lives on the worker's thread, except for active(), isWaiting() and sensorHead(),
+// which any thread may ask.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
@@ -60,6 +61,8 @@ class ResultsInForce {
   // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
+  // What the calibration of the sensor head found; nothing while none is in force.
+  std::optional<procedure::CalibratedHead> sensorHead() const;
 
  private:
   bool mayChange() const;
@@ -85,6 +88,7 @@ class ResultsInForce {
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;
+  std::optional<procedure::CalibratedHead> sensor_head_;
 };
 
 }  // namespace probebox::app

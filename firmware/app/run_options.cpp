@@ -29,7 +29,9 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .b_axis = {},
                            .tool_count = 0,
                            .tools = {},
-                           .tool = request.tool};
+                           .tool = request.tool,
+                           .head_tool = 0,
+                           .head_range_mm = 0};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }
@@ -53,6 +55,9 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
   const auto options = optionsOf(request);
   if (!options)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
+  if (request.head) {
+    if (const auto error = procedure::whyNoHead(method, facts)) return refused(ErrorCode::wrong_state, error->what);
+  }
   if (procedure::needsOf(method) != procedure::Needs::screw) {
     if (request.turns != 0)
       return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
@@ -60,7 +65,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
       return refused(ErrorCode::refused, error->what);
     if (const auto error = procedure::whyUnknownTool(method, options->tool, facts))
       return refused(ErrorCode::not_found, error->what);
-    return procedure::described(method, *options, facts);
+    return procedure::described(method, *options, facts, request.head);
   }
   const auto sweep = procedure::sweepOptions(*options, request.turns, facts);
   if (!sweep) return refused(ErrorCode::refused, sweep.error().what);

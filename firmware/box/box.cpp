@@ -64,7 +64,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       clock_{config.clock},
       probe_clock_{config.probe_clock},
       latch_{config.latch},
-      procedure_{config.capture},
+      procedure_{config.capture, config.mm_per_count},
       corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.

@@ -42,9 +42,12 @@ struct TouchRequest {
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
   std::uint32_t tool{};                       // in the spindle, by its number; 0: whichever carries the probe
-  double travel_mm{};                         // along the outward normal, of a jog that touches nothing; 0: a touch
-  bool sweeps{};    // turns the screw of the axis along the normal: its sensor is read, and no probe
-  bool by_edges{};  // the tool-setting device tells the contact, and no probe
+  // Along the outward normal: of a jog that touches nothing, and of where to hold, from the middle; 0: a touch.
+  double travel_mm{};
+  bool sweeps{};           // turns the screw of the axis along the normal: its sensor is read, and no probe
+  bool by_edges{};         // the tool-setting device tells the contact, and no probe
+  bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
+  double head_range_mm{};  // of its sensors, to either side
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the

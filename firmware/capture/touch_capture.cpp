@@ -1,10 +1,18 @@
 #include "firmware/capture/touch_capture.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace probebox::capture {
 namespace {
 
 constexpr std::size_t kFewestRows = 5;
 constexpr std::uint8_t kAllAxes = (1U << kLinearAxes) - 1U;
+
+bool atTheEnd(const Deflection& deflection, double range_mm) {
+  return std::ranges::any_of(deflection.channels_nm,
+                             [&](std::int32_t channel) { return std::abs(1e-6 * channel) >= range_mm; });
+}
 
 }  // namespace
 
@@ -30,6 +38,12 @@ const char* explain(TouchFault fault) {
     case TouchFault::wrong_tool:
       return "another tool is in the spindle than the step needs: change it as the prompt says, and say so in the "
              "marker";
+    case TouchFault::head_out_of_range:
+      return "a sensor of the head stands at the end of its range: bring the ball nearer to the middle of the head";
+    case TouchFault::moved:
+      return "the machine moved while it had to stand still: begin the step when it has come to rest, and end it "
+             "before "
+             "it moves on";
     case TouchFault::no_drift_rows:
       return "no readings of the screw's sensor arrived: check its cable, and [devices] drift in box.toml";
     case TouchFault::screw_unknown:
@@ -89,7 +103,9 @@ void TouchCapture::push(const Count& count, std::optional<std::int32_t> screw_nm
 
 void TouchCapture::push(const Deflection& deflection) {
   if (!running_ || !needs(Source::probe)) return;
-  if (deflection.clipped) note(TouchFault::probe_clipped);
+  const auto& request = touch_.request;
+  if (deflection.clipped) note(request.holds ? TouchFault::head_out_of_range : TouchFault::probe_clipped);
+  if (request.holds && atTheEnd(deflection, request.head_range_mm)) note(TouchFault::head_out_of_range);
   if (!recording_.append(ProbeRow{deflection.at, deflection.channels_nm})) note(TouchFault::recording_full);
 }
 
@@ -130,10 +146,23 @@ TouchFault TouchCapture::end(const TickMap& map) {
   if (needs(Source::probe) && touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
   const bool told = touch_.contact && touch_.release && *touch_.contact < *touch_.release;
   if (touch_.request.by_edges && !told) note(TouchFault::no_edges);
+  if (touch_.request.holds && !stoodStill()) note(TouchFault::moved);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);
   return fault_;
+}
+
+bool TouchCapture::stoodStill() const {
+  const auto rows = recording_.machineRows(touch_);
+  if (rows.empty()) return true;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto [lowest, highest] =
+        std::ranges::minmax(rows, {}, [axis](const MachineRow& row) { return row.counts[axis]; });
+    const auto counts = static_cast<double>(highest.counts[axis] - lowest.counts[axis]);
+    if (!(std::abs(counts * mm_per_count_[axis]) <= kStill_mm)) return false;
+  }
+  return true;
 }
 
 void TouchCapture::abandon() {

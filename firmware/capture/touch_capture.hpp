@@ -24,16 +24,23 @@ enum class TouchFault : std::uint8_t {
   screw_unknown,
   no_edges,
   wrong_tool,
+  head_out_of_range,
+  moved,
 };
 const char* explain(TouchFault fault);
 
 // A screw turns slowly, for minutes: so many positions are enough to interpolate between.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
+// A machine that stands still stays within this, its servo and its encoders taken together.
+inline constexpr double kStill_mm = 0.02;
+
 // Collects the rows of one touch after the other, between the markers of its begin and its end.
 class TouchCapture {
  public:
-  explicit TouchCapture(Capacity capacity) : recording_{capacity} {}
+  // mm_per_count: of the linear axes, by which a hold sees whether they stand still.
+  explicit TouchCapture(Capacity capacity, const std::array<double, kLinearAxes>& mm_per_count = {})
+      : recording_{capacity}, mm_per_count_{mm_per_count} {}
 
   // Empties the recording for a run during which this delay is in force (result_id 0 for none), and the axes are
   // referenced like this.
@@ -57,8 +64,10 @@ class TouchCapture {
  private:
   void note(TouchFault fault);
   bool needs(Source source) const;
+  bool stoodStill() const;
 
   Recording recording_;
+  std::array<double, kLinearAxes> mm_per_count_;
   Touch touch_;
   bool running_{};
   TouchFault fault_{};

@@ -29,6 +29,7 @@ enum class Poses : std::uint8_t {
   two_by_two_by_length,  // as two_by_two, with several tools
   tool_change,           // all at 0; the probe first, then the tool, several rounds each
   tool_alone,            // all at 0; several rounds with the tool
+  level,                 // all at 0, one ball
 };
 
 struct MethodRow {
@@ -56,6 +57,7 @@ inline constexpr std::uint16_t kReachAngles = 3;
 inline constexpr std::uint16_t kPlateAngles = 8;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
+inline constexpr double kHold_mm_s = 15;   // from one hold to the next
 inline constexpr std::size_t kRounds = 3;  // with the probe, and as many with the tool
 // Those of the patent.
 inline constexpr std::array<double, 2> kTilts_rad{-kTurn_rad / 4, 0};
@@ -92,7 +94,7 @@ inline constexpr std::array<double, 1> kToolSpeed{5};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 21> kMethods{{
+inline constexpr std::array<MethodRow, 22> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -143,6 +145,16 @@ inline constexpr std::array<MethodRow, 21> kMethods{{
      Poses::tool_change, Needs::tool_setter, false, false},
     {Method::tool_assembly, "tool-assembly", Feature::tool_setter, Kind::touch, kSetterSides, kToolSpeed,
      Poses::tool_alone, Needs::measuring_unit, false, false},
+    {Method::sensor_head_calibration,
+     "sensor-head-calibration",
+     Feature::datum_sphere,
+     Kind::hold,
+     {},
+     kReadingSpeed,
+     Poses::level,
+     Needs::sensor_head,
+     false,
+     false},
 }};
 
 }  // namespace probebox::procedure

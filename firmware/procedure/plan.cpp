@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "firmware/procedure/holds.hpp"
 #include "firmware/procedure/methods.hpp"
 #include "firmware/procedure/poses.hpp"
 #include "firmware/procedure/wording.hpp"
@@ -57,9 +58,11 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
     return leave_away("angles of B");
   if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
   if (options.tool != 0 && row.feature != Feature::tool_setter) return leave_away("tool");
-  const bool sweeps = row.kind == Kind::sweep;
+  if (options.head_tool != 0 && !canReadByHead(row.method)) return leave_away("sensor head");
+  const bool sweeps = row.kind == Kind::sweep, holds = options.head_tool != 0;
+  if (options.speed_count != 0 && holds) return leave_away("speeds where a sensor head reads");
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
-  if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && sweeps)
+  if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (sweeps || holds))
     return leave_away("overtravel and clearance");
   return std::nullopt;
 }
@@ -75,6 +78,23 @@ std::optional<Error> whyNotB(const Chosen& with, const ProcedureOptions& options
   return Error{"The axis of B is neither along X nor along Y: give one of these."};
 }
 
+std::optional<Error> whyNoTouches(const Chosen& with, double deflection_limit_mm) {
+  for (const double speed : with.speeds_mm_s) {
+    if (auto error = outside("A speed", speed, 0.5, 100, "mm/s")) return error;
+  }
+  if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
+  if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
+  return outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal");
+}
+
+// With the jogs before them.
+std::size_t touchCount(const MethodRow& row, const Chosen& with) {
+  std::size_t touches = row.jogs ? kLinearAxes : 0;
+  for (std::size_t reading = 0; reading < poseCount(row, with); ++reading)
+    touches += with.speeds_mm_s.size() * Sides{row, with, poseOf(row, with, reading)}.list().size();
+  return touches;
+}
+
 std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
   if (auto error = outside("An axis", options.axis, 1, kLinearAxes, "(X, Y, Z)")) return error;
   if (auto error = outside("A number", options.speed_count, 1, 1, "speeds")) return error;
@@ -87,13 +107,6 @@ std::optional<Error> whyNoTool(const ProcedureOptions& options, const Chosen& wi
   if (options.tool == 0) return Error{"Say which tool is measured: give its number (--tool)."};
   if (auto error = outside("An overtravel", with.overtravel_mm, kLeastWay_mm, 100, "mm")) return error;
   return outside("A clearance", with.clearance_mm, kLeastWay_mm, 10, "mm");
-}
-
-void add(Plan& plan, const Step& step) {
-  if (plan.step_count == kMostSteps) return;
-  plan.steps[plan.step_count] = step;
-  plan.steps[plan.step_count].touch.step = static_cast<std::uint32_t>(plan.step_count);
-  ++plan.step_count;
 }
 
 void addJogs(Plan& plan, double speed_mm_s) {
@@ -220,6 +233,14 @@ bool measuresATool(Method method) {
   return row != nullptr && row->feature == Feature::tool_setter;
 }
 
+bool needsHead(Method method) {
+  return needsOf(method) == Needs::sensor_head;
+}
+
+bool canReadByHead(Method method) {
+  return needsHead(method) || method == Method::rotary_axis_errors;
+}
+
 bool readsBalls(Method method) {
   switch (needsOf(method)) {
     case Needs::delay_in_force:
@@ -243,12 +264,8 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
     return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away."};
   if (row->kind == Kind::sweep) return whyNoSweep(options);
   const Chosen with = chosen(*row, options);
-  for (const double speed : with.speeds_mm_s) {
-    if (auto error = outside("A speed", speed, 0.5, 100, "mm/s")) return error;
-  }
-  if (auto error = outside("An overtravel", with.overtravel_mm, 0.05, deflection_limit_mm, "mm")) return error;
-  if (auto error = outside("A clearance", with.clearance_mm, 0.1, 10, "mm")) return error;
-  if (auto error = outside("An approach", degrees(with.approach_rad), 0, 60, "degrees off the normal")) return error;
+  const bool holds = needsHead(method) || options.head_tool != 0;
+  if (auto error = holds ? whyNoHolds(options) : whyNoTouches(with, deflection_limit_mm)) return error;
   if (row->feature == Feature::tool_setter) {
     if (auto error = whyNoTool(options, with)) return error;
   }
@@ -266,12 +283,17 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (turnsB(*row)) {
     if (auto error = whyNotB(with, options)) return error;
   }
-  std::size_t steps = row->jogs ? kLinearAxes : 0;
-  for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading)
-    steps += with.speeds_mm_s.size() * Sides{*row, with, poseOf(*row, with, reading)}.list().size();
+  const std::size_t steps = holds ? holdCount(*row, with) : touchCount(*row, with);
   if (steps <= kMostSteps) return std::nullopt;
-  return Error{"That would be " + std::to_string(steps) + " touches, and a run has up to " +
+  return Error{"That would be " + std::to_string(steps) + (holds ? " holds" : " touches") + ", and a run has up to " +
                std::to_string(kMostSteps) + ": choose fewer speeds, angles, balls or tools."};
+}
+
+void add(Plan& plan, const Step& step) {
+  if (plan.step_count == kMostSteps) return;
+  plan.steps[plan.step_count] = step;
+  plan.steps[plan.step_count].touch.step = static_cast<std::uint32_t>(plan.step_count);
+  ++plan.step_count;
 }
 
 void fill(Plan& plan, Method method, const ProcedureOptions& options) {
@@ -282,6 +304,7 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
   if (row == nullptr) return;
   if (row->kind == Kind::sweep) return addSweep(plan, options);
   const Chosen with = chosen(*row, options);
+  if (options.head_tool != 0) return addHolds(plan, *row, with, options);
   if (row->jogs) addJogs(plan, with.speeds_mm_s.front());
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
     const Pose pose = poseOf(*row, with, reading);
@@ -313,6 +336,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   const Step& wanted = plan.steps[step];
   if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
   if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
+  if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
   if (plan.method == Method::selftest) return pushPrompt(plan, step);
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {

@@ -37,6 +37,7 @@ enum class Method : std::uint16_t {
   a_axis_alignment = 19,
   tool_setter = 20,
   tool_assembly = 21,
+  sensor_head_calibration = 22,
 };
 
 std::string_view nameOf(Method method);
@@ -54,6 +55,7 @@ enum class Kind : std::uint8_t {
   in_out = 1,  // in and at once out again, both at constant speed
   jog = 2,     // one linear axis alone, and nothing is touched
   sweep = 3,   // the same at a constant speed, so slowly that the sensor of its screw can follow
+  hold = 4,    // stand still there, where a sensor head reads a ball, and nothing is touched
 };
 
 // What the rotary axis B moves in a pose: the table under the part, or the head with the probe. Numbers as on the wire.
@@ -61,7 +63,8 @@ enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 
 // One step that the machine is asked to do: stand in the pose, drive onto the surface against the retract direction to
 // the overtravel, and retract at constant speed until the clearance and kRunOut_mm beyond it. A jog or
-// a sweep goes touch.travel_mm along the outward normal instead, from wherever nothing is in the way.
+// a sweep goes touch.travel_mm along the outward normal instead, from wherever nothing is in the way. A hold stands
+// with the head's centre so far along it from the middle of the ball.
 struct Step {
   capture::TouchRequest touch;
   Feature feature{};
@@ -98,6 +101,7 @@ enum class Needs : std::uint8_t {
   probe_lengths,
   tool_setter,
   measuring_unit,  // a tool setter whose place is known, and what the tool is made of
+  sensor_head,
 };
 Needs needsOf(Method method);
 // It measures the tool that the options name, on the device that tells of touches by its edges.
@@ -105,12 +109,19 @@ bool measuresATool(Method method);
 // It reads the centres of balls, with the delay in force taken out.
 bool readsBalls(Method method);
 
+// It reads balls with a sensor head in the place of the probe: always, or where it is asked to.
+bool needsHead(Method method);
+bool canReadByHead(Method method);
+
 // Says which option cannot be used and what could be; nothing when the run can be planned. deflection_limit_mm: of the
 // probe.
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm);
 
 // The steps of a run, for options that whyRefused() has nothing against. Takes no memory.
 void fill(Plan& plan, Method method, const ProcedureOptions& options);
+
+// One more step, as far as there is room.
+void add(Plan& plan, const Step& step);
 
 // What a person or a controller is to do, in one sentence.
 std::string promptFor(const Plan& plan, std::size_t step);

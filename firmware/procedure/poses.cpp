@@ -123,7 +123,7 @@ bool changesTools(const MethodRow& row) {
 }
 
 std::size_t poseCount(const MethodRow& row, const Chosen& with) {
-  if (row.poses == Poses::one) return 1;
+  if (row.poses == Poses::one || row.poses == Poses::level) return 1;
   if (row.poses == Poses::plate) return (std::size_t{with.angles} + 1) * with.balls;
   if (row.poses == Poses::tool_change) return 2 * usual::kRounds;
   if (row.poses == Poses::tool_alone) return usual::kRounds;
@@ -135,6 +135,7 @@ std::size_t poseCount(const MethodRow& row, const Chosen& with) {
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
   switch (row.poses) {
     case Poses::one:
+    case Poses::level:
       return {};
     case Poses::around_c:
     case Poses::within_reach:

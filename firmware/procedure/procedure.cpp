@@ -85,6 +85,10 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }
+  if (step.kind == Kind::hold && !marker.at_rest) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::moved);
+  }
   capture::TouchRequest touch = step.touch;
   touch.rotary_angles_rad = marker.rotary_angles_rad;
   capture_.begin(touch);

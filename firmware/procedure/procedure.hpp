@@ -41,7 +41,9 @@ class Procedure {
   // How far the machine may say that a rotary axis stands from where the step needs it.
   static constexpr double kPoseTolerance_rad = 2e-3;
 
-  explicit Procedure(capture::Capacity capacity) : capture_{capacity} {}
+  // mm_per_count: of the linear axes.
+  explicit Procedure(capture::Capacity capacity, const std::array<double, kLinearAxes>& mm_per_count = {})
+      : capture_{capacity, mm_per_count} {}
 
   // Ignored while a run is in progress, and for a method or options that cannot be planned. `delay` is the one in
   // force, result_id 0 for none; `offset_mm` the machine position where the counts are 0.

@@ -168,7 +168,31 @@ double axialSigmaOf(const std::vector<Reading>& readings) {
   return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
-// All balls at each stop of C, and at the last one where C began: angles count from there.
+// The centres of all readings of a run, with the delay that was in force taken out.
+Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
+                                                             const capture::Recording& recording) {
+  std::vector<std::size_t> reading_of_touch;
+  std::vector<Reading> readings;
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    reading_of_touch.push_back(at.reading);
+    if (at.reading < readings.size()) continue;
+    readings.push_back({.number = static_cast<double>(at.reading),
+                        .ball = static_cast<double>(at.ball),
+                        .a_rad = at.rotary_angles_rad[0],
+                        .b_rad = at.rotary_angles_rad[1],
+                        .c_rad = at.rotary_angles_rad[2],
+                        .tool = at.tool,
+                        .centre = {}});
+  }
+  const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
+  if (!centres) return centres.error();
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
+  return readings;
+}
+
+}  // namespace
+
 void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
               const Facts& facts) {
   double balls = 0;
@@ -203,31 +227,6 @@ void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;
   dataset.tables.insert(dataset.tables.begin(), {first, second, third});
 }
-
-// The centres of all readings of a run, with the delay that was in force taken out.
-Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
-                                                             const capture::Recording& recording) {
-  std::vector<std::size_t> reading_of_touch;
-  std::vector<Reading> readings;
-  for (const auto& touch : recording.touches()) {
-    const auto& at = touch.request;
-    reading_of_touch.push_back(at.reading);
-    if (at.reading < readings.size()) continue;
-    readings.push_back({.number = static_cast<double>(at.reading),
-                        .ball = static_cast<double>(at.ball),
-                        .a_rad = at.rotary_angles_rad[0],
-                        .b_rad = at.rotary_angles_rad[1],
-                        .c_rad = at.rotary_angles_rad[2],
-                        .tool = at.tool,
-                        .centre = {}});
-  }
-  const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
-  if (!centres) return centres.error();
-  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
-  return readings;
-}
-
-}  // namespace
 
 std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Method method,
                                               const capture::Recording& recording, const Facts& facts) {

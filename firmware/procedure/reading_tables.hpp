@@ -1,8 +1,10 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
+#include "firmware/procedure/ball_reading.hpp"
 #include "firmware/procedure/run_dataset.hpp"
 
 namespace probebox::procedure {
@@ -11,5 +13,10 @@ namespace probebox::procedure {
 // tables and keys of the method. Refusal: the centres could not be computed; no-delay.
 std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Method method,
                                               const capture::Recording& recording, const Facts& facts);
+
+// Tables first, second and third of rotary-axis-errors, and its keys: all balls at each stop of C, and at the last one
+// where C began. Angles count from there.
+void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
+              const Facts& facts);
 
 }  // namespace probebox::procedure

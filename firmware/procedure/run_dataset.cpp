@@ -8,6 +8,7 @@
 
 #include "firmware/metrology/selftest.hpp"
 #include "firmware/procedure/assembly_readings.hpp"
+#include "firmware/procedure/hold_readings.hpp"
 #include "firmware/procedure/reading_tables.hpp"
 #include "firmware/procedure/setter_readings.hpp"
 #include "firmware/procedure/sweep.hpp"
@@ -29,6 +30,8 @@ void addSelftest(metrology::Dataset& dataset, const capture::Recording& recordin
 // As the solvers want them.
 constexpr double kLeastLengths_mm = 10;
 
+constexpr const char* kNoSensorHead =
+    " needs a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml.";
 constexpr const char* kNoHead =
     " needs a head that swivels: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml.";
 constexpr const char* kNoLengths =
@@ -85,6 +88,8 @@ const char* missingFact(Needs needs, const Facts& facts) {
                  ? nullptr
                  : " needs a device with a known place to touch: give [tool_setter] with accepted_mm in machine.toml; "
                    "tool-setter finds it (setter_mm of its result).";
+    case Needs::sensor_head:
+      return facts.sensor_head ? nullptr : kNoSensorHead;
   }
   return nullptr;
 }
@@ -104,13 +109,24 @@ double ProbeTools::span_mm() const {
   return longest - shortest;
 }
 
-std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force) {
+std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, bool by_head) {
   const std::string name{nameOf(method)};
   if (const char* missing = missingFact(needsOf(method), facts)) return Error{name + missing};
-  if (!findsAPlace(method) || delay_in_force) return std::nullopt;
+  if (!findsAPlace(method) || delay_in_force || by_head) return std::nullopt;
   return Error{name +
                " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
                "delay-multi-speed) and accept it."};
+}
+
+std::optional<Error> whyNoHead(Method method, const Facts& facts) {
+  const std::string name{nameOf(method)};
+  if (!canReadByHead(method)) return Error{name + " takes no sensor head: leave that option away."};
+  if (!facts.sensor_head) return Error{name + " by a sensor head" + kNoSensorHead};
+  if (needsHead(method) || facts.sensor_head->calibrated) return std::nullopt;
+  return Error{
+      name +
+      " by a sensor head needs the calibration of the head, and none is in force: calibrate it first (probebox "
+      "calibrate sensor-head-calibration) and accept it."};
 }
 
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts) {
@@ -121,8 +137,12 @@ std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& option
                std::to_string(options.balls) + " are to be read: describe the others, or read fewer."};
 }
 
-ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts) {
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, bool by_head) {
   const Needs needs = needsOf(method);
+  if ((by_head || needsHead(method)) && facts.sensor_head) {
+    options.head_tool = facts.sensor_head->tool;
+    options.head_range_mm = facts.sensor_head->range_mm;
+  }
   const auto take = [&options](const BFacts& b) {
     options.b_count = static_cast<std::uint8_t>(b.count);
     options.b_angles_rad = b.angles_rad;
@@ -162,6 +182,7 @@ RunDataset runDataset(Method method, const capture::Recording& recording, const 
   if (needsOf(method) == Needs::screw) return sweepDataset(recording, scales, facts);
   if (needsOf(method) == Needs::tool_setter) return setterDataset(recording, scales, facts);
   if (needsOf(method) == Needs::measuring_unit) return assemblyDataset(recording, scales, facts);
+  if (recording.touches().front().request.holds) return holdsDataset(method, recording, scales, facts);
   RunDataset run{capture::touchDataset(recording, scales, std::string{nameOf(method)}), {}, {}};
   auto& config = run.dataset.config;
   if (needsOf(method) == Needs::sphere_diameter) {

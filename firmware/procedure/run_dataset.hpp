@@ -92,6 +92,23 @@ struct ToolFacts {
   std::optional<HolderFacts> holder{};
 };
 
+// What a calibration of the sensor head has found, as far as it is in force.
+struct CalibratedHead {
+  std::uint64_t result_id{};
+  // K of (E1): a row a sensor, per mm along X, Y and Z. And the sd of each (k = 1).
+  std::array<std::array<double, 3>, 3> matrix{};
+  std::array<std::array<double, 3>, 3> sd{};
+};
+
+// A sensor head in the place of the probe.
+struct SensorHead {
+  std::uint32_t tool{};
+  double range_mm{};                         // of its sensors, to either side
+  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the middle of the probe's ball
+  double sd_centre_offset_mm{};              // of each coordinate
+  std::optional<CalibratedHead> calibrated{};
+};
+
 // What is known about features, stylus and rotary axes beforehand, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
@@ -108,15 +125,19 @@ struct Facts {
   ProbeTools probe_tools{};
   std::optional<ToolSetter> tool_setter{};
   std::vector<ToolFacts> tools{};
+  std::optional<SensorHead> sensor_head{};
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
-// the system delay is.
-std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force);
+// the system delay is. by_head: a sensor head reads, at rest, so that no delay matters.
+std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, bool by_head = false);
+// Why the method cannot be read with a sensor head; nothing when it can.
+std::optional<Error> whyNoHead(Method method, const Facts& facts);
 // Why the options ask for balls that the plate does not have; nothing when they do not.
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
-// The options with what the descriptions say about B and the probe's tools, where the method turns or changes them.
-ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts);
+// The options with what the descriptions say about B and the probe's tools, where the method turns or changes them, and
+// about the sensor head, where it reads.
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, bool by_head = false);
 // The same about the tool of a run, for a method that measures one.
 std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.

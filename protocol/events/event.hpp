@@ -145,6 +145,8 @@ struct ProcedureOptions {
   std::uint8_t tool_count{};
   std::array<std::uint32_t, kMostProbeTools> tools{};
   std::uint32_t tool{};
+  std::uint32_t head_tool{};
+  double head_range_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -162,6 +164,8 @@ struct ProcedureOptions {
     field("tool_count", self.tool_count, "how many of the tools are chosen");
     field("tools", self.tools, "numbers of the tools that carry the probe");
     field("tool", self.tool, "number of the tool that is measured");
+    field("head_tool", self.head_tool, "number of the tool that is the sensor head, in the place of the probe");
+    field("head_range_mm", self.head_range_mm, "mm, to either side, that its sensors read");
   }
 };
 

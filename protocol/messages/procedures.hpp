@@ -48,6 +48,7 @@ struct StartProcedure {
     std::uint8_t axis{};
     std::uint16_t turns{};
     std::uint32_t tool{};
+    bool head{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -62,6 +63,7 @@ struct StartProcedure {
       field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
       field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
+      field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
     }
   };
   struct Answer {
@@ -117,7 +119,7 @@ struct ProcedureStatus {
       field("result_id", self.result_id, "the proposed result, 0 for none");
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
-            "speed. Since 1.2, as all below");
+            "speed, 4 hold: stand still there for a dwell, and nothing is touched. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");

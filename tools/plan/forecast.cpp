@@ -120,8 +120,9 @@ double firstSd(const Forecast& forecast) {
 
 Outcome<Forecast, Refusal> forecastOf(Method method, const ProcedureOptions& options, const SetUp& set_up,
                                       std::uint64_t runs) {
-  if (procedure::needsOf(method) == procedure::Needs::screw || procedure::measuresATool(method))
-    return notForecast(method);
+  const bool does_more = procedure::needsOf(method) == procedure::Needs::screw || procedure::measuresATool(method) ||
+                         procedure::needsHead(method);
+  if (does_more) return notForecast(method);
   constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
   if (const auto why = procedure::whyRefused(method, options, kAnyLimit_mm)) return Refusal{"bad-option", why->what};
   const auto plan = std::make_unique<procedure::Plan>();  // large

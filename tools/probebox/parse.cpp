@@ -215,7 +215,7 @@ class CommandLine {
                           "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
                           "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
                           "rotary-axis-errors, table-pivot, swivel-error, head-pivot, a-axis-alignment, "
-                          "screw-calibration, tool-setter, tool-assembly");
+                          "screw-calibration, tool-setter, tool-assembly, sensor-head-calibration");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
@@ -228,6 +228,9 @@ class CommandLine {
                      "number of the tool that is measured; for tool-setter and tool-assembly")
         ->check(CLI::PositiveNumber)
         ->type_name("NUMBER");
+    calibrate->add_flag(
+        "--head", calibrate_.head,
+        "read with the sensor head in the place of the probe, one stand a ball; for rotary-axis-errors");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");

@@ -97,6 +97,7 @@ struct Calibrate : RunChoices {
   std::string axis;  // X, Y or Z
   std::optional<std::uint16_t> turns;
   std::optional<std::uint32_t> tool;
+  bool head{};
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};

@@ -32,7 +32,7 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
       worker_{[] {}},
       desk_{{"office", "0", {}},
             kAll,
-            {usualFacts(), 1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, counters_, sources_,
+            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, counters_, sources_,
              [] { return std::vector<messages::CncLineStatus>{}; }},
             [](const app::Reply&) {}} {}
 

@@ -226,7 +226,7 @@ std::uint32_t Scenario::start(procedure::Method method, const ProcedureOptions& 
 std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
   runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
   if (recorder_.run_to_solve != run_number) return std::nullopt;
-  auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), usualFacts());
+  auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), facts);
   dataset_ = std::move(measured.dataset);
   if (dataset_.table("tool_store")) dataset_.config["measured_at_s"] = 1.7e9;
   auto solved = measured.refusal ? metrology::Solved{*measured.refusal} : metrology::solve(dataset_);

@@ -94,6 +94,8 @@ class Scenario {
   MonoTime now() const { return now_; }
   void push(const Event& event);
 
+  // What the worker knows beforehand.
+  procedure::Facts facts{usualFacts()};
   // Called before every event, for tests that watch what handling it costs.
   std::function<void(const Event&)> around;
 

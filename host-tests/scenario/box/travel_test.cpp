@@ -16,10 +16,12 @@ using procedure::Method;
 struct Run {
   Method method{};
   std::uint8_t axis{};  // of a sweep
+  bool by_head{};
 };
 
 void PrintTo(const Run& run, std::ostream* out) {
   *out << procedure::nameOf(run.method);
+  if (run.by_head) *out << " by the sensor head";
   if (run.axis != 0)
     *out << " of "
          << "XYZ"[run.axis - 1];
@@ -30,7 +32,7 @@ class Travel : public testing::TestWithParam<Run> {
   static ProcedureOptions options() {
     ProcedureOptions options{.axis = GetParam().axis};
     if (procedure::measuresATool(GetParam().method)) options.tool = 4;
-    if (options.axis == 0) return options;
+    if (options.axis == 0) return procedure::described(GetParam().method, options, usualFacts(), GetParam().by_head);
     const auto sweep = procedure::sweepOptions(options, 0, usualFacts());
     EXPECT_TRUE(sweep.ok());
     return sweep ? *sweep : options;
@@ -78,7 +80,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, Travel,
                                          Run{Method::periodic_check}, Run{Method::table_pivot},
                                          Run{Method::swivel_error}, Run{Method::head_pivot},
                                          Run{Method::a_axis_alignment}, Run{Method::tool_setter},
-                                         Run{Method::tool_assembly}));
+                                         Run{Method::tool_assembly}, Run{Method::sensor_head_calibration},
+                                         Run{Method::rotary_axis_errors, 0, true}));
 
 }  // namespace
 }  // namespace probebox::scenario

@@ -246,6 +246,58 @@ TEST_F(OnTheMachine, SetsAToolOnTheDeviceThatTheProbeHasMeasured) {
   EXPECT_THAT(box({"history", "tool-4"}).out, HasSubstr("active"));
 }
 
+TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
+  const auto early = box({"calibrate", "rotary-axis-errors", "--head"});
+  EXPECT_EQ(early.status, 4);
+  EXPECT_THAT(early.err, HasSubstr("calibrate it first (probebox calibrate sensor-head-calibration)"));
+  EXPECT_THAT(box({"calibrate", "centreline", "--head"}).err, HasSubstr("takes no sensor head"));
+  EXPECT_THAT(box({"calibrate", "sensor-head-calibration", "--speed", "5"}).err, HasSubstr("takes no speeds"));
+
+  // What a run proposes and the last step that was seen. Its saved case gives the same digits.
+  const auto proposedBy = [this](std::vector<std::string> arguments, const std::string& key, Json& step) {
+    const auto saved = directory_.file(key);
+    arguments.insert(arguments.begin(), "calibrate");
+    arguments.insert(arguments.end(), {"--save", saved, "--accept", "--by", "somebody", "--json"});
+    const auto run = box(arguments);
+    EXPECT_EQ(run.status, 0) << run.err;
+    Json proposed;
+    for (const auto& object : run.objects()) {
+      if (object.contains("result")) proposed = object;
+      if (object.contains("kind") && object["state"] == "waiting") step = object;
+    }
+    EXPECT_FALSE(proposed.is_null()) << run.out;
+    const auto solved = probebox({"solve", "--json", saved});
+    EXPECT_EQ(solved.status, 0) << solved.out << solved.err;
+    EXPECT_TRUE(solved.object()["warnings"].empty()) << solved.out;
+    for (const char* part : {"result", "sd"}) {
+      const Json value = solved.object()[part][key];
+      EXPECT_EQ(value[0].is_array() ? value[0][0] : value[0], proposed[part][key + "[0]"]);
+    }
+    return proposed;
+  };
+  Json step;
+  const auto head = proposedBy({"sensor-head-calibration"}, "sensor_matrix", step);
+  EXPECT_EQ(step["kind"], "hold");
+  EXPECT_EQ(step["tool"], 5);
+  const auto& world = *descriptions_.world;
+  for (std::size_t i = 0; i < 9; ++i) {
+    const auto component = "sensor_matrix[" + std::to_string(i) + "]";
+    const double off = head["result"][component].get<double>() - world.sensor_head->sensors[i / 3][i % 3];
+    EXPECT_LT(std::abs(off), 5 * head["sd"][component].get<double>());
+  }
+  EXPECT_THAT(box({"history", "sensor-head"}).out, HasSubstr("active"));
+
+  const auto axis = proposedBy({"rotary-axis-errors", "--head", "--angles", "4"}, "location_mm", step);
+  EXPECT_EQ(step["kind"], "hold");
+  EXPECT_EQ(step["steps"], 15) << "three balls at four stops, and once more where C began";
+  const double x_mm = world.part_spindle->point_mm[0] - world.probe_spindle->stylus_offset_mm[0] -
+                      descriptions_.machine.ball_plate->axis_point_mm[0];
+  EXPECT_NEAR(axis["result"]["location_mm[0]"].get<double>(), x_mm, 5 * axis["sd"]["location_mm[0]"].get<double>());
+
+  ASSERT_EQ(box({"rollback", "sensor-head", "--by", "somebody"}).status, 0);
+  EXPECT_THAT(box({"calibrate", "rotary-axis-errors", "--head"}).err, HasSubstr("none is in force"));
+}
+
 TEST_F(OnTheMachine, RefusesOptionsThatTheMethodCannotUse) {
   const auto slow = box({"calibrate", "delay-known-sphere", "--speed", "0.01"});
   EXPECT_EQ(slow.status, 4);

@@ -178,6 +178,7 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("delay-plates"), "delay");
   EXPECT_EQ(subjectNamed("delay"), "delay");
   EXPECT_EQ(subjectNamed("c-axis-alignment"), "centreline");
+  EXPECT_EQ(subjectNamed("sensor-head-calibration"), "sensor-head");
   metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
   EXPECT_EQ(subjectOf(screw), "screw-y");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");

@@ -1,6 +1,7 @@
 #include "firmware/app/results_in_force.hpp"
 
 #include <gmock/gmock.h>
+#include <memory>
 
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -93,6 +94,52 @@ TEST_F(InForce, NoResultIsOfAnotherMounting) {
   auto elsewhere = boxWith(0.1, {"P-1001", "mill 3", "turret"});
   EXPECT_THAT(elsewhere.restore(), IsEmpty());
   EXPECT_THAT(elsewhere.active(), IsEmpty());
+}
+
+// A result of which the core hears nothing: the worker follows it.
+class HeadInForce : public InForce {
+ protected:
+  std::unique_ptr<ResultsInForce> started() {
+    auto results = std::make_unique<ResultsInForce>(
+        store_, kMounting, [] { return MonoTime{5s}; }, [](std::span<const Event>) { return std::optional<Error>{}; },
+        [this](const Event& event) { told_.push_back(event); });
+    results->restore();
+    letChange(*results);
+    return results;
+  }
+  store::Id proposeHead(std::vector<double> matrix) {
+    metrology::Result result;
+    result.method = "sensor-head-calibration";
+    const std::vector<double> sd(matrix.size(), 1e-4);
+    result.estimates = {metrology::Estimate::matrix("sensor_matrix", 3, std::move(matrix), sd)};
+    const store::Binding binding{"sensor-head", kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    return store_.propose(binding, result, "", "2026-01-01T00:00:00Z").value();
+  }
+};
+
+TEST_F(HeadInForce, IsWhatThePersonAccepted) {
+  const auto results = started();
+  const auto id = proposeHead({1, 0, 0, 0, 1, 0, 0.5, 0, 1});
+  EXPECT_FALSE(results->sensorHead()) << "it is proposed";
+  ASSERT_TRUE(results->accept(id, "Ada"));
+  const auto head = results->sensorHead();
+  ASSERT_TRUE(head);
+  EXPECT_EQ(head->result_id, id);
+  EXPECT_EQ(head->matrix[2][0], 0.5);
+  EXPECT_EQ(head->sd[2][0], 1e-4);
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_TRUE(started()->sensorHead()) << "after a restart as well";
+  ASSERT_TRUE(results->rollBack("sensor-head-calibration", "Ada"));
+  EXPECT_FALSE(results->sensorHead());
+}
+
+TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
+  const auto results = started();
+  const auto refused = results->accept(proposeHead({1, 0, 0, 0}), "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("4 values of sensor_matrix, not 9"));
+  EXPECT_FALSE(results->sensorHead());
 }
 
 }  // namespace

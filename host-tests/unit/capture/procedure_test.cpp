@@ -190,7 +190,10 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
     // Which screw a sweep turns nobody can know beforehand.
     const bool sweeps = needsOf(*method) == Needs::screw;
     const bool of_a_tool = measuresATool(*method);
-    const Plan plan = of(*method, sweeps ? kSweep : ProcedureOptions{.tool = of_a_tool ? 4U : 0U});
+    const bool by_head = needsHead(*method);
+    const ProcedureOptions options{
+        .tool = of_a_tool ? 4U : 0U, .head_tool = by_head ? 5U : 0U, .head_range_mm = by_head ? 0.5 : 0};
+    const Plan plan = of(*method, sweeps ? kSweep : options);
     EXPECT_GT(plan.step_count, 0U);
     for (std::size_t k = 0; k < plan.step_count; ++k) {
       const auto& touch = plan.steps[k].touch;
@@ -204,7 +207,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 21U);
+  EXPECT_EQ(methodNames().size(), 22U);
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {

@@ -117,7 +117,7 @@ const std::map<std::string_view, std::string_view> kSince12 = {
     {"HEARTBEAT", "78d1e861d04ebc611e36d1e6d4d7221a"},
     {"start_procedure request",
      "0300a0c153ee0571fa4185f5636941a4ecc1228863de25cdf2c1cf58b96944d5c9c1642d4549e7dceac1e35a38a6aa02f741"
-     "0fa9870ea89eef416de3e0a7186597399a298d"},
+     "0fa9870ea89eef416de3e0a7186597399a298d01"},
     {"procedure_status answer",
      "a4782445003ddca47072e8fb41e075125f0f6afe4164623e0930ecf7c1856c3472a9bdc0c1e90848388ad6dac12660a5c2af"
      "04f1c1c554203232fc0042002975afdc79f3fb417f09fea935"},

@@ -34,7 +34,8 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .balls = options.balls.value_or(0),
           .axis = axisNumber(options.axis),
           .turns = options.turns.value_or(0),
-          .tool = options.tool.value_or(0)};
+          .tool = options.tool.value_or(0),
+          .head = options.head};
 }
 
 // One run of a method, from its start to its result.

@@ -1,0 +1,19 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "firmware/procedure/methods.hpp"
+#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/poses.hpp"
+
+// Steps at which a sensor head stands still over a ball: small moves beside one ball, or one stand a ball and pose.
+namespace probebox::procedure {
+
+std::optional<Error> whyNoHolds(const ProcedureOptions& options);
+std::size_t holdCount(const MethodRow& row, const Chosen& with);
+// options.head_tool is the head. The moves of its calibration are two fifths of its range at most.
+void addHolds(Plan& plan, const MethodRow& row, const Chosen& with, const ProcedureOptions& options);
+std::string holdPrompt(const Step& step);
+
+}  // namespace probebox::procedure
