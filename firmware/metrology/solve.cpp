@@ -7,6 +7,7 @@
 #include "firmware/metrology/axis_alignment.hpp"
 #include "firmware/metrology/centreline.hpp"
 #include "firmware/metrology/circle_fit.hpp"
+#include "firmware/metrology/delay_contour.hpp"
 #include "firmware/metrology/delay_feature.hpp"
 #include "firmware/metrology/delay_in_out.hpp"
 #include "firmware/metrology/delay_joints.hpp"
@@ -55,6 +56,7 @@ constexpr auto kMethods = std::to_array<Method>({
     {"centreline-by-steps", solveCentrelineBySteps},
     {"centreline-limited-access", solveCentrelineLimitedAccess},
     {"corner-fit", solveCornerFit},
+    {"delay-contour", solveDelayContour},
     {"delay-feature", solveDelayFeature},
     {"delay-in-out", solveDelayInOut},
     {"delay-joints", solveDelayJoints},

@@ -22,6 +22,7 @@ constexpr auto kFacts = std::to_array<MethodFacts>({
      kMachine},
     {"centreline-limited-access", "Centreline with limited access", "(B6)-(B8), (B26), (B27)", kMachine},
     {"corner-fit", "Corner of two or three faces", "(B3c)", kMachine},
+    {"delay-contour", "System delay from scans along any feature", "(A1), (A13)-(A17), (A22)", kDelay},
     {"delay-feature", "System delay from touches of any feature", "(A1)-(A9), (A11), (A12)", kDelay},
     {"delay-in-out", "System delay from one drive in and out", "(A1), (A17)-(A19)", kDelay},
     {"delay-joints", "System delay of a machine whose axes are joints", "(A1)-(A9), (A12), (A21)", kDelay},

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "firmware/metrology/feature_distance.hpp"
+
 namespace probebox::report {
 namespace {
 
@@ -104,10 +106,21 @@ std::optional<TwoStreams> ofTouch(const Dataset& dataset, const Table& machine, 
   return streams;
 }
 
-std::optional<TwoStreams> ofScan(const Dataset& dataset, const Table& machine, const Table& probe) {
+// What a scan went along: the feature that the case names, or a sphere.
+std::optional<metrology::FeatureDistance> scannedFeature(const Dataset& dataset) {
+  if (dataset.config.contains("shape")) {
+    const auto feature = metrology::featureDistance(dataset);
+    return feature ? std::optional{feature.value()} : std::nullopt;
+  }
   const auto centre = vectorOf(dataset, "centre_mm");
+  if (!centre) return std::nullopt;
+  return metrology::FeatureDistance{.centre = Eigen::Vector3d{centre->data()}};
+}
+
+std::optional<TwoStreams> ofScan(const Dataset& dataset, const Table& machine, const Table& probe) {
+  const auto feature = scannedFeature(dataset);
   const auto* ids = machine.column("scan");
-  if (!centre || ids == nullptr || ids->empty()) return std::nullopt;
+  if (!feature || ids == nullptr || ids->empty()) return std::nullopt;
   const double id = ids->front();
   const Samples body = samplesOf(machine, "scan", id, {"x_mm", "y_mm", "z_mm"});
   const Samples stylus = samplesOf(probe, "scan", id, {"a", "b", "c"});
@@ -119,10 +132,7 @@ std::optional<TwoStreams> ofScan(const Dataset& dataset, const Table& machine, c
                      .probe = {},
                      .axis_share = {1.0 / 3, 1.0 / 3, 1.0 / 3},
                      .whole_contact = false};
-  for (const auto& at : body.values) {
-    const Vector from{at[0] - (*centre)[0], at[1] - (*centre)[1], at[2] - (*centre)[2]};
-    streams.machine_mm.push_back(std::sqrt(dot(from, from)));
-  }
+  for (const auto& at : body.values) streams.machine_mm.push_back(feature->at(Eigen::Vector3d{at.data()}).mm);
   for (const auto& d : stylus.values) {
     const Vector deflection = throughGain(dataset, d);
     streams.probe.push_back(std::sqrt(dot(deflection, deflection)));

@@ -11,7 +11,7 @@ namespace probebox::report {
 struct TwoStreams {
   std::string name;  // "touch 7"
   std::vector<double> machine_s;
-  std::vector<double> machine_mm;  // along the retract, or from the centre of the sphere
+  std::vector<double> machine_mm;  // along the retract, or from the scanned feature (from the centre of a sphere)
   std::vector<double> probe_s;
   std::vector<double> probe;  // in the probe's units, positive in contact
   double axis_share[3]{};     // squares of the direction: how much of each axis' delay is seen

@@ -324,7 +324,7 @@ TEST(DelaySteppedScan, IsRefusedWhenTheRecordIsBad) {
     return metrology::refusalOf(dataset);
   };
   ASSERT_EQ(metrology::refusalOf(good), "");
-  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("centre_mm"); }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("centre_mm"); }), "missing-key");
   EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("search_window_s"); }), "missing-key");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["gain_matrix"] = Matrix{{1, 0, 0}, {0, 1, 0}}; }), "bad-config");
   EXPECT_EQ(refusal([](Dataset& d) { d.config["probe_kind"] = std::string{"sound"}; }), "bad-config");

@@ -1,5 +1,6 @@
-#include "firmware/metrology/radius_scan.hpp"
+#include "firmware/metrology/contour_scan.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -21,10 +22,12 @@ using Eigen::VectorXd;
 constexpr std::array<std::string_view, 5> kMachineScan{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kProbeScan{"scan", "t_s", "a", "b", "c"};
 constexpr std::array<std::string_view, 2> kScans{"scan", "speed_mm_s"};
-constexpr double kTransition_s = 0.020;  // of a step of the radius
+constexpr double kTransition_s = 0.020;  // of a step of the distance
 constexpr double kLeastRate = 10.0;      // squares of the rate against those of its noise
 constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
 constexpr double kRival = 0.6;           // of the highest peak
+constexpr double kSeen = 0.05;      // rms of the normals along a direction in which an error of the place is fitted
+constexpr double kOwnShare = 0.05;  // of the squares of the rate, that no error of the place may look like
 constexpr std::size_t kLeastSamples = 50;
 
 // Rows of one scan as points on their stamps.
@@ -64,70 +67,116 @@ std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan
                                         "in the order of time"};
 }
 
-// What is left of the radius without its mean and first harmonic.
-std::vector<double> stepsOf(const RadiusScan& scan) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  for (std::size_t k = 0; k < scan.cosine.size(); ++k) {
-    const Vector3d row{1.0, scan.cosine[k], scan.sine[k]};
-    normal += row * row.transpose();
-    right += row * scan.radius.values[k];
-  }
-  const Vector3d harmonic = normal.fullPivLu().solve(right);
-  std::vector<double> steps(scan.cosine.size());
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    steps[k] = scan.radius.values[k] - harmonic.dot(Vector3d{1.0, scan.cosine[k], scan.sine[k]});
-  }
-  return steps;
+// Directions in which the normals of a scan differ, orthonormal columns: an error of the feature's place along others
+// looks like one of its size, or like nothing at all.
+Eigen::MatrixXd seenDirections(const Eigen::MatrixX3d& normals) {
+  const Eigen::MatrixX3d centred = normals.rowwise() - normals.colwise().mean();
+  const Eigen::Matrix3d scatter = centred.transpose() * centred / static_cast<double>(normals.rows());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes{scatter};
+  return axes.eigenvectors().rightCols((axes.eigenvalues().array() > kSeen * kSeen).count());
 }
 
-RadiusScan reduce(Points machine, Points probe, const ScanConfig& config) {
-  RadiusScan scan;
-  for (auto* values : {&scan.radius.values, &scan.cosine, &scan.sine}) values->reserve(machine.values.size());
-  for (const auto& at : machine.values) {
-    const Vector3d arm = at - config.centre;
-    const double across = std::max(arm.head<2>().norm(), 1e-9);
-    scan.radius.values.push_back(arm.norm());
-    scan.cosine.push_back(arm.x() / across);
-    scan.sine.push_back(arm.y() / across);
+VectorXd mapped(const std::vector<double>& values) {
+  return VectorXd::Map(values.data(), static_cast<Index>(values.size()));
+}
+
+// What the distance may be off by, one column each: a constant, and an error of the place along each direction.
+Eigen::MatrixXd errorShapes(const ContourScan& scan) {
+  Eigen::MatrixXd shapes{static_cast<Index>(scan.distance.values.size()), 1 + static_cast<Index>(scan.places.size())};
+  shapes.col(0).setOnes();
+  for (std::size_t k = 0; k < scan.places.size(); ++k) shapes.col(1 + static_cast<Index>(k)) = mapped(scan.places[k]);
+  return shapes;
+}
+
+// What is left of the distance without that.
+std::vector<double> stepsOf(const ContourScan& scan) {
+  const Eigen::MatrixXd shapes = errorShapes(scan);
+  const VectorXd distance = mapped(scan.distance.values);
+  const VectorXd fitted = (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * distance);
+  const VectorXd steps = distance - shapes * fitted;
+  return {steps.begin(), steps.end()};
+}
+
+ContourScan reduce(Points machine, Points probe, const ScanQuestion& question) {
+  ContourScan scan;
+  scan.distance.values.reserve(machine.values.size());
+  Eigen::MatrixX3d normals{static_cast<Index>(machine.values.size()), 3};
+  for (const auto& place : machine.values) {
+    const Distance distance = question.feature.at(place);
+    normals.row(static_cast<Index>(scan.distance.values.size())) = distance.normal.transpose();
+    scan.distance.values.push_back(distance.mm);
   }
+  const Eigen::MatrixXd along = normals * seenDirections(normals);
+  for (const auto column : along.colwise()) scan.places.emplace_back(column.begin(), column.end());
   scan.deflection.values.reserve(probe.values.size());
-  for (const auto& d : probe.values) scan.deflection.values.push_back((config.gain * d).norm());
-  scan.radius.times = std::move(machine.times);
+  for (const auto& d : probe.values) scan.deflection.values.push_back((question.gain * d).norm());
+  scan.distance.times = std::move(machine.times);
   scan.deflection.times = std::move(probe.times);
   scan.step = stepsOf(scan);
   return scan;
 }
 
-// Whether the rate of the radius does not stand out of its noise, smoothed over times as transitions take.
-bool radiusStands(const RadiusScan& scan) {
-  const double period = scan.radius.period();
-  const double variance = sampleVariance(scan.radius, Interpolation::cubic);
-  const VectorXd steps = VectorXd::Map(scan.step.data(), static_cast<Index>(scan.step.size()));
+// A rate of change, smoothed, without the ends that average less; and what noise adds to its square.
+struct SmoothRate {
+  VectorXd rate;
+  Index from{};  // of the first value that it has
+  double noise{};
+};
+
+SmoothRate smoothRate(const std::vector<double>& values, double variance, double period, double transition_s) {
+  const auto half = std::max<Index>(1, static_cast<Index>(transition_s / 4.0 / period));
+  const VectorXd smooth = boxed(boxed(mapped(values), half), half);
+  const Index from = 2 * half + 1;
+  const Index count = std::max<Index>(0, smooth.size() - 2 * from);
+  // The rate of what was averaged twice over a length is the difference of two such averages, over it.
+  const double length = static_cast<double>(2 * half + 1);
+  return {(smooth.segment(std::min(from + 1, smooth.size() - count), count) -
+           smooth.segment(std::min(from - 1, smooth.size() - count), count)) /
+              (2.0 * period),
+          from, 2.0 * variance / (std::pow(length, 3) * period * period)};
+}
+
+// Whether the rate of the distance does not stand out of its noise, smoothed over times as transitions take.
+bool stands(const ContourScan& scan) {
+  const double period = scan.distance.period();
+  const double variance = sampleVariance(scan.distance, Interpolation::cubic);
   for (const double transition_s : {kTransition_s, 2.0 * kTransition_s, 4.0 * kTransition_s}) {
-    const auto half = std::max<Index>(1, static_cast<Index>(transition_s / 4.0 / period));
-    const VectorXd smooth = boxed(boxed(steps, half), half);
-    const VectorXd rate = (smooth.tail(smooth.size() - 2) - smooth.head(smooth.size() - 2)) / (2.0 * period);
-    // The rate of what was averaged twice over a length is the difference of two such averages, over it.
-    const double length = static_cast<double>(2 * half + 1);
-    const double noise = 2.0 * variance / (std::pow(length, 3) * period * period);
+    const auto [rate, from, noise] = smoothRate(scan.step, variance, period, transition_s);
     if (rate.squaredNorm() >= static_cast<double>(rate.size()) * (kLeastRate * noise + kLeastSquare)) return false;
   }
   return true;
 }
 
-std::optional<Refusal> unusable(const RadiusScan& scan, const ScanConfig& config) {
+// Whether the rate, which is what a delay adds, looks like an error of the feature's place all along.
+bool looksLikeAPlace(const ContourScan& scan) {
+  const double variance = sampleVariance(scan.distance, Interpolation::cubic);
+  const auto [rate, from, noise] =
+      smoothRate(scan.distance.values, variance, scan.distance.period(), 2.0 * kTransition_s);
+  const Eigen::MatrixXd shapes = errorShapes(scan).middleRows(from, rate.size());
+  const VectorXd own = rate - shapes * (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * rate);
+  return own.squaredNorm() - static_cast<double>(rate.size()) * noise < kOwnShare * rate.squaredNorm();
+}
+
+std::optional<Refusal> unusable(const ContourScan& scan, const ScanQuestion& question) {
   const double sigma = std::sqrt(sampleVariance(scan.deflection, Interpolation::cubic));
   if (*std::ranges::min_element(scan.deflection.values) < 5.0 * sigma + 1e-6) {
     return Refusal{"contact-lost", scan.name + ": the deflection falls to zero; scan with a larger deflection"};
   }
-  if (radiusStands(scan)) {
-    return Refusal{"constant-radius", scan.name + ": the radius does not change; scan with steps of the radius"};
+  if (stands(scan)) {
+    return Refusal{"constant-" + question.varies, scan.name + ": the " + question.varies +
+                                                      " does not change; scan with steps of the " + question.varies};
   }
-  const double turn_s = 2.0 * std::numbers::pi * scan.radius.values.front() / scan.speed_mm_s;
-  if (config.window_s >= 0.5 * turn_s) {
-    return Refusal{"window-too-large", "search_window_s is " + text(config.window_s) + " s and " + scan.name +
-                                           " repeats after " + text(turn_s) + " s; give less than half of that"};
+  if (looksLikeAPlace(scan)) {
+    return Refusal{"one-sided", scan.name +
+                                    " does not tell the delay from the feature's place: at constant speed to be late "
+                                    "looks like a feature that stands elsewhere; change distance, direction or speed"};
+  }
+  const double lasts_s = question.in_circles ? 2.0 * std::numbers::pi * scan.distance.values.front() / scan.speed_mm_s
+                                             : scan.distance.times.back() - scan.distance.times.front();
+  if (question.window_s >= 0.5 * lasts_s) {
+    return Refusal{"window-too-large", "search_window_s is " + text(question.window_s) + " s and " + scan.name +
+                                           (question.in_circles ? " repeats after " : " ends after ") + text(lasts_s) +
+                                           " s; give less than half of that"};
   }
   return std::nullopt;
 }
@@ -145,17 +194,16 @@ std::optional<Refusal> unlisted(const Table& table, const std::vector<double>& i
   return std::nullopt;
 }
 
-// The rates of radius and deflection of one scan on one grid, from differences of short averages.
+// The rates of distance and deflection of one scan on one grid, from differences of short averages.
 struct Rates {
-  VectorXd radius;
+  VectorXd distance;
   VectorXd deflection;
 };
 
 VectorXd ratesOf(const std::vector<double>& times, const std::vector<double>& values, double from, Index count,
                  double step) {
   const double period = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
-  const VectorXd all = VectorXd::Map(values.data(), static_cast<Index>(values.size()));
-  const VectorXd smooth = boxed(all, static_cast<Index>(0.5 * step / period));
+  const VectorXd smooth = boxed(mapped(values), static_cast<Index>(0.5 * step / period));
   const std::vector<double> smoothed{smooth.begin(), smooth.end()};
   VectorXd rates{count};
   std::size_t cursor = 0;
@@ -168,11 +216,11 @@ VectorXd ratesOf(const std::vector<double>& times, const std::vector<double>& va
   return rates;
 }
 
-Rates ratesOf(const RadiusScan& scan, double step) {
-  const double from = std::max(scan.radius.times.front(), scan.deflection.times.front());
-  const double until = std::min(scan.radius.times.back(), scan.deflection.times.back());
+Rates ratesOf(const ContourScan& scan, double step) {
+  const double from = std::max(scan.distance.times.front(), scan.deflection.times.front());
+  const double until = std::min(scan.distance.times.back(), scan.deflection.times.back());
   const auto count = static_cast<Index>(std::max(0.0, until - from) / step);
-  return {ratesOf(scan.radius.times, scan.step, from, count, step),
+  return {ratesOf(scan.distance.times, scan.step, from, count, step),
           ratesOf(scan.deflection.times, scan.deflection.values, from, count, step)};
 }
 
@@ -198,35 +246,27 @@ std::optional<Refusal> repeats(const std::vector<Rates>& rates, Index reach, dou
   for (Index lag = 0; lag <= 2 * reach; ++lag) {
     double sum = 0.0;
     for (const auto& scan : rates) {
-      const Index n = scan.radius.size() - lag;
-      if (n > 0) sum += scan.radius.head(n).dot(scan.radius.tail(n));
+      const Index n = scan.distance.size() - lag;
+      if (n > 0) sum += scan.distance.head(n).dot(scan.distance.tail(n));
     }
     sums.push_back(sum);
   }
   if (rivalOf(sums, 0) <= kRival * sums.front()) return std::nullopt;
-  return Refusal{"rival-peak", "the steps of the radius repeat within twice the search window of " + text(window_s) +
+  return Refusal{"rival-peak", "the steps repeat within twice the search window of " + text(window_s) +
                                    " s, so several delays fit: scan with arcs of different lengths, or narrow "
                                    "search_window_s"};
 }
 
 }  // namespace
 
-Outcome<ScanConfig, Refusal> readScanConfig(const Dataset& dataset) {
-  const auto centre = configVector(dataset, "centre_mm");
-  if (!centre) return centre.error();
-  if (!centre.value()) return Refusal{"bad-config", "method " + dataset.method + " needs the config key 'centre_mm'"};
+Outcome<double, Refusal> searchWindow(const Dataset& dataset) {
   const auto window = requiredPositive(dataset, "search_window_s");
-  if (!window) return window.error();
-  if (window.value() < kTransition_s) {
-    return Refusal{"window-too-small", "search_window_s is " + text(window.value()) +
-                                           " s: a step of the radius takes 0.02 s; give at least that"};
-  }
-  const auto gain = configGain(dataset);
-  if (!gain) return gain.error();
-  return ScanConfig{Vector3d::Map((*centre)->data()), gain.value(), window.value()};
+  if (!window || window.value() >= kTransition_s) return window;
+  return Refusal{"window-too-small",
+                 "search_window_s is " + text(window.value()) + " s: a step takes 0.02 s; give at least that"};
 }
 
-Outcome<std::vector<RadiusScan>, Refusal> readScans(const Dataset& dataset, const ScanConfig& config) {
+Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question) {
   const auto listed = checkedTable(dataset, "scans", kScans);
   if (!listed) return listed.error();
   const auto machine = checkedTable(dataset, "machine", kMachineScan);
@@ -237,7 +277,7 @@ Outcome<std::vector<RadiusScan>, Refusal> readScans(const Dataset& dataset, cons
   for (const auto* table : {machine.value(), probe.value()}) {
     if (auto refusal = unlisted(*table, ids)) return *refusal;
   }
-  std::vector<RadiusScan> scans;
+  std::vector<ContourScan> scans;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const std::string name = "scan " + text(ids[row]);
     const double speed = (*listed.value()->column("speed_mm_s"))[row];
@@ -246,33 +286,33 @@ Outcome<std::vector<RadiusScan>, Refusal> readScans(const Dataset& dataset, cons
     Points of_probe = pointsOf(*probe.value(), kProbeScan, ids[row]);
     if (auto refusal = wrongStamps(of_machine, name, "machine")) return *refusal;
     if (auto refusal = wrongStamps(of_probe, name, "probe")) return *refusal;
-    RadiusScan scan = reduce(std::move(of_machine), std::move(of_probe), config);
+    ContourScan scan = reduce(std::move(of_machine), std::move(of_probe), question);
     scan.name = name;
     scan.speed_mm_s = speed;
     for (const auto& other : scans) {
-      if (other.radius.values != scan.radius.values || other.deflection.values != scan.deflection.values) continue;
+      if (other.distance.values != scan.distance.values || other.deflection.values != scan.deflection.values) continue;
       return Refusal{"duplicated-reading",
                      other.name + " and " + name + " hold the same samples: a copy is not a scan; remove it"};
     }
-    if (auto refusal = unusable(scan, config)) return *refusal;
+    if (auto refusal = unusable(scan, question)) return *refusal;
     scans.push_back(std::move(scan));
   }
   return scans;
 }
 
-Outcome<double, Refusal> coarseDelay(const std::vector<RadiusScan>& scans, double window_s) {
+Outcome<double, Refusal> coarseDelay(const std::vector<ContourScan>& scans, double window_s) {
   const double step = std::min(kTransition_s / 5.0, window_s / 10.0);
   const auto reach = static_cast<Index>(window_s / step);
   std::vector<Rates> rates;
   for (const auto& scan : scans) rates.push_back(ratesOf(scan, step));
   if (auto refusal = repeats(rates, reach, window_s)) return *refusal;
-  // Minus the rate of the radius times the rate of the deflection a lag earlier.
+  // Minus the rate of the distance times the rate of the deflection a lag earlier.
   std::vector<double> sums(static_cast<std::size_t>(2 * reach + 1));
   for (const auto& scan : rates) {
-    const Index n = scan.radius.size() - 2 * reach;
+    const Index n = scan.distance.size() - 2 * reach;
     for (Index lag = 0; n > 0 && lag <= 2 * reach; ++lag) {
       sums[static_cast<std::size_t>(lag)] -=
-          scan.radius.segment(reach, n).dot(scan.deflection.segment(2 * reach - lag, n));
+          scan.distance.segment(reach, n).dot(scan.deflection.segment(2 * reach - lag, n));
     }
   }
   const auto top = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
