@@ -4,8 +4,8 @@
 
 namespace probebox::metrology {
 
-Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset) {
-  const auto rows = configMatrix(dataset, "gain_matrix", 3, 3);
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key) {
+  const auto rows = configMatrix(dataset, key, 3, 3);
   if (!rows) return rows.error();
   Eigen::Matrix3d gain = Eigen::Matrix3d::Identity();
   for (Eigen::Index i = 0; rows.value() && i < 3; ++i) {

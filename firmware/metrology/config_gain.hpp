@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <string_view>
 
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/result.hpp"
@@ -7,8 +8,8 @@
 
 namespace probebox::metrology {
 
-// Gain matrix A of the probe (A3) from the config key gain_matrix, three rows of three numbers; the identity without
-// the key. Refuses: bad-config.
-Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset);
+// Gain matrix A of the probe (A3) from a config key, three rows of three numbers; the identity without it.
+// Refuses: bad-config.
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key = "gain_matrix");
 
 }  // namespace probebox::metrology

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/config_gain.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -79,18 +80,8 @@ Rows rowsOf(const Table& table, double touch, std::array<std::string_view, 3> co
 }
 
 Outcome<Eigen::Matrix3d, Refusal> gainOf(const Dataset& dataset) {
-  const auto found = dataset.config.find("gain");
-  const auto* rows = found == dataset.config.end() ? nullptr : std::get_if<Matrix>(&found->second);
-  Eigen::Matrix3d gain;
-  const auto is_row = [](const std::vector<double>& row) {
-    return row.size() == 3 && std::ranges::all_of(row, [](double value) { return std::isfinite(value); });
-  };
-  if (rows == nullptr || rows->size() != 3 || !std::ranges::all_of(*rows, is_row))
-    return Refusal{"bad-config", "gain is needed, and has to be three rows of three numbers: give the probe's matrix"};
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    for (Eigen::Index k = 0; k < 3; ++k) gain(i, k) = (*rows)[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)];
-  }
-  return gain;
+  if (dataset.config.contains("gain")) return configGain(dataset, "gain");
+  return Refusal{"bad-config", "gain is needed: give the probe's matrix, three rows of three numbers"};
 }
 
 Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {

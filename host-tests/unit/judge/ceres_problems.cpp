@@ -88,6 +88,41 @@ struct Touched {
   }
 };
 
+struct TouchedByArm {
+  Arm arm;
+  ArmTouch seen;
+
+  // Joint j later than the touch by later[j].
+  template <class T>
+  void tip(const T* later, T* at) const {
+    T q[3];
+    for (int j = 0; j < 3; ++j) {
+      const T s = (later[j] + seen.at_s - seen.joints.t_mean) / seen.joints.half_s;
+      const auto& c = seen.joints.coefficients;
+      q[j] = c(j, 0) + s * (c(j, 1) + s * c(j, 2));
+    }
+    at[0] = arm.base[0] + arm.upper * cos(q[0]) + arm.fore * cos(q[0] + q[1]);
+    at[1] = arm.base[1] + arm.upper * sin(q[0]) + arm.fore * sin(q[0] + q[1]);
+    at[2] = arm.base[2] + q[2];
+  }
+  template <class T>
+  bool operator()(const T* centre, const T* radius, const T* delays, T* off) const {
+    const T mean = (delays[0] + delays[1] + delays[2]) / 3.0;
+    const T together[3]{mean, mean, mean};
+    T own[3];
+    T common[3];
+    tip(delays, own);
+    tip(together, common);
+    T squares{0.0};
+    for (int k = 0; k < 3; ++k) {
+      const T part = seen.touch.at[k] + mean * seen.touch.velocity[k] + own[k] - common[k] - centre[k];
+      squares += part * part;
+    }
+    off[0] = (sqrt(squares) - radius[0]) / seen.touch.sigma;
+    return true;
+  }
+};
+
 struct Tilted {
   TiltedPoint reading;
   template <class T>
@@ -157,6 +192,17 @@ TouchAnswer touches(std::span<const TouchedPoint> points, const TouchAnswer& sta
   }
   settle(problem);
   cover(problem, {at.data(), at.data() + 3, at.data() + 4}, covariance);
+  return at;
+}
+
+ArmAnswer armTouches(const Arm& arm, std::span<const ArmTouch> points, const ArmAnswer& start) {
+  ArmAnswer at = start;
+  ceres::Problem problem;
+  for (const auto& point : points) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<TouchedByArm, 1, 3, 1, 3>(new TouchedByArm{arm, point}),
+                             nullptr, at.data(), at.data() + 3, at.data() + 4);
+  }
+  settle(problem);
   return at;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline.hpp"
+#include "firmware/metrology/joint_chain.hpp"
 #include "firmware/metrology/line.hpp"
 
 // The problems of the iterative methods as Ceres is told them: its own derivatives (automatic), its own minimiser
@@ -33,6 +34,21 @@ struct TouchedPoint {
 using TouchAnswer = Eigen::Matrix<double, 5, 1>;
 TouchAnswer touches(std::span<const TouchedPoint> points, const TouchAnswer& start,
                     Eigen::MatrixXd* covariance = nullptr);
+
+// The same of an arm with two links in the plane and a quill along Z, each joint with a delay of its own. (A21)
+struct Arm {
+  Eigen::Vector3d base{-330.0, -140.0, 60.0};
+  double upper{300.0};
+  double fore{250.0};
+};
+struct ArmTouch {
+  TouchedPoint touch;
+  double at_s{};  // when the joints stood at the point
+  metrology::JointPath joints;
+};
+// centre, radius, delays of the three joints.
+using ArmAnswer = Eigen::Matrix<double, 7, 1>;
+ArmAnswer armTouches(const Arm& arm, std::span<const ArmTouch> points, const ArmAnswer& start);
 
 // A point that tilts about an axis that is nearly parallel to Z: pivot of the axis in x, y at z = 0, its lean in x and
 // y, then x, y, z of every point at tilt zero. (B29) in space.

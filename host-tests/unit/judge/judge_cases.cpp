@@ -38,6 +38,16 @@ metrology::Line lineOf(const Vector3d& at_zero, const Vector3d& slope, double fr
   return metrology::fitLine(times, values);
 }
 
+// Elbow to the right.
+Vector3d jointsAt(const Arm& arm, const Vector3d& tip) {
+  const Vector3d reach = tip - arm.base;
+  const double square = reach.head<2>().squaredNorm();
+  const double elbow = std::acos((square - arm.upper * arm.upper - arm.fore * arm.fore) / (2.0 * arm.upper * arm.fore));
+  const double shoulder =
+      std::atan2(reach.y(), reach.x()) - std::atan2(arm.fore * std::sin(elbow), arm.upper + arm.fore * std::cos(elbow));
+  return {shoulder, elbow, reach.z()};
+}
+
 }  // namespace
 
 metrology::Rows3 spherePoints(std::mt19937_64& random, int count) {
@@ -151,6 +161,18 @@ std::vector<metrology::Retract> sphereRetracts(std::mt19937_64& random) {
     }
   }
   return retracts;
+}
+
+void addJoints(const Arm& arm, std::vector<metrology::Retract>& retracts) {
+  for (auto& retract : retracts) {
+    const auto& line = retract.machine;
+    const double half_s = std::sqrt(3.0 * line.sxx / static_cast<double>(line.n));
+    const Vector3d begin = jointsAt(arm, line.at(line.t_mean - half_s));
+    const Vector3d middle = jointsAt(arm, line.at(line.t_mean));
+    const Vector3d end = jointsAt(arm, line.at(line.t_mean + half_s));
+    retract.joints = {.t_mean = line.t_mean, .half_s = half_s, .coefficients = Eigen::Matrix3d{}};
+    retract.joints.coefficients << middle, (end - begin) / 2.0, (end + begin) / 2.0 - middle;
+  }
 }
 
 }  // namespace probebox::judge

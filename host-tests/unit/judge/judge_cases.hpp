@@ -36,4 +36,7 @@ std::vector<TiltedPoint> tiltedReadings(std::mt19937_64& random, const std::vect
 // Lines of five touches of a sphere at three speeds, with a delay of some ms.
 std::vector<metrology::Retract> sphereRetracts(std::mt19937_64& random);
 
+// The same touches by an arm: how its joints went along the machine's lines.
+void addJoints(const Arm& arm, std::vector<metrology::Retract>& retracts);
+
 }  // namespace probebox::judge

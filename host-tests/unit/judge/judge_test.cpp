@@ -151,5 +151,43 @@ TEST(Judge, TouchFit) {
   }
 }
 
+TEST(Judge, TouchFitOfAnArm) {
+  std::mt19937_64 random{7};
+  const Arm arm;
+  const metrology::JointChain chain{{{true, arm.base, Vector3d::UnitZ()},
+                                     {true, arm.base + arm.upper * Vector3d::UnitX(), Vector3d::UnitZ()},
+                                     {false, arm.base, Vector3d::UnitZ()}},
+                                    arm.base + (arm.upper + arm.fore) * Vector3d::UnitX()};
+  for (int trial = 0; trial < 20; ++trial) {
+    auto retracts = sphereRetracts(random);
+    addJoints(arm, retracts);
+    const auto noise = metrology::poolNoise(retracts);
+    metrology::TouchModel model{
+        retracts, noise, {.delays = metrology::Delays::each_joint, .gain = metrology::Gain::by_touch, .chain = &chain}};
+    const auto start = model.start();
+    ASSERT_TRUE(start.ok()) << start.error().reason;
+    model.weighAt(start.value());
+    const auto fit = metrology::leastSquares(model, start.value());
+    ASSERT_TRUE(fit.ok()) << fit.error().reason;
+    const VectorXd weighted = model(start.value()).residuals;
+    const VectorXd plain = model.radial(start.value());
+    std::vector<ArmTouch> points;
+    for (Eigen::Index i = 0; i < plain.size(); ++i) {
+      const auto& retract = retracts[static_cast<std::size_t>(i)];
+      points.push_back(
+          {{metrology::separationPoint(retract.machine, retract.probe), retract.machine.slope, plain[i] / weighted[i]},
+           metrology::separationTime(retract.probe),
+           retract.joints});
+    }
+    ArmAnswer at;
+    at << model.span() * start->head(3), start->tail(4);
+    const ArmAnswer judged = armTouches(arm, points, at);
+    ArmAnswer ours;
+    ours << model.span() * fit->parameters.head(3), fit->parameters.tail(4);
+    expectSame(ours.head<4>(), judged.head<4>());
+    for (Eigen::Index k = 4; k < 7; ++k) EXPECT_NEAR(ours[k], judged[k], 1e-12) << "s; nine digits of some ms";
+  }
+}
+
 }  // namespace
 }  // namespace probebox::judge
