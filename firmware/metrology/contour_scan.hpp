@@ -19,7 +19,7 @@ struct ContourScan {
   Signal deflection;                        // mm
   std::vector<std::vector<double>> places;  // at the machine's stamps: what the distance errs by per mm that the
                                             // feature is off along each direction that the scan sees
-  std::vector<double> step;  // mm: the distance less its mean and what looks like an error of the place
+  std::vector<double> step;                 // mm: the distance less its mean and what looks like an error of the place
 };
 
 struct ScanQuestion {
