@@ -34,16 +34,9 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
     if (std::abs(moved_mm) > config_.maximum_speed_mm_s * dt_s + kCountNoise_mm) lose(ReferenceFault::impossible_speed);
     if (pending_index_) {
       const MonoTime due = *pending_index_ + Nanoseconds{std::llround(tau_s_ * 1e9)};
-      if (at >= due) {
-        pending_index_.reset();
-        const double back_s = toSeconds(at - due);
-        // Before the count before this one: no count around the mark was kept.
-        if (back_s <= dt_s)
-          passIndex(u_mm - moved_mm / dt_s * back_s, moved_mm / dt_s);
-        else
-          ++unused_indexes_;
-      }
+      if (at >= due) takeIndex(due, moved_mm, dt_s, at, u_mm);
     }
+    followPass(at, u_mm);
     for (auto* anchor : {&still_since_, &next_anchor_}) {
       if (!*anchor) continue;
       (*anchor)->sum_mm += u_mm - (*anchor)->u_mm;
@@ -63,8 +56,36 @@ void AxisReference::index(MonoTime at) {
   pending_index_ = at;
 }
 
-void AxisReference::passIndex(double u_mm, double speed_mm_s) {
+// moved_mm, dt_s: from the count before to this one, which is the first that came when it was due or later.
+void AxisReference::takeIndex(MonoTime due, double moved_mm, double dt_s, MonoTime at, double u_mm) {
+  pending_index_.reset();
+  const double back_s = toSeconds(at - due);
+  // Before the count before this one: no count around the mark was kept.
+  if (back_s > dt_s) {
+    ++unused_indexes_;
+    return;
+  }
+  const double speed_mm_s = moved_mm / dt_s, passed_mm = u_mm - speed_mm_s * back_s;
   const double uncertainty_mm = std::abs(speed_mm_s) * delay_uncertainty_s_;
+  if (delay_uncertainty_s_ < kUnknownDelay_s) return passIndex(passed_mm, speed_mm_s, uncertainty_mm);
+  if (pass_) ++unused_indexes_;
+  pass_ = Pass{
+      .u_mm = passed_mm, .reach_mm = uncertainty_mm, .until = due + Nanoseconds{std::llround(1e9 * kUnknownDelay_s)}};
+}
+
+// An axis that has just begun to move stands still yet in counts that come late: what they do next tells how fast it
+// was.
+void AxisReference::followPass(MonoTime at, double u_mm) {
+  if (!pass_) return;
+  const double gone_mm = u_mm - pass_->u_mm;
+  pass_->reach_mm = std::max(pass_->reach_mm, std::abs(gone_mm));
+  if (at < pass_->until) return;
+  const Pass pass = *pass_;
+  pass_.reset();
+  passIndex(pass.u_mm, gone_mm / kUnknownDelay_s, pass.reach_mm);
+}
+
+void AxisReference::passIndex(double u_mm, double speed_mm_s, double uncertainty_mm) {
   if (!offset_mm_) {
     const bool is_unique = config_.by == ReferenceBy::index && config_.index_pitch_mm == 0;
     if (is_unique && uncertainty_mm <= config_.index_tolerance_mm) {
@@ -107,6 +128,7 @@ std::optional<double> AxisReference::position_mm(double counts) const {
 void AxisReference::lose(ReferenceFault fault) {
   last_fault_ = fault;
   pending_index_.reset();
+  pass_.reset();
   still_since_.reset();
   if (has_count_) next_anchor_ = Anchor{.at = at_, .u_mm = u_mm_, .sum_mm = 0, .counts = 0};
   if (!offset_mm_) return;

@@ -64,7 +64,9 @@ class AxisReference {
 
  private:
   void lose(ReferenceFault fault);
-  void passIndex(double u_mm, double speed_mm_s);
+  void takeIndex(MonoTime due, double moved_mm, double dt_s, MonoTime at, double u_mm);
+  void followPass(MonoTime at, double u_mm);
+  void passIndex(double u_mm, double speed_mm_s, double uncertainty_mm);
   double nearestIndex_mm(double position_mm, double speed_mm_s) const;
 
   ReferenceConfig config_;
@@ -83,6 +85,13 @@ class AxisReference {
   };
   std::optional<Anchor> still_since_, next_anchor_;
   std::optional<MonoTime> pending_index_;
+  // A mark that was passed while the delay is not known: the counts of that moment come within kUnknownDelay_s.
+  struct Pass {
+    double u_mm{};
+    double reach_mm{};  // how far the counts have gone from there
+    MonoTime until{};
+  };
+  std::optional<Pass> pass_;
   ReferenceFault last_fault_{};
   std::uint32_t losses_{};
   std::uint32_t unused_indexes_{};

@@ -73,6 +73,30 @@ TEST(AxisReference, WaitsForASlowerPassWhileTheDelayIsNotKnown) {
   EXPECT_TRUE(axis.reference.referenced());
 }
 
+// Counts that come late stand still yet when the mark is passed.
+TEST(AxisReference, DoesNotJudgeAQuickStepOverTheMarkWhileTheDelayIsNotKnown) {
+  Axis axis{marked(), 0.005};
+  axis.move(1, 2.9, 3.0);
+  axis.move(0, 0.5);
+  axis.move(40, 0.005, 3.0);
+  axis.move(0, 0.5);
+  EXPECT_FALSE(axis.reference.referenced()) << "it may have been anywhere on 0.2 mm";
+  EXPECT_EQ(axis.reference.unusedIndexes(), 1U);
+  axis.move(-1, 2, 3.0);
+  ASSERT_TRUE(axis.reference.referenced());
+  axis.move(1, 1.8);
+  axis.move(0, 0.5);
+  for (const double speed_mm_s : {40.0, -40.0}) {
+    axis.move(speed_mm_s, 0.005, 3.0);
+    axis.move(0, 0.5);
+    EXPECT_TRUE(axis.reference.referenced()) << "the mark may have been where it belongs";
+  }
+  axis.loseCounts(4000);  // 0.4 mm
+  axis.move(40, 0.005, 3.0);
+  axis.move(0, 0.5);
+  EXPECT_FALSE(axis.reference.referenced()) << "farther than the step went";
+}
+
 TEST(AxisReference, LooksTheMarkUpInCountsThatCameTheDelayLater) {
   Axis axis{marked(), 0.005};
   axis.reference.setDelay(0.005, 2e-6);
