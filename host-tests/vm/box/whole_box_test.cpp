@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <regex>
 #include <signal.h>
 #include <sstream>
@@ -132,6 +134,25 @@ class Controller {
   std::thread thread_;
 };
 
+// How much of the guest's processor was used since this was last asked: a box that starves is not what is tested.
+class Processor {
+ public:
+  double busyShare() {
+    std::ifstream stat{"/proc/stat"};
+    std::string name;
+    stat >> name;
+    std::array<double, 8> ticks{};  // user nice system idle iowait irq softirq steal
+    for (double& value : ticks) stat >> value;
+    const double all = std::accumulate(ticks.begin(), ticks.end(), 0.0), idle = ticks[3] + ticks[4];
+    const double share = 1 - (idle - idle_) / (all - all_);
+    all_ = all, idle_ = idle;
+    return share;
+  }
+
+ private:
+  double all_{}, idle_{};
+};
+
 void give(const char* device) {
   if (chown(device, 0, kBoxGroup) != 0 || chmod(device, 0660) != 0) throw std::runtime_error{device};
 }
@@ -179,12 +200,17 @@ TEST(WholeBox, AccountsForEverythingThroughFiveMinutesOfTrouble) {
   Recording recording{300};
   ASSERT_TRUE(recording.running()) << box.log();
   Controller controller;
+  Processor processor;
   const auto at = [&](std::chrono::seconds second, const char* trouble) {
     sleep_until(begin + second);
     const auto now = status();
-    std::printf("%3lld s: %s (%llu samples, %llu lost so far)\n", static_cast<long long>(second.count()), trouble,
-                static_cast<unsigned long long>(now.ledger.produced),
-                static_cast<unsigned long long>(now.ledger.lost_at_source));
+    std::printf(
+        "%3lld s: %s (%llu samples, %llu lost so far; receiver +- %.1f us, locked %s, %llu times anew; "
+        "the processor was %.0f %% busy)\n",
+        static_cast<long long>(second.count()), trouble, static_cast<unsigned long long>(now.ledger.produced),
+        static_cast<unsigned long long>(now.ledger.lost_at_source), 1e-3 * now.receiver.sigma_ns,
+        now.receiver.state == ClockState::locked ? "yes" : "no", static_cast<unsigned long long>(now.receiver.relocks),
+        100 * processor.busyShare());
     std::fflush(stdout);
   };
   at(20s, "the chip is unplugged");

@@ -109,7 +109,7 @@ TEST_F(Service, ReadsAProbeReceiverThatIsPluggedInLater) {
 }
 
 TEST_F(Service, IsFoundByEverybodyOnTheBox) {
-  EXPECT_THAT(shell("setpriv --reuid=nobody --clear-groups probebox list"), HasSubstr("127.0.0.1:7627"));
+  EXPECT_THAT(shell("setpriv --reuid=65534 --clear-groups probebox list"), HasSubstr("127.0.0.1:7627"));
 }
 
 TEST_F(Service, KeepsWhatWasAcceptedWhenItIsKilled) {
