@@ -43,7 +43,10 @@ TEST_F(ReceiverClock, StampsSamplesWhenTheyWereTakenButForAConstantDelay) {
               std::sqrt(variance) * 1e-3, sigma_ns * 1e-3, clock.effectiveJitterNs() * 1e-3);
   EXPECT_GT(mean, 0) << "nothing arrives before it was taken";
   EXPECT_LT(std::sqrt(variance), 5000);
-  EXPECT_LT(std::sqrt(variance), 3 * sigma_ns);
+  // The bus of newer kernels is polled every 125 us. With the counter's beat against that, arrivals are late by a
+  // sawtooth: of what a clock remembers that is no noise, and sigma does not tell of it.
+  const double of_polling_ns = 125'000 / std::sqrt(12.0);
+  EXPECT_LT(std::sqrt(variance), std::hypot(3 * sigma_ns, 0.1 * of_polling_ns));
 }
 
 TEST_F(ReceiverClock, LocksAnewAfterAnUnplugAndAfterTheCounterBeganAnew) {
