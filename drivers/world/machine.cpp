@@ -75,6 +75,7 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   hold_ = holdAt(stands_, tool_);
   standFrom(now);
   turned_from_c_rad_ = commanded_.c_rad;
+  turns_since_ = now;
   turned_at_ = now + kChange;
   return true;
 }
