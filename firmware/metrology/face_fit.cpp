@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
+#include "firmware/metrology/config_direction.hpp"
 #include "firmware/metrology/feature_points.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
 
@@ -59,15 +60,12 @@ std::optional<Refusal> badFaces(const std::vector<double>& faces) {
 }
 
 Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
-  const auto given = configVector(dataset, "width_direction");
+  const auto given = configDirection(dataset, "width_direction");
   if (!given) return given.error();
   if (!given.value()) {
     return Refusal{"missing-key", "config.json has no key 'width_direction': give the direction across the faces"};
   }
-  const Eigen::Vector3d direction{given->value().data()};
-  if (std::abs(direction.norm() - 1.0) > kUnit) {
-    return Refusal{"bad-config", "config key 'width_direction' must have length 1"};
-  }
+  const Eigen::Vector3d& direction = **given;
   const auto stylus = configPositive(dataset, "stylus_ball_radius_mm");
   if (!stylus) return stylus.error();
   const auto sigma = configSigma(dataset, "sigma_mm");

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/config_direction.hpp"
+#include "firmware/metrology/feature_question.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -13,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kShapes{"box", "cylinder", "plane", "plane-pair", "sphere"};
 constexpr std::array<std::string_view, 2> kFeatures{"external", "internal"};
 
 // Outside of a box the way to the nearest point of it; inside, to the nearest face.
@@ -26,16 +27,6 @@ Distance fromBox(const Vector3d& arm, const Vector3d& half) {
   Eigen::Index face = 0;
   const double depth = beyond.maxCoeff(&face);
   return {depth, signs[face] * Vector3d::Unit(face)};
-}
-
-Outcome<Vector3d, Refusal> directionOf(const Dataset& dataset) {
-  const auto given = requiredVector(dataset, "axis_direction");
-  if (!given) return given.error();
-  const Vector3d direction{given->data()};
-  if (std::abs(direction.norm() - 1.0) > 1e-3) {
-    return Refusal{"bad-config", "config key 'axis_direction' must be a unit vector"};
-  }
-  return Vector3d{direction.normalized()};
 }
 
 }  // namespace
@@ -56,28 +47,26 @@ Distance FeatureDistance::at(const Vector3d& place) const {
 }
 
 Outcome<FeatureDistance, Refusal> featureDistance(const Dataset& dataset) {
-  const auto shape = configWord(dataset, "shape", kShapes);
-  if (!shape) return shape.error();
-  if (!*shape) {
-    return Refusal{"missing-key", "config.json has no key 'shape': sphere, cylinder, plane-pair, box or plane"};
-  }
+  const auto given = requiredShape(dataset);
+  if (!given) return given.error();
+  const std::string& shape = given.value();
   const auto stated = configWord(dataset, "feature", kFeatures);
   if (!stated) return stated.error();
   FeatureDistance feature;
-  feature.plane = **shape == "plane";
+  feature.plane = shape == "plane";
   feature.side = stated->value_or("external") == "internal" ? -1.0 : 1.0;
-  if (**shape == "cylinder" || **shape == "plane" || **shape == "plane-pair") {
-    const auto direction = directionOf(dataset);
+  if (shape == "cylinder" || shape == "plane" || shape == "plane-pair") {
+    const auto direction = requiredDirection(dataset, "axis_direction");
     if (!direction) return direction.error();
     const Matrix3d along = direction.value() * direction->transpose();
-    feature.extent = **shape == "cylinder" ? Matrix3d{Matrix3d::Identity() - along} : along;
+    feature.extent = shape == "cylinder" ? Matrix3d{Matrix3d::Identity() - along} : along;
     feature.normal = direction.value();
   }
   if (feature.plane) return feature;
   const auto centre = requiredVector(dataset, "centre_mm");
   if (!centre) return centre.error();
   feature.centre = Vector3d{centre->data()};
-  if (**shape != "box") return feature;
+  if (shape != "box") return feature;
   const auto size = requiredVector(dataset, "size_axis_mm");
   if (!size) return size.error();
   feature.half_mm = 0.5 * Vector3d{size->data()};

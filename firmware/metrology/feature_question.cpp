@@ -1,10 +1,10 @@
 #include "firmware/metrology/feature_question.hpp"
 
 #include <array>
-#include <cmath>
 #include <string_view>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/config_direction.hpp"
 #include "firmware/metrology/config_gain.hpp"
 
 namespace probebox::metrology {
@@ -39,22 +39,25 @@ std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& questi
 
 }  // namespace
 
-Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
-  FeatureQuestion question;
+Outcome<std::string, Refusal> requiredShape(const Dataset& dataset) {
   const auto shape = configWord(dataset, "shape", kShapes);
   if (!shape) return shape.error();
   if (!*shape)
     return Refusal{"missing-key", "config.json has no key 'shape': sphere, cylinder, plane-pair, box or plane"};
-  question.shape = **shape;
-  const auto axis = configVector(dataset, "axis_direction");
+  return **shape;
+}
+
+Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
+  FeatureQuestion question;
+  const auto shape = requiredShape(dataset);
+  if (!shape) return shape.error();
+  question.shape = shape.value();
+  const auto axis = configDirection(dataset, "axis_direction");
   if (!axis) return axis.error();
   if (axis->has_value() != (question.shape == "cylinder")) {
     return badConfig("config key 'axis_direction' is needed for a cylinder, and for nothing else");
   }
-  if (*axis) question.axis = Vector3d::Map((*axis)->data());
-  if (std::abs(question.axis.norm() - 1.0) > 1e-3)
-    return badConfig("config key 'axis_direction' must be a unit vector");
-  question.axis.normalize();
+  question.axis = axis->value_or(question.axis);
   if (auto bad = readSizes(dataset, question)) return *bad;
   const auto delays = configWord(dataset, "delays", kDelays);
   if (!delays) return delays.error();

@@ -30,6 +30,9 @@ struct FeatureQuestion {
   Eigen::Index unknowns() const { return dimensions() + (sizeFree() ? 1 : 0) + delayCount(); }
 };
 
+// Config key `shape`: sphere, cylinder, plane-pair, box or plane. Refuses: missing-key, bad-config.
+Outcome<std::string, Refusal> requiredShape(const Dataset& dataset);
+
 // From the configuration of a case. Refuses: missing-key, missing-table, bad-config.
 Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/config_direction.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -32,16 +33,12 @@ bool locationKnown(std::vector<double> angles) {
 Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
   const auto point = configVector(dataset, "axis_point_mm");
   if (!point) return point.error();
-  const auto direction = configVector(dataset, "axis_direction");
+  const auto direction = configDirection(dataset, "axis_direction");
   if (!direction) return direction.error();
   if (!point.value() || !direction.value()) {
     return Refusal{"missing-key", "config.json needs axis_point_mm and axis_direction: the nominal axis"};
   }
-  const Vector3d along{direction->value().data()};
-  if (std::abs(along.norm() - 1.0) > 1e-3) {
-    return Refusal{"bad-config", "config key 'axis_direction' must have length 1"};
-  }
-  return NominalAxis{Vector3d{point->value().data()}, along.normalized()};
+  return NominalAxis{Vector3d{point->value().data()}, **direction};
 }
 
 void addNominalAxis(Result& result, const NominalAxis& axis) {

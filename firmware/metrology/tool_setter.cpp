@@ -73,7 +73,8 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   }
   if (device.angles_deg.size() > kMostAngles) {
     return Refusal{"too-many-angles", "the device was measured at " + std::to_string(device.angles_deg.size()) +
-                                          " angles of B, 20 fit into a case: make two of it"};
+                                          " angles of B, " + std::to_string(kMostAngles) +
+                                          " fit into a case: make two of it"};
   }
   std::ranges::sort(device.angles_deg);
   for (std::size_t row = 0; row < b.size(); ++row) device.angle[row] = angleAt(device.angles_deg, b[row]);
@@ -117,7 +118,7 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
   const auto& b = *table.value()->column("B_deg");
   for (std::size_t row = 0; row < b.size(); ++row) {
     if (angleAt(b, b[row]) == row) continue;
-    return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice"};
+    return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: keep one"};
   }
   const MatrixXd offered = columnsOf(*table.value(), std::span{kOffsetColumns}.last(3));
   MatrixX3d offsets{static_cast<Index>(device.angles()), 3};

@@ -121,6 +121,19 @@ TEST(Judge, PivotInSpace) {
   }
 }
 
+// What each touch says, with its weight: its radial residual over the weighted one.
+std::vector<TouchedPoint> touchedPoints(const metrology::TouchModel& model,
+                                        const std::vector<metrology::Retract>& retracts, const VectorXd& at) {
+  const VectorXd weighted = model(at).residuals, plain = model.radial(at);
+  std::vector<TouchedPoint> points;
+  for (const auto& retract : retracts) {
+    const auto i = static_cast<Eigen::Index>(points.size());
+    points.push_back(
+        {metrology::separationPoint(retract.machine, retract.probe), retract.machine.slope, plain[i] / weighted[i]});
+  }
+  return points;
+}
+
 TEST(Judge, TouchFit) {
   std::mt19937_64 random{5};
   for (int trial = 0; trial < 20; ++trial) {
@@ -132,15 +145,7 @@ TEST(Judge, TouchFit) {
     model.weighAt(start.value());
     const auto fit = metrology::leastSquares(model, start.value());
     ASSERT_TRUE(fit.ok()) << fit.error().reason;
-    // The weight of a touch: its radial residual over the weighted one.
-    const VectorXd weighted = model(start.value()).residuals;
-    const VectorXd plain = model.radial(start.value());
-    std::vector<TouchedPoint> points;
-    for (Eigen::Index i = 0; i < plain.size(); ++i) {
-      const auto& retract = retracts[static_cast<std::size_t>(i)];
-      points.push_back(
-          {metrology::separationPoint(retract.machine, retract.probe), retract.machine.slope, plain[i] / weighted[i]});
-    }
+    const auto points = touchedPoints(model, retracts, start.value());
     TouchAnswer at;
     at << model.span() * start->head(3), (*start)[3], (*start)[4];
     const TouchAnswer judged = touches(points, at);
@@ -169,15 +174,10 @@ TEST(Judge, TouchFitOfAnArm) {
     model.weighAt(start.value());
     const auto fit = metrology::leastSquares(model, start.value());
     ASSERT_TRUE(fit.ok()) << fit.error().reason;
-    const VectorXd weighted = model(start.value()).residuals;
-    const VectorXd plain = model.radial(start.value());
     std::vector<ArmTouch> points;
-    for (Eigen::Index i = 0; i < plain.size(); ++i) {
-      const auto& retract = retracts[static_cast<std::size_t>(i)];
-      points.push_back(
-          {{metrology::separationPoint(retract.machine, retract.probe), retract.machine.slope, plain[i] / weighted[i]},
-           metrology::separationTime(retract.probe),
-           retract.joints});
+    for (const auto& point : touchedPoints(model, retracts, start.value())) {
+      const auto& retract = retracts[points.size()];
+      points.push_back({point, metrology::separationTime(retract.probe), retract.joints});
     }
     ArmAnswer at;
     at << model.span() * start->head(3), start->tail(4);
