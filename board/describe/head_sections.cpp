@@ -10,12 +10,11 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kToolNumber{1, 65'535};
 constexpr Range kSensorRange_mm{0.01, 50};
 
 SensorHeadDescription readDescription(Section section, const Machine& machine) {
   SensorHeadDescription head;
-  head.tool = static_cast<std::uint32_t>(section.integer("tool", kToolNumber));
+  head.tool = static_cast<std::uint32_t>(section.integer("tool", kToolNumbers));
   head.range_mm = section.number("range_mm", kSensorRange_mm);
   head.centre_offset_mm = section.vector("centre_offset_mm", {-5000, 5000});
   if (section.has("sd_centre_offset_mm")) head.sd_centre_offset_mm = section.number("sd_centre_offset_mm", {kTiny, 10});
@@ -39,7 +38,7 @@ bool spansSpace(const std::array<std::array<double, 3>, 3>& m) {
 
 WorldSensorHead readEmulated(Section section, const World& world) {
   WorldSensorHead head;
-  head.number = static_cast<std::uint32_t>(section.integer("number", kToolNumber));
+  head.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers));
   head.offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)};
   head.length_mm = section.number("length_mm", {0, kMostToolLength_mm});
   const bool has_sensors = section.has("sensors");

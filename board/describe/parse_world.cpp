@@ -158,15 +158,14 @@ WorldTool readTool(Section& section, std::uint32_t number) {
 }
 
 WorldProbeSpindle readProbeSpindle(Section section) {
-  constexpr Range kToolNumber{1, 65'535};
   WorldProbeSpindle spindle;
   spindle.tilt = readTilt(section);
-  const auto first = readTool(section, static_cast<std::uint32_t>(section.integer("tool", kToolNumber, 1)));
+  const auto first = readTool(section, static_cast<std::uint32_t>(section.integer("tool", kToolNumbers, 1)));
   spindle.tool = first.number;
   spindle.stylus_offset_mm = first.stylus_offset_mm;
   spindle.stylus_length_mm = first.stylus_length_mm;
   for (auto& further : section.sections("further_tool")) {
-    const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumber));
+    const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumbers));
     const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
                                                      spindle.further_tools.end();
     if (again && further.has("number"))

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "board/describe/tool_sections.hpp"
+
 namespace probebox::board {
 namespace {
 
@@ -132,7 +134,7 @@ HeadDescription readHead(Section section) {
 
 // Lengths are those of [[tool]].
 void readProbeTools(Section section, Machine& machine) {
-  for (const double value : section.numbers("numbers", {1, 65'535}, 1)) {
+  for (const double value : section.numbers("numbers", kToolNumbers, 1)) {
     const auto number = static_cast<std::uint32_t>(value);
     const auto found = std::ranges::find(machine.tools, number, &ToolDescription::number);
     const auto& node = *section.node("numbers");

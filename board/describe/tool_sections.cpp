@@ -10,8 +10,6 @@ namespace {
 
 constexpr Range kAnywhere{-1e6, 1e6};
 constexpr Range kHalfWidth_mm{0.5, 500};
-constexpr Range kToolNumbers{1, 65'535};
-constexpr std::size_t kMostWorldTools = 8;
 
 template <class Description>
 bool isThere(const std::vector<Description>& all, std::uint32_t number) {
@@ -63,7 +61,13 @@ ToolSetterDescription readDescription(Section section) {
   if (section.has("sd_probe_offset_mm")) setter.sd_probe_offset_mm = section.number("sd_probe_offset_mm", {kTiny, 1});
   const bool accepted = section.has("accepted_mm"), limited = section.has("limit_mm");
   if (accepted) setter.accepted_mm = section.vector("accepted_mm", kAnywhere);
-  if (section.has("sd_accepted_mm")) setter.sd_accepted_mm = section.number("sd_accepted_mm", {kTiny, 1});
+  if (section.has("sd_accepted_mm")) {
+    setter.sd_accepted_mm = section.number("sd_accepted_mm", {kTiny, 1});
+    if (!accepted) {
+      section.problem(*section.node("sd_accepted_mm"),
+                      "'sd_accepted_mm' is of 'accepted_mm', which is not there: give both, or remove it");
+    }
+  }
   if (limited) setter.limit_mm = section.number("limit_mm", {1e-6, 100});
   if (accepted != limited) {
     section.problem(*section.node(accepted ? "accepted_mm" : "limit_mm"),
@@ -116,8 +120,6 @@ void readWorldTools(Section& root, World& world) {
     section.finish();
     if (hasTool(world, tool.number))
       section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
-    if (world.cutters.size() == kMostWorldTools)
-      section.problem(*section.node("number"), "more than 8 tools: remove some");
     world.cutters.push_back(tool);
   }
 }

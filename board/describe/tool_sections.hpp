@@ -7,6 +7,9 @@
 
 namespace probebox::board {
 
+// What a tool or a holder may be called.
+inline constexpr Range kToolNumbers{1, 65'535};
+
 // Sections [[holder]] and [[tool]] of machine.toml.
 void readTools(Section& root, Machine& machine);
 // Section [tool_setter] of machine.toml.

@@ -234,18 +234,11 @@ Place Controller::place() const {
   const Vector3 tip = tipIn(at, tool());
   // A sensor head comes over its ball from above.
   if (step_.kind == StepKind::hold) return {Place::Shape::gap, middle() - tip, 0, {}};
-  const double keep_out_mm = config_.safe_distance_mm;
-  switch (step_.feature) {
-    case StepFeature::datum_sphere:
-      break;
-    case StepFeature::plates:
-      return {Place::Shape::gap, config_.plates.middle_mm - tip, 0, {}};
-    case StepFeature::part_ball:
-      return {Place::Shape::round, ballOfThePart() - tip, config_.part.effective_radius_mm + keep_out_mm, {}};
-    case StepFeature::tool_setter:
-      return setterFrom(tip);
-  }
-  return {Place::Shape::round, config_.nominal_centre_mm - tip, config_.nominal_effective_radius_mm + keep_out_mm, {}};
+  if (step_.feature == StepFeature::plates) return {Place::Shape::gap, config_.plates.middle_mm - tip, 0, {}};
+  if (step_.feature == StepFeature::tool_setter) return setterFrom(tip);
+  const double around_mm =
+      step_.feature == StepFeature::part_ball ? config_.part.effective_radius_mm : config_.nominal_effective_radius_mm;
+  return {Place::Shape::round, middle() - tip, around_mm + config_.safe_distance_mm, {}};
 }
 
 void Controller::rise() {

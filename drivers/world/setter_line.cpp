@@ -25,20 +25,15 @@ Nanoseconds SetterLine::lateness(double sense, double speed_mm_s) {
 MonoTime SetterLine::nextAt(const Machine& machine) {
   if (!setter_.fitted) return MonoTime::max();
   if (next_) return *next_;
-  const Contact* contact = machine.stylus().contact(contact_);
-  while (contact != nullptr && !contact->setter) contact = machine.stylus().contact(++contact_);
-  if (contact == nullptr || (released_ && !contact->end)) return MonoTime::max();
-  const Instant& happened = released_ ? *contact->end : contact->begin;
-  next_ = happened.rounded() + lateness(released_ ? -1 : 1, contact->speed_mm_s);
+  const auto next = edges_.next(machine.stylus(), [](const Contact& contact) { return contact.setter; });
+  if (next.contact == nullptr) return MonoTime::max();
+  next_ = next.at.rounded() + lateness(next.level == Level::active ? 1 : -1, next.contact->speed_mm_s);
   return *next_;
 }
 
 bool SetterLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger) {
-  edge = PhysicalEdge{LineRole::trigger, kLine, released_ ? Level::inactive : Level::active, nextAt(machine), false};
-  if (released_) ++contact_;
-  released_ = !released_;
+  edge = edges_.take(nextAt(machine));
   next_.reset();
-  ++edges_;
   ++ledger.setter_edges;
   return true;
 }
@@ -46,7 +41,7 @@ bool SetterLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger
 bool SetterLine::take(Event& event, const Machine& machine, Ledger& ledger) {
   PhysicalEdge edge;
   take(edge, machine, ledger);
-  event = Edge{edge.role, edge.line, edge.level, static_cast<std::uint32_t>(edges_), edge.at};
+  event = edges_.event(edge);
   return true;
 }
 

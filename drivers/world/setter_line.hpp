@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "drivers/world/config.hpp"
+#include "drivers/world/contact_edges.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/random.hpp"
@@ -23,17 +24,13 @@ class SetterLine {
   bool take(Event& event, const Machine& machine, Ledger& ledger);
 
  private:
-  static constexpr std::uint8_t kLine = 1;  // after the probe's trigger
-
   Nanoseconds lateness(double sense, double speed_mm_s);
 
   ToolSetterConfig setter_;
   SyncConfig kernel_;
   Random random_;
-  std::uint64_t contact_{};  // the one that the next edge is of
-  bool released_{};          // the next edge is its release
+  ContactEdges edges_{1};  // after the probe's trigger
   std::optional<MonoTime> next_;
-  std::uint64_t edges_{};
 };
 
 }  // namespace probebox::world

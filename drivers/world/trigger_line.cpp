@@ -10,18 +10,12 @@ TriggerLine::TriggerLine(const Config& config)
 
 MonoTime TriggerLine::nextAt(const Machine& machine) {
   if (!fitted_) return MonoTime::max();
-  const Contact* contact = machine.stylus().contact(contact_);
-  while (contact != nullptr && contact->tool) contact = machine.stylus().contact(++contact_);
-  if (contact == nullptr) return MonoTime::max();
-  if (!released_) return contact->begin.rounded() + lateness_;
-  return contact->end ? contact->end->rounded() + lateness_ : MonoTime::max();
+  const auto next = edges_.next(machine.stylus(), [](const Contact& contact) { return !contact.tool; });
+  return next.contact != nullptr ? next.at.rounded() + lateness_ : MonoTime::max();
 }
 
 bool TriggerLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger) {
-  edge = PhysicalEdge{LineRole::trigger, 0, released_ ? Level::inactive : Level::active, nextAt(machine), false};
-  if (released_) ++contact_;
-  released_ = !released_;
-  ++edges_;
+  edge = edges_.take(nextAt(machine));
   ++ledger.trigger_edges;
   return true;
 }
@@ -29,7 +23,7 @@ bool TriggerLine::take(PhysicalEdge& edge, const Machine& machine, Ledger& ledge
 bool TriggerLine::take(Event& event, const Machine& machine, Ledger& ledger) {
   PhysicalEdge edge;
   take(edge, machine, ledger);
-  event = Edge{edge.role, edge.line, edge.level, static_cast<std::uint32_t>(edges_), edge.at};
+  event = edges_.event(edge);
   return true;
 }
 

@@ -1,8 +1,6 @@
 #pragma once
-#include <cstdint>
-#include <optional>
-
 #include "drivers/world/config.hpp"
+#include "drivers/world/contact_edges.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
 #include "drivers/world/truth.hpp"
@@ -23,9 +21,7 @@ class TriggerLine {
  private:
   bool fitted_;
   Nanoseconds lateness_;
-  std::uint64_t contact_{};  // the one that the next edge is of; tools make none
-  bool released_{};          // the next edge is its release
-  std::uint64_t edges_{};
+  ContactEdges edges_{0};
 };
 
 }  // namespace probebox::world

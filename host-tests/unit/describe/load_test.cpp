@@ -5,6 +5,7 @@
 
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
+#include "host-tests/support/temporary_folder.hpp"
 
 // The files of a board, read together.
 namespace probebox::board {
@@ -49,17 +50,15 @@ TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
 
 class BoardFolder : public ::testing::Test {
  protected:
-  void SetUp() override {
+  BoardFolder() {
     std::filesystem::create_directories(folder_ / "board");
     std::filesystem::create_directories(folder_ / "config");
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   static void write(const std::filesystem::path& path, std::string_view text) { std::ofstream{path} << text; }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::path{::testing::TempDir()} /
-      (std::string{"probebox-"} + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const support::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
 };
 
 TEST_F(BoardFolder, IsReadWithTheFilesOfConfigInstead) {

@@ -87,6 +87,8 @@ TEST(MachineToml, MayDescribeTheDeviceThatToolsAreSetOn) {
   EXPECT_EQ(setter.accepted_mm.value()[2], 3);
   EXPECT_EQ(setter.limit_mm, 0.05);
   EXPECT_THAT(machineProblem(device + "limit_mm = 0.05\n"), HasSubstr("give both or none"));
+  EXPECT_THAT(machineProblem(device + "sd_accepted_mm = 0.001\n"),
+              HasSubstr("'sd_accepted_mm' is of 'accepted_mm', which is not there"));
   EXPECT_THAT(machineProblem("[tool_setter]\nhalf_width_mm = [8, 0, 6]\nprobe_offset = [0, 0, 1]\n"),
               AllOf(HasSubstr("missing key 'tool_setter.trigger'"),
                     HasSubstr("'tool_setter.half_width_mm' = 0 is out of"), HasSubstr("'tool_setter.probe_offset'")));

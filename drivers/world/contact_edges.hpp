@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+
+#include "drivers/world/machine.hpp"
+#include "drivers/world/physical_edge.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::world {
+
+// The edges of a line that is active from contact to release, one after the other.
+class ContactEdges {
+ public:
+  explicit ContactEdges(std::uint8_t line) : line_{line} {}
+
+  struct Next {
+    const Contact* contact{};  // none is known yet where this is null
+    Instant at;
+    Level level{};
+  };
+  // `counts` says of a contact whether it moves the line.
+  template <class Counts>
+  Next next(const Stylus& stylus, Counts counts) {
+    const Contact* contact = stylus.contact(contact_);
+    while (contact != nullptr && !counts(*contact)) contact = stylus.contact(++contact_);
+    if (contact == nullptr || (released_ && !contact->end)) return {};
+    return {contact, released_ ? *contact->end : contact->begin, level()};
+  }
+  // The next one, stamped then, is over.
+  PhysicalEdge take(MonoTime stamp) {
+    const PhysicalEdge edge{LineRole::trigger, line_, level(), stamp, false};
+    if (released_) ++contact_;
+    released_ = !released_;
+    ++taken_;
+    return edge;
+  }
+  // As the kernel hands it over, with its number.
+  Event event(const PhysicalEdge& edge) const {
+    return Edge{edge.role, edge.line, edge.level, static_cast<std::uint32_t>(taken_), edge.at};
+  }
+
+ private:
+  Level level() const { return released_ ? Level::inactive : Level::active; }
+
+  std::uint8_t line_;
+  std::uint64_t contact_{};  // the one that the next edge is of
+  bool released_{};          // the next edge is its release
+  std::uint64_t taken_{};
+};
+
+}  // namespace probebox::world
