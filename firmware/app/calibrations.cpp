@@ -27,9 +27,7 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   }
   dataset.config.try_emplace("measured_utc", utc);
   // What goes back to a store carries its time.
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  if (dataset.table("tool_store"))
-    dataset.config.try_emplace("measured_at_s", std::floor(std::chrono::duration<double>{since_1970}.count()));
+  if (dataset.table("tool_store")) dataset.config.try_emplace("measured_at_s", static_cast<double>(std::time(nullptr)));
 }
 
 // What a case states about its probe, machine or mounting that is not what the box describes.
@@ -84,7 +82,7 @@ void Calibrations::solve(std::uint32_t run, procedure::Method method, const capt
 
 procedure::Facts Calibrations::factsNow() const {
   procedure::Facts facts = facts_;
-  if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead();
+  if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
   return facts;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -17,7 +18,8 @@ constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kCentreline = "centreline";
 constexpr std::string_view kScrewOf = "screw-";
 constexpr std::string_view kRotaryOf = "rotary-";
-constexpr std::string_view kSensorHead = "sensor-head";
+constexpr std::string_view kSensorHeadOf = "sensor-head-";
+constexpr std::string_view kHeadMethod = "sensor-head-calibration";
 constexpr std::string_view kSwivelOf = "swivel-";
 
 constexpr std::array<std::string_view, 3> kTurningAxisMethods{"c-axis-alignment", "centreline",
@@ -39,8 +41,8 @@ std::optional<Axis> screwAxis(std::string_view subject) {
   return std::nullopt;
 }
 
-// "rotary-c" is about C; nothing for other subjects.
-std::optional<RotaryAxis> rotaryAxis(std::string_view subject, std::string_view stem) {
+// "rotary-c" of "rotary-" is about C; nothing for other subjects.
+std::optional<RotaryAxis> axisOf(std::string_view subject, std::string_view stem) {
   constexpr std::string_view kLetters = "abc";
   if (!subject.starts_with(stem) || subject.size() != stem.size() + 1) return std::nullopt;
   const auto letter = kLetters.find(subject.back());
@@ -195,6 +197,10 @@ Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis a
   return events;
 }
 
+std::string named(const store::Record& record) {
+  return "Result " + std::to_string(record.id);
+}
+
 // By the number that a config key gives; by the method's name where there is none.
 std::string numbered(const metrology::Dataset& dataset, const std::string& prefix, const char* key) {
   const auto found = dataset.config.find(key);
@@ -210,6 +216,7 @@ std::string subjectOf(const metrology::Dataset& dataset) {
   if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
   if (dataset.method == "tool-setter") return numbered(dataset, "tool-", "tool");
   if (dataset.method == "tool-assembly") return numbered(dataset, "assembly-", "tool_id");
+  if (dataset.method == kHeadMethod) return numbered(dataset, std::string{kSensorHeadOf}, "tool");
   if (dataset.method == "swivel-error") {
     if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
       return std::string{kSwivelOf} + "abc"[plane->axis];
@@ -219,10 +226,10 @@ std::string subjectOf(const metrology::Dataset& dataset) {
 
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
-  if (result == nullptr) return Error{"Result " + std::to_string(record.id) + " is a refusal."};
+  if (result == nullptr) return Error{named(record) + " is a refusal."};
   const auto matrix = valuesOf(*result, "sensor_matrix", 9);
   if (!matrix) return matrix.error();
-  procedure::CalibratedHead head{.result_id = record.id};
+  procedure::CalibratedHead head{.result_id = record.id, .tool = *sensorHeadOf(record.binding.subject)};
   for (std::size_t i = 0; i < 9; ++i) {
     head.matrix[i / 3][i % 3] = matrix->values[i];
     head.sd[i / 3][i % 3] = matrix->sdOf(i);
@@ -230,33 +237,42 @@ Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record)
   return head;
 }
 
-bool isOfSensorHead(const store::Record& record) {
-  return record.binding.subject == kSensorHead;
+std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
+  if (!subject.starts_with(kSensorHeadOf)) return std::nullopt;
+  const auto digits = subject.substr(kSensorHeadOf.size());
+  std::uint32_t tool = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), tool);
+  return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{tool} : std::nullopt;
+}
+
+std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject) {
+  return axisOf(subject, kRotaryOf);
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
   if (subject_or_method.starts_with("delay-")) return std::string{kDelay};
   if (std::ranges::find(kTurningAxisMethods, subject_or_method) != kTurningAxisMethods.end())
     return std::string{kCentreline};
-  if (subject_or_method == "sensor-head-calibration") return std::string{kSensorHead};
   return std::string{subject_or_method};
 }
 
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {
   const metrology::Result* result = record.result();
-  if (result == nullptr) return Error{"Result " + std::to_string(record.id) + " is a refusal."};
+  if (result == nullptr) return Error{named(record) + " is a refusal."};
   const auto& subject = record.binding.subject;
   if (subject == kDelay) return delay(*result, record.id, now);
   if (subject == kCentreline) return centreline(*result, record.id, now);
-  if (subject == kSensorHead) {
+  if (subject == kHeadMethod)
+    return Error{named(record) + " does not say of which sensor head it is: give its case the config key 'tool'."};
+  if (sensorHeadOf(subject)) {
     // The worker follows it, and the core hears nothing of it.
     const auto head = calibratedHeadOf(record);
     if (!head) return head.error();
     return std::vector<Event>{};
   }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
-  if (const auto axis = rotaryAxis(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
-  if (const auto axis = rotaryAxis(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
+  if (const auto axis = axisOf(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
+  if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
   return std::vector<Event>{};
 }
 
@@ -273,13 +289,13 @@ std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
     none.at = now;
     return none;
   }
-  if (const auto axis = rotaryAxis(subject, kRotaryOf)) {
+  if (const auto axis = axisOf(subject, kRotaryOf)) {
     RotaryActivated none{};
     none.axis = *axis;
     none.at = now;
     return none;
   }
-  if (const auto axis = rotaryAxis(subject, kSwivelOf)) {
+  if (const auto axis = axisOf(subject, kSwivelOf)) {
     SwivelActivated none{};
     none.axis = *axis;
     none.at = now;

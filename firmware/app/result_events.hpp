@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,7 +16,8 @@ namespace probebox::app {
 
 // The question that a method answers: "delay" for every delay-* method, "centreline" for all that give the turning
 // axis, "screw-x", "screw-y", "screw-z" by the dataset's axis, "rotary-c" and so on likewise, "swivel-b" and so on by
-// the direction of its swivel_axis, "sensor-head"; otherwise the method's own name.
+// the direction of its swivel_axis, "tool-4", "assembly-4" and "sensor-head-5" by the tool's number; otherwise the
+// method's own name.
 std::string subjectOf(const metrology::Dataset& dataset);
 
 // What a person may call a subject: itself, or a method that answers it.
@@ -26,9 +28,14 @@ std::string subjectNamed(std::string_view subject_or_method);
 // that is too long.
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now);
 
-// What a result about the sensor head says of it, or what of it cannot be used.
+// The tool number of the sensor head that a subject is about ("sensor-head-5"); nothing for other subjects.
+std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
+
+// What a result about a sensor head says of it, or what of it cannot be used.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
-bool isOfSensorHead(const store::Record& record);
+
+// The axis whose errors a subject is about ("rotary-c"); nothing for other subjects.
+std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject);
 
 // The event that says: no result about this is in force any more.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <string>
 #include <string_view>
+
+#include "firmware/app/result_events.hpp"
 
 namespace probebox::app {
 namespace {
@@ -28,9 +29,8 @@ void appendValues(const metrology::Estimate& estimate, std::vector<messages::Nam
 void appendSixErrors(const metrology::Estimate& six, const metrology::Estimate& angles_rad, const std::string& subject,
                      std::vector<messages::NamedValue>& values) {
   constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
-  // "rotary-c"; where a case names no axis, the subject is the method.
-  const bool of_axis = subject.starts_with("rotary-") && subject.size() == std::string_view{"rotary-c"}.size();
-  const std::string letter = of_axis ? std::string(1, static_cast<char>(std::toupper(subject.back()))) : "";
+  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
+  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i) {
     std::array<char, 48> at{};
     const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;

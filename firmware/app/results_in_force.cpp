@@ -194,18 +194,18 @@ void ResultsInForce::readStore() {
   const auto accepted = ours(store::State::accepted);
   if (!in_force || !accepted) return;
   std::vector<std::uint64_t> active;
-  std::optional<procedure::CalibratedHead> sensor_head;
+  std::vector<procedure::CalibratedHead> sensor_heads;
   for (const auto& record : *in_force) {
     if (!fitActivation(record)) continue;
     active.push_back(record.id);
-    if (isOfSensorHead(record)) sensor_head = calibratedHeadOf(record).value();
+    if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
   }
   std::vector<std::uint64_t> waiting;
   for (const auto& record : *accepted) waiting.push_back(record.id);
   const std::lock_guard lock{mutex_};
   active_ = std::move(active);
   waiting_ = std::move(waiting);
-  sensor_head_ = sensor_head;
+  sensor_heads_ = std::move(sensor_heads);
 }
 
 std::vector<std::uint64_t> ResultsInForce::active() const {
@@ -218,9 +218,10 @@ std::vector<std::uint64_t> ResultsInForce::waiting() const {
   return waiting_;
 }
 
-std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead() const {
+std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_t tool) const {
   const std::lock_guard lock{mutex_};
-  return sensor_head_;
+  const auto found = std::ranges::find(sensor_heads_, tool, &procedure::CalibratedHead::tool);
+  return found == sensor_heads_.end() ? std::nullopt : std::optional{*found};
 }
 
 bool ResultsInForce::isWaiting(store::Id id) const {

@@ -61,8 +61,8 @@ class ResultsInForce {
   // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
-  // What the calibration of the sensor head found; nothing while none is in force.
-  std::optional<procedure::CalibratedHead> sensorHead() const;
+  // What the calibration of the sensor head with that tool number found; nothing while none is in force.
+  std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:
   bool mayChange() const;
@@ -88,7 +88,7 @@ class ResultsInForce {
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;
-  std::optional<procedure::CalibratedHead> sensor_head_;
+  std::vector<procedure::CalibratedHead> sensor_heads_;
 };
 
 }  // namespace probebox::app

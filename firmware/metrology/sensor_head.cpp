@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
 constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
-constexpr std::array<std::string_view, 3> kKeys{"sigma_sensor", "tool_vector_mm", "reference_mm"};
+constexpr std::array<std::string_view, 4> kKeys{"sigma_sensor", "tool_vector_mm", "reference_mm", "tool"};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero

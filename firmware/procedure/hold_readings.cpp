@@ -107,6 +107,7 @@ void addMoves(metrology::Dataset& dataset, const std::vector<Hold>& holds) {
     const Vector3d u = reference - hold.at_mm;
     moves.append({u.x(), u.y(), u.z(), hold.sensors[0], hold.sensors[1], hold.sensors[2]});
   }
+  if (!holds.empty()) dataset.config["tool"] = static_cast<double>(holds.front().request->tool);
   dataset.config["reference_mm"] = std::vector<double>{reference.begin(), reference.end()};
   dataset.tables.insert(dataset.tables.begin(), std::move(moves));
 }

@@ -95,6 +95,7 @@ struct ToolFacts {
 // What a calibration of the sensor head has found, as far as it is in force.
 struct CalibratedHead {
   std::uint64_t result_id{};
+  std::uint32_t tool{};
   // K of (E1): a row a sensor, per mm along X, Y and Z. And the sd of each (k = 1).
   std::array<std::array<double, 3>, 3> matrix{};
   std::array<std::array<double, 3>, 3> sd{};

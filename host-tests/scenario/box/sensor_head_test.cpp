@@ -61,12 +61,12 @@ std::optional<metrology::Solved> calibrated(Scenario& scenario) {
 }
 
 // Accepted, as the box would take it from its store.
-procedure::CalibratedHead accepted(const metrology::Result& result) {
+procedure::CalibratedHead accepted(const Scenario& scenario, const metrology::Result& result) {
   store::Record record{};
   record.id = 41;
-  record.binding.subject = app::subjectNamed(result.method);
+  record.binding.subject = app::subjectOf(scenario.dataset());
   record.content = result;
-  EXPECT_TRUE(app::isOfSensorHead(record));
+  EXPECT_EQ(record.binding.subject, "sensor-head-5");
   EXPECT_TRUE(app::activationOf(record, {})->empty()) << "the core does not use it";
   return app::calibratedHeadOf(record).value();
 }
@@ -91,7 +91,7 @@ TEST(LiveSensorHead, FindsItsSensorsAsWellAsItSays) {
     EXPECT_TRUE(solved->value().warnings.empty()) << solved->value().warnings.front();
 
     // What K^-1 makes of the sensors, for a ball that is somewhere in the head.
-    const auto head = accepted(solved->value());
+    const auto head = accepted(scenario, solved->value());
     const Matrix3d inverse = matrixOf(head.matrix).inverse(), sd = matrixOf(head.sd);
     world::Random random{seed, 92};
     const Vector3d u{random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)};
@@ -125,7 +125,7 @@ TEST(LiveSensorHead, IsSavedWithEveryDigitAndEveryHold) {
   const auto solved = calibrated(scenario);
   ASSERT_TRUE(solved && solved->ok());
   const auto& dataset = scenario.dataset();
-  EXPECT_EQ(app::subjectOf(dataset), "sensor-head");
+  EXPECT_EQ(app::subjectOf(dataset), "sensor-head-5");
   EXPECT_EQ(dataset.table("moves")->rows(), 13U);
   EXPECT_EQ(dataset.table("holds")->rows(), 13U);
   EXPECT_GT(dataset.table("probe")->rows(), 13U * 100U);
@@ -152,7 +152,7 @@ TEST(LiveBallPlateByHead, TellsTheErrorsOfTheAxisAtEveryAngle) {
     scenario.facts.sensor_head->sd_centre_offset_mm = 0;
     const auto head = calibrated(scenario);
     ASSERT_TRUE(head && head->ok());
-    scenario.facts.sensor_head->calibrated = accepted(head->value());
+    scenario.facts.sensor_head->calibrated = accepted(scenario, head->value());
     const auto solved = readByHead(scenario);
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
     const auto& result = solved->value();
@@ -186,7 +186,7 @@ TEST(LiveBallPlateByHead, FindsWhereTheAxisIsAsFarAsTheHeadsCentreIsKnown) {
     Scenario scenario{config, seed};
     const auto head = calibrated(scenario);
     ASSERT_TRUE(head && head->ok());
-    scenario.facts.sensor_head->calibrated = accepted(head->value());
+    scenario.facts.sensor_head->calibrated = accepted(scenario, head->value());
     const auto solved = readByHead(scenario, {.angles = 4});
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
     const Vector3d point = shown(config, config.part_spindle.point_mm) - Vector3d{330, 200, -300};

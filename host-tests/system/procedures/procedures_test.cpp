@@ -285,7 +285,7 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
     const double off = head["result"][component].get<double>() - world.sensor_head->sensors[i / 3][i % 3];
     EXPECT_LT(std::abs(off), 5 * head["sd"][component].get<double>());
   }
-  EXPECT_THAT(box({"history", "sensor-head"}).out, HasSubstr("active"));
+  EXPECT_THAT(box({"history", "sensor-head-5"}).out, HasSubstr("active"));
 
   const auto axis = proposedBy({"rotary-axis-errors", "--head", "--angles", "4"}, "location_mm", step);
   EXPECT_EQ(step["kind"], "hold");
@@ -294,7 +294,7 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
                       descriptions_.machine.ball_plate->axis_point_mm[0];
   EXPECT_NEAR(axis["result"]["location_mm[0]"].get<double>(), x_mm, 5 * axis["sd"]["location_mm[0]"].get<double>());
 
-  ASSERT_EQ(box({"rollback", "sensor-head", "--by", "somebody"}).status, 0);
+  ASSERT_EQ(box({"rollback", "sensor-head-5", "--by", "somebody"}).status, 0);
   EXPECT_THAT(box({"calibrate", "rotary-axis-errors", "--head"}).err, HasSubstr("none is in force"));
 }
 

@@ -178,12 +178,14 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("delay-plates"), "delay");
   EXPECT_EQ(subjectNamed("delay"), "delay");
   EXPECT_EQ(subjectNamed("c-axis-alignment"), "centreline");
-  EXPECT_EQ(subjectNamed("sensor-head-calibration"), "sensor-head");
   metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
   EXPECT_EQ(subjectOf(screw), "screw-y");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter") << "of no tool's number";
   EXPECT_EQ(subjectOf({.method = "tool-assembly", .config = {{"tool_id", 12.0}}, .tables = {}}), "assembly-12");
+  EXPECT_EQ(subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}), "sensor-head-5");
+  EXPECT_EQ(sensorHeadOf("sensor-head-calibration"), std::nullopt);
+  EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), std::nullopt) << "the case names no axis";
 }
 
 TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {

@@ -107,12 +107,12 @@ class HeadInForce : public InForce {
     letChange(*results);
     return results;
   }
-  store::Id proposeHead(std::vector<double> matrix) {
+  store::Id proposeHead(std::vector<double> matrix, const std::string& subject = "sensor-head-5") {
     metrology::Result result;
     result.method = "sensor-head-calibration";
     const std::vector<double> sd(matrix.size(), 1e-4);
     result.estimates = {metrology::Estimate::matrix("sensor_matrix", 3, std::move(matrix), sd)};
-    const store::Binding binding{"sensor-head", kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    const store::Binding binding{subject, kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
     return store_.propose(binding, result, "", "2026-01-01T00:00:00Z").value();
   }
 };
@@ -120,17 +120,36 @@ class HeadInForce : public InForce {
 TEST_F(HeadInForce, IsWhatThePersonAccepted) {
   const auto results = started();
   const auto id = proposeHead({1, 0, 0, 0, 1, 0, 0.5, 0, 1});
-  EXPECT_FALSE(results->sensorHead()) << "it is proposed";
+  EXPECT_FALSE(results->sensorHead(5)) << "it is proposed";
   ASSERT_TRUE(results->accept(id, "Ada"));
-  const auto head = results->sensorHead();
+  const auto head = results->sensorHead(5);
   ASSERT_TRUE(head);
   EXPECT_EQ(head->result_id, id);
+  EXPECT_EQ(head->tool, 5U);
   EXPECT_EQ(head->matrix[2][0], 0.5);
   EXPECT_EQ(head->sd[2][0], 1e-4);
   EXPECT_THAT(told_, IsEmpty());
-  EXPECT_TRUE(started()->sensorHead()) << "after a restart as well";
-  ASSERT_TRUE(results->rollBack("sensor-head-calibration", "Ada"));
-  EXPECT_FALSE(results->sensorHead());
+  EXPECT_TRUE(started()->sensorHead(5)) << "after a restart as well";
+  ASSERT_TRUE(results->rollBack("sensor-head-5", "Ada"));
+  EXPECT_FALSE(results->sensorHead(5));
+}
+
+TEST_F(HeadInForce, IsOfEachHeadItsOwn) {
+  const auto results = started();
+  const auto fifth = proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}),
+             seventh = proposeHead({2, 0, 0, 0, 2, 0, 0, 0, 2}, "sensor-head-7");
+  ASSERT_TRUE(results->accept(fifth, "Ada"));
+  EXPECT_FALSE(results->sensorHead(7)) << "another head is in the spindle";
+  ASSERT_TRUE(results->accept(seventh, "Ada"));
+  EXPECT_EQ(results->sensorHead(5)->result_id, fifth);
+  EXPECT_EQ(results->sensorHead(7)->result_id, seventh);
+}
+
+TEST_F(HeadInForce, CannotBeOfNobody) {
+  const auto results = started();
+  const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}, "sensor-head-calibration"), "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("does not say of which sensor head it is"));
 }
 
 TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
@@ -139,7 +158,7 @@ TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
   EXPECT_THAT(refused.error().what, testing::HasSubstr("4 values of sensor_matrix, not 9"));
-  EXPECT_FALSE(results->sensorHead());
+  EXPECT_FALSE(results->sensorHead(5));
 }
 
 }  // namespace
