@@ -67,6 +67,9 @@ Header, `count` samples, and the CRC-32C (Castagnoli) of all of that as u32. All
 - Send a packet at once when its last sample has been taken, and end the USB transfer there (with a zero-length packet where its
   size is a multiple of the endpoint's). When a transfer arrives is all that the box knows about time: a constant delay is found
   by the system-delay calibration, a varying one is noise. Packets of 1 to 8 ms are a good choice.
+- Some buses ask a device at fixed times only (every 125 us, or every ms of a full-speed one). Let the packet period be no
+  multiple of that: at 1999 Hz the waiting times of packets of 10 average out and the samples' times are right to 0.2 us, at
+  2000 Hz they creep from 0 to 125 us within minutes, the box's clock follows them and its sigma cannot tell.
 - Several packets may share a transfer, and a packet may run over several; then only the last sample of a transfer tells
   about time, and only where a packet ends with it.
 - SET_INTERFACE with alternate setting 0 means that a new host listens: drop what is queued. The counter goes on.

@@ -21,7 +21,8 @@ struct CounterSignal {
   int fewest_samples{1};  // in a transfer, evenly distributed
   int most_samples{8};
   std::uint32_t first_counter{};
-  double lost{};  // share of transfers that never arrive
+  double lost{};         // share of transfers that never arrive
+  Nanoseconds polled{};  // a bus that asks at multiples of this only; zero: at any time
 };
 
 struct CountedSample {
@@ -43,7 +44,7 @@ class CounterSource {
     transfer_.clear();
     for (int i = 0; i < count; ++i) transfer_.push_back(sample());
     transfer_.back().event.newest = true;
-    arrived_ = monoTimeOf(taken_ns_ + static_cast<double>(late_.count()) + signal_.jitter.draw_ns(random_));
+    arrived_ = asked(monoTimeOf(taken_ns_ + static_cast<double>(late_.count()) + signal_.jitter.draw_ns(random_)));
     for (auto& sample : transfer_) sample.event.at = arrived_;
     const bool is_lost = signal_.lost > 0 && std::bernoulli_distribution{signal_.lost}(random_);
     if (!is_lost) return transfer_;
@@ -88,6 +89,10 @@ class CounterSource {
     made.event.run = run_;
     made.event.counter = counter_++;
     return made;
+  }
+  MonoTime asked(MonoTime ready) const {
+    if (signal_.polled.count() == 0) return ready;
+    return start_ + signal_.polled * ((ready - start_ + signal_.polled - Nanoseconds{1}) / signal_.polled);
   }
   MonoTime monoTimeOf(double ns) const { return start_ + Nanoseconds{std::llround(ns)}; }
 

@@ -105,5 +105,16 @@ TEST(CounterAccuracy, HoldsAtOtherRatesAndSizes) {
   }
 }
 
+// What RECEIVER.md advises: a packet period that is no multiple of the bus's, so that the waiting times average out.
+TEST(CounterAccuracy, AveragesTheWaitingTimesOfAPolledBusWhoseGridThePacketsPass) {
+  CounterSignal polled = arriving(StampJitter::gaussian(1'000));
+  polled.rate_hz = 1999;
+  polled.fewest_samples = polled.most_samples = 10;
+  polled.polled = 125us;
+  const CounterAccuracy accuracy = accuracyOf(polled, 1);
+  EXPECT_LT(accuracy.pull, 1.4);
+  EXPECT_LT(accuracy.rms_to_bound * support::phaseBoundNs(polled), 1'000) << "ns; a poll is 125 us";
+}
+
 }  // namespace
 }  // namespace probebox::clock_test
