@@ -1,12 +1,8 @@
 #include "firmware/metrology/joint_chain.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <string_view>
 
 #include "firmware/metrology/checks.hpp"
@@ -20,25 +16,9 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr std::array<std::string_view, 7> kColumns{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
-constexpr double kOffLine = 5.0;  // deviations of a sample that the line does not use
-constexpr double kRounding_mm = 1e-6;
-constexpr double kBend = 4.0;  // deviations
 
 Vector3d turned(const Joint& joint, double angle, const Vector3d& at) {
   return joint.point + Eigen::AngleAxisd{angle, joint.direction} * (at - joint.point);
-}
-
-// Coefficients of 1, s, s^2. The bend counts only where it stands out of its noise: else a line says more.
-Vector3d parabola(const Eigen::MatrixXd& powers, const VectorXd& values) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr{powers};
-  const Vector3d bent = qr.solve(values);
-  const double variance =
-      (values - powers * bent).squaredNorm() / std::max(1.0, static_cast<double>(values.size() - 3));
-  const Eigen::Matrix3d cofactor = (powers.transpose() * powers).inverse();
-  if (bent[2] * bent[2] > kBend * kBend * variance * cofactor(2, 2)) return bent;
-  Vector3d straight = Vector3d::Zero();
-  straight.head<2>() = powers.leftCols<2>().colPivHouseholderQr().solve(values);
-  return straight;
 }
 
 }  // namespace
@@ -72,7 +52,7 @@ std::vector<std::string> JointChain::columns() const {
   return names;
 }
 
-Vector3d JointChain::tip(const VectorXd& q) const {
+std::optional<Vector3d> JointChain::reached(const VectorXd& q) const {
   Vector3d at = tip_;
   for (Index k = size() - 1; k >= 0; --k) {
     const Joint& joint = joints_[static_cast<std::size_t>(k)];
@@ -98,50 +78,6 @@ Eigen::Matrix3Xd JointChain::jacobian(const VectorXd& q) const {
     }
   }
   return columns;
-}
-
-VectorXd JointPath::at(const VectorXd& times) const {
-  const VectorXd s = (times.array() - t_mean) / half_s;
-  return coefficients.col(0) + coefficients.col(1).cwiseProduct(s) + coefficients.col(2).cwiseProduct(s.cwiseAbs2());
-}
-
-VectorXd JointPath::rates(const VectorXd& times) const {
-  const VectorXd s = (times.array() - t_mean) / half_s;
-  return (coefficients.col(1) + 2.0 * coefficients.col(2).cwiseProduct(s)) / half_s;
-}
-
-JointPath fitJointPath(std::span<const double> times, const Eigen::MatrixXd& joints,
-                       const Eigen::Ref<const Rows3>& positions, const Line& line) {
-  JointPath path{
-      .t_mean = line.t_mean, .half_s = std::sqrt(3.0 * line.sxx / static_cast<double>(line.n)), .coefficients = {}};
-  const double deviation = std::sqrt(line.scatter.trace() / static_cast<double>(line.n));
-  std::vector<Index> used;
-  for (Index k = 0; k < joints.rows(); ++k) {
-    const double t = times[static_cast<std::size_t>(k)];
-    const double off = (positions.row(k).transpose() - line.at(t)).norm();
-    if (std::abs(t - path.t_mean) <= path.half_s && off <= kOffLine * deviation + kRounding_mm) used.push_back(k);
-  }
-  Eigen::MatrixXd powers{static_cast<Index>(used.size()), 3};
-  for (Index row = 0; row < powers.rows(); ++row) {
-    const double t = times[static_cast<std::size_t>(used[static_cast<std::size_t>(row)])];
-    const double s = (t - path.t_mean) / path.half_s;
-    powers.row(row) << 1.0, s, s * s;
-  }
-  path.coefficients = Eigen::MatrixXd::Zero(joints.cols(), 3);
-  for (Index k = 0; k < joints.cols(); ++k) {
-    path.coefficients.row(k) = parabola(powers, joints(used, k)).transpose();
-  }
-  return path;
-}
-
-Vector3d shiftOf(const JointChain& chain, const JointPath& path, double t, const VectorXd& later) {
-  const VectorXd now = VectorXd::Constant(chain.size(), t);
-  return chain.tip(path.at(now + later)) - chain.tip(path.at(now));
-}
-
-Eigen::Matrix3Xd carriedBy(const JointChain& chain, const JointPath& path, double t, const VectorXd& later) {
-  const VectorXd times = VectorXd::Constant(chain.size(), t) + later;
-  return chain.jacobian(path.at(times)) * path.rates(times).asDiagonal();
 }
 
 }  // namespace probebox::metrology

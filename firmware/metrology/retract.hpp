@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/joint_path.hpp"
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/result.hpp"
 #include "firmware/metrology/touch.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "firmware/metrology/checks.hpp"
-#include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/kinematics.hpp"
 #include "firmware/metrology/table_columns.hpp"
 
 namespace probebox::metrology {
@@ -168,8 +168,8 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
   return touches;
 }
 
-Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const JointChain& chain) {
-  const auto names = chain.columns();
+Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const Kinematics& kinematics) {
+  const auto names = kinematics.columns();
   std::vector<std::string_view> columns{kMachineColumns[0], kMachineColumns[1]};
   columns.insert(columns.end(), names.begin(), names.end());
   const auto recorded = checkedTable(dataset, "machine", columns);
@@ -181,8 +181,13 @@ Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, co
   std::map<std::string, std::vector<Eigen::Index>> rows;  // of each touch
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const auto at = static_cast<Eigen::Index>(row);
-    const Eigen::Vector3d tip = chain.tip(joints.row(at).transpose());
-    tips.append({ids[row], times[row], tip.x(), tip.y(), tip.z()});
+    const auto tip = kinematics.reached(joints.row(at).transpose());
+    if (!tip) {
+      return Refusal{"not-reachable", "table 'machine', row " + std::to_string(row + 1) +
+                                          ": the platform has no pose with these joint positions: compare the table "
+                                          "'legs' with the machine"};
+    }
+    tips.append({ids[row], times[row], tip->x(), tip->y(), tip->z()});
     rows[nameOf(ids[row])].push_back(at);
   }
   Dataset cartesian = dataset;

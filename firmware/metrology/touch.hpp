@@ -41,7 +41,7 @@ struct Touch {
   Eigen::MatrixXd joints{};  // rad or mm, a row a stamp of the machine; empty where its axes are Cartesian
 };
 
-class JointChain;
+class Kinematics;
 
 // Groups the tables machine, probe and touches by touch, in the order of the table of touches.
 // Refuses what checkedTable refuses, and: duplicated-touch, unknown-touch, missing-touch (a touch without samples: a
@@ -49,7 +49,7 @@ class JointChain;
 // bad-direction, bad-speed, truncated (the streams of one touch cover different times).
 Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset);
 
-// The same from a table machine of joint positions, which the chain's forward kinematics turn into those of the tip.
-Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const JointChain& chain);
+// The same from a table machine of joint positions, which the machine's forward kinematics turn into those of the tip.
+Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const Kinematics& kinematics);
 
 }  // namespace probebox::metrology

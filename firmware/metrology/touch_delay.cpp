@@ -58,7 +58,7 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const T
   if (!question.size_mm) {
     if (auto refusal = refuseStatedSpeeds(*listed.value())) return *refusal;
   }
-  const auto touches = question.chain ? readJointTouches(dataset, *question.chain) : readTouches(dataset);
+  const auto touches = question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset);
   if (!touches) return touches.error();
   auto agreed = agreeOn(withoutRinging(touches.value()), question);
   if (!agreed) return agreed.error();

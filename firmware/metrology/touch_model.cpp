@@ -43,10 +43,10 @@ Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, 
   if (question.delays == Delays::each_axis) return Matrix3d{slope.asDiagonal()};
   const double common = tau.mean();
   const VectorXd apart = tau.array() - common;
-  Eigen::Matrix3Xd carried = carriedBy(*question.chain, touch.joints, t + common, apart);
+  Eigen::Matrix3Xd carried = carriedBy(*question.kinematics, touch.joints, t + common, apart);
   // Of the common part, which goes along the line.
   const Vector3d off_line =
-      slope - carriedBy(*question.chain, touch.joints, t + common, VectorXd::Zero(tau.size())).rowwise().sum();
+      slope - carriedBy(*question.kinematics, touch.joints, t + common, VectorXd::Zero(tau.size())).rowwise().sum();
   carried.colwise() += off_line / static_cast<double>(tau.size());
   return carried;
 }
@@ -71,7 +71,7 @@ Vector3d TouchModel::undelayed(Index i, const VectorXd& at) const {
   const double common = tau.mean();
   const Vector3d on_line = machine.at(pointTime(i) + common);
   if (question_.delays == Delays::common) return on_line;
-  return on_line + shiftOf(*question_.chain, touch(i).joints, pointTime(i) + common, tau.array() - common);
+  return on_line + shiftOf(*question_.kinematics, touch(i).joints, pointTime(i) + common, tau.array() - common);
 }
 
 Matrix3d TouchModel::gain(const VectorXd& at) const {
@@ -101,7 +101,7 @@ Matrix3d TouchModel::velocityShare(Index i, const VectorXd& at) const {
   Matrix3d share = common * Matrix3d::Identity();
   if (question_.delays == Delays::common) return share;
   const VectorXd times = VectorXd::Constant(tau.size(), pointTime(i) + common);
-  const MatrixXd jacobian = question_.chain->jacobian(touch(i).joints.at(times));
+  const MatrixXd jacobian = question_.kinematics->jacobian(touch(i).joints.at(times));
   share += jacobian * (tau.array() - common).matrix().asDiagonal() *
            jacobian.completeOrthogonalDecomposition().pseudoInverse();
   return share;
@@ -190,7 +190,7 @@ std::optional<Refusal> TouchModel::dependentDelays() const {
   if (!oneSided(carried)) return std::nullopt;
   return Refusal{"one-sided",
                  "the touches do not tell the delays of the joints apart: touch opposite sides of the sphere, at two "
-                 "speeds, or where the chain stands otherwise"};
+                 "speeds, or where the machine stands otherwise"};
 }
 
 // Points by each touch's own slope give the centre without the delay; the sizes give the delay: against the known one

@@ -17,7 +17,7 @@ enum class Gain {
   by_touch,  // each touch by its own slope (A6): where the gain depends on speed or direction
 };
 
-// Whether the machine's axes share one delay, or x, y and z have their own, or the joints of a chain.
+// Whether the machine's axes share one delay, or x, y and z have their own, or the joints of a machine.
 enum class Delays { common, each_axis, each_joint };
 
 // What is asked of the touches, and what is known beforehand.
@@ -25,10 +25,10 @@ struct TouchQuestion {
   Delays delays{Delays::common};
   std::optional<double> size_mm{};  // effective, 2 R; free without it
   Gain gain{Gain::common};
-  const JointChain* chain{};  // of a machine whose axes are not Cartesian; it outlives the question
+  const Kinematics* kinematics{};  // of a machine whose axes are not Cartesian; it outlives the question
 
   Eigen::Index delayCount() const {
-    return delays == Delays::common ? 1 : delays == Delays::each_axis ? 3 : chain->size();
+    return delays == Delays::common ? 1 : delays == Delays::each_axis ? 3 : kinematics->size();
   }
 };
 

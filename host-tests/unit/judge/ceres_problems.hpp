@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline.hpp"
-#include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/joint_path.hpp"
 #include "firmware/metrology/line.hpp"
 
 // The problems of the iterative methods as Ceres is told them: its own derivatives (automatic), its own minimiser

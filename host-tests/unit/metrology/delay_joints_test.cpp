@@ -8,6 +8,7 @@
 
 #include "cases.hpp"
 #include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/joint_path.hpp"
 #include "touch_simulation.hpp"
 
 namespace probebox::metrology {
