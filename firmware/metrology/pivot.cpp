@@ -49,6 +49,15 @@ std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltR
   return std::pair<Vector2d, Vector2d>{sums[0] / n, sums[1] / n};
 }
 
+// The pivot where the mean of the readings is along the axis: it moves along a skew one.
+Vector2d amongReadings(const std::vector<TiltReading>& readings, const Fit& fit) {
+  const Vector2d pivot = fit.parameters.head<2>();
+  if (!skewSeen(readings)) return pivot;
+  double along = 0.0;
+  for (const auto& reading : readings) along += reading.along / static_cast<double>(readings.size());
+  return pivot + along * fit.parameters.tail<2>();
+}
+
 // (B28): with r = (|y1 - y2| + |z1 - z2|)/2 the pivot is (y1 -+ r, z2 -+ r), signs as (B29) has them.
 std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, const Vector2d& pivot) {
   const auto means = quarterTurn(readings);
@@ -65,30 +74,13 @@ std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, cons
           "with the ball further out"};
 }
 
-// Of a reading, and of a stop of the axis where that is stated too.
-struct TiltNoise {
-  Sigma position;
-  double angle{};  // rad
-  bool angle_ignored{};
-};
-
-Outcome<TiltNoise, Refusal> statedNoise(const Dataset& dataset) {
-  const auto position = configSigma(dataset, "sigma_mm");
-  if (!position) return position.error();
-  const auto angle = configSigma(dataset, kSigmaAngle);
-  if (!angle) return angle.error();
-  const bool both = position->stated && angle->stated;
-  return TiltNoise{*position, both ? angle->value : 0.0, angle->stated && !position->stated};
-}
-
-Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit, const TiltNoise& noise,
-                std::span<const std::string_view> keys) {
-  constexpr std::array<std::string_view, 2> kPlain{"first of the plane", "second of the plane"};
-  constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
+Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltReadings& tilts, const Fit& fit,
+                const TiltNoise& noise, std::span<const std::string_view> keys) {
+  constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
   Answer answer{dataset, fit, noise.position};
-  if (noise.angle_ignored) answer.warn("sigma_angle_rad is not used: it needs sigma_mm beside it");
+  for (const auto& warning : noise.warnings) answer.warn(warning);
   const Table& table = *dataset.table("readings");
-  answer.readings(table, noise.angle > 0.0 ? kByArm : kPlain, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
   Vector2d pivot = fit.parameters.head<2>();
   Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
   if (!plane.alphabetical()) {
@@ -96,36 +88,36 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const Fit& fit
     rows = rows.colwise().reverse().eval();
   }
   answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
-  std::vector<std::string_view> known{keys.begin(), keys.end()};
-  known.push_back(kSigmaAngle);
-  for (auto& warning : unusedKeys(dataset, known)) answer.warn(std::move(warning));
+  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
 
 }  // namespace
 
 Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
-  const auto noise = statedNoise(dataset);
+  const auto noise = tiltNoise(dataset);
   if (!noise) return noise.error();
   const auto plane = swivelPlane(dataset, "tilt_axis");
   if (!plane) return plane.error();
   const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
   if (!table) return table.error();
-  const auto readings = tiltReadings(**table, plane.value(), nullptr).readings;
-  const auto fit = fitTilts(readings, skewSeen(readings), noise->position.value, noise->angle);
+  const auto tilts = tiltReadings(**table, plane.value(), nullptr);
+  const auto& readings = tilts.readings;
+  const auto fit = fitTilts(readings, skewSeen(readings), noise.value());
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
   // The source's equations know no weights.
-  const auto plain = fitTilts(readings, skewSeen(readings), noise->position.value);
+  const auto plain = fitTilts(readings, skewSeen(readings), {noise->position, 0.0, {}});
   if (!plain) return plain.error();
-  if (auto refusal = failsCheck(readings, plain->parameters.head<2>())) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), noise.value(), kTableTiltKeys);
-  result.convention = "machine coordinates of the tilt axis";
+  if (auto refusal = failsCheck(readings, amongReadings(readings, plain.value()))) return *refusal;
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kTableTiltKeys);
+  result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
   return result;
 }
 
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
-  const auto noise = statedNoise(dataset);
+  const auto noise = tiltNoise(dataset);
   if (!noise) return noise.error();
   const auto plane = swivelPlane(dataset, "swivel_axis");
   if (!plane) return plane.error();
@@ -133,11 +125,11 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   if (!ball) return ball.error();
   const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
   if (!table) return table.error();
-  const auto readings = tiltReadings(**table, plane.value(), &ball.value()).readings;
-  const auto fit = fitTilts(readings, skewSeen(readings), noise->position.value, noise->angle);
+  const auto tilts = tiltReadings(**table, plane.value(), &ball.value());
+  const auto fit = fitTilts(tilts.readings, skewSeen(tilts.readings), noise.value());
   if (!fit) return fit.error();
-  if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
-  Result result = answered(dataset, plane.value(), fit.value(), noise.value(), kHeadTiltKeys);
+  if (auto refusal = shortArm(tilts.readings, fit.value(), noise->position)) return *refusal;
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kHeadTiltKeys);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }

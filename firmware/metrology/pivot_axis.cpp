@@ -22,9 +22,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr Index kAxis = 4;  // parameters of the axis: pivot, lean
+constexpr Index kAxis = 4;              // parameters of the axis: pivot, lean
+constexpr double kMostLeanPerMm = 0.2;  // rad/mm: a lever of 5 mm
 
-// Coordinates across the axis, then along it from the mean of the readings.
+// Coordinates across the axis, then along it from their centre.
 Vector3d placeOf(const TiltReading& reading) {
   return {reading.at.x(), reading.at.y(), reading.along};
 }
@@ -76,21 +77,54 @@ std::optional<Refusal> shortArm(const Fit& fit, const Sigma& sigma) {
   return refuseArm(longest, sigma);
 }
 
+// By how much each row moves as its stop turns, in sd of a reading.
+VectorXd turningOf(const std::vector<TiltReading>& readings, double sigma, const VectorXd& at) {
+  VectorXd per_radian{static_cast<Index>(3 * readings.size())};
+  const Vector3d pivot{at[0], at[1], 0.0};
+  const Vector3d u = Vector3d{at[2], at[3], 1.0}.normalized();
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const Vector3d arm = at.segment<3>(kAxis + static_cast<Index>(3 * readings[k].point)) - pivot;
+    per_radian.segment<3>(static_cast<Index>(3 * k)) =
+        u.cross(Eigen::AngleAxisd{readings[k].tilt_deg * kDegree, u} * arm) / sigma;
+  }
+  return per_radian;
+}
+
+// Two tilts of points that lie close together along the axis tell its lean no better than they tell the arms.
+Outcome<Fit, Refusal> refuseUncertainLean(Outcome<Fit, Refusal> fit, double sigma) {
+  if (!fit) return fit;
+  const double design = std::sqrt(fit->cofactor.diagonal().segment<2>(2).maxCoeff()) / sigma;
+  if (design <= kMostLeanPerMm) return fit;
+  return Refusal{"ill-conditioned",
+                 "the readings do not determine the lean of the axis (a reading that is 1 um off makes " +
+                     text(1e-3 * design) +
+                     " rad): read at a third tilt, or points that lie further apart along the axis"};
+}
+
+// Weights of the stops from a fit without.
+Outcome<Fit, Refusal> fitInSpace(const std::vector<TiltReading>& readings, const TiltNoise& noise) {
+  const double sigma = noise.position.value;
+  const auto flat = fitTilts(readings, false, {noise.position, 0.0, {}});
+  if (!flat) return flat.error();
+  const auto plain = [&](const VectorXd& at) { return pivotModel(readings, sigma, at); };
+  auto fit = refuseUncertainLean(
+      refuseUncertainPivot(leastSquares(plain, startFrom(flat.value(), readings)), readings.size(), sigma), sigma);
+  if (!fit || noise.angle <= 0.0) return fit;
+  const VectorXd turning = turningOf(readings, sigma, fit->parameters);
+  const auto weighted = [&](const VectorXd& at) { return withoutStops(plain(at), readings, turning, noise.angle); };
+  return leastSquares(weighted, fit->parameters);
+}
+
 Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& tilts, const SwivelPlane& plane,
                                     std::span<const std::string_view> keys) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto& readings = tilts.readings;
-  const auto flat = fitTilts(readings, false, sigma->value);
-  if (!flat) return flat.error();
-  const auto fit =
-      refuseUncertainPivot(leastSquares([&](const VectorXd& at) { return pivotModel(readings, sigma->value, at); },
-                                        startFrom(flat.value(), readings)),
-                           readings.size(), sigma->value);
+  const auto noise = tiltNoise(dataset);
+  if (!noise) return noise.error();
+  const auto fit = fitInSpace(tilts.readings, noise.value());
   if (!fit) return fit.error();
-  if (auto refusal = shortArm(fit.value(), sigma.value())) return *refusal;
+  if (auto refusal = shortArm(fit.value(), noise->position)) return *refusal;
 
-  Answer answer{dataset, fit.value(), sigma.value()};
+  Answer answer{dataset, fit.value(), noise->position};
+  for (const auto& warning : noise->warnings) answer.warn(warning);
   constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
   const Table& table = *dataset.table("readings");
   answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
@@ -105,7 +139,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   };
   promise("pivot_" + plane.name() + "_mm", 0);
   promise("lean_" + plane.name() + "_rad", 2);
-  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.mean_along, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
   for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   answer.result().convention = "where the axis passes along_mm, and its way across per mm along the machine axis";
   return std::move(answer).take(true);

@@ -19,9 +19,10 @@ struct TiltAxis {
 // Methods "table-pivot-3d" and "head-pivot-3d": the same readings as table-pivot and head-pivot, fitted in space, so
 // that the axis need not be parallel to its machine axis (docs/metrology.md B.12, (B32)). Tables and config as there.
 // Gives pivot_yz_mm, pivot_xz_mm or pivot_xy_mm, where the axis passes the plane across its machine axis at along_mm
-// (also), the mean place of the readings, and lean_yz_rad (xz, xy), by which the axis leans in that plane as it goes
-// along. Two tilts need two angles of the other axis, three tilts one. Refuses: missing-key, bad-axis,
-// tilt-span-too-small (20 degrees), arm-too-short (5 sigma), and what leastSquares refuses.
+// (also), where the other axis is, and lean_yz_rad (xz, xy), by which the axis leans in that plane as it goes along.
+// Two tilts need two angles of the other axis, three tilts one. Refuses: missing-key, bad-axis, tilt-span-too-small (20
+// degrees), arm-too-short (5 sigma), ill-conditioned (a lean that a reading 1 um off changes by more than 0.2 mrad),
+// and what leastSquares refuses.
 Outcome<Result, Refusal> solveTablePivot3d(const Dataset& dataset);
 Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset);
 

@@ -81,37 +81,65 @@ TEST(TablePivot, ReachesTheBoundAndStatesItsUncertainty) {
   expectHonest(judgement);
 }
 
-// A stop that is off moves the ball across its arm, so the two coordinates are not known equally well.
+// Any tilts, angles of C and readings that are missing: the pivot counts where the C axis is.
+TEST(TablePivot, IsAsUncertainAsItSaysWhateverIsMissing) {
+  std::mt19937_64 random{21};
+  const std::vector<std::vector<double>> angles{{0, 180}, {0, 90, 135}, {0, 90, 180, 270}};
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    Moments pivot;
+    for (int trial = 0; trial < 500; ++trial) {
+      const Tilting table = randomTable(random, 4e-4);
+      const double sigma = uniform(random, 1e-4, 1e-2);
+      std::vector<double> tilts{-90, 0};
+      while (tilts.size() < 3 + random() % 6) tilts.push_back(uniform(random, -100, 40));
+      Dataset dataset = tableDataset(table, tilts, angles[k], sigma, random);
+      keepRows(dataset.tables[0], [&](std::size_t row) { return row < 2 * angles[k].size() || random() % 3 > 0; });
+      const auto solved = solve(dataset);
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      EXPECT_NEAR(solved->find("along_mm")->value(), table.c_axis.x(), 0.2);
+      const auto& found = *solved->find("pivot_yz_mm");
+      for (std::size_t j = 0; j < 2; ++j) {
+        pivot.add(found.values[j] - table.pivot[static_cast<Eigen::Index>(j) + 1], found.sd[j]);
+      }
+    }
+    EXPECT_THAT(pivot.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15))) << angles[k].size() << " angles";
+    EXPECT_LT(std::abs(pivot.bias()), 4.0);
+  }
+}
+
+// The readings as they are when every stop of the table is off by an angle of its own.
+Dataset withStopsOff(const Tilting& table, const std::vector<double>& tilts, double sigma_mm, double sigma_rad,
+                     std::mt19937_64& random) {
+  std::vector<double> real = tilts;
+  for (double& tilt : real) tilt += gauss(random, sigma_rad) / kDegree;
+  Dataset dataset = tableDataset(table, real, {0, 180}, sigma_mm, random);
+  auto& told = columnNamed(dataset, "readings", "tilt_deg");
+  for (std::size_t row = 0; row < told.size(); ++row) told[row] = tilts[row / 2];
+  dataset.config["sigma_angle_rad"] = sigma_rad;
+  return dataset;
+}
+
+// A stop that is off moves all its readings across their arms, so the two coordinates are not known equally well.
 TEST(TablePivot, StatesWhatStopsOfTheTableMayBeOff) {
   std::mt19937_64 random{11};
-  std::array<double, 2> squares{};
-  constexpr int kTrials = 600;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const Tilting table = randomTable(random, 4e-4);
-    const double sigma_mm = 2e-4, sigma_rad = 1e-5;
-    auto dataset = tableDataset(table, {-40, 0, 30}, {0, 180}, sigma_mm, random);
-    auto& readings = dataset.tables[0];
-    for (std::size_t row = 0; row < readings.rows(); ++row) {
-      // Seen along X, a turn by so much about the pivot.
-      const double off = gauss(random, sigma_rad);
-      double& y = readings.columns[3].values[row];
-      double& z = readings.columns[4].values[row];
-      const double arm_y = y - table.pivot.y(), arm_z = z - table.pivot.z();
-      y -= off * arm_z;
-      z += off * arm_y;
+  for (const char* method : {"table-pivot", "table-pivot-3d"}) {
+    std::array<Moments, 2> pulls;
+    for (int trial = 0; trial < 600; ++trial) {
+      const Tilting table = randomTable(random, 4e-4);
+      Dataset dataset = withStopsOff(table, {-40, 0, 30}, 2e-4, 1e-5, random);
+      dataset.method = method;
+      const auto solved = solve(dataset);
+      ASSERT_TRUE(solved.ok()) << solved.error().reason;
+      EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("sigma_angle_rad"))));
+      const auto& pivot = *solved->find("pivot_yz_mm");
+      for (std::size_t k = 0; k < 2; ++k) {
+        pulls[k].add(pivot.values[k] - table.pivot[static_cast<Eigen::Index>(k) + 1], pivot.sd[k]);
+      }
+      EXPECT_GT(pivot.sd[1], 1.5 * pivot.sd[0]);
     }
-    dataset.config["sigma_angle_rad"] = sigma_rad;
-    const auto solved = solve(dataset);
-    ASSERT_TRUE(solved.ok()) << solved.error().reason;
-    const auto& pivot = *solved->find("pivot_yz_mm");
-    for (std::size_t k = 0; k < 2; ++k) {
-      const double pull = (pivot.values[k] - table.pivot[static_cast<Eigen::Index>(k) + 1]) / pivot.sd[k];
-      squares[k] += pull * pull / kTrials;
-    }
-    EXPECT_GT(pivot.sd[1], 1.5 * pivot.sd[0]);
+    // Of 600 the mean square scatters by 6 %.
+    for (const auto& pull : pulls) EXPECT_NEAR(pull.pull(), 1, 0.2) << method;
   }
-  // Of 600 the mean square scatters by 6 %.
-  for (const double square : squares) EXPECT_NEAR(square, 1, 0.2);
 }
 
 TEST(TablePivot, CannotWeighStopsWithoutTheSigmaOfAReading) {
@@ -259,6 +287,15 @@ TEST(TablePivot3d, RefusesByName) {
   EXPECT_EQ(refusal({-15, 0}, {0, 180}), "tilt-span-too-small");
   EXPECT_EQ(refusal({0, 360}, {0, 180}), "tilt-span-too-small") << "the same place";
   EXPECT_EQ(refusal({0, 359}, {0, 180}), "tilt-span-too-small") << "nearly the same place";
+  // Points that lie close together along the axis show no lean at two tilts, but do at three.
+  const Tilting close{.ball = {-2.9, -5.3, 255.6}};
+  const auto refused = [&](const std::vector<double>& tilts) {
+    Dataset dataset = tableDataset(close, tilts, {0, 180}, 0.001, random);
+    dataset.method = "table-pivot-3d";
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refused({-60, 0}), "ill-conditioned");
+  EXPECT_EQ(refused({-60, 0, 60}), "");
 }
 
 // (B31): the point of a tool that is moved along stays on the part.
