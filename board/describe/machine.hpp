@@ -166,6 +166,15 @@ struct ToolSetterDescription {
   double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
 };
 
+// The shank above the stylus' ball, which touches balls as a second, shorter tool would. Heights are above the middle
+// of the stylus' ball, along the tool.
+struct ProbeShankDescription {
+  std::uint32_t tool{};  // that carries it, and the probe
+  double radius_mm{};
+  double from_mm{}, to_mm{};  // where it begins and ends
+  double height_mm{};         // at which it touches
+};
+
 // A sensor head (R-test) in the spindle: three displacement sensors that read where one ball is.
 struct SensorHeadDescription {
   std::uint32_t tool{};                      // its number
@@ -195,6 +204,7 @@ struct Machine {
   std::optional<TiltDescription> tilting_table;
   std::optional<HeadDescription> swivel_head;
   std::vector<ToolDescription> probe_tools;  // that carry the probe
+  std::optional<ProbeShankDescription> probe_shank;
   CentrelineDescription centreline;
   std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
   std::optional<SwivelDescription> swivel;

@@ -7,6 +7,7 @@
 #include "board/describe/head_sections.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/rotary_sections.hpp"
+#include "board/describe/shank_sections.hpp"
 #include "board/describe/tool_sections.hpp"
 
 namespace probebox::board {
@@ -200,6 +201,7 @@ Machine readMachine(Section& root) {
   readRotary(root, hold_s, machine);
   readToolSetter(root, machine);
   readSensorHead(root, machine);
+  readProbeShank(root, machine);
   return machine;
 }
 

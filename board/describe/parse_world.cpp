@@ -3,6 +3,7 @@
 #include "board/describe/document.hpp"
 #include "board/describe/head_sections.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/shank_sections.hpp"
 #include "board/describe/tool_sections.hpp"
 
 namespace probebox::board {
@@ -164,6 +165,7 @@ WorldProbeSpindle readProbeSpindle(Section section) {
   spindle.tool = first.number;
   spindle.stylus_offset_mm = first.stylus_offset_mm;
   spindle.stylus_length_mm = first.stylus_length_mm;
+  readWorldShank(section, spindle);
   for (auto& further : section.sections("further_tool")) {
     const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumbers));
     const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=

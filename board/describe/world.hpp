@@ -99,6 +99,16 @@ struct WorldSwivelHead {
   double noise_rad{};  // of every stop (k = 1)
 };
 
+// A cylinder with round ends above the stylus' ball. Heights are above the middle of that ball, along the spindle's
+// axis.
+struct WorldShank {
+  double radius_mm{};
+  double from_mm{}, to_mm{};
+  std::array<double, 2> offset_mm{};  // of its axis from the spindle's where it begins, at A = 0, X Y
+  std::array<double, 2> lean{};       // of its axis, dx/dz and dy/dz, at A = 0
+  double lever{1};                    // what the stylus' ball is moved by where the shank is moved by 1
+};
+
 // The probe in another tool than the first.
 struct WorldTool {
   std::uint32_t number{};
@@ -111,7 +121,8 @@ struct WorldProbeSpindle {
   std::array<double, 2> tilt{};              // dx/dz and dy/dz of the axis
   std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
   double stylus_length_mm{};                 // below the machine's reference
-  std::uint32_t tool{};                      // the number of the tool that is all this
+  std::optional<WorldShank> shank;
+  std::uint32_t tool{};  // the number of the tool that is all this
   std::vector<WorldTool> further_tools;
 };
 

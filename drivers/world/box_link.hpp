@@ -53,6 +53,8 @@ struct Prompt {
   // Along the outward normal: of a jog or a sweep, and of where to hold, from the middle of the feature.
   double travel_mm{};
   std::uint32_t tool{};  // that has to be in the spindle; 0: whichever carries the probe
+  // Above the middle of the stylus' ball, where its shank is to meet the feature; 0: the ball is to.
+  double shank_height_mm{};
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -126,6 +126,15 @@ struct SensorHeadConfig {
   double noise_um{0.2};                    // k = 1, one sensor
 };
 
+// A cylinder with round ends above the stylus' ball, which touches balls as well.
+struct ShankConfig {
+  double radius_mm{5};
+  double from_mm{30}, to_mm{80};          // where its axis begins and ends, above the centre of the stylus' ball
+  std::array<double, 2> offset_mm{0, 0};  // of its axis from the spindle's where it begins, at A = 0
+  std::array<double, 2> lean{0, 0};       // of its axis, over its length upwards, at A = 0
+  double lever{1};                        // what the stylus' ball is moved by where the shank is moved by 1
+};
+
 // What else the probe's spindle can hold: the probe on another stylus, a cutting tool, whose tip ends it, or a sensor
 // head, whose centre does.
 struct ToolConfig {
@@ -134,6 +143,7 @@ struct ToolConfig {
   double length_mm{200};                  // from the machine's reference down to it
   std::optional<double> radius_mm{};      // of a cutting tool, above its tip
   std::optional<SensorHeadConfig> head{};
+  std::optional<ShankConfig> shank{};
 };
 
 // The probe's spindle: rotary axis A through the machine's moving reference along `direction`. The stylus ball hangs
@@ -142,6 +152,7 @@ struct ProbeSpindleConfig {
   Vector3 direction{0, 0, 1};
   std::array<double, 2> stylus_offset_mm{0, 0};
   double stylus_length_mm{150};
+  std::optional<ShankConfig> shank{};
   std::uint32_t tool{1};  // which is in it at the start
   std::vector<ToolConfig> further_tools;
 };

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
+#include "drivers/world/places.hpp"
 #include "drivers/world/prompts.hpp"
 
 namespace probebox::world {
@@ -144,7 +144,8 @@ void Controller::follow(const Prompt& prompt) {
     route_.add(config_.park_mm);
     return enter(Activity::travelling);
   }
-  if (near_ == place() && !mustTurn()) {
+  // A shank never goes round a ball: that hangs in its way from above.
+  if (near_ == place() && !mustTurn() && step_.shank_height_mm == 0) {
     route_ = Route::within(*near_, machine_.commandedPosition(), beginning());
     return enter(Activity::travelling);
   }
@@ -159,6 +160,10 @@ bool Controller::known(const Prompt& prompt) const {
   const bool has_tool =
       std::ranges::find(config_.tools, prompt.tool, &ControllerConfig::Tool::number) != config_.tools.end();
   if (prompt.tool != 0 && !has_tool) return false;
+  if (prompt.shank_height_mm != 0) {
+    const bool ball = prompt.feature == StepFeature::datum_sphere || prompt.feature == StepFeature::part_ball;
+    if (!config_.shank.known || prompt.tool != config_.shank.tool || !ball) return false;
+  }
   switch (prompt.feature) {
     case StepFeature::datum_sphere:
       return true;
@@ -190,60 +195,15 @@ bool Controller::mustTurn() const {
   return (step_.turns && machine_.commandedPose() != pose()) || machine_.tool() != tool();
 }
 
-// The first one for a number that is not there.
-const ControllerConfig::Tool& Controller::toolNumbered(std::uint32_t number) const {
-  const auto found = std::ranges::find(config_.tools, number, &ControllerConfig::Tool::number);
-  return found != config_.tools.end() ? *found : config_.tools.front();
-}
-
-// From where the machine says that it is to where the stylus ball, or the tip of a tool that cuts, ought to be.
-Vector3 Controller::tipIn(const Pose& pose, std::uint32_t tool) const {
-  const Vector3 hanging{0, 0, -toolNumbered(tool).length_mm}, arm = hanging - config_.head.pivot_mm;
-  const Vector3 swung = rotation(config_.head.axis, pose.head_rad) * arm - arm;  // exactly nothing while it is level
-  return hanging + swung + Vector3{0, 0, config_.tools.front().length_mm};
-}
-
-// Nothing is in the way of the machine there, however low the stylus hangs.
-double Controller::freeHeight(const Pose& pose, std::uint32_t tool) const {
-  return config_.park_mm[2] + std::max(0.0, -tipIn(pose, tool)[2]);
-}
-
-Vector3 Controller::ballOfThePart() const {
-  const auto& [part, table] = std::tie(config_.part, config_.table);
-  const Pose at = pose();
-  const Vector3 level = part.point_mm + rotation({0, 0, 1}, at.c_rad) * part.balls_mm[step_.ball - 1U];
-  return table.point_mm + rotation(table.axis, at.table_rad) * (level - table.point_mm);
-}
-
-Vector3 Controller::middle() const {
-  return step_.feature == StepFeature::part_ball ? ballOfThePart() : config_.nominal_centre_mm;
-}
-
-Place Controller::setterFrom(const Vector3& tip) const {
-  const auto& setter = config_.setter;
-  const auto& tool = toolNumbered(this->tool());
-  const double around_mm = tool.radius_mm.value_or(setter.stylus_ball_radius_mm);
-  const double above_mm = tool.radius_mm ? 0 : around_mm;
-  const Vector3 half = setter.half_width_mm + Vector3{around_mm, around_mm, above_mm};
-  return {Place::Shape::block, setter.centre_mm - tip, norm(half) + config_.safe_distance_mm, half};
-}
-
 // In machine positions.
 Place Controller::place() const {
-  const Pose at = step_.turns ? pose() : machine_.commandedPose();
-  const Vector3 tip = tipIn(at, tool());
-  // A sensor head comes over its ball from above.
-  if (step_.kind == StepKind::hold) return {Place::Shape::gap, middle() - tip, 0, {}};
-  if (step_.feature == StepFeature::plates) return {Place::Shape::gap, config_.plates.middle_mm - tip, 0, {}};
-  if (step_.feature == StepFeature::tool_setter) return setterFrom(tip);
-  const double around_mm =
-      step_.feature == StepFeature::part_ball ? config_.part.effective_radius_mm : config_.nominal_effective_radius_mm;
-  return {Place::Shape::round, middle() - tip, around_mm + config_.safe_distance_mm, {}};
+  return placeOf(config_, step_, tool(), step_.turns ? pose() : machine_.commandedPose());
 }
 
 void Controller::rise() {
   const Vector3 here = machine_.commandedPosition();
-  const double height_mm = std::max(freeHeight(machine_.commandedPose(), machine_.tool()), freeHeight(pose(), tool()));
+  const double height_mm =
+      std::max(freeHeight(config_, machine_.tool(), machine_.commandedPose()), freeHeight(config_, tool(), pose()));
   route_ = near_ ? Route::up(*near_, here, height_mm) : Route{};
   if (!near_) route_.add({here[0], here[1], height_mm});
   near_.reset();
@@ -338,7 +298,7 @@ void Controller::withdraw() {
 void Controller::park() {
   rise();
   const auto& [x, y, z] = config_.park_mm;
-  route_.add({x, y, freeHeight(machine_.commandedPose(), machine_.tool())});
+  route_.add({x, y, freeHeight(config_, machine_.tool(), machine_.commandedPose())});
   enter(Activity::parking);
 }
 

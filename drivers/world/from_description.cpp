@@ -76,6 +76,13 @@ ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescri
           .sensor_time_constant_s = described.sensor_time_constant_s};
 }
 
+std::optional<ShankConfig> shankOf(const std::optional<board::WorldShank>& described) {
+  if (!described) return std::nullopt;
+  const auto& [radius_mm, from_mm, to_mm, offset_mm, lean, lever] = *described;
+  return ShankConfig{
+      .radius_mm = radius_mm, .from_mm = from_mm, .to_mm = to_mm, .offset_mm = offset_mm, .lean = lean, .lever = lever};
+}
+
 // All but the first.
 std::vector<ToolConfig> furtherToolsOf(const board::World& described) {
   std::vector<ToolConfig> tools;
@@ -125,6 +132,7 @@ void addFeatures(Config& config, const board::World& description) {
     config.probe_spindle = {.direction = alongZ(spindle->tilt),
                             .stylus_offset_mm = spindle->stylus_offset_mm,
                             .stylus_length_mm = spindle->stylus_length_mm,
+                            .shank = shankOf(spindle->shank),
                             .tool = spindle->tool,
                             .further_tools = {}};
   }
@@ -190,6 +198,11 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
     config.head = {.swivels = true, .pivot_mm = head->pivot_mm, .axis = head->axis};
   if (const auto& spindle = description.probe_spindle) {
     config.tools = {{.number = spindle->tool, .length_mm = spindle->stylus_length_mm, .radius_mm = {}}};
+  }
+  if (const auto& spindle = description.probe_spindle; spindle && spindle->shank) {
+    config.shank = {.known = true,
+                    .tool = spindle->tool,
+                    .further_out_mm = spindle->shank->radius_mm - description.sphere.stylus_ball_radius_mm};
   }
   for (const auto& tool : furtherToolsOf(description))
     config.tools.push_back({.number = tool.number, .length_mm = tool.length_mm, .radius_mm = tool.radius_mm});

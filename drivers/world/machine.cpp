@@ -101,7 +101,10 @@ bool Machine::comesFromAside(const Move& move) const {
 ToolConfig Machine::toolOf(std::uint32_t number) const {
   const auto found = std::ranges::find(probe_spindle_.further_tools, number, &ToolConfig::number);
   if (found != probe_spindle_.further_tools.end()) return *found;
-  return {probe_spindle_.tool, probe_spindle_.stylus_offset_mm, probe_spindle_.stylus_length_mm, {}, {}};
+  return {.number = probe_spindle_.tool,
+          .offset_mm = probe_spindle_.stylus_offset_mm,
+          .length_mm = probe_spindle_.stylus_length_mm,
+          .shank = probe_spindle_.shank};
 }
 
 bool Machine::strikesOnTheWayTo(const Pose& pose) const {
@@ -109,7 +112,8 @@ bool Machine::strikesOnTheWayTo(const Pose& pose) const {
   const int steps = std::max(1, static_cast<int>(std::ceil(wayBetween(commanded_, pose) / kStep_rad)));
   for (int k = 0; k <= steps; ++k) {
     const Pose at = between(commanded_, pose, static_cast<double>(k) / steps);
-    if (solids_.occupied(motion_.target() + holdAt(at, tool_).tip, at.part())) return true;
+    const Hold hold = holdAt(at, tool_);
+    if (solids_.occupied(motion_.target() + hold.tip, at.part(), hold.shank)) return true;
   }
   return false;
 }
@@ -132,13 +136,24 @@ double Machine::partAngleAt(MonoTime at, double delay_s) const {
 // level head would hold the ball of the first tool.
 Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
   const auto& [x, y] = tool.offset_mm;
-  const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * Vector3{x, y, -tool.length_mm};
+  const Vector3 from_axis{x, y, -tool.length_mm};
+  const Vector3 hanging = rotation(probe_spindle_.direction, pose.a_rad) * from_axis;
   const Matrix3 swivelled = rotation(head_.direction, pose.head_rad);
   const Vector3 arm = hanging - head_.pivot_mm, swung = swivelled * arm - arm;
-  return {.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
-          .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
-          .tool_radius_mm = tool.radius_mm,
-          .is_head = tool.head.has_value()};
+  Hold hold{.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
+            .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
+            .tool_radius_mm = tool.radius_mm,
+            .is_head = tool.head.has_value()};
+  if (const auto& shank = tool.shank) {
+    const double length_mm = shank->to_mm - shank->from_mm;
+    const Vector3 low{shank->offset_mm[0], shank->offset_mm[1], shank->from_mm - tool.length_mm};
+    const Vector3 high = low + length_mm * Vector3{shank->lean[0], shank->lean[1], 1};
+    hold.shank = Shank{.low = hold.turned * (low - from_axis),
+                       .high = hold.turned * (high - from_axis),
+                       .radius_mm = shank->radius_mm,
+                       .lever = shank->lever};
+  }
+  return hold;
 }
 
 }  // namespace probebox::world

@@ -25,6 +25,8 @@ bool canBeFollowed(const Prompt& prompt) {
   const bool approaches =
       prompt.approach_direction == Vector3{} ||
       (isDirection(prompt.approach_direction) && dot(prompt.outward_normal, prompt.approach_direction) < 0);
+  const bool by_shank = prompt.shank_height_mm != 0;
+  if (by_shank && (!isTravel(prompt.shank_height_mm) || prompt.kind != StepKind::touch)) return false;
   return isDirection(prompt.outward_normal) && isDirection(prompt.retract_direction) && approaches && turnable &&
          prompt.run_out_mm >= 0 && prompt.run_out_mm < 100 &&
          dot(prompt.outward_normal, prompt.retract_direction) > 0 && isLength(prompt.overtravel_mm) &&

@@ -31,6 +31,13 @@ Route Route::up(const Place& place, const Vector3& from, double height_mm) {
 
 Route Route::down(const Place& place, const Vector3& from, const Vector3& to) {
   Route route;
+  if (place.shape == Place::Shape::beside) {
+    const Vector3 aside = place.centre + place.keep_out_mm * unit(to - place.centre);
+    route.add({aside[0], aside[1], from[2]});
+    route.add(aside);
+    route.add(to);
+    return route;
+  }
   const Vector3 above{place.centre[0], place.centre[1], from[2]};
   route.add(above);
   if (place.shape == Place::Shape::gap) {

@@ -9,7 +9,7 @@ namespace probebox::world {
 
 // Where the stylus may be near a feature, as the controller's program knows it.
 struct Place {
-  enum class Shape { round, gap, block };
+  enum class Shape { round, gap, block, beside };  // beside: a round one that the shank touches, the tip below it
   Shape shape{Shape::round};
   Vector3 centre{};
   double keep_out_mm{};  // of a round feature or a block: traverses stay this far from its centre
@@ -22,10 +22,10 @@ struct Place {
 class Route {
  public:
   Route() = default;
-  // Near one place.
+  // Near one place, which the tip goes round.
   static Route within(const Place& place, const Vector3& from, const Vector3& to);
   static Route up(const Place& place, const Vector3& from, double height_mm);
-  // From that height.
+  // From that height. Beside a feature straight down: what is above the tip comes past it as well.
   static Route down(const Place& place, const Vector3& from, const Vector3& to);
 
   bool done() const { return next_ == count_; }

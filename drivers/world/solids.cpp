@@ -20,6 +20,18 @@ SolidBlock grown(const ToolSetterConfig& setter, const Vector3& by_mm) {
   return {setter.centre_mm - half, setter.centre_mm + half};
 }
 
+// Of all that a way meets.
+struct Nearest {
+  const Move& way;
+  double from_mm;
+  std::optional<Meeting> found{};
+
+  void consider(const std::optional<Meeting>& meeting) {
+    if (!meeting || meeting->distance_mm < from_mm || meeting->distance_mm >= way.length_mm) return;
+    if (!found || meeting->distance_mm < found->distance_mm) found = meeting;
+  }
+};
+
 }  // namespace
 
 std::optional<Meeting> SolidBall::meet(const Move& way) const {
@@ -28,7 +40,7 @@ std::optional<Meeting> SolidBall::meet(const Move& way) const {
   const double discriminant = half * half - dot(from_centre, from_centre) + reach_mm * reach_mm;
   if (discriminant <= 0) return std::nullopt;
   const double distance_mm = -half - std::sqrt(discriminant);
-  return Meeting{distance_mm, unit(way.at(distance_mm) - centre)};
+  return Meeting{.distance_mm = distance_mm, .normal = unit(way.at(distance_mm) - centre)};
 }
 
 // The way enters the block where it is inside of all three pairs of faces for the first time.
@@ -54,6 +66,7 @@ std::optional<Meeting> SolidBlock::meet(const Move& way) const {
 Solids::Solids(const Config& config)
     : spindle_{config.part_spindle},
       table_{config.tilting_table},
+      sphere_radius_mm_{config.sphere.radius_mm},
       sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm},
       setter_{config.tool_setter} {
   spindle_.direction = unit(spindle_.direction);
@@ -86,27 +99,30 @@ void Solids::turnPart(const PartPose& pose) {
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) part_[i].centre = ballAt(i, pose);
 }
 
-std::optional<Meeting> Solids::meet(const Move& way, double from_mm, std::optional<double> tool_radius_mm) const {
-  std::optional<Meeting> nearest;
-  const auto consider = [&](const std::optional<Meeting>& meeting) {
-    if (!meeting || meeting->distance_mm < from_mm || meeting->distance_mm >= way.length_mm) return;
-    if (!nearest || meeting->distance_mm < nearest->distance_mm) nearest = meeting;
-  };
-  const auto considerSetter = [&](const SolidBlock& block) {
-    auto meeting = setter_.fitted ? block.meet(way) : std::nullopt;
-    if (meeting) meeting->setter = true;
-    consider(meeting);
-  };
-  if (tool_radius_mm) {
-    // The tip ends the tool, which stands above it.
-    considerSetter(grown(setter_, {*tool_radius_mm, *tool_radius_mm, 0}));
-    return nearest;
-  }
-  considerSetter(setter_for_stylus_);
-  consider(sphere_.meet(way));
-  for (std::size_t i = 0; i < plate_count_; ++i) consider(plates_[i].meet(way));
-  for (std::size_t i = 0; i < spindle_.ball_count; ++i) consider(part_[i].meet(way));
-  return nearest;
+std::optional<Meeting> Solids::meet(const Move& way, double from_mm, const std::optional<Shank>& shank) const {
+  Nearest nearest{way, from_mm};
+  nearest.consider(metBy(way, setter_for_stylus_));
+  nearest.consider(sphere_.meet(way));
+  for (std::size_t i = 0; i < plate_count_; ++i) nearest.consider(plates_[i].meet(way));
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i) nearest.consider(part_[i].meet(way));
+  if (!shank) return nearest.found;
+  nearest.consider(shank->meet(way, sphere_.centre, sphere_radius_mm_));
+  for (std::size_t i = 0; i < spindle_.ball_count; ++i)
+    nearest.consider(shank->meet(way, part_[i].centre, spindle_.ball_radius_mm));
+  return nearest.found;
+}
+
+std::optional<Meeting> Solids::meetTool(const Move& way, double from_mm, double radius_mm) const {
+  Nearest nearest{way, from_mm};
+  // The tip ends the tool, which stands above it.
+  nearest.consider(metBy(way, grown(setter_, {radius_mm, radius_mm, 0})));
+  return nearest.found;
+}
+
+std::optional<Meeting> Solids::metBy(const Move& way, const SolidBlock& setter) const {
+  auto meeting = setter_.fitted ? setter.meet(way) : std::nullopt;
+  if (meeting) meeting->setter = true;
+  return meeting;
 }
 
 BallCentres Solids::ballCentres() const {
@@ -115,10 +131,13 @@ BallCentres Solids::ballCentres() const {
   return balls;
 }
 
-bool Solids::occupied(const Vector3& point, const PartPose& pose) const {
-  if (norm(point - sphere_.centre) < sphere_.reach_mm) return true;
+bool Solids::occupied(const Vector3& point, const PartPose& pose, const std::optional<Shank>& shank) const {
+  const auto struck = [&](const Vector3& ball, double reach_mm, double radius_mm) {
+    return norm(point - ball) < reach_mm || (shank && shank->strikes(point, ball, radius_mm));
+  };
+  if (struck(sphere_.centre, sphere_.reach_mm, sphere_radius_mm_)) return true;
   for (std::size_t i = 0; i < spindle_.ball_count; ++i) {
-    if (norm(point - ballAt(i, pose)) < part_[i].reach_mm) return true;
+    if (struck(ballAt(i, pose), part_[i].reach_mm, spindle_.ball_radius_mm)) return true;
   }
   return false;
 }

@@ -4,17 +4,12 @@
 #include <optional>
 
 #include "drivers/world/config.hpp"
+#include "drivers/world/meeting.hpp"
 #include "drivers/world/motion.hpp"
+#include "drivers/world/shank.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {
-
-// Where a straight way of the stylus ball's centre meets a surface.
-struct Meeting {
-  double distance_mm{};  // along the way
-  Vector3 normal{};      // of the surface, outward
-  bool setter{};         // of the tool-setting device
-};
 
 // A ball, as the stylus ball's centre meets it.
 struct SolidBall {
@@ -53,19 +48,23 @@ class Solids {
   void turnPart(const PartPose& pose);
   // Where a point of the part is in that pose: it stands at `at_zero` at C = 0 without a tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const;
-  // The nearest surface from `from_mm` on; nothing when the way is free. A tool meets the device that it is set on, and
-  // nothing else stands near its ways. tool_radius_mm: nothing for the stylus.
-  std::optional<Meeting> meet(const Move& way, double from_mm, std::optional<double> tool_radius_mm = {}) const;
+  // The nearest surface from `from_mm` on; nothing when the way is free. A shank meets balls alone: nothing else
+  // reaches up to it.
+  std::optional<Meeting> meet(const Move& way, double from_mm, const std::optional<Shank>& shank = {}) const;
+  // The same of a tool. It meets the device that it is set on, and nothing else stands near its ways.
+  std::optional<Meeting> meetTool(const Move& way, double from_mm, double radius_mm) const;
   // Of all balls, as they stand now.
   BallCentres ballCentres() const;
-  // True when the stylus ball cannot be there with the part in that pose, because a ball is.
-  bool occupied(const Vector3& point, const PartPose& pose) const;
+  // True when the stylus ball, or the shank above it, cannot be there with the part in that pose, because a ball is.
+  bool occupied(const Vector3& point, const PartPose& pose, const std::optional<Shank>& shank = {}) const;
 
  private:
   Vector3 ballAt(std::size_t ball, const PartPose& pose) const;
+  std::optional<Meeting> metBy(const Move& way, const SolidBlock& setter) const;
 
   PartSpindleConfig spindle_;
   TiltingTableConfig table_;
+  double sphere_radius_mm_;
   SolidBall sphere_;
   std::array<SolidBlock, 2> plates_{};
   std::size_t plate_count_{};

@@ -38,7 +38,8 @@ double Stylus::release(const Move& move) {
 }
 
 void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold) {
-  const auto meeting = solids.meet(way, from_mm, hold.tool_radius_mm);
+  const auto meeting =
+      hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm) : solids.meet(way, from_mm, hold.shank);
   if (!meeting) return;
   const double time_s = way.profile.timeAt(meeting->distance_mm);
   const double normal_mm_s = -dot(way.direction, meeting->normal) * way.profile.speedAt(time_s);
@@ -52,7 +53,8 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
                                             .ring_mm = 0,
                                             .speed_mm_s = normal_mm_s,
                                             .setter = meeting->setter,
-                                            .tool = hold.tool_radius_mm.has_value()};
+                                            .tool = hold.tool_radius_mm.has_value(),
+                                            .lever = meeting->lever};
   ++count_;
 }
 
@@ -78,7 +80,7 @@ Vector3 Stylus::displaced(const Contact& contact, const Vector3& body, MonoTime 
   if (free_s >= 0) return -decayed(contact.ring_mm, free_s) * contact.normal;
   // A bounce goes off the surface alone.
   const double bounce_mm = std::abs(decayed(contact.bounce_mm, contact.begin.elapsed(at, delay_s)));
-  return contact.point - (body + contact.tip) + bounce_mm * contact.normal;
+  return contact.lever * (contact.point - (body + contact.tip)) + bounce_mm * contact.normal;
 }
 
 Vector3 Stylus::displacement(const Vector3& body, MonoTime at, double delay_s) const {

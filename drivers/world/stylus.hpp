@@ -6,6 +6,7 @@
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/motion.hpp"
+#include "drivers/world/shank.hpp"
 #include "drivers/world/solids.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
@@ -22,7 +23,7 @@ struct Instant {
   MonoTime rounded() const;
 };
 
-// The stylus ball on a surface. Its centre stays at `point` until the body no longer presses.
+// The stylus ball, or its shank, on a surface. The ball's centre stays at `point` until the body no longer presses.
 struct Contact {
   Vector3 point{};   // mm
   Vector3 normal{};  // outward
@@ -35,6 +36,8 @@ struct Contact {
   double speed_mm_s{};  // along the normal, at contact
   bool setter{};        // with the tool-setting device
   bool tool{};          // of a tool, and not of the stylus
+  // What the ball is really moved by where the surface moves the shank by 1, above it; 1 where the ball is touched.
+  double lever{1};
 };
 
 // How the probe's spindle stands: where it holds the stylus ball's centre, or the tip of a tool, against the body, and
@@ -44,6 +47,7 @@ struct Hold {
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::optional<double> tool_radius_mm{};  // of a tool in the place of the probe
   bool is_head{};                          // a sensor head, which touches nothing
+  std::optional<Shank> shank{};            // above the stylus' ball
 };
 
 // A ball on a spring that meets solids. Touching, it sticks where it met the surface, whatever the direction of the
