@@ -58,7 +58,9 @@ double varianceAt(const Line& line, double t, double of_sample) {
 double pointVariance(const Retract& retract, const TouchNoise& noise) {
   const double t0 = separationTime(retract.probe);
   const double speed_per_slope = retract.machine.slope.norm() / retract.probe.slope.norm();
+  const Eigen::Vector3d u = retract.machine.slope.normalized();
   return varianceAt(retract.machine, t0, noise.machine.along) +
+         u.cwiseAbs2().dot(noise.rounded.at(t0 - retract.machine.t_mean)) +
          speed_per_slope * speed_per_slope * varianceAt(retract.probe, t0, noise.probe.along);
 }
 

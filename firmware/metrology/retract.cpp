@@ -34,6 +34,8 @@ constexpr double kLatestRamp = 0.7;
 // After a fast drive and a short rest the stylus still rings from the approach, and the end of a ramp hides in the
 // noise: so much later, as long as the window of the source stays.
 constexpr double kSettling_s = 0.004;
+// The most that a sawtooth of one step, some turns of it long, bends in the coefficient of (share of the window)^2.
+constexpr double kBendOfSteps = 2.9;
 
 struct Deflected {
   Eigen::Vector3d apex;  // deflection at rest
@@ -105,8 +107,8 @@ std::optional<Refusal> unfit(const Touch& touch, const std::string& stream, std:
 }
 
 // Speed change over the window, relative, where it stands out of the noise; 0 where it does not. noise: least deviation
-// of one sample to reckon with, as a few residuals may be small by chance.
-double speedChange(std::span<const double> times, std::span<const double> values, double noise) {
+// of one sample to reckon with, as a few residuals may be small by chance. bend: that the encoder's steps may feign.
+double speedChange(std::span<const double> times, std::span<const double> values, double noise, double bend) {
   const auto n = static_cast<Eigen::Index>(times.size());
   const Eigen::Map<const Eigen::ArrayXd> t{times.data(), n};
   const Eigen::Map<const Eigen::ArrayXd> x{values.data(), n};
@@ -120,7 +122,7 @@ double speedChange(std::span<const double> times, std::span<const double> values
   const double sd = std::sqrt(std::max(variance, noise * noise) * normal.inverse()(2, 2)) + kResolution;
   // With few samples the sd itself is uncertain.
   const double limit = 5.0 * (1.0 + 4.0 / static_cast<double>(n - 3));
-  return std::abs(fitted[2]) > limit * sd ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
+  return std::abs(fitted[2]) > limit * sd + bend ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
 }
 
 struct Window {
@@ -130,6 +132,7 @@ struct Window {
 
 struct Steady {
   Line line;
+  Rounding rounding;
   Run used;
   std::vector<std::string> spikes;
 };
@@ -139,10 +142,12 @@ std::string stampOf(const std::string& stream, double time) {
 }
 
 // The line through a run without its spikes.
-Steady lineOf(const Stream& stream, const std::string& name, const SteadyRun& steady, std::size_t from) {
-  Steady result{{}, {from + steady.run.begin, from + steady.run.end}, {}};
+Steady lineOf(const Stream& stream, const std::string& name, const SteadyRun& steady, std::size_t from,
+              const Eigen::Vector3d& steps) {
+  Steady result{{}, {}, {from + steady.run.begin, from + steady.run.end}, {}};
   if (steady.spikes.empty()) {
     result.line = fitLine(stream.timesOf(result.used), stream.valuesOf(result.used));
+    result.rounding = Rounding{stream.timesOf(result.used), result.line, steps};
     return result;
   }
   std::vector<double> times;
@@ -157,26 +162,32 @@ Steady lineOf(const Stream& stream, const std::string& name, const SteadyRun& st
   }
   const Rows3 values = stream.values(rows, Eigen::all);
   result.line = fitLine(times, values);
+  result.rounding = Rounding{times, result.line, steps};
   return result;
 }
 
-// Deviation of one sample as the whole record tells it: a window alone holds too few to tell noise from a ramp.
-double noiseOf(const Stream& stream, const Eigen::Vector3d& direction) {
-  double coarsest = 0.0;
+// Of the encoder or converter of each channel.
+Eigen::Vector3d stepsOf(const Stream& stream) {
+  Eigen::Vector3d steps;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::VectorXd channel = stream.values.col(k);
-    coarsest = std::max(coarsest, resolutionOf(std::span{channel.data(), stream.times.size()}));
+    steps[k] = resolutionOf(std::span{channel.data(), stream.times.size()});
   }
+  return steps;
+}
+
+// Deviation of one sample as the whole record tells it: a window alone holds too few to tell noise from a ramp.
+double noiseOf(const Stream& stream, const Eigen::Vector3d& direction, double coarsest) {
   const double local = localDeviation(stream.times, stream.along(direction, {0, stream.times.size()}), Trim::heavy);
-  return std::max(local, coarsest / std::sqrt(12.0));
+  return std::max(local, 0.5 * coarsest);
 }
 
 // Slip and bounce make the residuals larger than the record's own noise, or many of the samples spikes.
 std::optional<Refusal> tooRough(const Touch& touch, const std::string& name, const Stream& stream, const Steady& steady,
-                                const Eigen::Vector3d& direction) {
+                                const Eigen::Vector3d& direction, double noise) {
   const double rms = std::sqrt(steady.line.scatterAlong(direction) / static_cast<double>(steady.line.n - 2));
   const double sigma =
-      std::max({noiseOf(stream, direction), kResolution,
+      std::max({noise, kResolution,
                 localDeviation(stream.timesOf(steady.used), stream.along(direction, steady.used), Trim::light)});
   const bool many_spikes = steady.spikes.size() > std::max<std::size_t>(1, steady.used.size() / 10);
   if (rms <= 3.0 * sigma && !many_spikes) return std::nullopt;
@@ -189,19 +200,22 @@ Outcome<Steady, Refusal> fitWindow(const Touch& touch, const Stream& stream, con
                                    const Eigen::Vector3d& direction) {
   if (auto bad = unfit(touch, name, stream.timesOf(window.trusted))) return *bad;
   const std::size_t from = window.offered.begin;
+  const Eigen::Vector3d steps = stepsOf(stream);
+  const double noise = noiseOf(stream, direction, steps.maxCoeff());
   const SteadyRun run = steadyRun(stream.timesOf(window.offered), stream.along(direction, window.offered),
-                                  {window.trusted.begin - from, window.trusted.end - from}, noiseOf(stream, direction));
+                                  {window.trusted.begin - from, window.trusted.end - from}, noise);
   const Run used{from + run.run.begin, from + run.run.end};
   if (auto bad = unfit(touch, name, stream.timesOf(used))) return *bad;
-  const Steady steady = lineOf(stream, name, run, from);
-  const double change = speedChange(stream.timesOf(used), stream.along(direction, used), noiseOf(stream, direction));
+  const Steady steady = lineOf(stream, name, run, from, steps);
+  const double change =
+      speedChange(stream.timesOf(used), stream.along(direction, used), noise, kBendOfSteps * steps.maxCoeff());
   if (change > 0.02) {
     return refusal(touch, "speed-not-constant",
                    "the " + name + " speed changes by " + text(100.0 * change) +
                        " % during the retract, 2 % are allowed; retract at constant feed, "
                        "with the override locked");
   }
-  if (auto bad = tooRough(touch, name, stream, steady, direction)) return *bad;
+  if (auto bad = tooRough(touch, name, stream, steady, direction, noise)) return *bad;
   return steady;
 }
 
@@ -321,7 +335,8 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch) {
                  .probe = probe->line,
                  .machine_apex = touch.machine.values.row(static_cast<Eigen::Index>(apex)),
                  .probe_apex = contact->apex,
-                 .spikes = std::move(spikes)};
+                 .spikes = std::move(spikes),
+                 .rounding = machine->rounding};
 }
 
 // Names of the removed samples from the rest at the apex on: before it the stylus bounces.

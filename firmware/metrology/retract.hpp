@@ -6,6 +6,7 @@
 #include "firmware/metrology/joint_path.hpp"
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/result.hpp"
+#include "firmware/metrology/rounding.hpp"
 #include "firmware/metrology/touch.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -21,6 +22,7 @@ struct Retract {
   Eigen::Vector3d machine_apex;
   Eigen::Vector3d probe_apex;
   std::vector<std::string> spikes;  // samples within the windows that the lines do not use
+  Rounding rounding{};              // of the machine's line
   JointPath joints{};               // within the machine's window, where its axes are not Cartesian
 };
 

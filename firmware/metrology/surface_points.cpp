@@ -170,6 +170,11 @@ void addNoise(SurfacePoint& point, const Reduced& reduced, const TouchNoise& noi
   point.of_slope = along / machine.sxx + article.along * share.covariance(1, 1);
   point.of_both = article.along * share.covariance(0, 1);
   point.across = across / n + article.across * share.covariance(0, 0);
+  const Vector3d squares = machine.slope.normalized().cwiseAbs2();
+  point.of_mean += squares.dot(noise.rounded.mean);
+  point.of_slope += squares.dot(noise.rounded.slope);
+  point.of_both += squares.dot(noise.rounded.both);
+  point.across += 0.5 * (Vector3d::Ones() - squares).dot(noise.rounded.mean);
 }
 
 SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const SampleNoise& article,

@@ -125,11 +125,16 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   const Vector3d lever = velocityShare(i, at).transpose() * n + (pointTime(i) - machine.t_mean) * n;
   double radial = n.dot(of_machine * n) / static_cast<double>(machine.n) + lever.dot(of_machine * lever) / machine.sxx +
                   n.dot(of_probe * n) / static_cast<double>(probe.n);
+  const LineNoise& rounded = noiseOf(i).rounded;
+  radial += n.cwiseAbs2().dot(rounded.mean) + lever.cwiseAbs2().dot(rounded.slope) +
+            2.0 * n.cwiseProduct(lever).dot(rounded.both);
   if (question_.gain == Gain::by_touch)
     radial += n.dot(of_probe * n) * std::pow(pointTime(i) - probe.t_mean, 2) / probe.sxx;
   Eigen::Matrix4d all;
   all.topLeftCorner<3, 3>() = of_machine / machine.sxx + of_probe / probe.sxx;
-  all.topRightCorner<3, 1>() = of_machine * lever / machine.sxx;
+  all.topLeftCorner<3, 3>().diagonal() += rounded.slope;
+  all.topRightCorner<3, 1>() =
+      of_machine * lever / machine.sxx + rounded.slope.cwiseProduct(lever) + rounded.both.cwiseProduct(n);
   all.bottomLeftCorner<1, 3>() = all.topRightCorner<3, 1>().transpose();
   all(3, 3) = radial;
   return all;

@@ -15,6 +15,7 @@ namespace {
 
 // Deviation that noise is never taken to be below, mm and raw: digits of a case file.
 constexpr double kFloor = 1e-7;
+constexpr double kMostOfSteps = 0.5;  // steps^2
 
 struct Scatter {
   double along{};
@@ -27,12 +28,16 @@ struct Scatter {
     dof += other.dof;
     return *this;
   }
-  SampleNoise variance() const { return {along / dof + kFloor * kFloor, across / (2.0 * dof) + kFloor * kFloor}; }
+  SampleNoise variance() const {
+    return {std::max(along, 0.0) / dof + kFloor * kFloor, across / (2.0 * dof) + kFloor * kFloor};
+  }
 };
 
-Scatter scatterOf(const Line& line) {
+// rounded: variance of the residuals along the motion that is no noise of single samples.
+Scatter scatterOf(const Line& line, double rounded = 0.0) {
   const double along = line.scatterAlong(line.slope.normalized());
-  return {along, line.scatter.trace() - along, static_cast<double>(line.n) - 2.0};
+  const double dof = static_cast<double>(line.n) - 2.0;
+  return {along - rounded * dof, line.scatter.trace() - along, dof};
 }
 
 bool sameSpeed(const Retract& a, const Retract& b) {
@@ -55,19 +60,52 @@ double rateOf(const Line& line) {
   return line.slope.norm();
 }
 
+// What rounding gives the residuals of each touch along its motion, and its line.
+struct Rounded {
+  std::vector<double> residuals;
+  std::vector<LineNoise> lines;
+};
+
+Rounded roundedOf(std::span<const Retract> retracts) {
+  std::vector<Line> lines;
+  std::vector<Rounding> roundings;
+  for (const auto& touch : retracts) {
+    lines.push_back(touch.machine);
+    roundings.push_back(touch.rounding);
+  }
+  const double noise = noiseBeforeRounding(lines, roundings);
+  Rounded rounded;
+  for (const auto& touch : retracts) {
+    const Eigen::Vector3d u = touch.machine.slope.normalized();
+    double residual = 0.0;
+    LineNoise line;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Rounding::Share share = touch.rounding.shareOf(axis, noise);
+      line.mean[axis] = share.mean;
+      line.slope[axis] = share.slope;
+      line.both[axis] = share.both;
+      residual += u[axis] * u[axis] * share.residual;
+    }
+    rounded.residuals.push_back(residual);
+    rounded.lines.push_back(line);
+  }
+  return rounded;
+}
+
 // Line through the squared residuals of the touches against the square of their rates, weighted by what a sum of
 // squares is uncertain by. The jitter counts only where it stands out by three deviations.
-NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member) {
+NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std::span<const double> rounded) {
   Scatter all;
-  for (const auto& touch : retracts) all += scatterOf(touch.*member);
+  for (std::size_t k = 0; k < retracts.size(); ++k) all += scatterOf(retracts[k].*member, rounded[k]);
   NoiseLaw law{.still = all.variance().along, .jitter = 0.0, .across = all.variance().across, .dof = all.dof};
   NoiseLaw tried = law;
   for (int round = 0; round < 5; ++round) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (const auto& touch : retracts) {
-      const Scatter own = scatterOf(touch.*member);
-      const double rate = rateOf(touch.*member);
+    for (std::size_t k = 0; k < retracts.size(); ++k) {
+      const Line& line = retracts[k].*member;
+      const Scatter own = scatterOf(line, rounded[k]);
+      const double rate = rateOf(line);
       const Eigen::Vector2d row{1.0, rate * rate};
       const double weight = own.dof / (2.0 * std::pow(tried.at(rate).along, 2));
       normal += weight * row * row.transpose();
@@ -98,12 +136,14 @@ double usualVariance(std::span<const Retract> retracts, const Retract& touch, Li
 }  // namespace
 
 PooledNoise poolNoise(std::span<const Retract> retracts) {
-  const NoiseLaw machine = noiseLaw(retracts, &Retract::machine);
-  const NoiseLaw probe = noiseLaw(retracts, &Retract::probe);
+  const Rounded rounded = roundedOf(retracts);
+  const NoiseLaw machine = noiseLaw(retracts, &Retract::machine, rounded.residuals);
+  const NoiseLaw probe = noiseLaw(retracts, &Retract::probe, std::vector<double>(retracts.size()));
   PooledNoise noise;
   noise.dof = static_cast<std::size_t>(machine.dof + probe.dof);
-  for (const auto& touch : retracts) {
-    noise.of_touch.push_back({machine.at(rateOf(touch.machine)), probe.at(rateOf(touch.probe))});
+  for (std::size_t k = 0; k < retracts.size(); ++k) {
+    noise.of_touch.push_back(
+        {machine.at(rateOf(retracts[k].machine)), probe.at(rateOf(retracts[k].probe)), rounded.lines[k]});
   }
   return noise;
 }
@@ -113,7 +153,9 @@ std::vector<Dropped> noisyTouches(std::span<const Retract> retracts) {
   for (const auto& touch : retracts) {
     for (const auto& [line, stream] : {std::pair{&Retract::machine, "machine"}, std::pair{&Retract::probe, "probe"}}) {
       const double own = scatterOf(touch.*line).variance().along;
-      if (own <= 9.0 * usualVariance(retracts, touch, line)) continue;
+      // Samples that are rounded alike have next to no residuals, up to where half of them are rounded otherwise.
+      const double of_steps = line == &Retract::machine ? kMostOfSteps * std::pow(touch.rounding.coarsest(), 2) : 0.0;
+      if (own <= std::max(9.0 * usualVariance(retracts, touch, line), of_steps)) continue;
       noisy.push_back({touch.plan.name, std::string{"residual-too-large: the "} + stream +
                                             " samples lie more than 3 sigma about their line (slip or bounce)"});
       break;

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -14,12 +15,23 @@ struct SampleNoise {
   double along{};
   double across{};
 };
+// What rounding moves the machine's line by beside that, each axis for itself; mm^2 and s.
+struct LineNoise {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d slope = Eigen::Vector3d::Zero();
+  Eigen::Vector3d both = Eigen::Vector3d::Zero();
+
+  // Of the line at `lever` seconds from its mean.
+  Eigen::Vector3d at(double lever) const { return mean + 2.0 * lever * both + lever * lever * slope; }
+};
 struct TouchNoise {
   SampleNoise machine;  // mm^2
   SampleNoise probe;    // raw^2
+  LineNoise rounded{};
 };
 
-// Noise of every touch from the residuals of its lines, pooled over all touches. dof: of the residuals that were
+// Noise of every touch from the residuals of its lines, pooled over all touches; what the encoder's steps leave in the
+// residuals is told apart from what they move the lines by. dof: of the residuals that were
 // pooled, all together.
 struct PooledNoise {
   std::vector<TouchNoise> of_touch;
