@@ -34,8 +34,9 @@ struct Usable {
 
 Usable usable(const std::vector<Touch>& touches, const std::vector<std::size_t>& reading_of_touch) {
   Usable all;
+  const StampJitter jitter = stampJitter(touches);
   for (std::size_t i = 0; i < touches.size(); ++i) {
-    if (auto retract = fitRetract(touches[i])) {
+    if (auto retract = fitRetract(touches[i], jitter)) {
       all.retracts.push_back(std::move(*retract));
       all.reading.push_back(reading_of_touch[i]);
     } else {
@@ -109,6 +110,7 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
     return Refusal{"ragged-table", "every touch needs the number of its reading"};
   const Usable all = usable(withoutRinging(*touches), reading_of_touch);
   if (all.retracts.empty()) return all.refusals.front();
+  if (auto refusal = tooFewResiduals(all.retracts)) return *refusal;
   const PooledNoise noise = poolNoise(all.retracts);
   const Eigen::Vector3d tau{tau_s[0], tau_s[1], tau_s[2]};
   BallCentres centres{.readings = {}, .chi2_reduced = 0, .dof = 0, .dropped = all.dropped};

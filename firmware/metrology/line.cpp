@@ -79,12 +79,45 @@ RobustLine refined(RobustLine line, std::span<const double> times, std::span<con
   return line;
 }
 
+struct Band {
+  RobustLine line;
+  double limit{};  // deviation from it that a sample on it may have
+};
+
+// By least squares where all samples are on one line, robust where not: of few samples a robust line is a poor one.
+Band trustedLine(std::span<const double> times, std::span<const double> values, double noise) {
+  constexpr double kDeviations = 4.0;
+  const double promised = kDeviations * std::max(noise, kFinest);
+  const RobustLine all = refined({0.0, values[0], 0.0}, times, values, std::numeric_limits<double>::infinity());
+  bool is_one = true;
+  for (std::size_t k = 0; k < values.size(); ++k) is_one = is_one && std::abs(values[k] - all.at(times[k])) <= promised;
+  if (is_one) return {all, promised};
+  const RobustLine rough = robustLine(times, values);
+  const double limit =
+      std::max(promised, kDeviations * std::max(rough.deviation, localDeviation(times, values, Trim::light)));
+  return {refined(rough, times, values, limit), limit};
+}
+
 // How long a ramp of constant acceleration that stands out up to t_out may go on bending unseen: its deviation is
 // a (t_end - t)^2 / 2, so a sample `since` before t_out that is off by `deviation` leaves it r / (1 - r) since, with
-// r^2 = limit / deviation. Each of the samples gives a bound; one that hardly stands out gives none worth having.
+// r^2 = limit / deviation. One that hardly stands out gives no bound worth having.
 double hiddenRamp(double limit, double deviation, double since) {
   const double r = std::sqrt(limit / std::max(deviation, limit));
   return std::min(r / (1.0 - std::min(r, 0.9)), 2.0) * since;
+}
+
+// The least that five samples of the ramp leave it: the first five that clearly stand out, or that there are. beyond:
+// time since t_out and deviation of the samples of the ramp, outwards.
+double hiddenBeyond(std::span<const std::pair<double, double>> beyond, double limit) {
+  constexpr std::size_t kRampSamples = 5;
+  constexpr double kClearly = 4.0;
+  const auto clear = std::ranges::find_if(beyond, [&](const auto& one) { return one.second > kClearly * limit; });
+  const std::size_t first = clear == beyond.end() ? 0 : static_cast<std::size_t>(clear - beyond.begin());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = first; k < std::min(beyond.size(), first + kRampSamples); ++k) {
+    least = std::min(least, hiddenRamp(limit, beyond[k].second, beyond[k].first));
+  }
+  return least;
 }
 
 }  // namespace
@@ -116,14 +149,17 @@ double localDeviation(std::span<const double> times, std::span<const double> val
   return trimmedDeviation(work, trim);
 }
 
+double deviationAboutZero(std::span<const double> values) {
+  std::vector<double> sizes;
+  for (const double value : values) sizes.push_back(std::abs(value));
+  return trimmedDeviation(sizes, Trim::heavy);
+}
+
 SteadyRun steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise) {
   if (trusted.size() < 4) return {trusted, {}};
   const auto trusted_times = times.subspan(trusted.begin, trusted.size());
   const auto trusted_values = values.subspan(trusted.begin, trusted.size());
-  const RobustLine rough = robustLine(trusted_times, trusted_values);
-  const double limit =
-      4.0 * std::max({rough.deviation, localDeviation(trusted_times, trusted_values, Trim::light), noise, kFinest});
-  const RobustLine line = refined(rough, trusted_times, trusted_values, limit);
+  const auto [line, limit] = trustedLine(trusted_times, trusted_values, noise);
   const auto deviation = [&](std::size_t k) { return std::abs(values[k] - line.at(times[k])); };
   const auto on = [&](std::size_t k) { return deviation(k) <= limit; };
   std::size_t begin = trusted.begin + trusted.size() / 2;
@@ -132,15 +168,12 @@ SteadyRun steadyRun(std::span<const double> times, std::span<const double> value
   while (begin > 0 && (on(begin - 1) || (begin > 1 && on(begin - 2)))) --begin;
   while (end < values.size() && (on(end) || (end + 1 < values.size() && on(end + 1)))) ++end;
   if (begin >= end) return {{begin, begin}, {}};
-  constexpr std::size_t kRampSamples = 5;
-  double before = std::numeric_limits<double>::infinity();
-  for (std::size_t k = begin; k > 0 && begin - k < kRampSamples; --k) {
-    before = std::min(before, hiddenRamp(limit, deviation(k - 1), times[begin] - times[k - 1]));
-  }
-  double after = std::numeric_limits<double>::infinity();
-  for (std::size_t k = end; k < values.size() && k - end < kRampSamples; ++k) {
-    after = std::min(after, hiddenRamp(limit, deviation(k), times[k] - times[end - 1]));
-  }
+  std::vector<std::pair<double, double>> beyond;
+  for (std::size_t k = begin; k-- > 0;) beyond.emplace_back(times[begin] - times[k], deviation(k));
+  const double before = hiddenBeyond(beyond, limit);
+  beyond.clear();
+  for (std::size_t k = end; k < values.size(); ++k) beyond.emplace_back(times[k] - times[end - 1], deviation(k));
+  const double after = hiddenBeyond(beyond, limit);
   const bool cut_before = begin > 0;
   const bool cut_after = end < values.size();
   const double from = times[begin] + before;

@@ -32,6 +32,9 @@ enum class Trim { light, heavy };
 // Robust standard deviation of one sample against its neighbours: blind to slopes. 0 for fewer than three samples.
 double localDeviation(std::span<const double> times, std::span<const double> values, Trim trim);
 
+// The same about zero, of a signal that rests there for two fifths of its samples.
+double deviationAboutZero(std::span<const double> values);
+
 // A run of samples, [begin, end).
 struct Run {
   std::size_t begin{};

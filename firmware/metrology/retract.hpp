@@ -7,6 +7,7 @@
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/result.hpp"
 #include "firmware/metrology/rounding.hpp"
+#include "firmware/metrology/stamp_jitter.hpp"
 #include "firmware/metrology/touch.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -35,9 +36,10 @@ Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 
 // Finds the windows and fits the lines.
 // Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
-// five in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
+// three in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
 // wrong-direction, deflection-not-falling, residual-too-large (slip or bounce: rms above 3 sigma of the record, or the
 // window of the source is not on one line). A sample that is off alone is left out, and named.
-Outcome<Retract, Refusal> fitRetract(const Touch& touch);
+// jitter: of the stamps, as all touches of the set tell it.
+Outcome<Retract, Refusal> fitRetract(const Touch& touch, const StampJitter& jitter);
 
 }  // namespace probebox::metrology

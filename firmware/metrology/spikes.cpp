@@ -19,7 +19,10 @@ double missed(const std::vector<double>& times, const Eigen::Ref<const Eigen::Ve
 }
 
 bool spike(const std::vector<double>& times, const Eigen::Ref<const Eigen::VectorXd>& values, std::size_t k,
-           double limit) {
+           double still_limit, double jitter_s) {
+  const auto at = [&](std::size_t index) { return values[static_cast<Eigen::Index>(index)]; };
+  const double rate = (at(k + 1) - at(k - 1)) / (times[k + 1] - times[k - 1]);
+  const double limit = std::hypot(still_limit, kDeviations * jitter_s * rate);
   const double left = missed(times, values, k, k - 2, k - 1);
   const double beside = missed(times, values, k, k - 1, k + 1);
   const double right = missed(times, values, k, k + 1, k + 2);
@@ -29,14 +32,15 @@ bool spike(const std::vector<double>& times, const Eigen::Ref<const Eigen::Vecto
 
 }  // namespace
 
-Despiked withoutSpikes(const Stream& stream) {
+Despiked withoutSpikes(const Stream& stream, double jitter_s) {
   std::vector<bool> bad(stream.times.size(), false);
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd values = stream.values.col(channel);
     const std::span<const double> view{values.data(), stream.times.size()};
     const double limit =
         std::max({kDeviations * localDeviation(stream.times, view, Trim::heavy), kSteps * resolutionOf(view), kLeast});
-    for (std::size_t k = 2; k + 2 < stream.times.size(); ++k) bad[k] = bad[k] || spike(stream.times, values, k, limit);
+    for (std::size_t k = 2; k + 2 < stream.times.size(); ++k)
+      bad[k] = bad[k] || spike(stream.times, values, k, limit, jitter_s);
   }
   Despiked result;
   result.stream.values.resize(std::ranges::count(bad, false), 3);

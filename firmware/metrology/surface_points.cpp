@@ -201,13 +201,13 @@ SurfacePoint pointOf(const Reduced& reduced, const TouchNoise& noise, const Samp
   return point;
 }
 
-Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article) {
+Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article, const StampJitter& jitter) {
   Reduced reduced{.touch = touch, .retract = {}, .article_velocity = Vector3d::Zero()};
   if (article) reduced.touch.machine = relativeTo(article->machine, touch.machine);
   if (reduced.touch.machine.times.size() < 5) {
     return Refusal{"gap", touch.plan.name + ": machine and article have no samples in common; record both at once"};
   }
-  auto retract = fitRetract(reduced.touch);
+  auto retract = fitRetract(reduced.touch, jitter);
   if (!retract) return retract.error();
   if (article) {
     reduced.article_velocity = velocityOf(article->machine, retract->machine);
@@ -240,6 +240,7 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
     article.along += reduced.article_noise.along / static_cast<double>(kept.size());
     article.across += reduced.article_noise.across / static_cast<double>(kept.size());
   }
+  if (auto refusal = tooFewResiduals(retracts)) return refusal;
   const PooledNoise noise = poolNoise(retracts);
   result.dof = noise.dof;
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -266,12 +267,13 @@ Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const Poin
     if (!read) return read.error();
     articles = std::move(read).value();
   }
+  const StampJitter jitter = stampJitter(touches);
   SurfacePoints result;
   std::vector<Reduced> kept;
   std::vector<Refusal> refusals;
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const Touch& touch = touches[i];
-    auto reduced = reduce(touch, articles.empty() ? nullptr : &articles[i]);
+    auto reduced = reduce(touch, articles.empty() ? nullptr : &articles[i], jitter);
     if (reduced) {
       kept.push_back(std::move(reduced).value());
       continue;

@@ -16,8 +16,11 @@ constexpr double kOutlier = 4.5;           // weighted residual of a touch
 constexpr double kLeastDepthShare = 0.90;  // of the overtravel that the deflection must show
 constexpr double kGrossShare = 0.01;       // of the overtravel by which no touch may miss the feature
 
-bool exceeds(double reduced_chi2, std::size_t dof, double deviations) {
-  return dof > 0 && reduced_chi2 > 1.0 + deviations * std::sqrt(2.0 / static_cast<double>(dof));
+// The noise that chi-square is counted in is known from so many residuals itself.
+bool exceeds(double reduced_chi2, std::size_t dof, const PooledNoise& noise, double deviations) {
+  if (dof == 0 || noise.least_dof == 0) return false;
+  const double variance = 2.0 / static_cast<double>(dof) + 2.0 / static_cast<double>(noise.least_dof);
+  return reduced_chi2 > 1.0 + deviations * std::sqrt(variance);
 }
 
 double depthOf(const Retract& retract) {
@@ -68,8 +71,9 @@ std::size_t unknownsOf(const std::vector<Touch>& touches, const TouchQuestion& q
 
 Outcome<Selection, Refusal> select(const std::vector<Touch>& touches, const TouchQuestion& question) {
   Selection selection{.question = question, .offered = touches.size(), .unknowns = unknownsOf(touches, question)};
+  const StampJitter jitter = stampJitter(touches);
   for (const auto& touch : touches) {
-    const auto retract = fitRetract(touch);
+    const auto retract = fitRetract(touch, jitter);
     if (retract) {
       selection.touches.retracts.push_back(retract.value());
     } else if (retract.error().name == "truncated") {
@@ -82,6 +86,7 @@ Outcome<Selection, Refusal> select(const std::vector<Touch>& touches, const Touc
     selection.drop(noisy.name, {"residual-too-large", noisy.name + ": " + noisy.reason});
   }
   if (auto refusal = selection.insufficient()) return *refusal;
+  if (auto refusal = tooFewResiduals(selection.touches.retracts)) return *refusal;
   return selection;
 }
 
@@ -94,7 +99,7 @@ std::optional<Refusal> fitOnce(Selection& selection) {
   auto fit = fitTouches(touches.retracts, touches.noise, question);
   if (!fit) return fit.error();
   touches.gain_misfit = fit->slope_chi2;
-  touches.common_gain = !exceeds(fit->slope_chi2, fit->slope_dof, 6.0);
+  touches.common_gain = !exceeds(fit->slope_chi2, fit->slope_dof, touches.noise, 6.0);
   if (!touches.common_gain) {
     question.gain = Gain::by_touch;
     auto by_touch = fitTouches(touches.retracts, touches.noise, question);
@@ -166,7 +171,7 @@ Refusal clippedTouch(const std::string& name) {
 }
 
 bool AgreedTouches::disagree() const {
-  return exceeds(fit.radial_chi2, fit.dof, 4.0);
+  return exceeds(fit.radial_chi2, fit.dof, noise, 4.0);
 }
 
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question) {

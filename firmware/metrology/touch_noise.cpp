@@ -17,6 +17,8 @@ namespace {
 constexpr double kFloor = 1e-7;
 constexpr double kMostOfSteps = 0.5;  // steps^2
 
+constexpr std::size_t kLeastResiduals = 6;  // of a stream: below, its noise is anyone's guess
+
 struct Scatter {
   double along{};
   double across{};
@@ -31,6 +33,9 @@ struct Scatter {
   SampleNoise variance() const {
     return {std::max(along, 0.0) / dof + kFloor * kFloor, across / (2.0 * dof) + kFloor * kFloor};
   }
+  // How much wider than a normal variate's the distribution is that so few residuals leave (JCGM 101, 6.4.9.4:
+  // Student's).
+  double spread() const { return dof > 3.0 ? dof / (dof - 2.0) : 3.0; }
 };
 
 // rounded: variance of the residuals along the motion that is no noise of single samples.
@@ -97,7 +102,8 @@ Rounded roundedOf(std::span<const Retract> retracts) {
 NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std::span<const double> rounded) {
   Scatter all;
   for (std::size_t k = 0; k < retracts.size(); ++k) all += scatterOf(retracts[k].*member, rounded[k]);
-  NoiseLaw law{.still = all.variance().along, .jitter = 0.0, .across = all.variance().across, .dof = all.dof};
+  NoiseLaw law{
+      .still = all.variance().along * all.spread(), .jitter = 0.0, .across = all.variance().across, .dof = all.dof};
   NoiseLaw tried = law;
   for (int round = 0; round < 5; ++round) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
@@ -114,8 +120,8 @@ NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std:
     const Eigen::Matrix2d covariance = normal.inverse();
     const Eigen::Vector2d solution = covariance * right;
     if (!(solution[1] > 3.0 * std::sqrt(covariance(1, 1)))) return law;
-    tried.still = std::max(solution[0], kFloor * kFloor);
-    tried.jitter = solution[1];
+    tried.still = std::max(solution[0] * all.spread(), kFloor * kFloor);
+    tried.jitter = solution[1] * all.spread();
   }
   return tried;
 }
@@ -141,6 +147,7 @@ PooledNoise poolNoise(std::span<const Retract> retracts) {
   const NoiseLaw probe = noiseLaw(retracts, &Retract::probe, std::vector<double>(retracts.size()));
   PooledNoise noise;
   noise.dof = static_cast<std::size_t>(machine.dof + probe.dof);
+  noise.least_dof = static_cast<std::size_t>(std::min(machine.dof, probe.dof));
   for (std::size_t k = 0; k < retracts.size(); ++k) {
     noise.of_touch.push_back(
         {machine.at(rateOf(retracts[k].machine)), probe.at(rateOf(retracts[k].probe)), rounded.lines[k]});
@@ -148,14 +155,33 @@ PooledNoise poolNoise(std::span<const Retract> retracts) {
   return noise;
 }
 
+std::optional<Refusal> tooFewResiduals(std::span<const Retract> retracts) {
+  for (const auto& [line, stream] : {std::pair{&Retract::machine, "machine"}, std::pair{&Retract::probe, "probe"}}) {
+    std::size_t samples = 0;
+    std::size_t residuals = 0;
+    for (const auto& touch : retracts) {
+      samples += (touch.*line).n;
+      residuals += (touch.*line).n - 2;
+    }
+    if (residuals >= kLeastResiduals) continue;
+    return Refusal{"too-few-samples", std::to_string(samples) + " " + stream + " samples at constant speed in " +
+                                          std::to_string(retracts.size()) +
+                                          " touches do not tell their noise; retract slower, or further, or sample "
+                                          "faster"};
+  }
+  return std::nullopt;
+}
+
 std::vector<Dropped> noisyTouches(std::span<const Retract> retracts) {
   std::vector<Dropped> noisy;
   for (const auto& touch : retracts) {
     for (const auto& [line, stream] : {std::pair{&Retract::machine, "machine"}, std::pair{&Retract::probe, "probe"}}) {
-      const double own = scatterOf(touch.*line).variance().along;
+      const Scatter own = scatterOf(touch.*line);
+      // Of few residuals the squares are larger by chance, and so few tell no slip.
+      const double usual = 9.0 * (1.0 + 12.0 / own.dof) * usualVariance(retracts, touch, line);
       // Samples that are rounded alike have next to no residuals, up to where half of them are rounded otherwise.
       const double of_steps = line == &Retract::machine ? kMostOfSteps * std::pow(touch.rounding.coarsest(), 2) : 0.0;
-      if (own <= std::max(9.0 * usualVariance(retracts, touch, line), of_steps)) continue;
+      if (own.dof < 2.5 || own.variance().along <= std::max(usual, of_steps)) continue;
       noisy.push_back({touch.plan.name, std::string{"residual-too-large: the "} + stream +
                                             " samples lie more than 3 sigma about their line (slip or bounce)"});
       break;

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,13 +32,17 @@ struct TouchNoise {
 };
 
 // Noise of every touch from the residuals of its lines, pooled over all touches; what the encoder's steps leave in the
-// residuals is told apart from what they move the lines by. dof: of the residuals that were
-// pooled, all together.
+// residuals is told apart from what they move the lines by. dof: of the residuals that were pooled, all together;
+// least_dof: of the stream that has fewer.
 struct PooledNoise {
   std::vector<TouchNoise> of_touch;
   std::size_t dof{};
+  std::size_t least_dof{};
 };
 PooledNoise poolNoise(std::span<const Retract> retracts);
+
+// Refuses too-few-samples: fewer than six residuals of either stream in all touches together tell no noise.
+std::optional<Refusal> tooFewResiduals(std::span<const Retract> retracts);
 
 // Names of the touches whose own residuals are more than three times those of the others at its speed: slip or bounce.
 std::vector<Dropped> noisyTouches(std::span<const Retract> retracts);

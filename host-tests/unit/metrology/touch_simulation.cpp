@@ -122,12 +122,13 @@ void sample(Table& table, double touch, double duration, const Scene& scene, con
 
 // (A8): variance of the surface point, mm^2, at one speed.
 double pointVariance(const Scene& scene, double speed) {
+  const double jitter = std::pow(scene.stamp_jitter_s * speed, 2);
   const double samples = 0.5 * scene.overtravel_mm / speed * scene.probe_rate_hz;
-  const double probe = std::pow(scene.probe_sigma_mm, 2) / samples * (1.0 + 3.0 * std::pow(0.7 / 0.5, 2));
+  const double probe = (std::pow(scene.probe_sigma_mm, 2) + jitter) / samples * (1.0 + 3.0 * std::pow(0.7 / 0.5, 2));
   const double window = 0.75 * scene.overtravel_mm + scene.clearance_mm;
   const double machine_samples = window / speed * scene.machine_rate_hz;
   const double q = (0.75 * scene.overtravel_mm - window / 2.0) / window;
-  return probe + std::pow(scene.machine_sigma_mm, 2) / machine_samples * (1.0 + 12.0 * q * q);
+  return probe + (std::pow(scene.machine_sigma_mm, 2) + jitter) / machine_samples * (1.0 + 12.0 * q * q);
 }
 
 // A direction at `angle` from a unit vector, turned about it at random.
