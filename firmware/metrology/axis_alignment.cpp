@@ -7,14 +7,16 @@
 
 #include "firmware/metrology/answer.hpp"
 #include "firmware/metrology/ball_readings.hpp"
+#include "firmware/metrology/shank_sigma.hpp"
 #include "firmware/metrology/spindle_readings.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 5> kCKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s", "heights"};
-constexpr std::array<std::string_view, 7> kAKeys{"sigma_mm",       "A_sense",        "C_sense",   "previous_tau_axis_s",
-                                                 "tool_direction", "ball_offset_mm", "C_tilt_rad"};
+constexpr std::array<std::string_view, 8> kAKeys{"sigma_mm",       "sigma_shank_mm",      "A_sense",
+                                                 "C_sense",        "previous_tau_axis_s", "tool_direction",
+                                                 "ball_offset_mm", "C_tilt_rad"};
 constexpr std::array<std::string_view, 2> kHeights{"rotating", "slide"};
 constexpr double kLeastSpan = 10.0;  // mm
 
@@ -74,7 +76,9 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto c_tilt = configPlane(dataset, "C_tilt_rad");
   if (!c_tilt) return c_tilt.error();
-  const auto read = readSpindleReadings(dataset);
+  const auto of_shank = shankSigma(dataset, sigma.value());
+  if (!of_shank) return of_shank.error();
+  const auto read = readSpindleReadings(dataset, of_shank->ratio);
   if (!read) return read.error();
   const BallTable& table = read->table;
   if (auto refusal = refuseSpan(table, kTipLength)) return *refusal;
@@ -83,6 +87,9 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   if (!ball) return ball.error();
   Answer answer = answerOf(dataset, table, *ball, *sigma, kAKeys);
   answer.readings(read->names, read->lengths, kTipLength);
+  auto& residuals = answer.result().residuals.values;
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read->spreads[k];
+  for (const auto& warning : of_shank->warnings) answer.warn(warning);
   const auto& parameters = ball->fit.parameters;
   const double sign = -direction.value();
   const Eigen::MatrixXd rows = sign * pick(2, 2, parameters.size());

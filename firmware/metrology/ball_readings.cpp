@@ -142,11 +142,11 @@ Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const B
   for (const auto& reading : readings) {
     const Eigen::MatrixXd both = columns.rowsOf(reading);
     if (const auto& side = reading.shank_side) {
-      design.row(row) = side->transpose() * both;
-      values[row++] = side->dot(reading.at);
+      design.row(row) = side->transpose() * both / reading.spread;
+      values[row++] = side->dot(reading.at) / reading.spread;
     } else {
-      design.middleRows<2>(row) = both;
-      values.segment<2>(row) = reading.at;
+      design.middleRows<2>(row) = both / reading.spread;
+      values.segment<2>(row) = reading.at / reading.spread;
       row += 2;
     }
     levers += reading.lever * reading.lever;

@@ -28,6 +28,7 @@ struct BallReading {
   // Touched by a shank from this side, a unit vector: what is read counts along it only, and is further out by the
   // radii of ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
   std::optional<Eigen::Vector2d> shank_side{};
+  double spread{1.0};  // its sd, in sigma
 };
 
 // Model (B4): m = o + R2(C) r - R2(A) s. o is the C axis minus the spindle axis, r how far the ball is off C, s how far

@@ -109,7 +109,7 @@ void append(BallTable& tips, BallTable shank) {
 }
 
 SpindleReadings withNames(BallTable table, std::size_t tips) {
-  SpindleReadings all{.table = std::move(table), .names = {}, .lengths = {}};
+  SpindleReadings all{.table = std::move(table), .names = {}, .lengths = {}, .spreads = {}};
   for (std::size_t k = 0; k < all.table.readings.size(); ++k) {
     const auto& reading = all.table.readings[k];
     const auto name = k < tips ? "readings " + std::to_string(k + 1) : "shank " + std::to_string(k - tips + 1);
@@ -119,13 +119,14 @@ SpindleReadings withNames(BallTable table, std::size_t tips) {
       for (const auto part : kBallParts) all.names.push_back(name + ", " + std::string{part});
     }
     all.lengths.resize(all.names.size(), all.table.levers[reading.set]);
+    all.spreads.resize(all.names.size(), reading.spread);
   }
   return all;
 }
 
 }  // namespace
 
-Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset) {
+Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread) {
   const auto second = secondBall(dataset);
   if (!second) return second.error();
   auto tips = readTable(dataset, "readings", {}, *second);
@@ -135,6 +136,7 @@ Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset) {
     auto shank = readTable(dataset, "shank", {"ux", "uy"}, *second);
     if (!shank) return shank.error();
     if (auto refusal = takeSides(*shank, *table)) return *refusal;
+    for (auto& reading : shank->readings) reading.spread = shank_spread;
     append(*tips, std::move(shank).value());
   }
   return withNames(std::move(tips).value(), count);

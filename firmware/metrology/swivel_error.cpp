@@ -4,138 +4,26 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
-#include "firmware/metrology/ball_readings.hpp"
+#include "firmware/metrology/shank_sigma.hpp"
+#include "firmware/metrology/swivel_fit.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 5> kColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
-constexpr std::array<std::string_view, 3> kKeys{"swivel_axis", "sigma_mm", "model"};
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kLeastLengths = 10.0;  // mm
-constexpr double kLeastSine = 0.2;
+constexpr std::array<std::string_view, 4> kKeys{"swivel_axis", "sigma_mm", "sigma_shank_mm", "model"};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 
-enum class Kind { sine, rigid, free };
-
-// A model that is linear in its parameters: E = terms(B, L) * p.
-struct SwivelModel {
-  Kind kind{Kind::rigid};
-  SwivelPlane plane;
-  bool one_minus_cosine{true};  // known along the axis; one angle alone cannot tell it from the sine
-
-  Eigen::Index parameters() const {
-    if (kind == Kind::sine) return 6;
-    return kind == Kind::free ? 12 : one_minus_cosine ? 8 : 6;
-  }
-
-  // The common form of all three models, as a linear map of the parameters: for x, y and z the factors of sin B,
-  // L sin B, 1 - cos B and L (1 - cos B).
-  Eigen::MatrixXd map() const {
-    Eigen::MatrixXd map = Eigen::MatrixXd::Zero(12, parameters());
-    if (kind != Kind::rigid) {
-      const Eigen::Index each = kind == Kind::sine ? 2 : 4;
-      for (Eigen::Index k = 0; k < 3; ++k) map.block(4 * k, each * k, each, each).setIdentity();
-    } else {
-      // -(R2(B) - I) (q + L t): q in 0 and 1, t in 2 and 3.
-      for (const Eigen::Index l : {0, 1}) {
-        map(4 * plane.first + l, 2 * l + 1) = 1.0;
-        map(4 * plane.first + 2 + l, 2 * l) = 1.0;
-        map(4 * plane.second + l, 2 * l) = -1.0;
-        map(4 * plane.second + 2 + l, 2 * l + 1) = 1.0;
-      }
-      const Eigen::Index along = one_minus_cosine ? 4 : 2;
-      map.block(4 * plane.axis, 4, along, along).setIdentity();
-    }
-    for (Eigen::Index k = 0; k < 3; ++k) map.middleRows(4 * k, 2) *= plane.sense;  // sin of the turned sense
-    return map;
-  }
-
-  Eigen::MatrixXd terms(double swivel_deg, double length) const {
-    const double sine = std::sin(swivel_deg * kDegree);
-    const double rest = 1.0 - std::cos(swivel_deg * kDegree);
-    Eigen::MatrixXd factors = Eigen::MatrixXd::Zero(3, 12);
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      factors.row(k).segment<4>(4 * k) << sine, sine * length, rest, rest * length;
-    }
-    return factors * map();
-  }
-};
-
-struct SwivelReading {
-  double swivel_deg{};
-  double length{};
-  Eigen::Vector3d at;
-};
-
-std::vector<SwivelReading> readingsOf(const Table& table) {
-  std::vector<SwivelReading> readings;
-  const auto value = [&](std::size_t column, std::size_t row) { return (*table.column(kColumns[column]))[row]; };
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    readings.push_back({value(0, row), value(1, row), {value(2, row), value(3, row), value(4, row)}});
-  }
-  return readings;
-}
-
-std::optional<Refusal> badReadings(const std::vector<SwivelReading>& readings) {
-  const auto [shortest, longest] = std::ranges::minmax(readings, {}, &SwivelReading::length);
-  if (longest.length - shortest.length < kLeastLengths) {
-    return Refusal{"length-span-too-small", "the tool lengths span " + text(longest.length - shortest.length) +
-                                                " mm, less than 10: read with two probes, two tips, or tip and shank"};
-  }
-  const auto sine = [](const SwivelReading& reading) { return std::abs(std::sin(reading.swivel_deg * kDegree)); };
-  if (sine(std::ranges::max(readings, {}, sine)) < kLeastSine) {
-    return Refusal{"swivel-angle-too-small", "no reading has |sin B| above 0.2: swivel to 90 degrees, and to 45"};
-  }
-  return std::nullopt;
-}
-
-// Angles other than zero, whole turns aside.
-std::size_t swivelAngles(const std::vector<SwivelReading>& readings) {
-  std::set<long long> angles;
-  for (const auto& reading : readings) {
-    const auto angle = std::llround(std::remainder(reading.swivel_deg, 360.0) * 1e6);
-    if (angle != 0) angles.insert(angle);
-  }
-  return angles.size();
-}
-
-// Three rows a reading. Parameters: those of the model, then the ball as reported at B = 0 for each length.
-Eigen::MatrixXd designOf(const std::vector<SwivelReading>& readings, const SwivelModel& model) {
-  std::vector<double> lengths;
-  for (const auto& reading : readings) {
-    if (std::ranges::find(lengths, reading.length) == lengths.end()) lengths.push_back(reading.length);
-  }
-  const Eigen::Index own = model.parameters();
-  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, own + static_cast<Eigen::Index>(3 * lengths.size()));
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(3 * k);
-    const auto base = 3 * (std::ranges::find(lengths, readings[k].length) - lengths.begin());
-    design.block(row, 0, 3, own) = model.terms(readings[k].swivel_deg, readings[k].length);
-    design.block<3, 3>(row, own + base).setIdentity();
-  }
-  return design;
-}
-
-Outcome<Fit, Refusal> fitSwivel(const std::vector<SwivelReading>& readings, const SwivelModel& model, double sigma) {
-  Eigen::VectorXd values{static_cast<Eigen::Index>(3 * readings.size())};
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    values.segment<3>(static_cast<Eigen::Index>(3 * k)) = readings[k].at;
-  }
-  return linearLeastSquares(designOf(readings, model) / sigma, values / sigma);
-}
+using Kind = SwivelKind;
 
 Outcome<std::optional<Kind>, Refusal> statedKind(const Dataset& dataset) {
   const auto entry = dataset.config.find("model");
@@ -224,9 +112,11 @@ Outcome<Chosen, Refusal> choose(const Candidates& candidates, SwivelModel model,
   return chosen;
 }
 
-Candidates fitAll(const std::vector<SwivelReading>& readings, SwivelModel model, double sigma) {
+Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigma) {
   Candidates candidates;
   for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
+    // What a shank tells goes with the lengths by a rigid head alone.
+    if (kind != Kind::rigid && readings.byShank()) continue;
     if (kind == Kind::free && !model.one_minus_cosine) continue;
     model.kind = kind;
     auto fit = fitSwivel(readings, model, sigma);
@@ -238,12 +128,12 @@ Candidates fitAll(const std::vector<SwivelReading>& readings, SwivelModel model,
 
 // What the model leaves at each angle, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
 // index error of B shows here.
-Estimate leftByAngle(const std::vector<SwivelReading>& readings, const Chosen& chosen, double sigma,
+Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, double sigma,
                      std::optional<double> reading_sd) {
   std::map<double, std::vector<std::size_t>> at_angle;
-  for (std::size_t k = 0; k < readings.size(); ++k) at_angle[readings[k].swivel_deg].push_back(k);
+  for (std::size_t k = 0; k < readings.tips.size(); ++k) at_angle[readings.tips[k].swivel_deg].push_back(k);
   // Residuals are the readings less what the fit has drawn them to; the two are uncorrelated.
-  const Eigen::MatrixXd design = designOf(readings, chosen.model);
+  const Eigen::MatrixXd design = swivelDesign(readings, chosen.model);
   const Eigen::MatrixXd seen = chosen.fit.cofactor / (sigma * sigma);
   const Eigen::VectorXd left = -sigma * chosen.fit.residuals;
   const auto meanOver = [&](const std::vector<std::size_t>& rows, Eigen::Index axis) {
@@ -272,8 +162,8 @@ Estimate leftByAngle(const std::vector<SwivelReading>& readings, const Chosen& c
 }
 
 // What stands beside the answer: which model it is and how well each fits, and all that live corrections need.
-void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates,
-              const std::vector<SwivelReading>& readings, double sigma) {
+void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates, const SwivelReadings& readings,
+              double sigma) {
   const auto& parameters = chosen.fit.parameters;
   auto& also = answer.result().also;
   also.push_back(Estimate::scalar("model", static_cast<double>(chosen.model.kind), std::nullopt));
@@ -285,11 +175,43 @@ void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates
   }
   if (chosen.model.kind == Kind::rigid) {
     answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
-    answer.alsoVector("tool_direction_rad", parameters.segment(2, 2), pick(2, 2, parameters.size()));
+    Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(2, parameters.size());
+    direction.leftCols(chosen.model.parameters()) = chosen.model.direction();
+    answer.alsoVector("tool_direction_rad", direction * parameters, direction);
+  }
+  if (readings.byShank()) {
+    const Eigen::Index last = parameters.size() - 1;
+    answer.alsoScalar("shank_effective_radius_mm", parameters[last], pick(last, 1, parameters.size()).row(0));
   }
   const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
   answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
   also.push_back(leftByAngle(readings, chosen, sigma, answer.readingSd()));
+}
+
+// A tool that hangs along Z with the head level: where a shank touched, what of t is along it is nothing.
+SwivelModel modelFor(const SwivelReadings& readings, const SwivelPlane& plane) {
+  SwivelModel model{.kind = Kind::rigid, .plane = plane, .one_minus_cosine = swivelAngles(readings) >= 2};
+  if (readings.byShank()) model.without = plane.first == 2 ? 0 : 1;
+  return model;
+}
+
+// Of tips and shank.
+void tellResiduals(Answer& answer, const SwivelReadings& readings) {
+  std::vector<std::string> names;
+  std::vector<double> at;
+  for (std::size_t k = 0; k < readings.tips.size(); ++k) {
+    for (const auto part : kParts) {
+      names.push_back("readings " + std::to_string(k + 1) + ", " + std::string{part});
+      at.push_back(readings.tips[k].swivel_deg);
+    }
+  }
+  for (std::size_t k = 0; k < readings.shank.size(); ++k) {
+    names.push_back("shank " + std::to_string(k + 1));
+    at.push_back(readings.shank[k].reading.swivel_deg);
+  }
+  answer.readings(names, at, "B_deg");
+  auto& values = answer.result().residuals.values;
+  for (std::size_t k = 3 * readings.tips.size(); k < values.size(); ++k) values[k] *= readings.shank_spread;
 }
 
 }  // namespace
@@ -301,14 +223,20 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   if (!plane) return plane.error();
   const auto stated = statedKind(dataset);
   if (!stated) return stated.error();
-  const auto table = checkedTable(dataset, "readings", kColumns);
-  if (!table) return table.error();
+  auto readings = readSwivelReadings(dataset, plane.value());
+  if (!readings) return readings.error();
+  if (readings->byShank() && stated.value().value_or(Kind::rigid) != Kind::rigid) {
+    return Refusal{"bad-config",
+                   "a shank tells nothing along the tool, so it goes with model \"rigid\" alone: leave "
+                   "'model' away, or read with tips of two lengths"};
+  }
+  const auto of_shank = shankSigma(dataset, sigma.value());
+  if (!of_shank) return of_shank.error();
+  readings->shank_spread = of_shank->ratio;
   const auto queries = checkedTable(dataset, "queries", kQueryColumns);
   if (!queries) return queries.error();
-  const auto readings = readingsOf(**table);
-  if (auto refusal = badReadings(readings)) return *refusal;
-  const SwivelModel model{.kind = Kind::rigid, .plane = plane.value(), .one_minus_cosine = swivelAngles(readings) >= 2};
-  const Candidates candidates = fitAll(readings, model, sigma->value);
+  const SwivelModel model = modelFor(readings.value(), plane.value());
+  const Candidates candidates = fitAll(readings.value(), model, sigma->value);
   const auto chosen = choose(candidates, model, sigma.value(), stated.value());
   if (!chosen) return chosen.error();
 
@@ -321,11 +249,18 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
         chosen->model.terms((*(*queries)->column("B_deg"))[row], (*(*queries)->column("L_mm"))[row]);
   }
   Answer answer{dataset, chosen->fit, sigma.value()};
-  answer.readings(**table, std::span{kColumns}.last(3), "B_deg");
+  if (readings->byShank())
+    tellResiduals(answer, readings.value());
+  else
+    answer.readings(*dataset.table("readings"), kParts, "B_deg");
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
-  addModel(answer, chosen.value(), candidates, readings, sigma->value);
+  addModel(answer, chosen.value(), candidates, readings.value(), sigma->value);
   for (const auto& warning : chosen->warnings) answer.warn(warning);
-  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {
+    if (!table) continue;
+    for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
+  }
+  for (const auto& warning : of_shank->warnings) answer.warn(warning);
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";
   return std::move(answer).take(true);

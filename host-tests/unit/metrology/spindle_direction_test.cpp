@@ -72,7 +72,7 @@ TEST(ShankAsTip, ReachesTheBoundAndStatesItsUncertainty) {
   for (int trial = 0; trial < 400; ++trial) {
     const Machine machine = randomMachine(random, 3e-4);
     const double sigma = uniform(random, 2e-4, 3e-3);
-    const double height = kTip - uniform(random, 30, 120);
+    const double height = kTip - uniform(random, 30, 120), ratio = trial % 4 < 2 ? 1 : uniform(random, 0.5, 2.5);
     auto tips = grid({kTip}, kOpposed, kOpposed);
     const auto sides = trial % 2 == 0 ? Sides::as_in_B16 : Sides::all;
     auto shank = touches(height, sides);
@@ -91,7 +91,7 @@ TEST(ShankAsTip, ReachesTheBoundAndStatesItsUncertainty) {
       VectorXd values{static_cast<Eigen::Index>(2 * tips.size() + shank.size())};
       Eigen::Index row = 0;
       for (const auto& tip : tips) values.segment<2>(2 * row++) = tip.at;
-      for (row *= 2; const auto& one : shank) values[row++] = one.side.dot(one.at);
+      for (row *= 2; const auto& one : shank) values[row++] = one.side.dot(one.at) / ratio;
       return values;
     };
     VectorXd truth{11};
@@ -101,8 +101,10 @@ TEST(ShankAsTip, ReachesTheBoundAndStatesItsUncertainty) {
     const auto covariance = smallestCovariance(measured, truth, sigma);
     (void)measured(truth);
     blur(tips, sigma, random);
-    blur(shank, sigma, random);
-    const auto solved = solve(tipAndShank(tips, shank, sigma));
+    blur(shank, ratio * sigma, random);
+    Dataset dataset = tipAndShank(tips, shank, sigma);
+    if (ratio != 1) dataset.config["sigma_shank_mm"] = ratio * sigma;
+    const auto solved = solve(dataset);
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
     for (std::size_t k = 0; k < 2; ++k) {
       const auto at = static_cast<Eigen::Index>(k);
