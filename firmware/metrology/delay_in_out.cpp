@@ -12,6 +12,7 @@
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/distance_probe.hpp"
 #include "firmware/metrology/previous_delay.hpp"
+#include "firmware/metrology/rounded_legs.hpp"
 #include "firmware/metrology/touch.hpp"
 #include "firmware/metrology/touch_delay.hpp"
 #include "firmware/metrology/waveform_match.hpp"
@@ -41,6 +42,7 @@ struct Contact {
   double until{};
   double machine_apex_s{};
   double probe_apex_s{};
+  std::optional<RoundedMotion> rounded{};
 };
 
 std::size_t lowest(const Signal& signal) {
@@ -201,13 +203,22 @@ SeenTwice seenTwice(const Contact& contact) {
                 shapes << since.sign(), since.abs(), Eigen::ArrayXd::Ones(since.size());
                 return shapes;
               },
-          .skipped = {{apex - period, apex + period}}};
+          .skipped = {{apex - period, apex + period}},
+          .rounded = contact.rounded};
 }
 
 struct Matched {
   Match match;
   bool without_contact{};  // the time right after contact is left out
 };
+
+// Between a share of the half contact and the apex, where the machine keeps its speed.
+std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contact) {
+  const double half = (contact.until - contact.from) / 2.0;
+  const double apex = contact.machine_apex_s;
+  return roundedLegs(touch.machine, touch.plan.retract,
+                     {{{apex - half, apex - kSparse.from * half}, {apex + kSparse.from * half, apex + half}}});
+}
 
 // Over the whole contact; where the stylus bounced, without the time that it took to settle.
 Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double start) {
@@ -236,6 +247,7 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
     auto contact = findContact(touch);
     if (!contact) return contact.error();
     if (auto bad = findApexes(contact.value())) return *bad;
+    contact->rounded = roundedIn(touch, contact.value());
     start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
     contacts.push_back(std::move(contact).value());
   }

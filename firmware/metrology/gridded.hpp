@@ -53,6 +53,8 @@ class Gridded {
     rate_.resize(n);
     use(offered_);
     machine_variance_ = std::max(machine_variance_, std::pow(kFinest * missed(), 2));
+    // Samples that are rounded alike tell less about what they are off by.
+    if (record.rounded) machine_variance_ = record.rounded->own;
   }
 
   Index size() const { return static_cast<Index>(offered_.sum()); }
@@ -61,6 +63,10 @@ class Gridded {
   Index usedSize() const { return static_cast<Index>(used_.sum()); }
   Index unknowns() const { return shapes_.cols() - 1; }
   const SeenTwice& record() const { return record_; }
+  // Deviation of e that is never taken for an outlier's.
+  double least() const {
+    return std::max(missed(), record_.rounded ? std::sqrt(record_.rounded->own + record_.rounded->common) : 0.0);
+  }
   // What interpolation may miss the motion by; nothing is known of lines, which miss kinks.
   double missed() const {
     if (interpolation_ == Interpolation::linear || shapes_.size() == 0) return 0.0;
@@ -107,8 +113,9 @@ class Gridded {
       machine_.addGains(grid_.times[k], z[k], machine_cursor, machine);
       probe_.addGains(grid_.times[k] - tau_, z[k], probe_cursor, probe);
     }
-    return jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
-                              nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
+    const double common = record_.rounded ? record_.rounded->of_sum(machine) : 0.0;
+    return common + jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
+                                       nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
   }
   // Residuals at a delay that was settled at.
   void finishAt(double tau) {
@@ -142,7 +149,7 @@ class Gridded {
       ++count;
     }
     const double sum = machine_variance_ * machine + nuisance_[0] * nuisance_[0] * probe_variance_ * probe;
-    return (count > 0.0 ? sum / count : 0.0) + missed() * missed();
+    return (count > 0.0 ? sum / count : 0.0) + missed() * missed() + (record_.rounded ? record_.rounded->common : 0.0);
   }
   // Leaves out what lies beyond a limit; whether that changes anything.
   bool leaveOut(double limit) {

@@ -73,10 +73,12 @@ Rounding::Share Rounding::shareOf(Index axis, double noise) const {
 }
 
 double Rounding::ownVariance(Index axis, double noise) const {
-  double variance = square(noise);
-  if (steps_[axis] <= 0.0) return variance;
-  variance += square(steps_[axis]) / 12.0;
-  for (std::size_t k = 0; k < kHarmonics; ++k) variance -= power(axis, k, noise);
+  return square(noise) + square(steps_[axis]) / 12.0 - commonVariance(axis, noise);
+}
+
+double Rounding::commonVariance(Index axis, double noise) const {
+  double variance = 0.0;
+  for (std::size_t k = 0; steps_[axis] > 0.0 && k < kHarmonics; ++k) variance += power(axis, k, noise);
   return variance;
 }
 

@@ -31,6 +31,8 @@ class Rounding {
   // Variance of noise and rounding that every sample has for itself.
   double ownVariance(Eigen::Index axis, double noise) const;
   double coarsest() const { return steps_.maxCoeff(); }
+  // What the other samples share with a sample.
+  double commonVariance(Eigen::Index axis, double noise) const;
 
  private:
   static constexpr std::size_t kHarmonics = 20;

@@ -173,7 +173,7 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   for (int round = 0; tau && round < kRounds; ++round) {
     const double limit = kOutlier * robustDeviation(grids) + kLeastDeviation_mm;
     bool changed = false;
-    for (auto& grid : grids) changed = grid.leaveOut(std::max(limit, kOutlier * grid.missed())) || changed;
+    for (auto& grid : grids) changed = grid.leaveOut(std::max(limit, kOutlier * grid.least())) || changed;
     if (!changed) break;
     tau = settle(grids, tau.value());
   }

@@ -22,6 +22,14 @@ struct Grid {
   double step{};          // s
 };
 
+// What an encoder's steps do to q where they are coarse: more than noise that every sample has for itself.
+struct RoundedMotion {
+  double own{};     // variance that a sample has for itself, mm^2
+  double common{};  // variance of a sample that it shares with others
+  // Variance that the common part gives a sum over the machine's samples, one gain a sample.
+  std::function<double(const Eigen::VectorXd& gains)> of_sum;
+};
+
 // The same motion seen twice: by the machine as q (mm), and by the probe as a deflection (raw or mm).
 struct SeenTwice {
   std::string name;
@@ -35,6 +43,7 @@ struct SeenTwice {
   std::function<Eigen::MatrixXd(const Grid& grid)> shapes;
   // Machine time that is left out, as [from, until], in rising order: gaps, and kinks that interpolation cannot follow.
   std::vector<std::pair<double, double>> skipped{};
+  std::optional<RoundedMotion> rounded{};
 };
 
 struct Match {

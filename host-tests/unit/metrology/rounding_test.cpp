@@ -129,6 +129,33 @@ TEST(Rounding, LeavesADelayAsUncertainAsItSays) {
   }
 }
 
+// In and out are rounded each in a way of their own, which looks like a delay.
+TEST(Rounding, LeavesADriveInAndOutAsUncertainAsItSays) {
+  std::mt19937_64 random{6};
+  for (const double step_mm : {0.002, 0.005}) {
+    for (const double speed : {25.0, 18.2765}) {
+      Moments tau;
+      for (int trial = 0; trial < 250; ++trial) {
+        Scene scene = simulation::knownSphere();
+        scene.method = "delay-in-out";
+        scene.normals = {{1, 0, 0}};
+        scene.dwell_s = 0.0;
+        scene.bounce_mm = 0.0;
+        scene = simulation::shuffled(scene, random);
+        scene.machine_resolution_mm = step_mm;
+        scene.speeds_mm_s = {speed};
+        Dataset dataset = measure(scene, random);
+        dataset.config.clear();
+        const auto solved = solve(dataset);
+        ASSERT_TRUE(solved.ok()) << solved.error().reason;
+        tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
+      }
+      EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.5))) << step_mm << " " << speed;
+      EXPECT_LT(std::abs(tau.bias()), 4.0);
+    }
+  }
+}
+
 TEST(Rounding, LeavesTheDelayOfSeveralSpeedsAsUncertainAsItSays) {
   std::mt19937_64 random{5};
   Moments tau;
