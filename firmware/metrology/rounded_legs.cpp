@@ -7,6 +7,7 @@
 #include "firmware/metrology/line.hpp"
 #include "firmware/metrology/rounding.hpp"
 #include "firmware/metrology/spikes.hpp"
+#include "firmware/metrology/stamp_jitter.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -29,13 +30,9 @@ Run runBetween(const std::vector<double>& times, double from, double until) {
 }
 
 std::vector<Leg> legsOf(const Stream& machine, const std::array<std::pair<double, double>, 2>& between) {
-  Eigen::Vector3d steps;
-  for (Index k = 0; k < 3; ++k) {
-    const Eigen::VectorXd channel = machine.values.col(k);
-    steps[k] = resolutionOf(std::span{channel.data(), machine.times.size()});
-  }
+  const Eigen::Vector3d steps = stepsOf(machine);
   if (steps.maxCoeff() <= 0.0) return {};
-  const Stream clean = withoutSpikes(machine).stream;
+  const Stream clean = withoutSpikes(machine, 0.0).stream;
   std::vector<Leg> legs;
   for (const auto& [from, until] : between) {
     const Run run = runBetween(clean.times, from, until);

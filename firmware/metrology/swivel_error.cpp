@@ -82,8 +82,8 @@ void explain(Chosen& chosen, const Candidates& candidates, double sigma, bool st
         "the sine rule leaves out 1 - cos B: between the measured angles it may be wrong by tens of um; use rigid");
   } else if (kind == Kind::rigid && !chosen.model.one_minus_cosine) {
     chosen.warnings.emplace_back(
-        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B: measure "
-        "at 45 degrees too");
+        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B; its sd holds that "
+        "all of it may be the other: measure at 45 degrees too");
   }
   if (chosen.recommended != Kind::free) return;
   if (!stated) {
@@ -237,8 +237,14 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   if (!queries) return queries.error();
   const SwivelModel model = modelFor(readings.value(), plane.value());
   const Candidates candidates = fitAll(readings.value(), model, sigma->value);
-  const auto chosen = choose(candidates, model, sigma.value(), stated.value());
+  auto chosen = choose(candidates, model, sigma.value(), stated.value());
   if (!chosen) return chosen.error();
+  if (chosen->model.kind == Kind::rigid && !model.one_minus_cosine) {
+    auto fit = fitEitherShape(readings.value(), chosen->model, chosen->fit, sigma.value());
+    if (!fit) return fit.error();
+    chosen->fit = std::move(fit).value();
+    chosen->model.one_minus_cosine = true;
+  }
 
   const auto& parameters = chosen->fit.parameters;
   const auto rows = static_cast<Eigen::Index>((*queries)->rows());

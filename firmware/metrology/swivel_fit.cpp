@@ -23,10 +23,11 @@ constexpr std::array<std::string_view, 8> kColumns{"B_deg", "L_mm", "x_mm", "y_m
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLeastLengths_mm = 10.0;
 constexpr double kLeastSine = 0.2;
-constexpr double kUnit = 1e-3;       // how far from 1 the length of a side may be
-constexpr double kAcross = 0.1;      // sine: how far along the tool it may be
-constexpr double kOpposite = -0.94;  // cosine: within 20 degrees
-constexpr Index kTool = 2;           // along Z while the head is level
+constexpr double kUnit = 1e-3;           // how far from 1 the length of a side may be
+constexpr double kAcross = 0.1;          // sine: how far along the tool it may be
+constexpr double kOpposite = -0.94;      // cosine: within 20 degrees
+constexpr Index kTool = 2;               // along Z while the head is level
+constexpr double kLeastNoise_mm = 1e-7;  // the digits of a case file
 
 std::vector<SwivelReading> readingsOf(const Table& table) {
   std::vector<SwivelReading> readings;
@@ -112,6 +113,16 @@ MatrixXd withoutColumn(const MatrixXd& all, std::optional<Index> column) {
   MatrixXd rest{all.rows(), all.cols() - 1};
   rest << all.leftCols(*column), all.rightCols(all.cols() - *column - 1);
   return rest;
+}
+
+// In the rows of swivelDesign().
+Eigen::VectorXd valuesOf(const SwivelReadings& readings) {
+  const auto tips = static_cast<Index>(readings.tips.size());
+  Eigen::VectorXd values{3 * tips + static_cast<Index>(readings.shank.size())};
+  for (Index k = 0; k < tips; ++k) values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
+  Index row = 3 * tips;
+  for (const auto& [reading, side] : readings.shank) values[row++] = side.dot(reading.at) / readings.shank_spread;
+  return values;
 }
 
 }  // namespace
@@ -213,12 +224,40 @@ MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) 
 }
 
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma) {
-  const auto tips = static_cast<Index>(readings.tips.size());
-  Eigen::VectorXd values{3 * tips + static_cast<Index>(readings.shank.size())};
-  for (Index k = 0; k < tips; ++k) values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
-  Index row = 3 * tips;
-  for (const auto& [reading, side] : readings.shank) values[row++] = side.dot(reading.at) / readings.shank_spread;
-  return linearLeastSquares(swivelDesign(readings, model) / sigma, values / sigma);
+  return linearLeastSquares(swivelDesign(readings, model) / sigma, valuesOf(readings) / sigma);
+}
+
+Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel model, const Fit& found,
+                                     const Sigma& sigma) {
+  auto lengths = lengthsOf(readings.tips);
+  for (const auto& touch : readings.shank) lengths.push_back(touch.reading.length_mm);
+  const auto [shortest, longest] = std::ranges::minmax(lengths);
+  const auto steepest = [](const SwivelReading& reading) { return std::abs(std::sin(reading.swivel_deg * kDegree)); };
+  const double angle = std::ranges::max(readings.tips, {}, steepest).swivel_deg;
+  const double rest = 1.0 - std::cos(angle * kDegree);
+  const Eigen::VectorXd terms = found.parameters.head(model.parameters());
+  const double of_fit = found.dof > 0 ? std::sqrt(found.sumOfSquares() / static_cast<double>(found.dof)) : 1.0;
+  const double sd = sigma.stated ? 1.0 : std::max(of_fit, kLeastNoise_mm / sigma.value);  // of a reading, in sigma
+  const auto seenAt = [&](double length_mm) { return (model.terms(angle, length_mm) * terms)[model.plane.axis]; };
+  const Eigen::Vector2d seen{seenAt(shortest), seenAt(longest)};
+  model.one_minus_cosine = true;
+  const Eigen::MatrixXd own = swivelDesign(readings, model) / sigma.value;
+  const Index rows = own.rows();
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows + 2, own.cols());
+  design.topRows(rows) = own;
+  // Both tools have as much of it, but for noise: the second row holds that.
+  Eigen::Matrix2d at_lengths;
+  at_lengths << 1.0, shortest, 1.0, longest;
+  const Eigen::Vector2d along = seen.norm() > 0.0 ? seen.normalized() : Eigen::Vector2d{1.0, 0.0};
+  Eigen::Matrix2d weights;
+  weights.row(0) = along.transpose() / std::hypot(seen.norm(), sd * sigma.value);
+  weights.row(1) = Eigen::RowVector2d{-along.y(), along.x()} / (sd * sigma.value);
+  design.bottomRows(2).middleCols(model.parameters() - 2, 2) = sd * rest * weights * at_lengths;
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(rows + 2);
+  values.head(rows) = valuesOf(readings) / sigma.value;
+  auto fit = linearLeastSquares(design, values);
+  if (fit) fit->residuals.conservativeResize(rows);
+  return fit;
 }
 
 }  // namespace probebox::metrology

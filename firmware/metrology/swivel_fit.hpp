@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/dataset.hpp"
 #include "firmware/metrology/least_squares.hpp"
 #include "firmware/metrology/result.hpp"
@@ -67,5 +68,10 @@ std::size_t swivelAngles(const SwivelReadings& readings);
 Eigen::MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model);
 // sigma: mm, of a coordinate of a tip.
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma);
+// From one angle, of which `found` is the fit of a rigid head without 1 - cos B. Along the axis all that it shows may
+// follow sin B, which is answered, or 1 - cos B: two more parameters, zero with a deviation of what was found at the
+// shortest and the longest tool. The readings are fitted as before.
+Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel model, const Fit& found,
+                                     const Sigma& sigma);
 
 }  // namespace probebox::metrology

@@ -36,6 +36,75 @@ TEST(SwivelError, StatesItsUncertaintyAtEveryQuery) {
   EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
 }
 
+// A head that swivels about any axis, read with two to six tools at two to eight angles, some readings missing.
+struct Judged {
+  Moments across;
+  Moments along;
+};
+
+void judge(Judged& judged, const Result& result, const Head& head) {
+  const auto& errors = *result.find("error_at_queries_mm");
+  std::size_t at = 0;
+  for (const double length : {100.0, 150.0, 200.0}) {
+    for (const double b : kQueryAngles) {
+      const Vector3d truth = head.error(b, length);
+      for (Eigen::Index axis = 0; axis < 3; ++axis, ++at) {
+        (head.axis[axis] != 0.0 ? judged.along : judged.across).add(errors.values[at] - truth[axis], errors.sd[at]);
+      }
+    }
+  }
+}
+
+TEST(SwivelError, IsAsUncertainAsItSaysAboutAnyAxisAndFromAnyReadings) {
+  std::mt19937_64 random{21};
+  Judged judged;
+  for (int trial = 0; trial < 1200; ++trial) {
+    Head head = randomHead(random);
+    head.axis = Vector3d::Zero();
+    head.axis[static_cast<Eigen::Index>(random() % 2)] = random() % 2 == 0 ? 1.0 : -1.0;
+    head.skew -= head.axis * head.axis.dot(head.skew);
+    std::vector<double> angles{-60, 0, 90};
+    while (angles.size() < 3 + random() % 6) angles.push_back(uniform(random, -100, 100));
+    std::vector<double> lengths{80, 220};
+    while (lengths.size() < 2 + random() % 5) lengths.push_back(uniform(random, 60, 260));
+    const double sigma = std::pow(10.0, uniform(random, -4.0, -2.0));
+    Dataset dataset = swivelDataset(head, angles, lengths, sigma, random);
+    keepRows(tableNamed(dataset, "readings"),
+             [&](std::size_t row) { return row < 2 * angles.size() || random() % 4 > 0; });
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    judge(judged, solved.value(), head);
+  }
+  EXPECT_THAT(judged.across.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+  EXPECT_THAT(judged.along.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+}
+
+// One angle shows along the axis what may follow sin B or 1 - cos B: as often as not one sd off, not fifty.
+TEST(SwivelError, StatesAlongTheAxisWhatOneAngleCannotTell) {
+  std::mt19937_64 random{22};
+  std::size_t within = 0;
+  std::size_t all = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Head head = randomHead(random);
+    Dataset dataset = swivelDataset(head, {0, 90}, {100, 200}, 0.0005, random);
+    if (trial % 2 == 0) dataset.config.erase("sigma_mm");
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    if (trial % 2 == 0) {
+      EXPECT_TRUE(solved->find("error_at_queries_mm")->sd.empty()) << "no more readings than unknowns";
+      continue;
+    }
+    const auto& errors = *solved->find("error_at_queries_mm");
+    const std::size_t at = 3 * 7 + 1;  // -60 degrees, 150 mm, along
+    const double off = errors.values[at] - head.error(-60, 150).y();
+    if (std::abs(off) < errors.sd[at]) ++within;
+    ++all;
+    EXPECT_LT(errors.sd[3 * 11 + 1], 1e-3) << "where it was read it is known";
+  }
+  EXPECT_THAT(static_cast<double>(within) / static_cast<double>(all),
+              testing::AllOf(testing::Gt(0.5), testing::Lt(0.85)));
+}
+
 // What live corrections are made of, against the same head read without noise.
 TEST(SwivelError, StatesTheUncertaintyOfWhatTheLiveCorrectionTakes) {
   std::mt19937_64 random{11};
