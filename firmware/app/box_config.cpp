@@ -80,6 +80,17 @@ procedure::ProbeTools probeTools(const board::Machine& machine) {
   return tools;
 }
 
+std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
+  const auto& shank = machine.probe_shank;
+  if (!shank) return std::nullopt;
+  const auto tool = std::ranges::find(machine.tools, shank->tool, &board::ToolDescription::number);
+  if (tool == machine.tools.end()) return std::nullopt;  // the description would have been refused
+  return procedure::ProbeShank{.tool = shank->tool,
+                               .tip_length_mm = tool->length_mm,
+                               .radius_mm = shank->radius_mm,
+                               .height_mm = shank->height_mm};
+}
+
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
@@ -163,6 +174,7 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
           .swivel_head = headFacts(machine),
           .probe_tools = probeTools(machine),
+          .probe_shank = probeShank(machine),
           .tool_setter = toolSetter(machine),
           .tools = toolFacts(machine),
           .sensor_head = sensorHead(machine)};

@@ -30,6 +30,7 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
   answer.run_out_mm = procedure::kRunOut_mm;
   answer.travel_mm = step.touch.travel_mm;
+  answer.shank_height_mm = step.touch.shank_height_mm;
   answer.tool = step.touch.tool;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
 }
@@ -292,7 +293,7 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
   if (!options) return options.error();
   if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
-  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, request->head))
+  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, readBy(*request)))
     return refused(ErrorCode::wrong_state, error->what);
   if (procedure::findsAPlace(*method)) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

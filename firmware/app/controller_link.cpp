@@ -33,7 +33,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .b_moves = static_cast<world::BMoves>(answer.b_moves),
           .referenced = answer.referenced,
           .travel_mm = answer.travel_mm,
-          .tool = answer.tool};
+          .tool = answer.tool,
+          .shank_height_mm = answer.shank_height_mm};
 }
 
 }  // namespace

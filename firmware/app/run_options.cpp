@@ -31,7 +31,8 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .tools = {},
                            .tool = request.tool,
                            .head_tool = 0,
-                           .head_range_mm = 0};
+                           .head_range_mm = 0,
+                           .shank_height_mm = 0};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }
@@ -49,6 +50,11 @@ std::optional<Error> whyNoSweepNow(const corrections::AxisState& axis, char name
 
 }  // namespace
 
+procedure::ReadBy readBy(const messages::StartProcedure::Request& request) {
+  if (request.head) return procedure::ReadBy::head;
+  return request.shank ? procedure::ReadBy::shank : procedure::ReadBy::tip;
+}
+
 Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
                                                 const messages::StartProcedure::Request& request,
                                                 const procedure::Facts& facts, const box::State& state) {
@@ -58,6 +64,9 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
   if (request.head) {
     if (const auto error = procedure::whyNoHead(method, facts)) return refused(ErrorCode::wrong_state, error->what);
   }
+  if (request.shank) {
+    if (const auto error = procedure::whyNoShank(method, facts)) return refused(ErrorCode::wrong_state, error->what);
+  }
   if (procedure::needsOf(method) != procedure::Needs::screw) {
     if (request.turns != 0)
       return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
@@ -65,7 +74,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
       return refused(ErrorCode::refused, error->what);
     if (const auto error = procedure::whyUnknownTool(method, options->tool, facts))
       return refused(ErrorCode::not_found, error->what);
-    return procedure::described(method, *options, facts, request.head);
+    return procedure::described(method, *options, facts, readBy(request));
   }
   const auto sweep = procedure::sweepOptions(*options, request.turns, facts);
   if (!sweep) return refused(ErrorCode::refused, sweep.error().what);

@@ -8,6 +8,9 @@
 
 namespace probebox::app {
 
+// What reads the balls of a run that is asked for so.
+procedure::ReadBy readBy(const messages::StartProcedure::Request& request);
+
 // The options of a run as it will be planned, or the reply that says why there can be none.
 Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
                                                 const messages::StartProcedure::Request& request,

@@ -48,6 +48,8 @@ struct TouchRequest {
   bool by_edges{};         // the tool-setting device tells the contact, and no probe
   bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
   double head_range_mm{};  // of its sensors, to either side
+  // The shank touches, so far above the middle of the stylus' ball; 0: the ball does.
+  double shank_height_mm{};
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the

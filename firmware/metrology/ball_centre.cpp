@@ -17,6 +17,7 @@ namespace {
 struct Usable {
   std::vector<Retract> retracts;
   std::vector<std::size_t> reading;  // one a retract
+  std::vector<std::size_t> row;      // of its touch
   std::vector<Dropped> dropped;
   std::vector<Refusal> refusals;
 
@@ -25,6 +26,7 @@ struct Usable {
       if (retracts[i].plan.name != touch) continue;
       retracts.erase(retracts.begin() + static_cast<std::ptrdiff_t>(i));
       reading.erase(reading.begin() + static_cast<std::ptrdiff_t>(i));
+      row.erase(row.begin() + static_cast<std::ptrdiff_t>(i));
       break;
     }
     dropped.push_back({touch, why.name});
@@ -39,6 +41,7 @@ Usable usable(const std::vector<Touch>& touches, const std::vector<std::size_t>&
     if (auto retract = fitRetract(touches[i], jitter)) {
       all.retracts.push_back(std::move(*retract));
       all.reading.push_back(reading_of_touch[i]);
+      all.row.push_back(i);
     } else {
       all.dropped.push_back({touches[i].plan.name, retract.error().name});
       all.refusals.push_back(retract.error());
@@ -65,6 +68,10 @@ double pointVariance(const Retract& retract, const TouchNoise& noise) {
          speed_per_slope * speed_per_slope * varianceAt(retract.probe, t0, noise.probe.along);
 }
 
+Eigen::Vector3d pointOf(const Retract& retract, const Eigen::Vector3d& tau) {
+  return separationPoint(retract.machine, retract.probe) + tau.cwiseProduct(retract.machine.slope);
+}
+
 struct Reading {
   BallCentre ball;
   double sum_of_squares{};
@@ -78,7 +85,7 @@ Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& n
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     if (touches.reading[i] != reading) continue;
     const Retract& retract = touches.retracts[i];
-    points.push_back(separationPoint(retract.machine, retract.probe) + tau.cwiseProduct(retract.machine.slope));
+    points.push_back(pointOf(retract, tau));
     variance += pointVariance(retract, noise.of_touch[i]);
   }
   Rows3 rows{static_cast<Eigen::Index>(points.size()), 3};
@@ -113,9 +120,16 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   if (auto refusal = tooFewResiduals(all.retracts)) return *refusal;
   const PooledNoise noise = poolNoise(all.retracts);
   const Eigen::Vector3d tau{tau_s[0], tau_s[1], tau_s[2]};
-  BallCentres centres{.readings = {}, .chi2_reduced = 0, .dof = 0, .dropped = all.dropped};
+  BallCentres centres{.readings = {}, .alone = {}, .chi2_reduced = 0, .dof = 0, .dropped = all.dropped};
   double sum_of_squares = 0.0;
-  const std::size_t count = 1 + *std::ranges::max_element(reading_of_touch);
+  for (std::size_t i = 0; i < all.retracts.size(); ++i) {
+    if (all.reading[i] != kAlone) continue;
+    const double sd_mm = std::sqrt(pointVariance(all.retracts[i], noise.of_touch[i]));
+    centres.alone.push_back({.touch = all.row[i], .at_mm = pointOf(all.retracts[i], tau), .sd_mm = sd_mm});
+  }
+  // kAlone is one less than none.
+  std::size_t count = 0;
+  for (const auto reading : reading_of_touch) count = std::max(count, reading + 1);
   for (std::size_t reading = 0; reading < count; ++reading) {
     const auto fitted = fitReading(all, noise, reading, tau);
     if (!fitted) return about(reading, fitted.error(), all);
@@ -129,6 +143,7 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   if (centres.chi2_reduced <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return centres;
   // The touches agree worse than their samples promise: believe the touches.
   for (auto& ball : centres.readings) ball.sd_mm *= std::sqrt(centres.chi2_reduced);
+  for (auto& touch : centres.alone) touch.sd_mm *= std::sqrt(centres.chi2_reduced);
   return centres;
 }
 

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
-constexpr std::array<std::string_view, 4> kKeys{"swivel_axis", "sigma_mm", "sigma_shank_mm", "model"};
+constexpr std::array<std::string_view, 5> kKeys{"swivel_axis", "sigma_mm", "sigma_shank_mm", "model",
+                                                "previous_tau_axis_s"};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 

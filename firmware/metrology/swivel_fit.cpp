@@ -28,6 +28,7 @@ constexpr double kAcross = 0.1;          // sine: how far along the tool it may 
 constexpr double kOpposite = -0.94;      // cosine: within 20 degrees
 constexpr Index kTool = 2;               // along Z while the head is level
 constexpr double kLeastNoise_mm = 1e-7;  // the digits of a case file
+constexpr double kSameStop_deg = 0.1;
 
 std::vector<SwivelReading> readingsOf(const Table& table) {
   std::vector<SwivelReading> readings;
@@ -61,7 +62,7 @@ Outcome<std::vector<ShankTouch>, Refusal> touchesOf(const Dataset& dataset, cons
 bool opposed(const std::vector<ShankTouch>& touches) {
   return std::ranges::any_of(touches, [&](const ShankTouch& a) {
     return std::ranges::any_of(touches, [&](const ShankTouch& b) {
-      return a.reading.swivel_deg == b.reading.swivel_deg && a.side.dot(b.side) < kOpposite;
+      return std::abs(a.reading.swivel_deg - b.reading.swivel_deg) < kSameStop_deg && a.side.dot(b.side) < kOpposite;
     });
   });
 }

@@ -44,12 +44,6 @@ void addPoints(metrology::Dataset& dataset, const std::vector<Reading>& readings
   dataset.tables.insert(dataset.tables.begin(), std::move(rows));
 }
 
-// From the gauge line to the stylus ball, as the control takes it to be.
-Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm) {
-  const Vector3d pivot = vectorOf(head.pivot_mm);
-  return pivot + Eigen::AngleAxisd{b_rad, vectorOf(head.b.axis)} * (Vector3d{0, 0, -length_mm} - pivot);
-}
-
 // The readings with one tool at one stop of B.
 struct Stop {
   double b_rad{};
@@ -64,11 +58,11 @@ struct Stop {
   }
 };
 
-std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const ProbeTools& tools) {
+std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& facts) {
   std::vector<Stop> stops;
   for (const auto& reading : readings) {
     if (stops.empty() || stops.back().tool != reading.tool || std::abs(stops.back().b_rad - reading.b_rad) > 1e-2)
-      stops.push_back({.b_rad = reading.b_rad, .length_mm = tools.lengthOf(reading.tool), .tool = reading.tool});
+      stops.push_back({.b_rad = reading.b_rad, .length_mm = facts.lengthOf(reading.tool), .tool = reading.tool});
     stops.back().readings.push_back(&reading);
   }
   return stops;
@@ -92,6 +86,11 @@ double sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
 
 }  // namespace
 
+Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm) {
+  const Vector3d pivot = vectorOf(head.pivot_mm);
+  return pivot + Eigen::AngleAxisd{b_rad, vectorOf(head.b.axis)} * (Vector3d{0, 0, -length_mm} - pivot);
+}
+
 void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table) {
   addPoints(dataset, readings, table, &Reading::c_rad, kTiltColumns);
   dataset.config["tilt_axis"] = listOf(table.axis);
@@ -105,9 +104,9 @@ void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& reading
   if (head.sd_ball_mm) dataset.config["sd_ball_mm"] = *head.sd_ball_mm;
 }
 
-void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head,
-                     const ProbeTools& tools) {
-  const auto stops = stopsOf(readings, tools);
+void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+  const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
+  const auto stops = stopsOf(readings, facts);
   dataset.config["swivel_axis"] = listOf(head.b.axis);
   dataset.config["sigma_mm"] = sigmaOfStops(stops, head);
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);

@@ -20,6 +20,15 @@ struct Reading {
   metrology::BallCentre centre;
 };
 
+// One touch with the shank, and the machine position at which it met the ball.
+struct ShankReading {
+  double number{};       // of the reading that it belongs to
+  Eigen::Vector3d side;  // from the ball, unit vector
+  double a_rad{}, b_rad{}, c_rad{};
+  Eigen::Vector3d at_mm;  // it counts along the side alone
+  double sd_mm{};         // k = 1
+};
+
 inline double degrees(double angle_rad) {
   return angle_rad * 180 / std::numbers::pi;
 }

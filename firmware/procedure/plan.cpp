@@ -59,6 +59,7 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
   if (options.tool != 0 && row.feature != Feature::tool_setter) return leave_away("tool");
   if (options.head_tool != 0 && !canReadByHead(row.method)) return leave_away("sensor head");
+  if (options.shank_height_mm != 0 && !canTouchByShank(row.method)) return leave_away("shank");
   const bool sweeps = row.kind == Kind::sweep, holds = options.head_tool != 0;
   if (options.speed_count != 0 && holds) return leave_away("speeds where a sensor head reads");
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
@@ -241,6 +242,10 @@ bool canReadByHead(Method method) {
   return needsHead(method) || method == Method::rotary_axis_errors;
 }
 
+bool canTouchByShank(Method method) {
+  return needsOf(method) == Needs::probe_lengths || needsOf(method) == Needs::swivel_lengths;
+}
+
 bool readsBalls(Method method) {
   switch (needsOf(method)) {
     case Needs::delay_in_force:
@@ -279,6 +284,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (changesTools(*row)) {
     const auto tools = static_cast<double>(options.tool_count > 0 ? options.tool_count : with.tools.size());
     if (auto error = outside("A number", tools, 2, static_cast<double>(kMostProbeTools), "tools")) return error;
+    if (auto error = outside("A height of the shank", options.shank_height_mm, 0, 2000, "mm")) return error;
   }
   if (turnsB(*row)) {
     if (auto error = whyNotB(with, options)) return error;
@@ -318,7 +324,8 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
                                           .ball = pose.ball,
                                           .reading = static_cast<std::uint32_t>(reading),
                                           .tool = pose.tool,
-                                          .by_edges = row->feature == Feature::tool_setter};
+                                          .by_edges = row->feature == Feature::tool_setter,
+                                          .shank_height_mm = pose.by_shank ? with.shank_height_mm : 0};
         add(plan, {.touch = touch,
                    .feature = row->feature,
                    .kind = row->kind,
@@ -348,6 +355,8 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   }
   if (wanted.touch.by_edges) text += "with " + spindleOf(wanted) + " in the spindle, ";
   text += surfaceOf(wanted);
+  if (wanted.touch.shank_height_mm > 0)
+    text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the middle of the stylus' ball";
   if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
   text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
           number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +

@@ -113,6 +113,9 @@ bool readsBalls(Method method);
 bool needsHead(Method method);
 bool canReadByHead(Method method);
 
+// It reads with several lengths, of which the shank of the stylus may be one.
+bool canTouchByShank(Method method);
+
 // Says which option cannot be used and what could be; nothing when the run can be planned. deflection_limit_mm: of the
 // probe.
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm);

@@ -13,6 +13,8 @@ constexpr double kHalfTurn_rad = std::numbers::pi;
 // Nearer to the stem than this no stylus comes: 37 degrees.
 constexpr double kStem = 0.8;
 constexpr Vector kDown{0, 0, -1};
+// So far down may a side look that a shank touches: 6 degrees.
+constexpr double kBesideStem = 0.1;
 
 double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -67,13 +69,18 @@ Pose swivelled(const Chosen& with, std::size_t index) {
   return {{index < angles ? 0.0 : kHalfTurn_rad, with.b_angles_rad[index % angles], 0}, 0, BMoves::head};
 }
 
+// With that one of the tools, or the shank in the place of the last.
+void take(Pose& pose, const Chosen& with, std::size_t tool) {
+  pose.tool = with.tools[tool];
+  pose.by_shank = with.shank_height_mm > 0 && tool + 1 == with.tools.size();
+}
+
 // Both readings of which the mean is taken belong to one stop of B.
 Pose byLength(const Chosen& with, std::size_t index) {
   const std::size_t stop = index / 2, angles = with.b_angles_rad.size();
-  return {{index % 2 == 0 ? 0.0 : kHalfTurn_rad, with.b_angles_rad[stop % angles], 0},
-          0,
-          BMoves::head,
-          with.tools[stop / angles]};
+  Pose pose{{index % 2 == 0 ? 0.0 : kHalfTurn_rad, with.b_angles_rad[stop % angles], 0}, 0, BMoves::head};
+  take(pose, with, stop / angles);
+  return pose;
 }
 
 bool swivels(const MethodRow& row) {
@@ -107,6 +114,7 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
                       : swivels(row) ? std::span<const double>{usual::kSwivels_rad}
                                      : std::span<const double>{usual::kTilts_rad},
       .tools = tool_count > 0 ? std::span{options.tools}.first(tool_count) : std::span{usual::kTools},
+      .shank_height_mm = options.shank_height_mm,
   };
 }
 
@@ -150,7 +158,7 @@ Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
       return onPlate(row, with, index);
     case Poses::two_by_two_by_length: {
       Pose pose = twoByTwo(row, with, index % 4);
-      pose.tool = with.tools[index / 4];
+      take(pose, with, index / 4);
       return pose;
     }
     case Poses::tool_change:
@@ -173,9 +181,11 @@ Sides::Sides(const MethodRow& row, const Chosen& with, const Pose& pose) {
   };
   const Vector stem = moved(kDown, BMoves::table);
   for (Side side : row.sides) {
+    if (pose.by_shank && std::abs(side.outward_normal[2]) > kBesideStem) continue;
     side.outward_normal = moved(side.outward_normal, BMoves::head);
     side.aside = moved(side.aside, BMoves::head);
-    if (pose.b_moves != BMoves::nothing && dot(side.outward_normal, stem) > kStem) continue;
+    const double most = pose.by_shank ? kBesideStem : kStem;
+    if (pose.b_moves != BMoves::nothing && dot(side.outward_normal, stem) > most) continue;
     sides_.at(count_++) = side;
   }
 }

@@ -25,6 +25,7 @@ struct Chosen {
   std::array<double, 3> b_axis{};  // what B turns about, right-handed
   std::span<const double> b_angles_rad;
   std::span<const std::uint32_t> tools;
+  double shank_height_mm{};  // the last of the tools touches with its shank; 0: none does
 };
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options);
 
@@ -41,12 +42,14 @@ struct Pose {
   std::uint16_t ball{};                // of the part, from 1; 0 for another feature
   BMoves b_moves{};
   std::uint32_t tool{};  // 0: whichever carries the probe
+  bool by_shank{};
 };
 std::size_t poseCount(const MethodRow& row, const Chosen& with);
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);
 
 // In machine axes. They swivel with the head, since the stylus has to come from its own side; one where the stem of the
-// ball stands, which holds it from below and tilts with a table, is left out.
+// ball stands, which holds it from below and tilts with a table, is left out. A shank touches across the tool alone,
+// and not from below: there what hangs on it would cross the stem.
 class Sides {
  public:
   Sides(const MethodRow& row, const Chosen& with, const Pose& pose);

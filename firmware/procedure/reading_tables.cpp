@@ -11,6 +11,7 @@
 #include "firmware/metrology/ball_centre.hpp"
 #include "firmware/procedure/b_tables.hpp"
 #include "firmware/procedure/ball_reading.hpp"
+#include "firmware/procedure/shank_readings.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -103,15 +104,17 @@ void addOffset(metrology::Dataset& dataset, const std::vector<Reading>& readings
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 
-void addSpindleAlignment(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+void addSpindleAlignment(metrology::Dataset& dataset, const std::vector<Reading>& readings,
+                         const std::vector<ShankReading>& shank, const Facts& facts) {
   dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
   auto table = metrology::Table::withColumns("readings", kLengthColumns);
   for (const auto& reading : readings) {
-    table.append({facts.probe_tools.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
+    table.append({facts.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y()});
   }
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
+  if (!shank.empty()) addShankOfAlignment(dataset, shank, facts, reachOf(readings) * facts.sigma_c_rad);
 }
 
 void addAlignment(metrology::Dataset& dataset, std::vector<Reading> readings, const Facts& facts) {
@@ -168,15 +171,20 @@ double axialSigmaOf(const std::vector<Reading>& readings) {
   return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
-// The centres of all readings of a run, with the delay that was in force taken out.
-Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
-                                                             const capture::Recording& recording) {
-  std::vector<std::size_t> reading_of_touch;
+// The centres of all readings of a run, and where its shank met a ball, with the delay that was in force taken out.
+struct Found {
   std::vector<Reading> readings;
+  std::vector<ShankReading> shank;
+};
+Outcome<Found, metrology::Refusal> readingsOf(const metrology::Dataset& touches, const capture::Recording& recording) {
+  std::vector<std::size_t> reading_of_touch;
+  Found found;
+  auto& readings = found.readings;
   for (const auto& touch : recording.touches()) {
     const auto& at = touch.request;
-    reading_of_touch.push_back(at.reading);
-    if (at.reading < readings.size()) continue;
+    const bool by_shank = at.shank_height_mm > 0;
+    reading_of_touch.push_back(by_shank ? metrology::kAlone : at.reading);
+    if (by_shank || at.reading < readings.size()) continue;
     readings.push_back({.number = static_cast<double>(at.reading),
                         .ball = static_cast<double>(at.ball),
                         .a_rad = at.rotary_angles_rad[0],
@@ -188,7 +196,18 @@ Outcome<std::vector<Reading>, metrology::Refusal> readingsOf(const metrology::Da
   const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
   if (!centres) return centres.error();
   for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
-  return readings;
+  for (const auto& [touch, at_mm, sd_mm] : centres->alone) {
+    const auto& at = recording.touches()[touch].request;
+    const auto& [a_rad, b_rad, c_rad] = at.rotary_angles_rad;
+    found.shank.push_back({.number = static_cast<double>(at.reading),
+                           .side = vectorOf(at.outward_normal),
+                           .a_rad = a_rad,
+                           .b_rad = b_rad,
+                           .c_rad = c_rad,
+                           .at_mm = at_mm,
+                           .sd_mm = sd_mm});
+  }
+  return found;
 }
 
 }  // namespace
@@ -238,41 +257,44 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
                               "lag: calibrate the delay first, accept it, and measure again"};
   }
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
-  const auto readings = readingsOf(dataset, recording);
-  if (!readings) return readings.error();
+  auto found = readingsOf(dataset, recording);
+  if (!found) return found.error();
+  auto& [readings, shank] = *found;
+  if (auto refusal = centreTouches(shank, readings, facts)) return refusal;
   // The check has a table of this name itself, of its own columns.
   if (method == Method::periodic_check) {
-    addCheck(dataset, *readings, recording, facts);
+    addCheck(dataset, readings, recording, facts);
     return std::nullopt;
   }
-  dataset.tables.push_back(centresOf(*readings));
+  dataset.tables.push_back(centresOf(readings));
   switch (method) {
     case Method::centreline:
-      addCentreline(dataset, *readings, facts, kCentrelineColumns, 1);
+      addCentreline(dataset, readings, facts, kCentrelineColumns, 1);
       break;
     case Method::centreline_limited_access:
-      addCentreline(dataset, *readings, facts, kRimColumns, -1);
+      addCentreline(dataset, readings, facts, kRimColumns, -1);
       break;
     case Method::rotary_axis_errors:
-      addPlate(dataset, *readings, *facts.ball_plate, facts);
+      addPlate(dataset, readings, *facts.ball_plate, facts);
       break;
     case Method::c_axis_alignment:
-      addAlignment(dataset, *readings, facts);
+      addAlignment(dataset, readings, facts);
       break;
     case Method::table_pivot:
-      addTilts(dataset, *readings, facts.tilting_table.value_or(BFacts{}));
+      addTilts(dataset, readings, facts.tilting_table.value_or(BFacts{}));
       break;
     case Method::swivel_error:
-      addSwivelErrors(dataset, *readings, facts.swivel_head.value_or(HeadFacts{}), facts.probe_tools);
+      addSwivelErrors(dataset, readings, facts);
+      if (!shank.empty()) addShankOfSwivel(dataset, shank, facts);
       break;
     case Method::head_pivot:
-      addSwivels(dataset, *readings, facts.swivel_head.value_or(HeadFacts{}));
+      addSwivels(dataset, readings, facts.swivel_head.value_or(HeadFacts{}));
       break;
     case Method::a_axis_alignment:
-      addSpindleAlignment(dataset, *readings, facts);
+      addSpindleAlignment(dataset, readings, shank, facts);
       break;
     default:
-      addOffset(dataset, *readings, facts);
+      addOffset(dataset, readings, facts);
   }
   return std::nullopt;
 }

@@ -12,6 +12,7 @@
 #include "firmware/procedure/reading_tables.hpp"
 #include "firmware/procedure/setter_readings.hpp"
 #include "firmware/procedure/sweep.hpp"
+#include "firmware/procedure/wording.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -32,6 +33,9 @@ constexpr double kLeastLengths_mm = 10;
 
 constexpr const char* kNoSensorHead =
     " needs a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml.";
+constexpr const char* kNoShank =
+    " with the shank needs one that is described: give [probe_shank] tool, radius_mm, from_mm, to_mm and height_mm in "
+    "machine.toml, and the length of that [[tool]].";
 constexpr const char* kNoHead =
     " needs a head that swivels: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml.";
 constexpr const char* kNoLengths =
@@ -39,7 +43,7 @@ constexpr const char* kNoLengths =
     "[[tool]] with the length of each.";
 
 // What of the head and the probe's tools has to be described and is not.
-const char* missingOfTheHead(Needs needs, const Facts& facts) {
+const char* missingOfTheHead(Needs needs, const Facts& facts, ReadBy by) {
   const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
   if (swivels && !facts.swivel_head) return kNoHead;
   if (needs == Needs::swivel_head) {
@@ -47,11 +51,11 @@ const char* missingOfTheHead(Needs needs, const Facts& facts) {
                                       : " needs to know where the datum sphere stands: give [swivel_head] ball_mm in "
                                         "machine.toml, in the positions of what the pivot is to be told from.";
   }
-  return facts.probe_tools.span_mm() < kLeastLengths_mm ? kNoLengths : nullptr;
+  return by != ReadBy::shank && facts.probe_tools.span_mm() < kLeastLengths_mm ? kNoLengths : nullptr;
 }
 
 // What has to be described and is not, and where; nullptr when nothing is missing.
-const char* missingFact(Needs needs, const Facts& facts) {
+const char* missingFact(Needs needs, const Facts& facts, ReadBy by) {
   switch (needs) {
     case Needs::nothing:
     case Needs::screw:  // sweepOptions() has asked
@@ -78,7 +82,7 @@ const char* missingFact(Needs needs, const Facts& facts) {
     case Needs::swivel_lengths:
     case Needs::swivel_head:
     case Needs::probe_lengths:
-      return missingOfTheHead(needs, facts);
+      return missingOfTheHead(needs, facts, by);
     case Needs::tool_setter:
       return facts.tool_setter ? nullptr
                                : " needs the device that tools are set on: give [tool_setter] in machine.toml, and its "
@@ -103,16 +107,21 @@ double ProbeTools::lengthOf(std::uint32_t number) const {
   return 0;
 }
 
+double Facts::lengthOf(std::uint32_t probe_tool) const {
+  if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_length_mm;
+  return probe_tools.lengthOf(probe_tool);
+}
+
 double ProbeTools::span_mm() const {
   if (count == 0) return 0;
   const auto [shortest, longest] = std::ranges::minmax(std::span{lengths_mm}.first(count));
   return longest - shortest;
 }
 
-std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, bool by_head) {
+std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{nameOf(method)};
-  if (const char* missing = missingFact(needsOf(method), facts)) return Error{name + missing};
-  if (!findsAPlace(method) || delay_in_force || by_head) return std::nullopt;
+  if (const char* missing = missingFact(needsOf(method), facts, by)) return Error{name + missing};
+  if (!findsAPlace(method) || delay_in_force || by == ReadBy::head) return std::nullopt;
   return Error{name +
                " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
                "delay-multi-speed) and accept it."};
@@ -129,6 +138,21 @@ std::optional<Error> whyNoHead(Method method, const Facts& facts) {
       "calibrate sensor-head-calibration) and accept it."};
 }
 
+std::optional<Error> whyNoShank(Method method, const Facts& facts) {
+  const std::string name{nameOf(method)};
+  if (!canTouchByShank(method)) return Error{name + " takes no shank: leave that option away."};
+  if (!facts.probe_shank) return Error{name + kNoShank};
+  // Lower down the stylus' ball would come to the ball as well.
+  const bool of_part = needsOf(method) == Needs::probe_lengths;
+  const double ball_mm =
+      of_part ? (facts.checked_ball ? facts.checked_ball->diameter_mm : 0) : facts.sphere_diameter_mm.value_or(0);
+  const double least_mm = (ball_mm + facts.stylus_ball_diameter_mm) / 2;
+  if (facts.probe_shank->height_mm > least_mm) return std::nullopt;
+  return Error{name + " with the shank: " + number(facts.probe_shank->height_mm) +
+               " mm above it the stylus' ball would come to the ball as well: choose [probe_shank] height_mm above " +
+               number(least_mm) + " in machine.toml."};
+}
+
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts) {
   if (needsOf(method) != Needs::ball_plate || !facts.ball_plate) return std::nullopt;
   const std::size_t known = facts.ball_plate->balls_mm.size();
@@ -137,9 +161,9 @@ std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& option
                std::to_string(options.balls) + " are to be read: describe the others, or read fewer."};
 }
 
-ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, bool by_head) {
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, ReadBy by) {
   const Needs needs = needsOf(method);
-  if ((by_head || needsHead(method)) && facts.sensor_head) {
+  if ((by == ReadBy::head || needsHead(method)) && facts.sensor_head) {
     options.head_tool = facts.sensor_head->tool;
     options.head_range_mm = facts.sensor_head->range_mm;
   }
@@ -151,7 +175,11 @@ ProcedureOptions described(Method method, ProcedureOptions options, const Facts&
   if (needs == Needs::tilting_table && facts.tilting_table) take(*facts.tilting_table);
   const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
   if (swivels && facts.swivel_head) take(facts.swivel_head->b);
-  if (needs == Needs::swivel_lengths || needs == Needs::probe_lengths) {
+  if (by == ReadBy::shank && facts.probe_shank) {
+    options.tool_count = 2;
+    options.tools = {facts.probe_shank->tool, facts.probe_shank->tool};
+    options.shank_height_mm = facts.probe_shank->height_mm;
+  } else if (needs == Needs::swivel_lengths || needs == Needs::probe_lengths) {
     options.tool_count = static_cast<std::uint8_t>(facts.probe_tools.count);
     options.tools = facts.probe_tools.numbers;
   }

@@ -71,6 +71,16 @@ struct ProbeTools {
   double span_mm() const;
 };
 
+// The shank of the stylus of one tool, which touches as a shorter tool would.
+struct ProbeShank {
+  std::uint32_t tool{};
+  double tip_length_mm{};  // of that tool, from the gauge line to the stylus ball
+  double radius_mm{};
+  double height_mm{};  // at which it touches, above the middle of the stylus ball
+
+  double length_mm() const { return tip_length_mm - height_mm; }
+};
+
 // The device that tools are set on, and what was accepted of it. Its places are those of the head's reference.
 struct ToolSetter {
   std::array<double, 3> half_width_mm{};    // from its middle to its faces
@@ -124,21 +134,34 @@ struct Facts {
   std::optional<BFacts> tilting_table{};
   std::optional<HeadFacts> swivel_head{};
   ProbeTools probe_tools{};
+  std::optional<ProbeShank> probe_shank{};
   std::optional<ToolSetter> tool_setter{};
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
+
+  // From the gauge line to the stylus ball of a tool that carries the probe; 0 for another one.
+  double lengthOf(std::uint32_t probe_tool) const;
+};
+
+// What reads the balls of a run.
+enum class ReadBy : std::uint8_t {
+  tip,    // of the stylus
+  head,   // a sensor head in its place
+  shank,  // the tip of one tool, and its shank as the other length
 };
 
 // Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
-// the system delay is. by_head: a sensor head reads, at rest, so that no delay matters.
-std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, bool by_head = false);
+// the system delay is; a sensor head needs none.
+std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, ReadBy by = ReadBy::tip);
 // Why the method cannot be read with a sensor head; nothing when it can.
 std::optional<Error> whyNoHead(Method method, const Facts& facts);
+// Why no shank can take the place of a second tool; nothing when one can.
+std::optional<Error> whyNoShank(Method method, const Facts& facts);
 // Why the options ask for balls that the plate does not have; nothing when they do not.
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
 // The options with what the descriptions say about B and the probe's tools, where the method turns or changes them, and
-// about the sensor head, where it reads.
-ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, bool by_head = false);
+// about the sensor head or the shank, where it reads.
+ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, ReadBy by = ReadBy::tip);
 // The same about the tool of a run, for a method that measures one.
 std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts);
 // Its result is a place in machine positions, so the axes have to be referenced.

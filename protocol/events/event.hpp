@@ -147,6 +147,7 @@ struct ProcedureOptions {
   std::uint32_t tool{};
   std::uint32_t head_tool{};
   double head_range_mm{};
+  double shank_height_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -166,6 +167,8 @@ struct ProcedureOptions {
     field("tool", self.tool, "number of the tool that is measured");
     field("head_tool", self.head_tool, "number of the tool that is the sensor head, in the place of the probe");
     field("head_range_mm", self.head_range_mm, "mm, to either side, that its sensors read");
+    field("shank_height_mm", self.shank_height_mm,
+          "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
   }
 };
 

@@ -49,6 +49,7 @@ struct StartProcedure {
     std::uint16_t turns{};
     std::uint32_t tool{};
     bool head{};
+    bool shank{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -64,6 +65,9 @@ struct StartProcedure {
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
       field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
       field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
+      field(
+          "shank", self.shank,
+          "1: touch with the shank of the stylus in the place of a second tool, for a-axis-alignment and swivel-error");
     }
   };
   struct Answer {
@@ -100,6 +104,7 @@ struct ProcedureStatus {
     double travel_mm{};
     BMoves b_moves{};
     std::uint32_t tool{};
+    double shank_height_mm{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -137,6 +142,8 @@ struct ProcedureStatus {
       field("tool", self.tool,
             "number of the tool that has to be in the spindle, for the step's markers too; 0: whichever carries the "
             "probe");
+      field("shank_height_mm", self.shank_height_mm,
+            "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
     }
   };
 };

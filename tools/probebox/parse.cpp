@@ -231,6 +231,9 @@ class CommandLine {
     calibrate->add_flag(
         "--head", calibrate_.head,
         "read with the sensor head in the place of the probe, one stand a ball; for rotary-axis-errors");
+    calibrate->add_flag("--shank", calibrate_.shank,
+                        "read with tip and shank of one stylus, not with tools of several lengths; for "
+                        "a-axis-alignment and swivel-error");
     calibrate->add_option("--save", calibrate_.save, "also write what was measured as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");

@@ -98,6 +98,7 @@ struct Calibrate : RunChoices {
   std::optional<std::uint16_t> turns;
   std::optional<std::uint32_t> tool;
   bool head{};
+  bool shank{};
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};

@@ -46,7 +46,8 @@ inline std::optional<metrology::Result> measured(Scenario& scenario, procedure::
   scenario.run(std::chrono::seconds{2});
   scenario.activateDelay(scenario.truth().tau_s);
   const auto solved = scenario.calibrate(method, options);
-  EXPECT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
+  EXPECT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason
+                                                 : capture::explain(scenario.state().procedure.last_fault));
   if (!solved || !solved->ok()) return std::nullopt;
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   EXPECT_EQ(scenario.machine().stylus().contactCount(), scenario.state().procedure.steps);

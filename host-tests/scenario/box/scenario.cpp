@@ -137,7 +137,7 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.ball = step.touch.ball;
       prompt.turns = step.turns;
       prompt.rotary_angles_rad = step.touch.rotary_angles_rad;
-      prompt.tool = step.touch.tool;
+      prompt.shank_height_mm = step.touch.shank_height_mm;
       prompt.b_moves = static_cast<world::BMoves>(step.b_moves);
       prompt.travel_mm = step.touch.travel_mm;
       prompt.tool = step.touch.tool;

@@ -73,7 +73,7 @@ procedure::CalibratedHead accepted(const Scenario& scenario, const metrology::Re
 
 std::optional<metrology::Solved> readByHead(Scenario& scenario, ProcedureOptions options = {.angles = 5}) {
   const auto method = Method::rotary_axis_errors;
-  return scenario.calibrate(method, procedure::described(method, options, scenario.facts, true));
+  return scenario.calibrate(method, procedure::described(method, options, scenario.facts, procedure::ReadBy::head));
 }
 
 TEST(LiveSensorHead, FindsItsSensorsAsWellAsItSays) {

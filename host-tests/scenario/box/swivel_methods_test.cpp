@@ -135,6 +135,134 @@ TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatI
   pulls.expectHonest();
 }
 
+// Shanks that run out and lean otherwise than that of the board.
+world::Config shankWorld(std::uint64_t seed) {
+  world::Config config = worldOf(seed);
+  std::mt19937_64 random{seed + 1000};
+  const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
+  auto& shank = *config.probe_spindle.shank;
+  for (double& offset : shank.offset_mm) offset = within(0.05);
+  for (double& lean : shank.lean) lean = within(2e-3);
+  shank.radius_mm += within(0.05);
+  shank.lever = 1.1 + within(0.1);
+  return config;
+}
+
+ProcedureOptions byShank(Method method) {
+  return procedure::described(method, {}, usualFacts(), procedure::ReadBy::shank);
+}
+
+TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = shankWorld(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, Method::a_axis_alignment, byShank(Method::a_axis_alignment));
+    ASSERT_TRUE(result);
+    EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
+    const auto& direction = config.probe_spindle.direction;
+    add(pulls, *result, "A_tilt_rad", {direction[0], direction[1]}, 2e-5);
+    EXPECT_EQ(scenario.machine().tool(), 1U) << "one tool has both";
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pulls.expectHonest();
+}
+
+TEST(LiveSpindleAlignmentByShank, TouchesFromOppositeSidesWithTheSpindleTurnedBetween) {
+  Scenario scenario{shankWorld(2), 2};
+  ASSERT_TRUE(measured(scenario, Method::a_axis_alignment, byShank(Method::a_axis_alignment)));
+  const auto& shank = *scenario.dataset().table("shank");
+  ASSERT_EQ(shank.rows(), 16U) << "four sides in each of four poses";
+  for (const double half_turns : {0.0, 1.0}) {
+    int from_plus_x = 0, from_minus_x = 0;
+    for (std::size_t row = 0; row < shank.rows(); ++row) {
+      EXPECT_EQ(shank.column("tip_length_mm")->at(row), 100);
+      if (std::abs(shank.column("A_rad")->at(row) - half_turns * std::numbers::pi) > 1e-6) continue;
+      from_plus_x += shank.column("ux")->at(row) == 1;
+      from_minus_x += shank.column("ux")->at(row) == -1;
+    }
+    EXPECT_EQ(from_plus_x, 2);
+    EXPECT_EQ(from_minus_x, 2);
+  }
+  EXPECT_THAT(*scenario.dataset().table("readings")->column("tip_length_mm"), testing::Each(150));
+}
+
+TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= 2 * kSeeds; ++seed) {
+    const auto config = shankWorld(seed);
+    Scenario scenario{config, seed};
+    const auto result = measured(scenario, Method::swivel_error, byShank(Method::swivel_error));
+    ASSERT_TRUE(result);
+    EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
+    EXPECT_NEAR(result->find("shank_effective_radius_mm")->values[0], 12.5 + config.probe_spindle.shank->radius_mm,
+                2e-3);
+    const auto* error = result->find("error_at_queries_mm");
+    const auto& queries = *scenario.dataset().table("queries");
+    ASSERT_EQ(queries.rows(), 4U) << "both lengths at 45 and 90 degrees";
+    for (std::size_t row = 0; row < queries.rows(); ++row) {
+      const double b_rad = queries.column("B_deg")->at(row) * kDegree, length_mm = queries.column("L_mm")->at(row);
+      // A tool as long as the shank is high up, in the same spindle: its tip is where the axis of that spindle is.
+      world::Config shorter = config;
+      shorter.probe_spindle.further_tools = {{.number = 9, .length_mm = length_mm}};
+      const auto truth = errorOf(world::Machine{shorter}, b_rad, 9, length_mm);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double value = error->values[3 * row + i], sd = error->sd[3 * row + i];
+        EXPECT_LT(sd, 1e-3);
+        if (i == 1) {
+          // Along the axis no stop of the head matters, and the sd is stated too large.
+          EXPECT_LT(std::abs(value - truth[i]), 3 * sd);
+        } else {
+          pulls.add(value, truth[i], sd);
+        }
+      }
+    }
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+    EXPECT_EQ(app::subjectOf(scenario.dataset()), "swivel-b");
+  }
+  pulls.expectHonest();
+}
+
+// Where the head is swivelled the side that looks down is the stem's, and the shank would cross it.
+TEST(LiveSwivelErrorByShank, LeavesTheSideOfTheStemAlone) {
+  Scenario scenario{usualWorld(), 3};
+  ASSERT_TRUE(measured(scenario, Method::swivel_error, byShank(Method::swivel_error)));
+  const auto& shank = *scenario.dataset().table("shank");
+  EXPECT_THAT(*shank.column("B_deg"), ElementsAre(0, 0, 0, 0, 45, 45, 45, 90, 90, 90));
+  for (const double down : *shank.column("uz")) EXPECT_GE(down, 0);
+}
+
+// The radii cancel between opposite sides, so that a shank of another radius than that which is described shows.
+TEST(LiveShank, IsRefusedWhereAnotherRadiusTouches) {
+  auto config = usualWorld();
+  config.probe_spindle.shank->radius_mm = 4.7;
+  Scenario scenario{config, 5};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  scenario.activateDelay(scenario.truth().tau_s);
+  const auto solved = scenario.calibrate(Method::a_axis_alignment, byShank(Method::a_axis_alignment));
+  ASSERT_TRUE(solved);
+  ASSERT_FALSE(solved->ok());
+  EXPECT_EQ(solved->error().name, "shank-radius-wrong");
+  EXPECT_EQ(scenario.dataset().table("touches")->rows(), 36U) << "the touches are there nevertheless";
+}
+
+// All axes alike late: that makes the radii larger, of tip and shank alike, and moves nothing.
+TEST(LiveShank, IsNotMovedByAWrongDelay) {
+  Scenario scenario{shankWorld(6), 6};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  auto tau_s = scenario.truth().tau_s;
+  for (double& tau : tau_s) tau += 1e-3;
+  scenario.activateDelay(tau_s);
+  const auto solved = scenario.calibrate(Method::swivel_error, byShank(Method::swivel_error));
+  ASSERT_TRUE(solved && solved->ok());
+  EXPECT_NEAR(solved->value().find("shank_effective_radius_mm")->values[0],
+              12.5 + shankWorld(6).probe_spindle.shank->radius_mm + 15 * 1e-3, 2e-3);
+  const auto* direction = solved->value().find("tool_direction_rad");
+  EXPECT_LT(std::abs(direction->values[1] + shankWorld(6).probe_spindle.direction[0]), 4 * direction->sd[1]);
+}
+
 TEST(LiveHeadMethods, AreRefusedWithoutADelay) {
   for (const auto method : {Method::swivel_error, Method::head_pivot, Method::a_axis_alignment}) {
     Scenario scenario{usualWorld(), 4};

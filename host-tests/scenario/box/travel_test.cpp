@@ -16,12 +16,13 @@ using procedure::Method;
 struct Run {
   Method method{};
   std::uint8_t axis{};  // of a sweep
-  bool by_head{};
+  procedure::ReadBy by{};
 };
 
 void PrintTo(const Run& run, std::ostream* out) {
   *out << procedure::nameOf(run.method);
-  if (run.by_head) *out << " by the sensor head";
+  if (run.by == procedure::ReadBy::head) *out << " by the sensor head";
+  if (run.by == procedure::ReadBy::shank) *out << " by tip and shank";
   if (run.axis != 0)
     *out << " of "
          << "XYZ"[run.axis - 1];
@@ -32,7 +33,7 @@ class Travel : public testing::TestWithParam<Run> {
   static ProcedureOptions options() {
     ProcedureOptions options{.axis = GetParam().axis};
     if (procedure::measuresATool(GetParam().method)) options.tool = 4;
-    if (options.axis == 0) return procedure::described(GetParam().method, options, usualFacts(), GetParam().by_head);
+    if (options.axis == 0) return procedure::described(GetParam().method, options, usualFacts(), GetParam().by);
     const auto sweep = procedure::sweepOptions(options, 0, usualFacts());
     EXPECT_TRUE(sweep.ok());
     return sweep ? *sweep : options;
@@ -81,7 +82,9 @@ INSTANTIATE_TEST_SUITE_P(Methods, Travel,
                                          Run{Method::swivel_error}, Run{Method::head_pivot},
                                          Run{Method::a_axis_alignment}, Run{Method::tool_setter},
                                          Run{Method::tool_assembly}, Run{Method::sensor_head_calibration},
-                                         Run{Method::rotary_axis_errors, 0, true}));
+                                         Run{Method::rotary_axis_errors, 0, procedure::ReadBy::head},
+                                         Run{Method::a_axis_alignment, 0, procedure::ReadBy::shank},
+                                         Run{Method::swivel_error, 0, procedure::ReadBy::shank}));
 
 }  // namespace
 }  // namespace probebox::scenario

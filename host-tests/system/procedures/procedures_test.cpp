@@ -56,9 +56,11 @@ class WithADelay : public OnTheMachine {
     ASSERT_EQ(delay.status, 0) << delay.err;
   }
   // What a run proposes. Its saved case gives the same digits.
-  Json proposedBy(const std::string& method, const std::string& key) {
-    const auto saved = directory_.file(method);
-    const auto run = box({"calibrate", method, "--save", saved, "--json"});
+  Json proposedBy(const std::string& method, const std::string& key, const std::vector<std::string>& options = {}) {
+    const auto saved = directory_.file(method + std::to_string(options.size()));
+    std::vector<std::string> arguments{"calibrate", method, "--save", saved, "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const auto run = box(arguments);
     EXPECT_EQ(run.status, 0) << run.err;
     Json proposed;
     for (const auto& object : run.objects()) {
@@ -118,6 +120,14 @@ TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
   const auto lean = proposedBy("a-axis-alignment", "A_tilt_rad");
   ASSERT_FALSE(lean.is_null());
   EXPECT_NEAR(lean["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+
+  const auto by_shank = proposedBy("a-axis-alignment", "A_tilt_rad", {"--shank"});
+  ASSERT_FALSE(by_shank.is_null());
+  EXPECT_NEAR(by_shank["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
+  EXPECT_THAT(box({"calibrate", "head-pivot", "--shank"}).err, HasSubstr("takes no shank"));
+
+  start([](board::Descriptions& changed) { changed.machine.probe_shank.reset(); });
+  EXPECT_THAT(box({"calibrate", "swivel-error", "--shank"}).err, HasSubstr("give [probe_shank] tool, radius_mm"));
 
   start([](board::Descriptions& changed) { changed.machine.probe_tools.clear(); });
   EXPECT_THAT(box({"calibrate", "swivel-error"}).err, HasSubstr("give [probe_tools] numbers"));

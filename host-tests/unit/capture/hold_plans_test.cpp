@@ -109,7 +109,7 @@ TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {
   Facts facts = factsWithHead();
   EXPECT_FALSE(whyUnready(Method::sensor_head_calibration, facts, false)) << "nothing moves while it reads";
   EXPECT_THAT(whyUnready(Method::sensor_head_calibration, {}, true)->what, HasSubstr("[sensor_head] tool, range_mm"));
-  EXPECT_FALSE(whyUnready(Method::rotary_axis_errors, facts, false, true));
+  EXPECT_FALSE(whyUnready(Method::rotary_axis_errors, facts, false, ReadBy::head));
   EXPECT_TRUE(whyUnready(Method::rotary_axis_errors, facts, false)) << "the probe needs one";
 
   EXPECT_FALSE(whyNoHead(Method::sensor_head_calibration, facts));
@@ -123,7 +123,7 @@ TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {
   EXPECT_EQ(described(Method::sensor_head_calibration, {}, facts).head_tool, 5U);
   EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts).head_tool, 0U)
       << "the probe, unless the head is asked for";
-  EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts, true).head_range_mm, 0.5);
+  EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts, ReadBy::head).head_range_mm, 0.5);
 }
 
 // A box whose encoders count nanometres, at the first step.

@@ -35,7 +35,8 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .axis = axisNumber(options.axis),
           .turns = options.turns.value_or(0),
           .tool = options.tool.value_or(0),
-          .head = options.head};
+          .head = options.head,
+          .shank = options.shank};
 }
 
 // One run of a method, from its start to its result.
