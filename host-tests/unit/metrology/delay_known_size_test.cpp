@@ -312,5 +312,24 @@ TEST(DelayOfKnownSizeIsRefused, WhenTheSidesDoNotSuffice) {
   EXPECT_EQ(solve(measure(grazing, random)).error().name, "bad-direction");
 }
 
+// Ten samples of a retract tell their noise badly: what scatters more there than at rest is no slip yet.
+TEST(StampsThatJitter, SeldomSpoilATouch) {
+  std::mt19937_64 random{51};
+  int refused = 0;
+  Moments tau;
+  for (int trial = 0; trial < 300; ++trial) {
+    Scene scene = simulation::shuffled(simulation::knownSphere(), random);
+    scene.stamp_jitter_s = 5e-5;
+    const auto solved = solve(measure(scene, random));
+    if (!solved.ok()) {
+      ++refused;
+      continue;
+    }
+    tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
+  }
+  EXPECT_LE(refused, 5);
+  EXPECT_THAT(tau.pull(), AllOf(Gt(0.75), Lt(1.3)));
+}
+
 }  // namespace
 }  // namespace probebox::metrology
