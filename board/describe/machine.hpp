@@ -66,6 +66,12 @@ struct PeriodicCheckDescription {
   std::optional<double> limit_mm;
 };
 
+// The ball on the rim of a large part that centreline-by-steps reads.
+struct RimBallDescription {
+  double c_deg{};  // how C stands with the ball straight above the middle, along +Y, as far as that is known
+  std::optional<double> level_limit_mm;
+};
+
 // Balls on what the rotary axis C carries, and where a certificate has them, in any frame of its own.
 struct BallPlateDescription {
   std::array<double, 3> axis_point_mm{};  // of C as it should be, along Z: machine position for the stylus ball
@@ -200,6 +206,7 @@ struct Machine {
   std::optional<double> datum_gap_mm;  // between two parallel plates across X
   double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
+  std::optional<RimBallDescription> rim_ball;
   std::optional<BallPlateDescription> ball_plate;
   std::optional<TiltDescription> tilting_table;
   std::optional<HeadDescription> swivel_head;

@@ -153,6 +153,14 @@ void readProbeTools(Section section, Machine& machine) {
   section.finish();
 }
 
+RimBallDescription readRimBall(Section section) {
+  RimBallDescription ball;
+  ball.c_deg = section.number("c_deg", {-360, 360});
+  if (section.has("level_limit_mm")) ball.level_limit_mm = section.number("level_limit_mm", {1e-4, 10});
+  section.finish();
+  return ball;
+}
+
 }  // namespace
 
 void readRotary(Section& root, double hold_s, Machine& machine) {
@@ -168,6 +176,9 @@ void readRotary(Section& root, double hold_s, Machine& machine) {
   auto swivel = root.section("swivel", false), table = root.section("rotary_table", false);
   if (has_swivel) machine.swivel = readSwivel(std::move(swivel), hold_s, machine);
   if (has_table) machine.rotary_table = readTable(std::move(table), hold_s, machine);
+  const bool has_rim_ball = root.has("rim_ball");
+  auto rim_ball = root.section("rim_ball", false);
+  if (has_rim_ball) machine.rim_ball = readRimBall(std::move(rim_ball));
   const bool has_tilt = root.has("tilting_table");
   auto tilt = root.section("tilting_table", false);
   if (has_tilt) {

@@ -80,6 +80,13 @@ procedure::ProbeTools probeTools(const board::Machine& machine) {
   return tools;
 }
 
+std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
+  const auto& ball = machine.rim_ball;
+  if (!ball) return std::nullopt;
+  return procedure::RimBall{.c_on_line_rad = ball->c_deg * std::numbers::pi / 180,
+                            .level_limit_mm = ball->level_limit_mm};
+}
+
 std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
   const auto& shank = machine.probe_shank;
   if (!shank) return std::nullopt;
@@ -170,6 +177,7 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .gain = descriptions.probe.gain,
           .screws = screwFacts(machine),
           .checked_ball = checkedBall(machine),
+          .rim_ball = rimBall(machine),
           .ball_plate = ballPlate(machine),
           .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
           .swivel_head = headFacts(machine),

@@ -9,6 +9,7 @@
 
 #include "firmware/app/log.hpp"
 #include "firmware/app/result_events.hpp"
+#include "firmware/procedure/rim_readings.hpp"
 #include "firmware/store/dataset_json.hpp"
 
 namespace probebox::app {
@@ -28,6 +29,15 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   dataset.config.try_emplace("measured_utc", utc);
   // What goes back to a store carries its time.
   if (dataset.table("tool_store")) dataset.config.try_emplace("measured_at_s", static_cast<double>(std::time(nullptr)));
+}
+
+// Later steps of centreline-by-steps follow from what the earlier ones have measured.
+Solved goesOn(std::uint32_t run, const procedure::RimLoops& loops, MonoTime now) {
+  return {.run = run,
+          .at = now,
+          .loops = static_cast<std::uint8_t>(loops.count),
+          .c_zero_rad = loops.zeros_rad[loops.count - 1],
+          .closes = loops.closes};
 }
 
 // What a case states about its probe, machine or mounting that is not what the box describes.
@@ -67,7 +77,9 @@ void Calibrations::look(const box::State& state) {
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  auto [dataset, refusal, warnings] = procedure::runDataset(method, recording, scales, factsNow());
+  auto measured = procedure::runDataset(method, recording, scales, factsNow());
+  if (const auto loops = procedure::nextLoops(method, recording, measured)) return insist(goesOn(run, *loops, now_()));
+  auto& [dataset, refusal, warnings] = measured;
   addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
   dataset_ = store::toJson(dataset);

@@ -72,6 +72,7 @@ ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagu
 
 std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
                                          const box::State& state, const LinkVitals& vitals) {
+  followLoops(state.procedure);
   if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
     return askWorker(link, request);
   Reply reply = answer(request, state, vitals);
@@ -141,6 +142,12 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
     line.lost = counters.lost;
   }
   return ok(answer);
+}
+
+// The core has learnt what comes after the steps that were planned.
+void ControlDesk::followLoops(const procedure::Progress& progress) {
+  if (progress.run != last_run_ || progress.rim == plan_.rim) return;
+  procedure::fill(plan_, plan_.method, options_, progress.rim);
 }
 
 std::string ControlDesk::procedureInWords(const box::State& state) const {
@@ -316,7 +323,8 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
                                  .options = *options};
   if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
   last_run_ = started.run;
-  procedure::fill(plan_, *method, *options);
+  options_ = *options;
+  procedure::fill(plan_, *method, options_);
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 

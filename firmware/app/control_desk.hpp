@@ -75,6 +75,7 @@ class ControlDesk {
   Reply homeAxes(std::span<const std::byte> body, const box::State& state);
   Reply tellPose(std::span<const std::byte> body, const box::State& state);
   Reply enableSources(std::span<const std::byte> body, const box::State& state);
+  void followLoops(const procedure::Progress& progress);
   std::string procedureInWords(const box::State& state) const;
   std::string whereItStands(std::uint64_t result) const;
   std::optional<Reply> askWorker(std::uint64_t link, const stream::PendingRequest& request);
@@ -84,7 +85,9 @@ class ControlDesk {
   Colleagues with_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};
-  procedure::Plan plan_;  // of the last run: only the desk starts one
+  // Of the last run: only the desk starts one.
+  procedure::Plan plan_;
+  ProcedureOptions options_;
 };
 
 }  // namespace probebox::app

@@ -22,7 +22,7 @@ constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kHeadMethod = "sensor-head-calibration";
 constexpr std::string_view kSwivelOf = "swivel-";
 
-constexpr std::array<std::string_view, 3> kTurningAxisMethods{"c-axis-alignment", "centreline",
+constexpr std::array<std::string_view, 4> kTurningAxisMethods{"c-axis-alignment", "centreline", "centreline-by-steps",
                                                               "centreline-limited-access"};
 
 std::string axisIn(const metrology::Dataset& dataset) {

@@ -32,7 +32,8 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .tool = request.tool,
                            .head_tool = 0,
                            .head_range_mm = 0,
-                           .shank_height_mm = 0};
+                           .shank_height_mm = 0,
+                           .c_on_line_rad = 0};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }

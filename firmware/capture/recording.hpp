@@ -31,6 +31,13 @@ struct DriftRow {
   std::int32_t reading_nm{};
 };
 
+// A step of centreline-by-steps. Angles clockwise.
+struct RimStep {
+  std::uint16_t loop{};  // from 1; 0: before the first
+  double zero_rad{};     // of C in this loop, from where it was in the first
+  double c_rad{};        // from that zero
+};
+
 // What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed, and the
 // pose of the machine. The touches of one reading belong to one place of one ball.
 struct TouchRequest {
@@ -50,6 +57,7 @@ struct TouchRequest {
   double head_range_mm{};  // of its sensors, to either side
   // The shank touches, so far above the middle of the stylus' ball; 0: the ball does.
   double shank_height_mm{};
+  RimStep rim{};
 };
 
 // One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the

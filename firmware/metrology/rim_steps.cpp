@@ -26,8 +26,8 @@ using Eigen::Vector3d;
 constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "sigma_C_rad", "level_limit_mm", "trust_C_angles"};
-constexpr double kLevelLimit = 0.01;  // mm
+constexpr std::array<std::string_view, 5> kKeys{"sigma_mm", "sigma_C_rad", "level_limit_mm", "trust_C_angles",
+                                                "previous_tau_axis_s"};
 constexpr double kLeastTheta = 15.0 * std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // rad
 constexpr int kMostLoops = 5;
@@ -242,7 +242,7 @@ Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
   if (!contact) return contact.error();
   auto loops = loopsOf(**table, stylus->offset.head<2>());
   if (!loops) return loops.error();
-  const auto settled = settle(loops.value(), level_limit->value_or(kLevelLimit));
+  const auto settled = settle(loops.value(), level_limit->value_or(kUsualLevelLimit_mm));
   if (!settled) return settled.error();
   return Measured{noise.value(), trust, stylus.value(), contact.value(), std::move(loops).value(), settled.value()};
 }

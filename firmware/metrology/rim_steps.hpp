@@ -5,6 +5,9 @@
 
 namespace probebox::metrology {
 
+// Readings at +theta and -theta whose y differ by less are level, where level_limit_mm does not say otherwise.
+inline constexpr double kUsualLevelLimit_mm = 0.01;
+
 // Method "centreline-by-steps": the source's own way to the centre of a large chuck, step by step, and one weighted fit
 // of all its readings beside it (CN101976057 equations 7 to 11, docs/metrology.md B.11). Tables: readings{loop,
 // C_rad_clockwise_from_plus_y,x_mm,y_mm}, C counted from the zero that was in force in that loop (1, 2, ..); stylus

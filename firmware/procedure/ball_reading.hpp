@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "firmware/capture/recording.hpp"
 #include "firmware/metrology/ball_centre.hpp"
 
 // What the tables of a run that reads balls are made of.
@@ -17,6 +18,7 @@ struct Reading {
   double ball{};
   double a_rad{}, b_rad{}, c_rad{};
   std::uint32_t tool{};  // that carried the probe
+  capture::RimStep rim{};
   metrology::BallCentre centre;
 };
 
@@ -36,6 +38,13 @@ inline double degrees(double angle_rad) {
 // To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
 inline double halfTurns_deg(double angle_rad) {
   return 180.0 * std::round(angle_rad / std::numbers::pi);
+}
+
+// Of one coordinate of one reading, X and Y together.
+inline double sigmaOf(const std::vector<Reading>& readings) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += reading.centre.sd_mm.head<2>().squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
 inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {

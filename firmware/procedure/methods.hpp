@@ -30,6 +30,7 @@ enum class Poses : std::uint8_t {
   tool_change,           // all at 0; the probe first, then the tool, several rounds each
   tool_alone,            // all at 0; several rounds with the tool
   level,                 // all at 0, one ball
+  rim_steps,             // one ball: A at 0 and 180 degrees, then C to either side of its zero, loop by loop
 };
 
 struct MethodRow {
@@ -94,7 +95,7 @@ inline constexpr std::array<double, 1> kToolSpeed{5};
 
 // In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
 // (A11).
-inline constexpr std::array<MethodRow, 22> kMethods{{
+inline constexpr std::array<MethodRow, 23> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
     {Method::delay_known_sphere, "delay-known-sphere", Feature::datum_sphere, Kind::touch, kSphereSides, kOneSpeed,
@@ -155,6 +156,8 @@ inline constexpr std::array<MethodRow, 22> kMethods{{
      Needs::sensor_head,
      false,
      false},
+    {Method::centreline_by_steps, "centreline-by-steps", Feature::part_ball, Kind::touch, kSphereSides, kReadingSpeed,
+     Poses::rim_steps, Needs::rim_ball, false, false},
 }};
 
 }  // namespace probebox::procedure

@@ -52,7 +52,8 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
     return Error{std::string{row.name} + " takes no " + what + ": leave that option away."};
   };
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
-  if ((options.angles != 0 || options.arc_rad != 0) && !spreadsC(row)) return leave_away("rotary angles");
+  if (options.angles != 0 && !countsAngles(row)) return leave_away("rotary angles");
+  if (options.arc_rad != 0 && !spreadsC(row)) return leave_away("rotary angles");
   if (options.balls != 0 && !row.heights) return leave_away("number of balls");
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row))
     return leave_away("angles of B");
@@ -255,6 +256,7 @@ bool readsBalls(Method method) {
     case Needs::swivel_lengths:
     case Needs::swivel_head:
     case Needs::probe_lengths:
+    case Needs::rim_ball:
       return true;
     default:
       return false;
@@ -268,13 +270,15 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (options.speed_count > kMostSpeeds)
     return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away."};
   if (row->kind == Kind::sweep) return whyNoSweep(options);
-  const Chosen with = chosen(*row, options);
+  Chosen with = chosen(*row, options);
+  with.loops = {.count = kMostRimLoops, .zeros_rad = {}, .closes = true};
   const bool holds = needsHead(method) || options.head_tool != 0;
   if (auto error = holds ? whyNoHolds(options) : whyNoTouches(with, deflection_limit_mm)) return error;
   if (row->feature == Feature::tool_setter) {
     if (auto error = whyNoTool(options, with)) return error;
   }
-  const double least_arc = row->poses == Poses::within_reach ? 30 : 1;  // (B27)
+  const bool reach = row->poses == Poses::within_reach || row->poses == Poses::rim_steps;
+  const double least_arc = reach ? 30 : 1;  // (B27)
   if (auto error = outside("An arc", degrees(with.arc_rad), least_arc, 360, "degrees")) return error;
   if (auto error = outside("A number", with.angles, 2, 30, "angles")) return error;
   if (row->heights) {
@@ -302,14 +306,16 @@ void add(Plan& plan, const Step& step) {
   ++plan.step_count;
 }
 
-void fill(Plan& plan, Method method, const ProcedureOptions& options) {
+void fill(Plan& plan, Method method, const ProcedureOptions& options, const RimLoops& loops) {
   plan.method = method;
   plan.step_count = 0;
   plan.tool = options.tool;
+  plan.rim = loops;
   const MethodRow* row = rowOf(method);
   if (row == nullptr) return;
   if (row->kind == Kind::sweep) return addSweep(plan, options);
-  const Chosen with = chosen(*row, options);
+  Chosen with = chosen(*row, options);
+  with.loops = loops;
   if (options.head_tool != 0) return addHolds(plan, *row, with, options);
   if (row->jogs) addJogs(plan, with.speeds_mm_s.front());
   for (std::size_t reading = 0; reading < poseCount(*row, with); ++reading) {
@@ -325,7 +331,8 @@ void fill(Plan& plan, Method method, const ProcedureOptions& options) {
                                           .reading = static_cast<std::uint32_t>(reading),
                                           .tool = pose.tool,
                                           .by_edges = row->feature == Feature::tool_setter,
-                                          .shank_height_mm = pose.by_shank ? with.shank_height_mm : 0};
+                                          .shank_height_mm = pose.by_shank ? with.shank_height_mm : 0,
+                                          .rim = pose.rim};
         add(plan, {.touch = touch,
                    .feature = row->feature,
                    .kind = row->kind,

@@ -38,6 +38,7 @@ enum class Method : std::uint16_t {
   tool_setter = 20,
   tool_assembly = 21,
   sensor_head_calibration = 22,
+  centreline_by_steps = 23,
 };
 
 std::string_view nameOf(Method method);
@@ -79,9 +80,20 @@ inline constexpr double kRunOut_mm = 1.5;
 
 inline constexpr std::size_t kMostSteps = 160;
 
+// What is known of the loops of centreline-by-steps: each begins from a zero of C that the one before it has found.
+inline constexpr std::size_t kMostRimLoops = 5;
+struct RimLoops {
+  std::size_t count{1};
+  std::array<double, kMostRimLoops> zeros_rad{};  // clockwise, from where C was taken to be zero in the first
+  bool closes{};                                  // after the last one the ball is read at its zero, and all is done
+
+  friend bool operator==(const RimLoops&, const RimLoops&) = default;
+};
+
 struct Plan {
   Method method{};
   std::uint32_t tool{};  // that is measured; 0: none
+  RimLoops rim{};
   std::size_t step_count{};
   std::array<Step, kMostSteps> steps{};
 };
@@ -100,6 +112,7 @@ enum class Needs : std::uint8_t {
   swivel_head,     // and where its ball stands
   probe_lengths,
   tool_setter,
+  rim_ball,
   measuring_unit,  // a tool setter whose place is known, and what the tool is made of
   sensor_head,
 };
@@ -120,8 +133,9 @@ bool canTouchByShank(Method method);
 // probe.
 std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm);
 
-// The steps of a run, for options that whyRefused() has nothing against. Takes no memory.
-void fill(Plan& plan, Method method, const ProcedureOptions& options);
+// The steps of a run, for options that whyRefused() has nothing against. Takes no memory. With more loops there are
+// more steps after those that were there.
+void fill(Plan& plan, Method method, const ProcedureOptions& options, const RimLoops& loops = {});
 
 // One more step, as far as there is room.
 void add(Plan& plan, const Step& step);

@@ -83,6 +83,17 @@ Pose byLength(const Chosen& with, std::size_t index) {
   return pose;
 }
 
+// Step 1 finds where the stylus hangs; then every loop has +theta and -theta from its zero, and the last one zero too.
+Pose rimStep(const Chosen& with, std::size_t index) {
+  if (index < 2) return {{index == 0 ? 0.0 : kHalfTurn_rad, 0, with.c_on_line_rad}, 1};
+  const std::size_t k = index - 2, loop = std::min(k / 2, with.loops.count - 1);
+  const double theta_rad = with.arc_rad / 2, zero_rad = with.loops.zeros_rad[loop];
+  const double c_rad = k / 2 == with.loops.count ? 0 : k % 2 == 0 ? theta_rad : -theta_rad;
+  Pose pose{{0, 0, with.c_on_line_rad - zero_rad - c_rad}, 1};
+  pose.rim = {.loop = static_cast<std::uint16_t>(loop + 1), .zero_rad = zero_rad, .c_rad = c_rad};
+  return pose;
+}
+
 bool swivels(const MethodRow& row) {
   return row.poses == Poses::swivelled || row.poses == Poses::by_length;
 }
@@ -94,7 +105,7 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
   const auto speed_count = std::min<std::size_t>(options.speed_count, kMostSpeeds);
   const auto b_count = std::min<std::size_t>(options.b_count, kMostBAngles);
   const auto tool_count = std::min<std::size_t>(options.tool_count, kMostProbeTools);
-  const bool reach = row.poses == Poses::within_reach;
+  const bool reach = row.poses == Poses::within_reach || row.poses == Poses::rim_steps;
   const auto usual_angles = reach                       ? usual::kReachAngles
                             : row.poses == Poses::plate ? usual::kPlateAngles
                                                         : usual::kAngles;
@@ -115,10 +126,15 @@ Chosen chosen(const MethodRow& row, const ProcedureOptions& options) {
                                      : std::span<const double>{usual::kTilts_rad},
       .tools = tool_count > 0 ? std::span{options.tools}.first(tool_count) : std::span{usual::kTools},
       .shank_height_mm = options.shank_height_mm,
+      .c_on_line_rad = options.c_on_line_rad,
   };
 }
 
 bool spreadsC(const MethodRow& row) {
+  return countsAngles(row) || row.poses == Poses::rim_steps;
+}
+
+bool countsAngles(const MethodRow& row) {
   return row.poses == Poses::around_c || row.poses == Poses::within_reach || row.poses == Poses::plate;
 }
 
@@ -137,7 +153,8 @@ std::size_t poseCount(const MethodRow& row, const Chosen& with) {
   if (row.poses == Poses::tool_alone) return usual::kRounds;
   const std::size_t tools = changesTools(row) ? with.tools.size() : 1;
   if (turnsB(row)) return 2 * with.b_angles_rad.size() * tools;
-  return spreadsC(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls * tools;
+  if (row.poses == Poses::rim_steps) return 2 + 2 * with.loops.count + (with.loops.closes ? 1 : 0);
+  return countsAngles(row) ? std::size_t{with.angles} : std::size_t{4} * with.balls * tools;
 }
 
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
@@ -171,6 +188,8 @@ Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index) {
       return swivelled(with, index);
     case Poses::by_length:
       return byLength(with, index);
+    case Poses::rim_steps:
+      return rimStep(with, index);
   }
   return {};
 }

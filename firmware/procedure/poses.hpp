@@ -26,11 +26,15 @@ struct Chosen {
   std::span<const double> b_angles_rad;
   std::span<const std::uint32_t> tools;
   double shank_height_mm{};  // the last of the tools touches with its shank; 0: none does
+  double c_on_line_rad{};    // how C stands at the zero of the first loop
+  RimLoops loops{};
 };
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options);
 
-// C at several angles, as --angles and --arc choose.
+// C at several angles, over as much as --arc chooses.
 bool spreadsC(const MethodRow& row);
+// At as many as --angles chooses.
+bool countsAngles(const MethodRow& row);
 // B at several angles, as machine.toml describes.
 bool turnsB(const MethodRow& row);
 
@@ -43,6 +47,7 @@ struct Pose {
   BMoves b_moves{};
   std::uint32_t tool{};  // 0: whichever carries the probe
   bool by_shank{};
+  capture::RimStep rim{};
 };
 std::size_t poseCount(const MethodRow& row, const Chosen& with);
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);

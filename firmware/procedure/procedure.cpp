@@ -39,13 +39,15 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   const auto method = static_cast<Method>(started.method);
   // Whoever starts a run has looked at the probe's limit.
   if (whyRefused(method, started.options, std::numeric_limits<double>::infinity())) return;
-  fill(plan_, method, started.options);
+  options_ = started.options;
+  fill(plan_, method, options_);
   capture_.clear(delay, offset_mm);
   progress_ = Progress{};
   progress_.run = started.run;
   progress_.method = plan_.method;
   progress_.state = State::waiting;
   progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
+  progress_.rim = plan_.rim;
 }
 
 void Procedure::abort(const ProcedureAborted& aborted) {
@@ -124,8 +126,25 @@ void Procedure::advance(MonoTime now) {
 
 void Procedure::solved(const Solved& solved) {
   if (progress_.state != State::solving || solved.run != progress_.run) return;
+  if (solved.loops != 0) return goOn(solved);
   progress_.state = solved.refused ? State::refused : State::proposed;
   progress_.result_id = solved.result_id;
+}
+
+// The steps that are done stay as they are.
+void Procedure::goOn(const Solved& solved) {
+  RimLoops loops = plan_.rim;
+  const bool next = solved.loops == loops.count + 1 && !solved.closes,
+             same = solved.loops == loops.count && solved.closes;
+  if (plan_.method != Method::centreline_by_steps || loops.closes || !(next || same) || solved.loops > kMostRimLoops)
+    return;
+  loops.count = solved.loops;
+  loops.zeros_rad[loops.count - 1] = solved.c_zero_rad;
+  loops.closes = solved.closes;
+  fill(plan_, plan_.method, options_, loops);
+  progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
+  progress_.rim = loops;
+  progress_.state = State::waiting;
 }
 
 bool Procedure::takeReadyToSolve() {

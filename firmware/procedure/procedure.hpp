@@ -28,10 +28,12 @@ struct Progress {
   capture::TouchFault last_fault{};  // why the present step is repeated, or why the run was refused
   bool timed_out{};                  // the end of a step never came
   std::uint64_t result_id{};
+  RimLoops rim{};  // of centreline-by-steps, as far as they are known
 };
 
 // The step machine of the measuring procedures: a marker begins a step, a marker ends it; a faulty step is asked for
-// again.
+// again. Of centreline-by-steps the later steps follow from what the earlier ones have measured: whoever solves says
+// how the run goes on.
 class Procedure {
  public:
   static constexpr std::uint32_t kMostRepeats = 3;
@@ -73,8 +75,10 @@ class Procedure {
   void beginStep(const Marker& marker);
   void endStep(const TickMap& map);
   void repeatStep(capture::TouchFault fault);
+  void goOn(const Solved& solved);
 
   Plan plan_;
+  ProcedureOptions options_;
   capture::TouchCapture capture_;
   Progress progress_;
   MonoTime step_begun_{};

@@ -11,6 +11,7 @@
 #include "firmware/metrology/ball_centre.hpp"
 #include "firmware/procedure/b_tables.hpp"
 #include "firmware/procedure/ball_reading.hpp"
+#include "firmware/procedure/rim_readings.hpp"
 #include "firmware/procedure/shank_readings.hpp"
 
 namespace probebox::procedure {
@@ -46,13 +47,6 @@ metrology::Table centresOf(const std::vector<Reading>& readings) {
                     centre.z(), sd.x(), sd.y(), sd.z(), radius});
   }
   return centres;
-}
-
-// Of one coordinate of one reading, X and Y together.
-double sigmaOf(const std::vector<Reading>& readings) {
-  double sum = 0;
-  for (const auto& reading : readings) sum += reading.centre.sd_mm.head<2>().squaredNorm() / 2;
-  return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
 // Mean distance of the places of one ball from their middle: on it an error of the angle acts.
@@ -191,6 +185,7 @@ Outcome<Found, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
                         .b_rad = at.rotary_angles_rad[1],
                         .c_rad = at.rotary_angles_rad[2],
                         .tool = at.tool,
+                        .rim = at.rim,
                         .centre = {}});
   }
   const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
@@ -273,6 +268,9 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
       break;
     case Method::centreline_limited_access:
       addCentreline(dataset, readings, facts, kRimColumns, -1);
+      break;
+    case Method::centreline_by_steps:
+      addRimSteps(dataset, readings, facts);
       break;
     case Method::rotary_axis_errors:
       addPlate(dataset, readings, *facts.ball_plate, facts);

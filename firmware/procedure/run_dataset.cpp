@@ -71,6 +71,10 @@ const char* missingFact(Needs needs, const Facts& facts, ReadBy by) {
       return facts.checked_ball ? nullptr
                                 : " needs the ball that it reads: give [periodic_check] ball_diameter_mm and "
                                   "ball_centre_z_mm in machine.toml.";
+    case Needs::rim_ball:
+      return facts.rim_ball ? nullptr
+                            : " needs to know how C stands with the ball above the middle, along +Y: give [rim_ball] "
+                              "c_deg in machine.toml.";
     case Needs::ball_plate:
       return facts.ball_plate ? nullptr
                               : " needs to know where a certificate has the balls: give [ball_plate] and its balls in "
@@ -175,6 +179,7 @@ ProcedureOptions described(Method method, ProcedureOptions options, const Facts&
   if (needs == Needs::tilting_table && facts.tilting_table) take(*facts.tilting_table);
   const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
   if (swivels && facts.swivel_head) take(facts.swivel_head->b);
+  if (needs == Needs::rim_ball && facts.rim_ball) options.c_on_line_rad = facts.rim_ball->c_on_line_rad;
   if (by == ReadBy::shank && facts.probe_shank) {
     options.tool_count = 2;
     options.tools = {facts.probe_shank->tool, facts.probe_shank->tool};

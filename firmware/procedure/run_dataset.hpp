@@ -33,6 +33,12 @@ struct CheckedBall {
   std::optional<double> limit_mm;
 };
 
+// The ball that centreline-by-steps reads.
+struct RimBall {
+  double c_on_line_rad{};  // how C stands with it on the line along +Y, as far as that is known
+  std::optional<double> level_limit_mm;
+};
+
 // The balls that rotary-axis-errors reads, and the axis C as it should be: along Z, through a point.
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
@@ -130,6 +136,7 @@ struct Facts {
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
   std::optional<CheckedBall> checked_ball{};
+  std::optional<RimBall> rim_ball{};
   std::optional<BallPlate> ball_plate{};
   std::optional<BFacts> tilting_table{};
   std::optional<HeadFacts> swivel_head{};

@@ -148,6 +148,7 @@ struct ProcedureOptions {
   std::uint32_t head_tool{};
   double head_range_mm{};
   double shank_height_mm{};
+  double c_on_line_rad{};
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
@@ -169,6 +170,7 @@ struct ProcedureOptions {
     field("head_range_mm", self.head_range_mm, "mm, to either side, that its sensors read");
     field("shank_height_mm", self.shank_height_mm,
           "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
+    field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
   }
 };
 
@@ -202,11 +204,17 @@ struct Solved {
   bool refused{};
   std::uint64_t result_id{};
   MonoTime at{};
+  std::uint8_t loops{};
+  double c_zero_rad{};
+  bool closes{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "the run that was solved");
     field("refused", self.refused, "1 when the data support no answer");
     field("result_id", self.result_id, "the stored result or refusal; 0 when it could not be stored");
     field("at", self.at, "ns, monotonic, of this boot");
+    field("loops", self.loops, "the run goes on, with so many loops of centreline-by-steps; 0: it is over");
+    field("c_zero_rad", self.c_zero_rad, "rad clockwise, where the zero of C is in the last of them");
+    field("closes", self.closes, "1: after the last of them the ball is read at that zero, and all is done");
   }
 };
 

@@ -57,9 +57,9 @@ struct StartProcedure {
       field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch; 0: the method's own");
       field("approach_rad", self.approach_rad, "rad off the normal, for delay-non-normal; 0: the method's own");
       field("arc_rad", self.arc_rad,
-            "rad over which the angles of C are spread, for centreline and centreline-limited-access; 0: the method's "
-            "own");
-      field("angles", self.angles, "how many angles of C, for the same; 0: the method's own");
+            "rad over which the angles of C are spread, for centreline, centreline-limited-access and "
+            "centreline-by-steps; 0: the method's own");
+      field("angles", self.angles, "how many angles of C, for the first two of these; 0: the method's own");
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
       field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");

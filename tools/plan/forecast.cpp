@@ -120,6 +120,11 @@ double firstSd(const Forecast& forecast) {
 
 Outcome<Forecast, Refusal> forecastOf(Method method, const ProcedureOptions& options, const SetUp& set_up,
                                       std::uint64_t runs) {
+  if (method == Method::centreline_by_steps) {
+    return Refusal{"not-forecast",
+                   "the later steps of centreline-by-steps follow from what the earlier ones measure: "
+                   "centreline-limited-access reads the same ball, and its forecast tells how well that can be"};
+  }
   const bool does_more = procedure::needsOf(method) == procedure::Needs::screw || procedure::measuresATool(method) ||
                          procedure::needsHead(method);
   if (does_more) return notForecast(method);

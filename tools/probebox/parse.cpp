@@ -210,12 +210,13 @@ class CommandLine {
     report->add_flag("--force", report_.force, "overwrite an existing file");
     auto* calibrate = add("calibrate", "run a calibration on the machine, step by step",
                           "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option("method", calibrate_.method,
-                          "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
-                          "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, "
-                          "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
-                          "rotary-axis-errors, table-pivot, swivel-error, head-pivot, a-axis-alignment, "
-                          "screw-calibration, tool-setter, tool-assembly, sensor-head-calibration");
+    calibrate->add_option(
+        "method", calibrate_.method,
+        "the method; without it delay-multi-speed. Also delay-known-sphere, delay-plates, "
+        "delay-per-axis, delay-non-normal, delay-in-out, centreline, centreline-limited-access, centreline-by-steps, "
+        "c-axis-alignment, spindle-offset-2x2, spindle-offset-four, periodic-check, "
+        "rotary-axis-errors, table-pivot, swivel-error, head-pivot, a-axis-alignment, "
+        "screw-calibration, tool-setter, tool-assembly, sensor-head-calibration");
     addRunChoices(calibrate, calibrate_);
     calibrate->add_option("--axis", calibrate_.axis, "whose screw, X, Y or Z; for screw-calibration")
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
@@ -279,7 +280,7 @@ class CommandLine {
     command
         ->add_option("--arc", choices.arc_deg,
                      "over which C can be turned, 360 without it; for centreline and rotary-axis-errors, and for "
-                     "centreline-limited-access, 80 without it")
+                     "centreline-limited-access and centreline-by-steps, 80 without it")
         ->check(CLI::PositiveNumber)
         ->type_name("DEGREES");
     command

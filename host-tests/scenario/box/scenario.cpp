@@ -8,6 +8,7 @@
 #include "drivers/world/from_description.hpp"
 #include "firmware/app/box_config.hpp"
 #include "firmware/app/corrections_config.hpp"
+#include "firmware/procedure/rim_readings.hpp"
 
 namespace probebox::scenario {
 namespace {
@@ -227,6 +228,15 @@ std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
   runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
   if (recorder_.run_to_solve != run_number) return std::nullopt;
   auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), facts);
+  if (const auto loops = procedure::nextLoops(box_->plan().method, box_->recording(), measured)) {
+    recorder_.run_to_solve.reset();
+    push(Solved{.run = run_number,
+                .at = now_,
+                .loops = static_cast<std::uint8_t>(loops->count),
+                .c_zero_rad = loops->zeros_rad[loops->count - 1],
+                .closes = loops->closes});
+    return finish(run_number);
+  }
   dataset_ = std::move(measured.dataset);
   if (dataset_.table("tool_store")) dataset_.config["measured_at_s"] = 1.7e9;
   auto solved = measured.refusal ? metrology::Solved{*measured.refusal} : metrology::solve(dataset_);

@@ -71,7 +71,7 @@ class Scenario {
                                              const ProcedureOptions& options = {});
   // The run's two halves, for tests that do something in between.
   std::uint32_t start(procedure::Method method, const ProcedureOptions& options = {});
-  std::optional<metrology::Solved> finish(std::uint32_t run);
+  std::optional<metrology::Solved> finish(std::uint32_t run);  // with all steps that follow from earlier ones
   // What the run that was solved last had measured.
   const metrology::Dataset& dataset() const { return dataset_; }
   // A result about the delay comes into force.

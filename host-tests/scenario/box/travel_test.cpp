@@ -56,6 +56,8 @@ TEST_P(Travel, IsNeverLeft) {
   scenario.activateDelay(scenario.truth().tau_s);
   const auto run = scenario.start(GetParam().method, options());
   const auto park = scenario.machine().commandedPosition();
+  // Its later steps come from what the earlier ones have measured.
+  if (GetParam().method == Method::centreline_by_steps) scenario.finish(run);
   const auto isOver = [&] {
     const auto& progress = scenario.state().procedure;
     return progress.run == run && progress.step == progress.steps &&
@@ -70,21 +72,20 @@ TEST_P(Travel, IsNeverLeft) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Travel,
-                         testing::Values(Run{Method::delay_multi_speed}, Run{Method::delay_known_sphere},
-                                         Run{Method::delay_plates}, Run{Method::delay_per_axis},
-                                         Run{Method::delay_non_normal}, Run{Method::delay_in_out},
-                                         Run{Method::centreline}, Run{Method::c_axis_alignment}, Run{Method::selftest},
-                                         Run{Method::screw_calibration, 1}, Run{Method::screw_calibration, 2},
-                                         Run{Method::screw_calibration, 3}, Run{Method::spindle_offset_2x2},
-                                         Run{Method::spindle_offset_four}, Run{Method::centreline_limited_access},
-                                         Run{Method::periodic_check}, Run{Method::table_pivot},
-                                         Run{Method::swivel_error}, Run{Method::head_pivot},
-                                         Run{Method::a_axis_alignment}, Run{Method::tool_setter},
-                                         Run{Method::tool_assembly}, Run{Method::sensor_head_calibration},
-                                         Run{Method::rotary_axis_errors, 0, procedure::ReadBy::head},
-                                         Run{Method::a_axis_alignment, 0, procedure::ReadBy::shank},
-                                         Run{Method::swivel_error, 0, procedure::ReadBy::shank}));
+INSTANTIATE_TEST_SUITE_P(
+    Methods, Travel,
+    testing::Values(Run{Method::delay_multi_speed}, Run{Method::delay_known_sphere}, Run{Method::delay_plates},
+                    Run{Method::delay_per_axis}, Run{Method::delay_non_normal}, Run{Method::delay_in_out},
+                    Run{Method::centreline}, Run{Method::c_axis_alignment}, Run{Method::selftest},
+                    Run{Method::screw_calibration, 1}, Run{Method::screw_calibration, 2},
+                    Run{Method::screw_calibration, 3}, Run{Method::spindle_offset_2x2},
+                    Run{Method::spindle_offset_four}, Run{Method::centreline_limited_access},
+                    Run{Method::periodic_check}, Run{Method::table_pivot}, Run{Method::swivel_error},
+                    Run{Method::head_pivot}, Run{Method::a_axis_alignment}, Run{Method::tool_setter},
+                    Run{Method::tool_assembly}, Run{Method::sensor_head_calibration}, Run{Method::centreline_by_steps},
+                    Run{Method::rotary_axis_errors, 0, procedure::ReadBy::head},
+                    Run{Method::a_axis_alignment, 0, procedure::ReadBy::shank},
+                    Run{Method::swivel_error, 0, procedure::ReadBy::shank}));
 
 }  // namespace
 }  // namespace probebox::scenario

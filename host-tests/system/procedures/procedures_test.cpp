@@ -1,6 +1,9 @@
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include "on_the_machine.hpp"
 #include "tools/probebox/box.hpp"
@@ -131,6 +134,26 @@ TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
 
   start([](board::Descriptions& changed) { changed.machine.probe_tools.clear(); });
   EXPECT_THAT(box({"calibrate", "swivel-error"}).err, HasSubstr("give [probe_tools] numbers"));
+}
+
+// The box asks for more steps as it learns where the ball is.
+TEST_F(WithADelay, GoesRoundABallOnTheRimUntilItIsOnTheLine) {
+  ASSERT_NO_FATAL_FAILURE(measureDelay());
+  const auto proposed = proposedBy("centreline-by-steps", "centre_mm");
+  ASSERT_FALSE(proposed.is_null());
+  const auto& spindle = *descriptions_.world->part_spindle;
+  const auto& probe = *descriptions_.world->probe_spindle;
+  // Where the axes are: that of the part as high as the ball, that of the probe as low as the stylus.
+  const double x_mm =
+      spindle.point_mm[0] + spindle.tilt[0] * spindle.balls_mm[0][2] + probe.tilt[0] * probe.stylus_length_mm;
+  EXPECT_LT(std::abs(proposed["result"]["centre_mm[0]"].get<double>() - x_mm),
+            5 * proposed["sd"]["centre_mm[0]"].get<double>());
+  const auto saved = directory_.file("centreline-by-steps0");
+  std::ifstream readings{saved + "/readings.csv"};
+  EXPECT_EQ(std::count(std::istreambuf_iterator<char>{readings}, {}, '\n'), 1 + 5) << "two loops, and zero";
+
+  start([](board::Descriptions& changed) { changed.machine.rim_ball.reset(); });
+  EXPECT_THAT(box({"calibrate", "centreline-by-steps"}).err, HasSubstr("give [rim_ball] c_deg"));
 }
 
 TEST_F(OnTheMachine, WalksThroughItsFirstRun) {

@@ -106,5 +106,17 @@ TEST(MachineToml, MayTellWhatToolsArePutTogetherWith) {
   EXPECT_THAT(machineProblem(holder + holder), HasSubstr("holder 2 is there twice"));
 }
 
+TEST(MachineToml, MayDescribeTheBallOnTheRim) {
+  EXPECT_FALSE(machineWith("")->rim_ball);
+  const auto machine = machineWith("[rim_ball]\nc_deg = -12.5\nlevel_limit_mm = 0.02\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->rim_ball->c_deg, -12.5);
+  EXPECT_EQ(machine->rim_ball->level_limit_mm.value(), 0.02);
+  EXPECT_FALSE(machineWith("[rim_ball]\nc_deg = 0\n")->rim_ball->level_limit_mm);
+  EXPECT_THAT(machineProblem("[rim_ball]\nlevel_limit_mm = 0\n"),
+              testing::AllOf(testing::HasSubstr("missing key 'rim_ball.c_deg'"),
+                             testing::HasSubstr("'rim_ball.level_limit_mm' = 0 is out of")));
+}
+
 }  // namespace
 }  // namespace probebox::board

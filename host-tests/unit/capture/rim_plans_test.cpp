@@ -1,0 +1,188 @@
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/rim_readings.hpp"
+#include "firmware/procedure/run_dataset.hpp"
+#include "obedient_machine.hpp"
+
+// centreline-by-steps: what is asked for, loop by loop, and how a run goes on.
+namespace probebox::procedure {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr ProcedureOptions kOptions{.c_on_line_rad = 90 * kDegree};
+
+// Of every reading, in degrees.
+std::vector<double> anglesOfC(const RimLoops& loops, const ProcedureOptions& options = kOptions) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, Method::centreline_by_steps, options, loops);
+  std::vector<double> angles;
+  for (std::size_t k = 0; k < plan->step_count; k += 5)
+    angles.push_back(plan->steps[k].touch.rotary_angles_rad[2] / kDegree);
+  return angles;
+}
+
+std::string refusal(const ProcedureOptions& options) {
+  const auto why = whyRefused(Method::centreline_by_steps, options, 1);
+  return why ? why->what : "";
+}
+
+// C of the machine is right-handed, the angles of the method are clockwise.
+TEST(RimPlan, ReadsToEitherSideOfTheZeroThatIsInForce) {
+  const auto near = [](double angle) { return DoubleNear(angle, 1e-9); };
+  EXPECT_THAT(anglesOfC({}), ElementsAre(near(90), near(90), near(50), near(130)));
+  RimLoops loops{.count = 2, .zeros_rad = {0, 2 * kDegree}, .closes = false};
+  EXPECT_THAT(anglesOfC(loops), ElementsAre(near(90), near(90), near(50), near(130), near(48), near(128)));
+  loops.closes = true;
+  EXPECT_THAT(anglesOfC(loops), ElementsAre(near(90), near(90), near(50), near(130), near(48), near(128), near(88)));
+  EXPECT_THAT(anglesOfC({}, {.arc_rad = 60 * kDegree}), ElementsAre(near(0), near(0), near(-30), near(30)));
+}
+
+TEST(RimPlan, ReadsTheStylusFirstWithTheSpindleTurnedByHalfATurn) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, Method::centreline_by_steps, kOptions);
+  ASSERT_EQ(plan->step_count, 20U);
+  for (std::size_t k = 0; k < 20; ++k) {
+    const auto& touch = plan->steps[k].touch;
+    EXPECT_EQ(touch.rotary_angles_rad[0], k / 5 == 1 ? std::numbers::pi : 0);
+    EXPECT_EQ(touch.rim.loop, k < 10 ? 0 : 1);
+    EXPECT_EQ(touch.reading, k / 5);
+    EXPECT_EQ(touch.ball, 1);
+  }
+}
+
+TEST(RimPlan, HasRoomForAllLoops) {
+  EXPECT_EQ(refusal(kOptions), "");
+  auto options = kOptions;
+  options.speed_count = 3;
+  options.speeds_mm_s = {10, 20, 30};
+  EXPECT_THAT(refusal(options), HasSubstr("would be 195 touches"));
+  EXPECT_THAT(refusal({.arc_rad = 0.4}), HasSubstr("30 to 360 degrees"));
+  EXPECT_THAT(refusal({.angles = 5}), HasSubstr("takes no rotary angles"));
+}
+
+TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
+  Facts facts;
+  EXPECT_THAT(whyUnready(Method::centreline_by_steps, facts, true)->what, HasSubstr("give [rim_ball] c_deg"));
+  facts.rim_ball = RimBall{.c_on_line_rad = 1.5, .level_limit_mm = {}};
+  EXPECT_FALSE(whyUnready(Method::centreline_by_steps, facts, true));
+  EXPECT_THAT(whyUnready(Method::centreline_by_steps, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_EQ(described(Method::centreline_by_steps, {}, facts).c_on_line_rad, 1.5);
+  EXPECT_EQ(described(Method::centreline, {}, facts).c_on_line_rad, 0);
+}
+
+class RimRun : public testing::Test {
+ protected:
+  RimRun() {
+    procedure.start(
+        {.run = 1, .method = static_cast<std::uint16_t>(Method::centreline_by_steps), .at = {}, .options = kOptions});
+    touchAll();
+  }
+  // To the end of the steps that are known.
+  void touchAll() {
+    while (procedure.progress().state == State::waiting) {
+      machine.angles_rad = procedure.plan().steps[procedure.progress().step].touch.rotary_angles_rad;
+      machine.touch();
+    }
+  }
+  void goOn(std::uint8_t loops, double zero_rad, bool closes, std::uint32_t run = 1) {
+    procedure.solved({.run = run, .at = {}, .loops = loops, .c_zero_rad = zero_rad, .closes = closes});
+  }
+  const Progress& progress() const { return procedure.progress(); }
+
+  Procedure procedure{capture::Capacity{}};
+  ObedientMachine machine{procedure};
+};
+
+TEST_F(RimRun, GoesOnWithTheLoopThatTheReadingsAskFor) {
+  ASSERT_EQ(progress().state, State::solving);
+  EXPECT_TRUE(procedure.takeReadyToSolve());
+  goOn(2, 0.02, false);
+  EXPECT_EQ(progress().state, State::waiting);
+  EXPECT_EQ(progress().step, 20U);
+  EXPECT_EQ(progress().steps, 30U);
+  EXPECT_EQ(progress().rim.zeros_rad[1], 0.02) << "for whoever says what the step is";
+  touchAll();
+  ASSERT_EQ(progress().state, State::solving);
+  EXPECT_TRUE(procedure.takeReadyToSolve()) << "once more";
+  goOn(2, 0.02, true);
+  EXPECT_EQ(progress().steps, 35U);
+  touchAll();
+  EXPECT_TRUE(procedure.takeReadyToSolve());
+  EXPECT_EQ(procedure.recording().touches().size(), 35U) << "all of the run is there";
+  EXPECT_EQ(procedure.recording().touches().back().request.rim.zero_rad, 0.02);
+  procedure.solved({.run = 1, .refused = false, .result_id = 7, .at = {}});
+  EXPECT_EQ(progress().state, State::proposed);
+}
+
+TEST_F(RimRun, PassesOverWhatDoesNotFollow) {
+  goOn(2, 0.02, false, 9);
+  goOn(3, 0.02, false);
+  goOn(2, 0.02, true);
+  goOn(1, 0.02, false);
+  EXPECT_EQ(progress().state, State::solving);
+  EXPECT_EQ(progress().steps, 20U);
+  for (std::uint8_t loop = 2; loop <= kMostRimLoops; ++loop) {
+    goOn(loop, 0, false);
+    touchAll();
+  }
+  goOn(kMostRimLoops + 1, 0, false);
+  EXPECT_EQ(progress().steps, 60U);
+  EXPECT_EQ(progress().state, State::solving);
+}
+
+// What was measured so far: the centres of the ball, in the last loop at +theta and -theta.
+std::optional<RimLoops> next(const Procedure& procedure, double y_plus_mm, double y_minus_mm, double limit_mm) {
+  RunDataset measured;
+  auto& table = measured.dataset.tables.emplace_back(metrology::Table::withColumns(
+      "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"}));
+  table.append({1, 0.7, 20, y_plus_mm});
+  table.append({1, -0.7, -20, y_minus_mm});
+  if (limit_mm > 0) measured.dataset.config["level_limit_mm"] = limit_mm;
+  return nextLoops(Method::centreline_by_steps, procedure.recording(), measured);
+}
+
+TEST_F(RimRun, IsTurnedByWhatIsLeftOfTheAngle) {
+  const auto turned = next(procedure, 100, 101, 0);
+  ASSERT_TRUE(turned);
+  EXPECT_EQ(turned->count, 2U);
+  EXPECT_FALSE(turned->closes);
+  EXPECT_NEAR(turned->zeros_rad[1], std::atan(-1.0 / 40), 1e-12) << "(B26)";
+  EXPECT_TRUE(next(procedure, 100, 100.0099, 0)->closes);
+  EXPECT_FALSE(next(procedure, 100, 100.0101, 0)->closes) << "10 um";
+  EXPECT_TRUE(next(procedure, 100, 100.0101, 0.02)->closes);
+  EXPECT_FALSE(nextLoops(Method::centreline, procedure.recording(), {}));
+  RunDataset refused;
+  refused.refusal = metrology::Refusal{"no-delay", ""};
+  EXPECT_FALSE(nextLoops(Method::centreline_by_steps, procedure.recording(), refused));
+}
+
+TEST_F(RimRun, IsClosedAfterFiveLoopsHoweverTheBallStands) {
+  for (std::uint8_t loop = 2; loop <= kMostRimLoops; ++loop) {
+    goOn(loop, 0.001 * loop, false);
+    touchAll();
+  }
+  const auto closed = next(procedure, 100, 101, 0);
+  ASSERT_TRUE(closed);
+  EXPECT_TRUE(closed->closes);
+  EXPECT_EQ(closed->count, kMostRimLoops);
+  EXPECT_EQ(closed->zeros_rad[4], 0.005) << "which is the solver's to judge";
+  goOn(kMostRimLoops, 0.005, true);
+  touchAll();
+  EXPECT_FALSE(next(procedure, 100, 101, 0)) << "all is done";
+}
+
+}  // namespace
+}  // namespace probebox::procedure
