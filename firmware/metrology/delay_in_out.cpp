@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
+#include "firmware/metrology/contact_ringing.hpp"
 #include "firmware/metrology/distance_probe.hpp"
 #include "firmware/metrology/previous_delay.hpp"
 #include "firmware/metrology/rounded_legs.hpp"
@@ -25,9 +27,11 @@ constexpr double kMissing = 1.5;     // periods between samples of the contact
 constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
 constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
 constexpr double kDroppedShare = 0.10;
+constexpr double kDear = 1.5;        // what taking out the ringing may cost in sd where the samples do not ask for it
+constexpr double kMostKink = 0.125;  // of the contact, to either side of the apex
 constexpr double kResolution = 1e-7;
 constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
-constexpr double kUneasy = 1.2;       // residuals that much above the noise: it did bounce
+constexpr double kUneasy = 1.3;       // residuals that much above the noise: it did bounce
 
 Refusal refusal(const std::string& touch, std::string name, const std::string& what) {
   return {std::move(name), touch + ": " + what};
@@ -43,6 +47,7 @@ struct Contact {
   double machine_apex_s{};
   double probe_apex_s{};
   std::optional<RoundedMotion> rounded{};
+  double kink_s{};  // on either side of the apex, that lines between samples cannot follow
 };
 
 std::size_t lowest(const Signal& signal) {
@@ -80,19 +85,41 @@ std::optional<Leg> legOf(const Signal& signal, double apex, double half, double 
   return Leg{(sx - slope * st) / n, slope};
 }
 
+struct Apex {
+  double time{};
+  double value{};    // beyond the lowest by what the turn of the motion rounds off
+  double slope{};    // of the lines
+  double at_zero{};  // time at which the line of out crosses zero, s
+};
+
 // Where the lines of in and out meet (A18), twice: the first time tells where to look.
-std::optional<double> apexOf(const Signal& signal, double rough, double half) {
+std::optional<Apex> apexOf(const Signal& signal, double rough, double half) {
   const auto legs = [&](double side) {
     const auto leg = legOf(signal, rough, half, side, kOfSource);
     return leg ? leg : legOf(signal, rough, half, side, kSparse);
   };
+  Apex apex{.time = rough};
   for (int round = 0; round < 2; ++round) {
     const auto in = legs(-1.0);
     const auto out = legs(1.0);
     if (!in || !out || !(in->slope < 0.0) || !(out->slope > 0.0)) return std::nullopt;
-    rough += (in->at - out->at) / (out->slope - in->slope);
+    const double later = (in->at - out->at) / (out->slope - in->slope);
+    rough += later;
+    apex = {rough, in->at + in->slope * later, (out->slope - in->slope) / 2.0, rough - later - out->at / out->slope};
   }
-  return rough;
+  return apex;
+}
+
+// A turn of constant acceleration takes twice as long, to either side, as the lines take for what they meet too deep.
+// Lines between samples that are far apart cut it off: where that stands out of the noise it is left out.
+double kinkOf(const Contact& contact, const Apex& apex) {
+  const double period = std::max(contact.machine.period(), contact.probe.period());
+  const double rounded = *std::ranges::min_element(contact.machine.values) - apex.value;
+  const double turn = 2.0 * std::max(rounded, 0.0) / apex.slope;
+  const double cut_off = turn > 0.0 ? apex.slope / turn * period * period / 8.0 : 0.0;
+  const double noise = std::sqrt(sampleVariance(contact.machine, Interpolation::linear));
+  if (cut_off <= std::max(noise, kResolution)) return period;
+  return std::max(period, std::min(period + turn, kMostKink * (contact.until - contact.from)));
 }
 
 // Share of the contact that the signal spends near its lowest point, from the first sample there to the last.
@@ -113,8 +140,19 @@ double apexShare(const Signal& signal, double apex, double half) {
   return std::isinf(first) ? 1.0 : (last - first) / (2.0 * half);
 }
 
+// How far apart neighbours may be that none is missing between: stamps may jitter.
+double farthestNeighbours(const Signal& signal) {
+  const double period = signal.period();
+  std::vector<double> off;
+  for (std::size_t k = 1; k < signal.times.size(); ++k) {
+    off.push_back(std::abs(signal.times[k] - signal.times[k - 1] - period));
+  }
+  const double jitter = off.empty() ? 0.0 : 1.4826 * median(off);
+  return std::clamp(period + 4.0 * jitter, kMissing * period, kGapPeriods * period);
+}
+
 bool complete(const Signal& signal, double from, double until) {
-  const double allowed = kMissing * signal.period();
+  const double allowed = farthestNeighbours(signal);
   if (signal.times.front() > from || signal.times.back() < until) return false;
   for (std::size_t k = 1; k < signal.times.size(); ++k) {
     const bool within = signal.times[k] > from && signal.times[k - 1] < until;
@@ -176,8 +214,11 @@ std::optional<Refusal> findApexes(Contact& contact) {
     return refusal(contact.name, "too-few-samples",
                    "fewer than three samples on the way in or out; drive more slowly, or further, or sample faster");
   }
-  contact.machine_apex_s = *in_machine;
-  contact.probe_apex_s = *in_probe;
+  contact.machine_apex_s = in_machine->time;
+  contact.probe_apex_s = in_probe->time;
+  contact.kink_s = kinkOf(contact, *in_machine);
+  // A stylus that swings on after it has parted shows deflections, but no contact.
+  contact.until = std::min(contact.until, in_probe->at_zero);
   const double start = contact.machine_apex_s - contact.probe_apex_s;
   if (!complete(contact.probe, contact.from, contact.until) ||
       !complete(contact.machine, contact.from + start, contact.until + start)) {
@@ -186,30 +227,38 @@ std::optional<Refusal> findApexes(Contact& contact) {
   return std::nullopt;
 }
 
-// Shapes of a drive in and out: the rate changes its sign at the apex, the path is the distance from it.
-SeenTwice seenTwice(const Contact& contact) {
+// Shapes of a drive in and out: the rate changes its sign at the apex, the path is the distance from it. What rang is
+// a shape of its own: how much it rang is uncertain, too.
+SeenTwice seenTwice(const Contact& contact, const std::optional<ContactRinging>& ringing) {
   const double apex = contact.machine_apex_s;
   const double start = apex - contact.probe_apex_s;
-  const double period = std::max(contact.machine.period(), contact.probe.period());
+  const double first = contact.from + start;
   return {.name = contact.name,
           .machine = &contact.machine,
           .probe = &contact.probe,
           .from = contact.from + start + 0.2 * contact.probe.period(),
           .until = contact.until + start - 0.2 * contact.probe.period(),
           .shapes =
-              [apex](const Grid& grid) {
+              [apex, first, ringing](const Grid& grid) {
                 const Eigen::ArrayXd since = grid.times.array() - apex;
-                Eigen::MatrixXd shapes{since.size(), 3};
-                shapes << since.sign(), since.abs(), Eigen::ArrayXd::Ones(since.size());
+                Eigen::MatrixXd shapes{since.size(), ringing ? 7 : 3};
+                shapes.leftCols<3>() << since.sign(), since.abs(), Eigen::ArrayXd::Ones(since.size());
+                if (ringing) shapes.rightCols<4>() = ringing->shapes(grid.times.array() - first);
                 return shapes;
               },
-          .skipped = {{apex - period, apex + period}},
+          .skipped = {{apex - contact.kink_s, apex + contact.kink_s}},
           .rounded = contact.rounded};
+}
+
+std::vector<SeenTwice> seenTwice(const std::vector<Contact>& contacts, const std::optional<ContactRinging>& ringing) {
+  std::vector<SeenTwice> records;
+  for (const auto& contact : contacts) records.push_back(seenTwice(contact, ringing));
+  return records;
 }
 
 struct Matched {
   Match match;
-  bool without_contact{};  // the time right after contact is left out
+  std::string warning{};
 };
 
 // Between a share of the half contact and the apex, where the machine keeps its speed.
@@ -220,19 +269,69 @@ std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contac
                      {{{apex - half, apex - kSparse.from * half}, {apex + kSparse.from * half, apex + half}}});
 }
 
-// Over the whole contact; where the stylus bounced, without the time that it took to settle.
+bool isCalm(const Match& match) {
+  // Without noise, what is left are the kinks of the motion.
+  return match.rms_mm <= kResolution || (match.rms_mm <= kUneasy * match.expected_mm && match.dropped.empty());
+}
+
+// Over the whole contact; where that does not fit, without the time that the stylus took to settle.
 Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double start) {
   auto whole = matchWaveforms(records, start, Interpolation::linear);
-  // Without noise, what is left are the kinks of the motion.
-  const bool is_calm = whole && (whole->rms_mm <= kResolution ||
-                                 (whole->rms_mm <= kUneasy * whole->expected_mm && whole->dropped.empty()));
-  if (is_calm) return Matched{std::move(whole).value(), false};
+  if (whole && isCalm(whole.value())) return Matched{std::move(whole).value()};
   // At least the second half of the way in stays.
   for (auto& record : records) record.from += std::min(kSettling_s, 0.35 * (record.until - record.from));
   auto settled = matchWaveforms(records, start, Interpolation::linear);
-  if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value(), false}} : settled.error();
-  if (whole && settled->rms_mm > 0.9 * whole->rms_mm) return Matched{std::move(whole).value(), false};
-  return Matched{std::move(settled).value(), true};
+  if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value()}} : settled.error();
+  if (whole && widenedSd(settled.value()) > widenedSd(whole.value())) return Matched{std::move(whole).value()};
+  return Matched{std::move(settled).value(),
+                 "the stylus bounced at contact: the time right after it is left out, and the standard deviation is "
+                 "larger for it"};
+}
+
+// What rings in the stylus since its contact is taken out first.
+Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, double start) {
+  std::vector<DrivenContact> driven;
+  for (const auto& contact : contacts) {
+    driven.push_back(
+        {&contact.machine, &contact.probe, contact.from, contact.until, contact.machine_apex_s, contact.kink_s});
+  }
+  const auto ringing = contactRinging(driven, start);
+  auto plain = matchContacts(seenTwice(contacts, {}), start);
+  if (!ringing) return plain;
+  double most = 0.0;
+  std::vector<Contact> quiet = contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    quiet[i].probe = withoutContactRinging(driven[i], *ringing, ringing->amplitudes[i]);
+    most = std::max(most, ringing->amplitudes[i].norm());
+  }
+  auto matched = matchContacts(seenTwice(quiet, ringing), start);
+  // A tone that looks like the motion takes more than it gives.
+  if (plain && isCalm(plain->match) && (!matched || matched->match.sd_s > kDear * plain->match.sd_s)) return plain;
+  if (matched && matched->warning.empty()) {
+    matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
+                       text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: that is taken out";
+  }
+  return matched;
+}
+
+// Much ringing leads the start astray: then what came of it is the next start.
+Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start) {
+  constexpr int kStarts = 4;
+  constexpr double kClose = 0.25;   // of a period of the probe
+  constexpr double kAstray = 0.25;  // of a contact
+  auto matched = matchQuiet(contacts, start);
+  for (int round = 1; matched && round < kStarts; ++round) {
+    const double tau = matched->match.tau_s;
+    if (std::abs(tau - start) < kClose * contacts.front().probe.period()) break;
+    if (std::abs(tau - start) > kAstray * (contacts.front().until - contacts.front().from)) {
+      return Refusal{"no-convergence",
+                     "machine and probe do not show the same motion in and out: are they the same touch?"};
+    }
+    start = tau;
+    for (auto& contact : contacts) contact.probe_apex_s = contact.machine_apex_s - tau;
+    matched = matchQuiet(contacts, start);
+  }
+  return matched;
 }
 
 // From deflections.
@@ -251,18 +350,12 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
     start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
     contacts.push_back(std::move(contact).value());
   }
-  std::vector<SeenTwice> records;
-  for (const auto& contact : contacts) records.push_back(seenTwice(contact));
-  const auto matched = matchContacts(std::move(records), start);
+  const auto matched = matchFrom(std::move(contacts), start);
   if (!matched) return matched.error();
   const Match& match = matched->match;
   if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
   Result result = reportMatch(dataset, match, previous.value(), kKeys);
-  if (matched->without_contact) {
-    result.warnings.push_back(
-        "the stylus bounced at contact: the time right after it is left out, and the standard "
-        "deviation is larger for it");
-  }
+  if (!matched->warning.empty()) result.warnings.push_back(matched->warning);
   return result;
 }
 

@@ -29,8 +29,8 @@ class Gridded {
         interpolation_{interpolation},
         machine_{*record.machine, interpolation},
         probe_{*record.probe, interpolation},
-        machine_variance_{sampleVariance(*record.machine, interpolation)},
-        probe_variance_{sampleVariance(*record.probe, interpolation)} {
+        machine_variance_{varianceOf(*record.machine)},
+        probe_variance_{varianceOf(*record.probe)} {
     const double machine_period = record.machine->period();
     const double probe_period = record.probe->period();
     grid_.step = std::min(machine_period, probe_period);
@@ -160,6 +160,10 @@ class Gridded {
   }
 
  private:
+  double varianceOf(const Signal& signal) const {
+    return interpolation_ == Interpolation::linear ? smallerVariance(signal)
+                                                   : sampleVariance(signal, Interpolation::cubic);
+  }
   Index firstAtOrAfter(double t) const {
     const double steps = std::ceil((t - record_.from) / grid_.step);
     return static_cast<Index>(std::clamp(steps, 0.0, static_cast<double>(grid_.times.size())));

@@ -62,6 +62,13 @@ double sampleVariance(const Signal& signal, Interpolation interpolation) {
   return total / count;
 }
 
+double smallerVariance(const Signal& signal) {
+  // Neighbours share samples: the differences are worth half their number. So few are spread as Student's.
+  const double dof = static_cast<double>(signal.times.size()) / 2.0;
+  const double spread = dof > 3.0 ? dof / (dof - 2.0) : 3.0;
+  return spread * std::min(sampleVariance(signal, Interpolation::linear), sampleVariance(signal, Interpolation::cubic));
+}
+
 double between(const std::vector<double>& times, const std::vector<double>& values, double t, std::size_t& cursor) {
   while (cursor > 0 && times[cursor] > t) --cursor;
   while (cursor + 2 < times.size() && times[cursor + 1] <= t) ++cursor;

@@ -31,6 +31,9 @@ enum class Interpolation { linear = 2, cubic = 4 };
 // at.
 double sampleVariance(const Signal& signal, Interpolation interpolation);
 
+// By lines or by cubics, whichever gives less: lines take a bend for noise, cubics a kink.
+double smallerVariance(const Signal& signal);
+
 // Value at t by a line between the samples beside it; the ends beyond them. cursor: where the last search ended.
 double between(const std::vector<double>& times, const std::vector<double>& values, double t, std::size_t& cursor);
 

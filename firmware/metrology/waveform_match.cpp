@@ -19,6 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kOutlier = 4.5;    // deviations
+constexpr double kBelieved = 0.7;   // of the noise of the samples: residuals are not smaller
 constexpr double kRounding = 1e-7;  // mm, the digits of a case file
 constexpr double kSettled_s = 1e-9;
 constexpr int kSteps = 30;
@@ -173,7 +174,11 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   for (int round = 0; tau && round < kRounds; ++round) {
     const double limit = kOutlier * robustDeviation(grids) + kLeastDeviation_mm;
     bool changed = false;
-    for (auto& grid : grids) changed = grid.leaveOut(std::max(limit, kOutlier * grid.least())) || changed;
+    for (auto& grid : grids) {
+      // The median of few residuals is small by chance, and where there are hardly more than unknowns.
+      const double least = std::max(kBelieved * std::sqrt(grid.expectedSquare()), grid.least());
+      changed = grid.leaveOut(std::max(limit, kOutlier * least)) || changed;
+    }
     if (!changed) break;
     tau = settle(grids, tau.value());
   }
@@ -192,6 +197,12 @@ std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
                                            " mm (slip, bounce); measure again"};
 }
 
+double widenedSd(const Match& match) {
+  if (!(match.expected_mm > 0.0) || match.dof == 0) return match.sd_s;
+  const double worse = match.rms_mm / match.expected_mm;
+  return worse > 1.0 + 1.0 / std::sqrt(2.0 * static_cast<double>(match.dof)) ? worse * match.sd_s : match.sd_s;
+}
+
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
                    std::span<const std::string_view> keys) {
   Result result;
@@ -201,9 +212,8 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
   result.dof = match.dof;
   result.condition = match.condition;
   result.warnings = unusedKeys(dataset, keys);
-  double sd = match.sd_s;
+  const double sd = widenedSd(match);
   if (match.rms_mm > kWorse * match.expected_mm && match.expected_mm > 0.0) {
-    sd *= match.rms_mm / match.expected_mm;
     result.warnings.push_back("machine and probe differ by more than their noise (" + text(match.rms_mm) + " mm, not " +
                               text(match.expected_mm) + "): sd widened; look for stiction or a loose stylus");
   }

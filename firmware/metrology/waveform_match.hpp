@@ -69,8 +69,11 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
 // Refuses residual-too-large: rms above three times what the noise promises, or more dropped than this share.
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share);
 
-// The answer of a method that matches waveforms: tau_s on top of the delay that the stamps were corrected by. Where the
-// residuals are worse than the noise promises by more than two fifths, the sd grows with them, with a warning.
+// The sd; where residuals are larger than the noise promises by one deviation of theirs, it grows with them.
+double widenedSd(const Match& match);
+
+// The answer of a method that matches waveforms: tau_s on top of the delay that the stamps were corrected by. A warning
+// where the residuals are worse than the noise promises by more than two fifths.
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
                    std::span<const std::string_view> keys);
 
