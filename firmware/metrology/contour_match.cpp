@@ -24,22 +24,22 @@ constexpr double kCentreError_mm = 0.2;
 constexpr double kDroppedShare = 0.10;
 constexpr double kLongestSmooth_s = 0.1;
 
-// How far the stated feature is off, from distance + deflection = constant + places . off.
+// How far the stated feature is off, from distance + g deflection = constant + places . off.
 std::optional<Refusal> wrongPlace(const ContourScan& scan, double tau) {
-  const auto size = 1 + static_cast<Index>(scan.places.size());
+  const auto places = static_cast<Index>(scan.places.size());
+  const Index size = 2 + places;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
   VectorXd right = VectorXd::Zero(size);
   VectorXd row = VectorXd::Ones(size);
   std::size_t cursor = 0;
   for (std::size_t k = 0; k < scan.step.size(); k += strideOf(scan.step.size())) {
-    for (std::size_t i = 0; i < scan.places.size(); ++i) row[1 + static_cast<Index>(i)] = scan.places[i][k];
-    const double deflection =
-        between(scan.deflection.times, scan.deflection.values, scan.distance.times[k] - tau, cursor);
+    for (std::size_t i = 0; i < scan.places.size(); ++i) row[2 + static_cast<Index>(i)] = scan.places[i][k];
+    row[1] = -between(scan.deflection.times, scan.deflection.values, scan.distance.times[k] - tau, cursor);
     normal += row * row.transpose();
-    right += row * (scan.distance.values[k] + deflection);
+    right += row * scan.distance.values[k];
   }
   const VectorXd solution = normal.fullPivLu().solve(right);
-  const double off_mm = solution.tail(size - 1).norm();
+  const double off_mm = solution.tail(places).norm();
   if (off_mm <= kCentreError_mm) return std::nullopt;
   return Refusal{"centre-error", scan.name + ": the stated centre is off by " + text(off_mm) +
                                      " mm, 0.2 mm are allowed; measure the feature's centre again"};

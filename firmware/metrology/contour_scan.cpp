@@ -26,8 +26,10 @@ constexpr double kTransition_s = 0.020;  // of a step of the distance
 constexpr double kLeastRate = 10.0;      // squares of the rate against those of its noise
 constexpr double kLeastSquare = 1e-8;    // mm^2/s^2, of the rate: the digits of a case file
 constexpr double kRival = 0.6;           // of the highest peak
-constexpr double kSeen = 0.05;      // rms of the normals along a direction in which an error of the place is fitted
-constexpr double kOwnShare = 0.05;  // of the squares of the rate, that no error of the place may look like
+constexpr double kSeen = 0.05;        // rms of the normals along a direction in which an error of the place is fitted
+constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
+constexpr double kLikeSteps = 0.25;   // of their squares
+constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
 constexpr std::size_t kLeastSamples = 50;
 
 // Rows of one scan as points on their stamps.
@@ -67,13 +69,12 @@ std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan
                                         "in the order of time"};
 }
 
-// Directions in which the normals of a scan differ, orthonormal columns: an error of the feature's place along others
-// looks like one of its size, or like nothing at all.
-Eigen::MatrixXd seenDirections(const Eigen::MatrixX3d& normals) {
+// Directions in which the normals of a scan differ, and by how much (mean square), rising: an error of the feature's
+// place along others looks like one of its size, or like nothing at all.
+Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> directionsOf(const Eigen::MatrixX3d& normals) {
   const Eigen::MatrixX3d centred = normals.rowwise() - normals.colwise().mean();
   const Eigen::Matrix3d scatter = centred.transpose() * centred / static_cast<double>(normals.rows());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes{scatter};
-  return axes.eigenvectors().rightCols((axes.eigenvalues().array() > kSeen * kSeen).count());
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{scatter};
 }
 
 VectorXd mapped(const std::vector<double>& values) {
@@ -97,6 +98,27 @@ std::vector<double> stepsOf(const ContourScan& scan) {
   return {steps.begin(), steps.end()};
 }
 
+// Whether an error of the place that is not among the scan's yet would explain much of its steps.
+bool likeSteps(const ContourScan& scan, const VectorXd& place) {
+  const Eigen::MatrixXd shapes = errorShapes(scan);
+  const VectorXd own = place - shapes * (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * place);
+  const VectorXd steps = mapped(stepsOf(scan));
+  return std::pow(own.dot(steps), 2) > kLikeSteps * own.squaredNorm() * steps.squaredNorm();
+}
+
+// Columns in the order of how well they are seen. What is hardly seen is fitted too, unless it looks like the steps:
+// then only a feature that stands millimetres off would explain them.
+void addPlaces(ContourScan& scan, const Eigen::MatrixX3d& normals) {
+  const auto axes = directionsOf(normals);
+  for (Index k = 2; k >= 0; --k) {
+    const double seen = std::sqrt(std::max(axes.eigenvalues()[k], 0.0));
+    if (seen <= kHardlySeen) return;
+    const VectorXd column = normals * axes.eigenvectors().col(k);
+    if (seen <= kSeen && likeSteps(scan, column)) return;
+    scan.places.emplace_back(column.begin(), column.end());
+  }
+}
+
 ContourScan reduce(Points machine, Points probe, const ScanQuestion& question) {
   ContourScan scan;
   scan.distance.values.reserve(machine.values.size());
@@ -106,8 +128,7 @@ ContourScan reduce(Points machine, Points probe, const ScanQuestion& question) {
     normals.row(static_cast<Index>(scan.distance.values.size())) = distance.normal.transpose();
     scan.distance.values.push_back(distance.mm);
   }
-  const Eigen::MatrixXd along = normals * seenDirections(normals);
-  for (const auto column : along.colwise()) scan.places.emplace_back(column.begin(), column.end());
+  addPlaces(scan, normals);
   scan.deflection.values.reserve(probe.values.size());
   for (const auto& d : probe.values) scan.deflection.values.push_back((question.gain * d).norm());
   scan.distance.times = std::move(machine.times);

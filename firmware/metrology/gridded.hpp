@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "firmware/metrology/least_squares.hpp"
 #include "firmware/metrology/waveform_match.hpp"
@@ -151,9 +152,12 @@ class Gridded {
     const double sum = machine_variance_ * machine + nuisance_[0] * nuisance_[0] * probe_variance_ * probe;
     return (count > 0.0 ? sum / count : 0.0) + missed() * missed() + (record_.rounded ? record_.rounded->common : 0.0);
   }
-  // Leaves out what lies beyond a limit; whether that changes anything.
-  bool leaveOut(double limit) {
-    const VectorXd within = (e_.array().abs() <= limit).cast<double>() * offered_.array();
+  // Leaves out what lies beyond so many deviations; whether that changes anything.
+  bool leaveOut(double deviations, double deviation) {
+    const double jitter = jitterBeyond(deviation);
+    const Eigen::ArrayXd variance = deviation * deviation + jitter * jitter * shapes_.col(0).array().square();
+    const VectorXd within =
+        (e_.array().square() <= deviations * deviations * variance).cast<double>() * offered_.array();
     if (within == used_) return false;
     use(within);
     return true;
@@ -173,6 +177,22 @@ class Gridded {
     const VectorXd weights = z.cwiseAbs2();
     const double mean_square = usedResiduals().squaredNorm() / used_.sum();
     return mean_square > 0.0 ? weights.dot(e_.cwiseAbs2()) / (weights.sum() * mean_square) : 1.0;
+  }
+  // What e is larger by where the motion is fast, per rate; 0 where it is not.
+  double jitterBeyond(double deviation) const {
+    const Eigen::ArrayXd rates = shapes_.col(0).array().abs() * offered_.array();
+    const double fast = 0.5 * rates.maxCoeff();
+    std::vector<double> sizes;
+    double squares = 0.0;
+    for (Index k = 0; k < rates.size(); k += stride()) {
+      if (!(rates[k] > fast)) continue;
+      sizes.push_back(std::abs(e_[k]));
+      squares += rates[k] * rates[k];
+    }
+    if (sizes.empty()) return 0.0;
+    const double mean_square = squares / static_cast<double>(sizes.size());
+    const double there = 1.4826 * median(sizes);
+    return std::sqrt(std::max(0.0, there * there - deviation * deviation) / mean_square);
   }
   // What does not depend on tau: products of the instruments with q and with the shapes that it may be off by.
   void use(const VectorXd& used) {

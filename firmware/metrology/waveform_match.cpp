@@ -172,12 +172,12 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const SeenTwice> records, doubl
   auto tau = settle(grids, start);
   // What stands out of the noise is left out: spikes, and without noise the kinks that interpolation cannot follow.
   for (int round = 0; tau && round < kRounds; ++round) {
-    const double limit = kOutlier * robustDeviation(grids) + kLeastDeviation_mm;
+    const double deviation = robustDeviation(grids) + kLeastDeviation_mm / kOutlier;
     bool changed = false;
     for (auto& grid : grids) {
       // The median of few residuals is small by chance, and where there are hardly more than unknowns.
       const double least = std::max(kBelieved * std::sqrt(grid.expectedSquare()), grid.least());
-      changed = grid.leaveOut(std::max(limit, kOutlier * least)) || changed;
+      changed = grid.leaveOut(kOutlier, std::max(deviation, least)) || changed;
     }
     if (!changed) break;
     tau = settle(grids, tau.value());

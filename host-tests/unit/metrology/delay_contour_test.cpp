@@ -209,6 +209,47 @@ TEST(DelayContour, IsUnbiasedEfficientAndAsUncertainAsItSaysOnEveryShape) {
   EXPECT_THAT(all.pull(), testing::AllOf(testing::Gt(0.84), testing::Lt(1.16)));
 }
 
+Moments overScans(int trials, const std::function<Dataset(std::mt19937_64&)>& measure, double tau_s) {
+  std::mt19937_64 random{11};
+  Moments tau;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto solved = solve(measure(random));
+    EXPECT_TRUE(solved.ok()) << solved.error().reason;
+    if (solved.ok()) tau.add(solved->find("tau_s")->value() - tau_s, solved->find("tau_s")->sd[0]);
+  }
+  return tau;
+}
+
+// About an edge the normals turn for a moment only: what the stated box is off by along the edge's own direction shows
+// there alone.
+TEST(DelayContour, IsAsUncertainAsItSaysAboutAnEdge) {
+  Scan scan;
+  scan.off = {0.02, 0.02, 0.0};
+  const Moments tau = overScans(
+      100, [&](auto& random) { return measured(block(), scan, random); }, scan.tau_s);
+  EXPECT_THAT(tau.pull(), testing::AllOf(testing::Gt(0.6), testing::Lt(1.4)));
+  EXPECT_GT(std::pow(scan.bound(), 2) / tau.variance(), 0.65);
+}
+
+// Stamps that jitter take the streams off each other where the motion is fast, which is what tells the delay: none of
+// that is an outlier.
+TEST(DelayContour, IsAsUncertainAsItSaysWhereStampsJitter) {
+  Scan scan;
+  scan.machine_hz = 300.0;
+  scan.probe_hz = 500.0;
+  const Moments tau = overScans(
+      100,
+      [&](auto& random) {
+        Dataset dataset = measured(face(), scan, random);
+        for (const auto* name : {"machine", "probe"}) {
+          for (double& stamp : columnNamed(dataset, name, "t_s")) stamp += gauss(random, 2e-4);
+        }
+        return dataset;
+      },
+      scan.tau_s);
+  EXPECT_THAT(tau.pull(), testing::AllOf(testing::Gt(0.6), testing::Lt(1.6)));
+}
+
 TEST(DelayContour, IsExactWithoutNoiseAsFarAsInterpolationGoes) {
   std::mt19937_64 random{3};
   for (const auto& feature : features()) {
