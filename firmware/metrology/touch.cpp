@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "firmware/metrology/checks.hpp"
 #include "firmware/metrology/kinematics.hpp"
+#include "firmware/metrology/signal.hpp"
 #include "firmware/metrology/table_columns.hpp"
 
 namespace probebox::metrology {
@@ -43,6 +45,24 @@ std::optional<Refusal> group(const Table& table, std::span<const std::string_vie
     }
   }
   return std::nullopt;
+}
+
+// Stamps that jitter overtake each other, by less than half a period: such samples are good, in the order of their
+// stamps. Others stay as they are.
+void putInOrder(Stream& stream) {
+  const auto& times = stream.times;
+  std::vector<double> apart;
+  double back = 0.0;
+  for (std::size_t k = 1; k < times.size(); ++k) {
+    apart.push_back(times[k] - times[k - 1]);
+    back = std::max(back, -apart.back());
+  }
+  if (!(back > 0.0) || back >= 0.5 * median(apart)) return;
+  std::vector<Eigen::Index> order(times.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](Eigen::Index row) { return times[static_cast<std::size_t>(row)]; });
+  stream.values = Rows3{stream.values(order, Eigen::all)};
+  std::ranges::sort(stream.times);
 }
 
 std::optional<Refusal> wrongStamps(const Stream& stream, const std::string& table, const std::string& touch) {
@@ -159,6 +179,8 @@ Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
     const auto plan = describe(*listed.value(), row);
     if (!plan) return plan.error();
     Touch touch{plan.value(), std::move(machine_streams[ids[row]]), std::move(probe_streams[ids[row]])};
+    putInOrder(touch.machine);
+    putInOrder(touch.probe);
     if (auto refusal = wrongStamps(touch.machine, "machine", touch.plan.name)) return *refusal;
     if (auto refusal = wrongStamps(touch.probe, "probe", touch.plan.name)) return *refusal;
     if (auto refusal = differentTimes(touch)) return *refusal;
@@ -195,7 +217,12 @@ Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, co
       cartesian.tables, [](const Table& table) { return table.name == "machine"; }, tips);
   auto touches = readTouches(cartesian);
   if (!touches) return touches;
-  for (auto& touch : touches.value()) touch.joints = joints(rows[touch.plan.name], Eigen::all);
+  for (auto& touch : touches.value()) {
+    auto& of_touch = rows[touch.plan.name];
+    // As the samples of the tip are.
+    std::ranges::stable_sort(of_touch, {}, [&](Eigen::Index row) { return times[static_cast<std::size_t>(row)]; });
+    touch.joints = joints(of_touch, Eigen::all);
+  }
   return touches;
 }
 

@@ -45,8 +45,9 @@ class Kinematics;
 
 // Groups the tables machine, probe and touches by touch, in the order of the table of touches.
 // Refuses what checkedTable refuses, and: duplicated-touch, unknown-touch, missing-touch (a touch without samples: a
-// truncated record), duplicated-sample, time-not-rising, duplicated-reading (two touches with the same samples),
-// bad-direction, bad-speed, truncated (the streams of one touch cover different times).
+// truncated record), duplicated-sample, time-not-rising (by half a period or more: less is jitter), duplicated-reading
+// (two touches with the same samples), bad-direction, bad-speed, truncated (the streams of one touch cover different
+// times).
 Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset);
 
 // The same from a table machine of joint positions, which the machine's forward kinematics turn into those of the tip.

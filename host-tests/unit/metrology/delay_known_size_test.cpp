@@ -112,6 +112,10 @@ void jittering(Scene& scene) {
 void jitteringMuch(Scene& scene) {
   scene.stamp_jitter_s = 1e-4;
 }
+// Stamps overtake each other now and then.
+void jitteringPastEachOther(Scene& scene) {
+  scene.stamp_jitter_s = 2e-4;
+}
 // Five samples of the probe from the ramp to the separation.
 void sparse(Scene& scene) {
   scene.machine_rate_hz = scene.probe_rate_hz = 350.0;
@@ -146,6 +150,7 @@ INSTANTIATE_TEST_SUITE_P(
         Setting{"SphereSlow", with(simulation::knownSphere(), slow)},
         Setting{"SphereJitter", with(simulation::knownSphere(), jittering), 0.7},
         Setting{"SphereJitterMuch", with(simulation::knownSphere(), jitteringMuch)},
+        Setting{"SphereJitterPast", with(simulation::knownSphere(), jitteringPastEachOther)},
         Setting{"SphereSparse", with(simulation::knownSphere(), sparse)},
         Setting{"SphereSparseAndSlow", with(simulation::knownSphere(), sparseAndSlow)},
         Setting{"SphereHeavyMachine", with(simulation::knownSphere(), heavy), 0.4},
