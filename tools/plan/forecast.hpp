@@ -24,7 +24,8 @@ struct Forecast {
 
 // What the box's solver says of simulated runs with this plan: its sd, as the root mean square over some of them. The
 // sd of a result is honest, so that it is also what the result will scatter by. Refusal: of the run as it is planned,
-// which no such run on a machine would escape; not-forecast for a method that does not touch.
+// which no such run on a machine would escape; not-forecast for a method that does not touch, or
+// whose steps follow from what it reads.
 Outcome<Forecast, metrology::Refusal> forecast(procedure::Method method, const ProcedureOptions& options,
                                                const SetUp& set_up);
 

@@ -89,7 +89,7 @@ TEST(Forecast, GrowsWithTheNoise) {
 }
 
 TEST(Forecast, SaysWhichMethodsItKnowsNothingOf) {
-  for (const auto method : {Method::selftest, Method::screw_calibration}) {
+  for (const auto method : {Method::selftest, Method::screw_calibration, Method::centreline_by_steps}) {
     EXPECT_EQ(forecast(method, {}, {}).error().name, "not-forecast");
     EXPECT_EQ(proposals(method, {}, {}, 60).error().name, "not-forecast") << "more time would not help";
   }
