@@ -136,7 +136,7 @@ TEST_F(ShankWorld, RunsOutAsItLeans) {
 
 TEST_F(ShankWorld, MovesTheStylusBallByMoreThanItIsMovedItself) {
   const double contact_mm = touchFrom({1, 0, 0});
-  const auto& sample = testing::takeApart(events_).deflections.back();
+  const auto sample = testing::takeApart(events_).deflections.back();
   const Vector3 moved{kLever * (contact_mm - 17), 0, 0};
   const Vector3 channels = inverse(config_.probe.gain) * moved;
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(1e-6 * sample.channels_nm[i], channels[i], 3e-3) << i;
