@@ -27,7 +27,6 @@ constexpr double kMissing = 1.5;     // periods between samples of the contact
 constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
 constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
 constexpr double kDroppedShare = 0.10;
-constexpr double kDear = 1.5;        // what taking out the ringing may cost in sd where the samples do not ask for it
 constexpr double kMostKink = 0.125;  // of the contact, to either side of the apex
 constexpr double kResolution = 1e-7;
 constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
@@ -282,21 +281,24 @@ Outcome<Matched, Refusal> matchContacts(std::vector<SeenTwice> records, double s
   for (auto& record : records) record.from += std::min(kSettling_s, 0.35 * (record.until - record.from));
   auto settled = matchWaveforms(records, start, Interpolation::linear);
   if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value()}} : settled.error();
-  if (whole && widenedSd(settled.value()) > widenedSd(whole.value())) return Matched{std::move(whole).value()};
+  const bool is_better = isCalm(settled.value()) || (whole && widenedSd(settled.value()) <= widenedSd(whole.value()));
+  if (whole && !is_better) return Matched{std::move(whole).value()};
   return Matched{std::move(settled).value(),
                  "the stylus bounced at contact: the time right after it is left out, and the standard deviation is "
                  "larger for it"};
 }
 
-// What rings in the stylus since its contact is taken out first.
+// What rings in the stylus since its contact is taken out where the time right after it is not all that it spoils: how
+// a stylus rings, to both sides or away from the surface alone, is not known, and samples without it are worth more.
 Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, double start) {
   std::vector<DrivenContact> driven;
   for (const auto& contact : contacts) {
     driven.push_back(
         {&contact.machine, &contact.probe, contact.from, contact.until, contact.machine_apex_s, contact.kink_s});
   }
-  const auto ringing = contactRinging(driven, start);
   auto plain = matchContacts(seenTwice(contacts, {}), start);
+  if (plain && isCalm(plain->match)) return plain;
+  const auto ringing = contactRinging(driven, start);
   if (!ringing) return plain;
   double most = 0.0;
   std::vector<Contact> quiet = contacts;
@@ -305,9 +307,8 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
     most = std::max(most, ringing->amplitudes[i].norm());
   }
   auto matched = matchContacts(seenTwice(quiet, ringing), start);
-  // A tone that looks like the motion takes more than it gives.
-  if (plain && isCalm(plain->match) && (!matched || matched->match.sd_s > kDear * plain->match.sd_s)) return plain;
-  if (matched && matched->warning.empty()) {
+  if (!matched) return plain;
+  if (matched->warning.empty()) {
     matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
                        text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: that is taken out";
   }

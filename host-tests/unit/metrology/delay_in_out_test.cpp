@@ -104,10 +104,10 @@ TEST_P(HarderInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
 // The stylus rings for a third of the contact; from 0.025 mm on it leaves the surface again, several times.
 INSTANTIATE_TEST_SUITE_P(
     Drives, HarderInOut,
-    testing::Values(Harder{"HardlyRinging", [](Scene& s) { s.bounce_mm = 0.002; }},
-                    Harder{"Ringing", [](Scene& s) { s.bounce_mm = 0.02; }},
+    testing::Values(Harder{"HardlyRinging", [](Scene& s) { s.bounce_mm = 0.002; }, 0.3},
+                    Harder{"Ringing", [](Scene& s) { s.bounce_mm = 0.02; }, 0.3},
                     Harder{"Bouncing", [](Scene& s) { s.bounce_mm = 0.1; }},
-                    Harder{"BouncingMuch", [](Scene& s) { s.bounce_mm = 0.2; }, 0.45},
+                    Harder{"BouncingMuch", [](Scene& s) { s.bounce_mm = 0.2; }, 0.3},
                     Harder{"FastAndBouncing", [](Scene& s) { s.speeds_mm_s = {40.0}, s.bounce_mm = 0.05; }},
                     Harder{"Fast", [](Scene& s) { s.speeds_mm_s = {40.0}; }},
                     Harder{"HeavyMachine", [](Scene& s) { s.acceleration_mm_s2 = 2000.0; }},
