@@ -7,7 +7,7 @@
 
 #include "firmware/metrology/answer.hpp"
 #include "firmware/metrology/ball_readings.hpp"
-#include "firmware/metrology/shank_sigma.hpp"
+#include "firmware/metrology/relative_sigma.hpp"
 #include "firmware/metrology/spindle_readings.hpp"
 
 namespace probebox::metrology {
@@ -76,7 +76,7 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   if (!sigma) return sigma.error();
   const auto c_tilt = configPlane(dataset, "C_tilt_rad");
   if (!c_tilt) return c_tilt.error();
-  const auto of_shank = shankSigma(dataset, sigma.value());
+  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
   if (!of_shank) return of_shank.error();
   const auto read = readSpindleReadings(dataset, of_shank->ratio);
   if (!read) return read.error();

@@ -1,13 +1,13 @@
-#include "firmware/metrology/shank_sigma.hpp"
+#include "firmware/metrology/relative_sigma.hpp"
 
 namespace probebox::metrology {
 
-Outcome<ShankSigma, Refusal> shankSigma(const Dataset& dataset, const Sigma& of_tip) {
-  const auto stated = configPositive(dataset, "sigma_shank_mm");
+Outcome<RelativeSigma, Refusal> relativeSigma(const Dataset& dataset, std::string_view key, const Sigma& usual) {
+  const auto stated = configPositive(dataset, key);
   if (!stated) return stated.error();
-  if (!stated.value()) return ShankSigma{};
-  if (!of_tip.stated) return ShankSigma{1.0, {"sigma_shank_mm is not used: it needs sigma_mm beside it"}};
-  return ShankSigma{*stated.value() / of_tip.value, {}};
+  if (!stated.value()) return RelativeSigma{};
+  if (!usual.stated) return RelativeSigma{1.0, {std::string{key} + " is not used: it needs sigma_mm beside it"}};
+  return RelativeSigma{*stated.value() / usual.value, {}};
 }
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/checks.hpp"
@@ -9,12 +10,12 @@
 
 namespace probebox::metrology {
 
-// How much less certain one touch with a shank is than one coordinate of a ball that was read with a tip: config
-// sigma_shank_mm over sigma_mm; 1 where either is not stated. Refuses: bad-config.
-struct ShankSigma {
+// How much less certain some of the coordinates are than a usual one of the readings: config `key` over sigma_mm; 1
+// where either is not stated. Refuses: bad-config.
+struct RelativeSigma {
   double ratio{1.0};
   std::vector<std::string> warnings;
 };
-Outcome<ShankSigma, Refusal> shankSigma(const Dataset& dataset, const Sigma& of_tip);
+Outcome<RelativeSigma, Refusal> relativeSigma(const Dataset& dataset, std::string_view key, const Sigma& usual);
 
 }  // namespace probebox::metrology

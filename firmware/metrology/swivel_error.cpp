@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "firmware/metrology/answer.hpp"
-#include "firmware/metrology/shank_sigma.hpp"
+#include "firmware/metrology/relative_sigma.hpp"
 #include "firmware/metrology/swivel_fit.hpp"
 #include "firmware/metrology/swivel_plane.hpp"
 
@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
-constexpr std::array<std::string_view, 5> kKeys{"swivel_axis", "sigma_mm", "sigma_shank_mm", "model",
-                                                "previous_tau_axis_s"};
+constexpr std::array<std::string_view, 6> kKeys{"swivel_axis",    "sigma_mm", "sigma_shank_mm",
+                                                "sigma_along_mm", "model",    "previous_tau_axis_s"};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 
@@ -153,8 +153,9 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
       Eigen::VectorXd weights = meanOver(rows, axis);
       if (at_angle.contains(0.0)) weights -= meanOver(at_angle.at(0.0), axis);
       const Eigen::VectorXd drawn = design.transpose() * weights;
-      values.push_back(weights.dot(left));
-      sds.push_back(reading_sd.value_or(0.0) *
+      const double spread = axis == chosen.model.plane.axis ? readings.along_spread : 1.0;
+      values.push_back(spread * weights.dot(left));
+      sds.push_back(spread * reading_sd.value_or(0.0) *
                     std::sqrt(std::max(weights.squaredNorm() - drawn.dot(seen * drawn), 0.0)));
     }
   }
@@ -196,8 +197,8 @@ SwivelModel modelFor(const SwivelReadings& readings, const SwivelPlane& plane) {
   return model;
 }
 
-// Of tips and shank.
-void tellResiduals(Answer& answer, const SwivelReadings& readings) {
+// Of tips and shank, mm.
+void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index axis) {
   std::vector<std::string> names;
   std::vector<double> at;
   for (std::size_t k = 0; k < readings.tips.size(); ++k) {
@@ -212,7 +213,12 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings) {
   }
   answer.readings(names, at, "B_deg");
   auto& values = answer.result().residuals.values;
-  for (std::size_t k = 3 * readings.tips.size(); k < values.size(); ++k) values[k] *= readings.shank_spread;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (k >= 3 * readings.tips.size())
+      values[k] *= readings.shank_spread;
+    else if (static_cast<Eigen::Index>(k % 3) == axis)
+      values[k] *= readings.along_spread;
+  }
 }
 
 }  // namespace
@@ -231,9 +237,12 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
                    "a shank tells nothing along the tool, so it goes with model \"rigid\" alone: leave "
                    "'model' away, or read with tips of two lengths"};
   }
-  const auto of_shank = shankSigma(dataset, sigma.value());
+  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
   if (!of_shank) return of_shank.error();
+  const auto along = relativeSigma(dataset, "sigma_along_mm", sigma.value());
+  if (!along) return along.error();
   readings->shank_spread = of_shank->ratio;
+  readings->along_spread = along->ratio;
   const auto queries = checkedTable(dataset, "queries", kQueryColumns);
   if (!queries) return queries.error();
   const SwivelModel model = modelFor(readings.value(), plane.value());
@@ -256,10 +265,7 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
         chosen->model.terms((*(*queries)->column("B_deg"))[row], (*(*queries)->column("L_mm"))[row]);
   }
   Answer answer{dataset, chosen->fit, sigma.value()};
-  if (readings->byShank())
-    tellResiduals(answer, readings.value());
-  else
-    answer.readings(*dataset.table("readings"), kParts, "B_deg");
+  tellResiduals(answer, readings.value(), plane->axis);
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
   addModel(answer, chosen.value(), candidates, readings.value(), sigma->value);
   for (const auto& warning : chosen->warnings) answer.warn(warning);
@@ -267,7 +273,9 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
     if (!table) continue;
     for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   }
-  for (const auto& warning : of_shank->warnings) answer.warn(warning);
+  for (const auto* spread : {&of_shank.value(), &along.value()}) {
+    for (const auto& warning : spread->warnings) answer.warn(warning);
+  }
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";
   return std::move(answer).take(true);

@@ -117,10 +117,13 @@ MatrixXd withoutColumn(const MatrixXd& all, std::optional<Index> column) {
 }
 
 // In the rows of swivelDesign().
-Eigen::VectorXd valuesOf(const SwivelReadings& readings) {
+Eigen::VectorXd valuesOf(const SwivelReadings& readings, Index axis) {
   const auto tips = static_cast<Index>(readings.tips.size());
   Eigen::VectorXd values{3 * tips + static_cast<Index>(readings.shank.size())};
-  for (Index k = 0; k < tips; ++k) values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
+  for (Index k = 0; k < tips; ++k) {
+    values.segment<3>(3 * k) = readings.tips[static_cast<std::size_t>(k)].at;
+    values[3 * k + axis] /= readings.along_spread;
+  }
   Index row = 3 * tips;
   for (const auto& [reading, side] : readings.shank) values[row++] = side.dot(reading.at) / readings.shank_spread;
   return values;
@@ -194,7 +197,7 @@ std::size_t swivelAngles(const SwivelReadings& readings) {
 }
 
 MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) {
-  const auto& [tips, shank, spread] = readings;
+  const auto& [tips, shank, spread, along_spread] = readings;
   const auto lengths = lengthsOf(tips);
   const Index own = model.parameters(), of_shank = own + static_cast<Index>(3 * lengths.size());
   const auto rows = static_cast<Index>(3 * tips.size());
@@ -204,6 +207,7 @@ MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) 
     const auto base = 3 * (std::ranges::find(lengths, tips[k].length_mm) - lengths.begin());
     design.block(row, 0, 3, own) = model.terms(tips[k].swivel_deg, tips[k].length_mm);
     design.block<3, 3>(row, own + base).setIdentity();
+    design.row(row + model.plane.axis) /= along_spread;
   }
   const auto& plane = model.plane;
   for (std::size_t k = 0; k < shank.size(); ++k) {
@@ -225,7 +229,7 @@ MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) 
 }
 
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma) {
-  return linearLeastSquares(swivelDesign(readings, model) / sigma, valuesOf(readings) / sigma);
+  return linearLeastSquares(swivelDesign(readings, model) / sigma, valuesOf(readings, model.plane.axis) / sigma);
 }
 
 Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel model, const Fit& found,
@@ -250,12 +254,13 @@ Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel
   Eigen::Matrix2d at_lengths;
   at_lengths << 1.0, shortest, 1.0, longest;
   const Eigen::Vector2d along = seen.norm() > 0.0 ? seen.normalized() : Eigen::Vector2d{1.0, 0.0};
+  const double noise_mm = sd * sigma.value * readings.along_spread;
   Eigen::Matrix2d weights;
-  weights.row(0) = along.transpose() / std::hypot(seen.norm(), sd * sigma.value);
-  weights.row(1) = Eigen::RowVector2d{-along.y(), along.x()} / (sd * sigma.value);
+  weights.row(0) = along.transpose() / std::hypot(seen.norm(), noise_mm);
+  weights.row(1) = Eigen::RowVector2d{-along.y(), along.x()} / noise_mm;
   design.bottomRows(2).middleCols(model.parameters() - 2, 2) = sd * rest * weights * at_lengths;
   Eigen::VectorXd values = Eigen::VectorXd::Zero(rows + 2);
-  values.head(rows) = valuesOf(readings) / sigma.value;
+  values.head(rows) = valuesOf(readings, model.plane.axis) / sigma.value;
   auto fit = linearLeastSquares(design, values);
   if (fit) fit->residuals.conservativeResize(rows);
   return fit;

@@ -48,7 +48,10 @@ struct ShankTouch {
 struct SwivelReadings {
   std::vector<SwivelReading> tips;
   std::vector<ShankTouch> shank;  // of one tool with the tip, which is then the only one
-  double shank_spread{1.0};       // sd of a touch, in that of a coordinate of a tip
+  // In the sd of a coordinate of a tip across the swivel axis: of a touch with the shank, and of a tip's along the
+  // axis.
+  double shank_spread{1.0};
+  double along_spread{1.0};
 
   bool byShank() const { return !shank.empty(); }
 };
@@ -62,7 +65,7 @@ Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, cons
 std::size_t swivelAngles(const SwivelReadings& readings);
 
 // Three rows a tip's reading, then one a touch of the shank; in units of the sd of a coordinate of a tip, but for
-// shank_spread. Parameters: those of the model, the ball as reported at B = 0 for each length, and of a shank what it
+// the spreads. Parameters: those of the model, the ball as reported at B = 0 for each length, and of a shank what it
 // reports otherwise along the axis at B = 0, and both radii together. The ball is one for tip and shank of one tool, so
 // that in the plane these two report what the direction of the tool makes of their lengths.
 Eigen::MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model);

@@ -69,9 +69,14 @@ std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& fac
 }
 
 // Of one coordinate of a mean, root mean square over all. A stop of B that is off moves the ball in one direction of
-// the two across the axis: half of the variance for each. Along the axis, where it does nothing, that is too much.
-double sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
-  double sum = 0;
+// the two across the axis: half of the variance for each. Along the axis it does nothing.
+struct StopSigma {
+  double across_mm{};
+  double along_mm{};
+};
+
+StopSigma sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
+  double across = 0, along = 0;
   for (const auto& stop : stops) {
     double of_readings = 0;
     for (const auto* reading : stop.readings) of_readings += reading->centre.sd_mm.squaredNorm();
@@ -79,9 +84,11 @@ double sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
     const Vector3d axis = vectorOf(head.b.axis);
     const Vector3d arm = Vector3d{0, 0, -stop.length_mm} - vectorOf(head.pivot_mm);
     const double of_stop = axis.cross(arm).norm() * head.b.sigma_rad;
-    sum += of_readings / (3 * n * n) + of_stop * of_stop / 2;
+    along += of_readings / (3 * n * n);
+    across += of_readings / (3 * n * n) + of_stop * of_stop / 2;
   }
-  return std::sqrt(sum / static_cast<double>(stops.size()));
+  const auto count = static_cast<double>(stops.size());
+  return {std::sqrt(across / count), std::sqrt(along / count)};
 }
 
 }  // namespace
@@ -108,7 +115,9 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
   const auto stops = stopsOf(readings, facts);
   dataset.config["swivel_axis"] = listOf(head.b.axis);
-  dataset.config["sigma_mm"] = sigmaOfStops(stops, head);
+  const StopSigma sigma = sigmaOfStops(stops, head);
+  dataset.config["sigma_mm"] = sigma.across_mm;
+  dataset.config["sigma_along_mm"] = sigma.along_mm;
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
   auto queries = metrology::Table::withColumns("queries", kQueryColumns);
   for (const auto& stop : stops) {

@@ -36,6 +36,32 @@ TEST(SwivelError, StatesItsUncertaintyAtEveryQuery) {
   EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
 }
 
+// Across the axis stops of the head add to the noise, along it they do nothing.
+TEST(SwivelError, IsAsUncertainAsItSaysAlongAnAxisThatIsReadBetter) {
+  std::mt19937_64 random{31};
+  Moments along;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Head head = randomHead(random);
+    Dataset dataset = swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, 0.0005, random);
+    for (const char* across : {"x_mm", "z_mm"}) {
+      for (double& value : columnNamed(dataset, "readings", across)) value += gauss(random, 0.002);
+    }
+    dataset.config["sigma_mm"] = std::hypot(0.0005, 0.002);
+    dataset.config["sigma_along_mm"] = 0.0005;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::IsEmpty());
+    const auto& errors = *solved->find("error_at_queries_mm");
+    const std::size_t at = 3 * 7 + 1;  // -60 degrees, 150 mm, Y
+    along.add(errors.values[at] - head.error(-60, 150).y(), errors.sd[at]);
+    for (std::size_t k = 1; k < solved->residuals.values.size(); k += 3) {
+      EXPECT_LT(std::abs(solved->residuals.values[k]), 5 * 0.0005) << "mm, not scaled to the other sigma";
+    }
+  }
+  EXPECT_THAT(along.pull(), testing::AllOf(testing::Gt(0.8), testing::Lt(1.2)));
+  EXPECT_LT(std::abs(along.bias()), 4.0);
+}
+
 // A head that swivels about any axis, read with two to six tools at two to eight angles, some readings missing.
 struct Judged {
   Moments across;
