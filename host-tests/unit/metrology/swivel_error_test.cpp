@@ -21,17 +21,8 @@ TEST(SwivelError, StatesItsUncertaintyAtEveryQuery) {
     const double sigma = uniform(random, 3e-4, 3e-3);
     const auto solved = solve(swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 200}, sigma, random));
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
-    const auto& errors = *solved->find("error_at_queries_mm");
-    ASSERT_EQ(errors.columns, 3U);
-    std::size_t at = 0;
-    for (const double length : {100.0, 150.0, 200.0}) {
-      for (const double b : kQueryAngles) {
-        for (const double truth : head.error(b, length)) {
-          pull.add(errors.values[at] - truth, errors.sd[at]);
-          ++at;
-        }
-      }
-    }
+    ASSERT_EQ(solved->find("error_at_queries_mm")->columns, 3U);
+    addErrors(pull, solved.value(), head);
   }
   EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
 }

@@ -131,16 +131,7 @@ TEST(SwivelErrorByShank, StatesItsUncertaintyAtEveryQuery) {
     const double sigma = uniform(random, 3e-4, 3e-3);
     const auto solved = solve(tipAndShank(head, {-90, -45, 0, 45, 90}, sigma, 1.6, random));
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
-    const auto& errors = *solved->find("error_at_queries_mm");
-    std::size_t at = 0;
-    for (const double length : {100.0, 150.0, 200.0}) {
-      for (const double b : kQueryAngles) {
-        for (const double truth : head.error(b, length)) {
-          pull.add(errors.values[at] - truth, errors.sd[at]);
-          ++at;
-        }
-      }
-    }
+    addErrors(pull, solved.value(), head);
   }
   EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
 }

@@ -72,6 +72,20 @@ inline Dataset swivelDataset(const Head& head, const std::vector<double>& angles
   return dataset;
 }
 
+// Of the answer at every query.
+inline void addErrors(Moments& pull, const Result& result, const Head& head) {
+  const auto& errors = *result.find("error_at_queries_mm");
+  std::size_t at = 0;
+  for (const double length : {100.0, 150.0, 200.0}) {
+    for (const double b : kQueryAngles) {
+      for (const double truth : head.error(b, length)) {
+        pull.add(errors.values[at] - truth, errors.sd[at]);
+        ++at;
+      }
+    }
+  }
+}
+
 // The largest error of the answer at the queries, mm.
 inline double worst(const Result& result, const Head& head) {
   const auto& values = result.find("error_at_queries_mm")->values;
