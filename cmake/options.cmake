@@ -19,15 +19,8 @@ if(PROBEBOX_SANITIZE)
   add_link_options(-fsanitize=${PROBEBOX_SANITIZE})
 endif()
 
-find_program(PROBEBOX_CCACHE ccache)
-if(PROBEBOX_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${PROBEBOX_CCACHE})
-endif()
-
 # probebox_precompile(TARGET HEADER...): headers that most sources of a target include are read once, not once a source. A
 # compiler cache saves more, and could not share what was compiled with them.
 function(probebox_precompile target)
-  if(NOT PROBEBOX_CCACHE)
-    target_precompile_headers(${target} PRIVATE ${ARGN})
-  endif()
+  target_precompile_headers(${target} PRIVATE ${ARGN})
 endfunction()
