@@ -9,7 +9,7 @@ probebox_packages=(
 # What judges fits in tests. Where it cannot be had, those tests are skipped.
 probebox_judge_packages=(libceres-dev)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
-probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev xz-utils make gcc)
+probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 
 # Prints those of PACKAGE... that are missing or too old.
 missing_packages() { # PACKAGE...
