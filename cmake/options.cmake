@@ -29,9 +29,3 @@ if(PROBEBOX_SANITIZE)
   add_compile_options(-fsanitize=${PROBEBOX_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${PROBEBOX_SANITIZE})
 endif()
-
-# probebox_precompile(TARGET HEADER...): headers that most sources of a target include are read once, not once a source. A
-# compiler cache saves more, and could not share what was compiled with them.
-function(probebox_precompile target)
-  target_precompile_headers(${target} PRIVATE ${ARGN})
-endfunction()

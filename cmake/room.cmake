@@ -1,23 +1,33 @@
 # Rooms and arrows.
 #
-# probebox_room(protocol/frame HEADERS reader.hpp ... SOURCES reader.cpp ... ARROWS protocol/units ... LIBRARIES PkgConfig::X)
-# declares one room of the house. Its headers are included by their path from the top (`#include "protocol/frame/reader.hpp"`), and
-# that path exists only inside the room's own include root: a directory of the build tree which holds one link, to this room.
-# A room therefore sees itself, the rooms its ARROWS name (and what those rooms show in their own headers), and nothing else:
-# a forbidden include does not compile. `LIBRARIES` are public when a header shows them, so keep them out of headers and use
+# probebox_room(protocol/frame ARROWS protocol/units ... LIBRARIES PkgConfig::X [EXCEPT main.cpp ...] [SOURCES generated.cpp ...])
+# declares one room of the house: every header and source that lies in its folder, but those that EXCEPT names, and SOURCES from
+# elsewhere. Its headers are included by their path from the top (`#include "protocol/frame/reader.hpp"`), and that path exists
+# only inside the room's own include root: a directory of the build tree which holds a link to each of its headers. A room
+# therefore sees itself, the rooms its ARROWS name (and what those rooms show in their own headers), and nothing else: a
+# forbidden include does not compile. `LIBRARIES` are public when a header shows them, so keep them out of headers and use
 # PRIVATE_LIBRARIES where possible.
 set_property(GLOBAL PROPERTY PROBEBOX_ROOMS "")
 
 function(probebox_room room)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "EXCEPT;SOURCES;ARROWS;LIBRARIES;PRIVATE_LIBRARIES")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "probebox_room(${room}): what is '${arg_UNPARSED_ARGUMENTS}'?")
   endif()
+  file(GLOB arg_HEADERS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.hpp)
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+  if(arg_EXCEPT)
+    list(REMOVE_ITEM arg_HEADERS ${arg_EXCEPT})
+    list(REMOVE_ITEM sources ${arg_EXCEPT})
+  endif()
+  list(APPEND arg_SOURCES ${sources})
   string(REPLACE "/" "_" name ${room})
   set(root ${CMAKE_BINARY_DIR}/include-roots/${name})
-  get_filename_component(parent ${root}/${room} DIRECTORY)
-  file(MAKE_DIRECTORY ${parent})
-  file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${room} ${root}/${room} SYMBOLIC)
+  file(REMOVE_RECURSE ${root})
+  file(MAKE_DIRECTORY ${root}/${room})
+  foreach(header IN LISTS arg_HEADERS)
+    file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${room}/${header} ${root}/${room}/${header} SYMBOLIC)
+  endforeach()
 
   list(TRANSFORM arg_HEADERS PREPEND ${root}/${room}/ OUTPUT_VARIABLE headers)
   list(TRANSFORM arg_ARROWS REPLACE "/" "_" OUTPUT_VARIABLE arrows)

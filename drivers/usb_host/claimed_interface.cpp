@@ -3,7 +3,7 @@
 #include <libusb.h>
 #include <utility>
 
-#include "drivers/usb_host/linux_sysfs.hpp"
+#include "drivers/usb_host/linux_access.hpp"
 
 namespace probebox::usb_host {
 namespace {

@@ -1,11 +1,6 @@
 #pragma once
-#include <cstdint>
+#include <filesystem>
 #include <string>
-#include <string_view>
-
-namespace probebox::usb_host {
-struct Device;
-}
 
 // What Linux tells about USB devices to users who may not open them.
 namespace probebox::usb_host::sysfs {
@@ -13,25 +8,12 @@ namespace probebox::usb_host::sysfs {
 // One line of /sys/bus/usb/devices/<path>/<name> ("serial", "product"); empty when there is none.
 std::string attribute(const std::string& path, const std::string& name);
 
+// First line of a file; empty when it cannot be read.
+std::string firstLine(const std::filesystem::path& file);
+
+inline constexpr const char* kDevices = "/sys/bus/usb/devices/";
+
 // Whether udev runs here, and so tells libusb what comes and goes.
 bool udevRuns();
 
 }  // namespace probebox::usb_host::sysfs
-
-namespace probebox::usb_host {
-
-enum class Access : std::uint8_t { free, busy, no_permission };
-
-std::string_view nameOf(Access access);
-
-// Whether opening this device would work now; it is not touched for that.
-Access accessTo(const Device& device);
-
-// Who has claimed the interface: "probebox (process 1234)", "the kernel's driver cdc_acm", or "another program" where
-// this user may not know. Empty when nobody has.
-std::string holderOf(const Device& device);
-
-// What to do when a device may not be opened, or another program has it.
-std::string remedyFor(Access access);
-
-}  // namespace probebox::usb_host

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/world/solids.hpp"
+#include "drivers/world/solid_ball.hpp"
 
 namespace probebox::world {
 namespace {

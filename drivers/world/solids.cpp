@@ -34,15 +34,6 @@ struct Nearest {
 
 }  // namespace
 
-std::optional<Meeting> SolidBall::meet(const Move& way) const {
-  const Vector3 from_centre = way.from - centre;
-  const double half = dot(from_centre, way.direction);
-  const double discriminant = half * half - dot(from_centre, from_centre) + reach_mm * reach_mm;
-  if (discriminant <= 0) return std::nullopt;
-  const double distance_mm = -half - std::sqrt(discriminant);
-  return Meeting{.distance_mm = distance_mm, .normal = unit(way.at(distance_mm) - centre)};
-}
-
 // The way enters the block where it is inside of all three pairs of faces for the first time.
 std::optional<Meeting> SolidBlock::meet(const Move& way) const {
   double enter = -std::numeric_limits<double>::infinity(), leave = -enter;

@@ -7,17 +7,10 @@
 #include "drivers/world/meeting.hpp"
 #include "drivers/world/motion.hpp"
 #include "drivers/world/shank.hpp"
+#include "drivers/world/solid_ball.hpp"
 #include "drivers/world/vector.hpp"
 
 namespace probebox::world {
-
-// A ball, as the stylus ball's centre meets it.
-struct SolidBall {
-  Vector3 centre{};
-  double reach_mm{};  // radius of the ball and of the stylus ball
-
-  std::optional<Meeting> meet(const Move& way) const;
-};
 
 // A block with faces across the machine axes. Its edges are met as corners of the block that is larger by the stylus
 // ball's radius.

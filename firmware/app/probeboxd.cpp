@@ -9,10 +9,10 @@
 #include <time.h>
 
 #include "drivers/gpio/lines.hpp"
-#include "firmware/app/daemon.hpp"
-#include "firmware/app/log.hpp"
-#include "firmware/app/real_time.hpp"
-#include "firmware/app/service_manager.hpp"
+#include "firmware/app/log/log.hpp"
+#include "firmware/app/threads/real_time.hpp"
+#include "firmware/app/wiring/daemon.hpp"
+#include "firmware/app/wiring/service_manager.hpp"
 
 namespace {
 

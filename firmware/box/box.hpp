@@ -14,7 +14,7 @@
 #include "firmware/clock/estimator.hpp"
 #include "firmware/corrections/corrections.hpp"
 #include "firmware/latch/latch.hpp"
-#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 

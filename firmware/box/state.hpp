@@ -7,7 +7,7 @@
 #include "firmware/clock/estimator.hpp"
 #include "firmware/corrections/snapshot.hpp"
 #include "firmware/latch/latch.hpp"
-#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::box {

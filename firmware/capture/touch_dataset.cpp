@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "firmware/metrology/switched_touch.hpp"
+#include "firmware/metrology/touch/switched_touch.hpp"
 
 namespace probebox::capture {
 namespace {

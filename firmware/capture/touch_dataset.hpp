@@ -3,7 +3,7 @@
 #include <string>
 
 #include "firmware/capture/recording.hpp"
-#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
 
 namespace probebox::capture {
 

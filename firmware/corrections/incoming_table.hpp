@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "firmware/metrology/angle_table.hpp"
+#include "firmware/metrology/live/angle_table.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::corrections {

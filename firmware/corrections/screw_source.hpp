@@ -4,7 +4,7 @@
 
 #include "firmware/corrections/held_source.hpp"
 #include "firmware/corrections/machine_tick.hpp"
-#include "firmware/metrology/screw.hpp"
+#include "firmware/metrology/live/screw_model.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::corrections {

@@ -5,7 +5,7 @@
 #include "firmware/corrections/held_source.hpp"
 #include "firmware/corrections/incoming_table.hpp"
 #include "firmware/corrections/machine_tick.hpp"
-#include "firmware/metrology/swivel_correction.hpp"
+#include "firmware/metrology/live/swivel_correction.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 

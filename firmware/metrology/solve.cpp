@@ -4,36 +4,37 @@
 #include <optional>
 #include <string>
 
-#include "firmware/metrology/axis_alignment.hpp"
-#include "firmware/metrology/centreline.hpp"
-#include "firmware/metrology/circle_fit.hpp"
-#include "firmware/metrology/delay_contour.hpp"
-#include "firmware/metrology/delay_feature.hpp"
-#include "firmware/metrology/delay_in_out.hpp"
-#include "firmware/metrology/delay_joints.hpp"
-#include "firmware/metrology/delay_known_sphere.hpp"
-#include "firmware/metrology/delay_multi_speed.hpp"
-#include "firmware/metrology/delay_non_normal.hpp"
-#include "firmware/metrology/delay_per_axis.hpp"
-#include "firmware/metrology/delay_plates.hpp"
-#include "firmware/metrology/delay_stepped_scan.hpp"
-#include "firmware/metrology/face_fit.hpp"
-#include "firmware/metrology/limited_access.hpp"
-#include "firmware/metrology/periodic_check.hpp"
-#include "firmware/metrology/pivot.hpp"
-#include "firmware/metrology/pivot_axis.hpp"
-#include "firmware/metrology/rim_steps.hpp"
-#include "firmware/metrology/rotary_axis.hpp"
-#include "firmware/metrology/screw_calibration.hpp"
-#include "firmware/metrology/screw_compensation.hpp"
-#include "firmware/metrology/selftest.hpp"
-#include "firmware/metrology/sensor_head.hpp"
-#include "firmware/metrology/sphere_fit.hpp"
-#include "firmware/metrology/spindle_offset.hpp"
-#include "firmware/metrology/swivel_error.hpp"
-#include "firmware/metrology/tool_assembly.hpp"
-#include "firmware/metrology/tool_setter.hpp"
-#include "firmware/metrology/type_b.hpp"
+#include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/limited_access.hpp"
+#include "firmware/metrology/centreline/periodic_check.hpp"
+#include "firmware/metrology/centreline/rim_steps.hpp"
+#include "firmware/metrology/centreline/spindle_offset.hpp"
+#include "firmware/metrology/delay/delay_contour.hpp"
+#include "firmware/metrology/delay/delay_feature.hpp"
+#include "firmware/metrology/delay/delay_in_out.hpp"
+#include "firmware/metrology/delay/delay_joints.hpp"
+#include "firmware/metrology/delay/delay_known_sphere.hpp"
+#include "firmware/metrology/delay/delay_multi_speed.hpp"
+#include "firmware/metrology/delay/delay_non_normal.hpp"
+#include "firmware/metrology/delay/delay_per_axis.hpp"
+#include "firmware/metrology/delay/delay_plates.hpp"
+#include "firmware/metrology/delay/delay_stepped_scan.hpp"
+#include "firmware/metrology/features/circle_fit.hpp"
+#include "firmware/metrology/features/face_fit.hpp"
+#include "firmware/metrology/features/sphere_fit.hpp"
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+#include "firmware/metrology/rotary/sensor_head.hpp"
+#include "firmware/metrology/screw/screw_calibration.hpp"
+#include "firmware/metrology/screw/screw_compensation.hpp"
+#include "firmware/metrology/selftest/selftest.hpp"
+#include "firmware/metrology/tilt/pivot.hpp"
+#include "firmware/metrology/tilt/pivot_axis.hpp"
+#include "firmware/metrology/tilt/swivel_error.hpp"
+#include "firmware/metrology/tool/tool_assembly.hpp"
+#include "firmware/metrology/tool/tool_setter.hpp"
+#include "firmware/metrology/tool/tool_store.hpp"
+#include "firmware/metrology/uncertainty/budget.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -91,7 +92,7 @@ constexpr auto kMethods = std::to_array<Method>({
 Solved solve(const Dataset& dataset) {
   for (const auto& method : kMethods) {
     if (method.name != dataset.method) continue;
-    auto solved = withUncertainty(dataset, method.solver);
+    auto solved = withUncertainty(dataset, method.solver, storedLength);
     if (!solved || method.judge == nullptr) return solved;
     if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
     return solved;

@@ -2,13 +2,10 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/metrology/dataset.hpp"
-#include "firmware/metrology/result.hpp"
-#include "protocol/units/outcome.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 
 namespace probebox::metrology {
-
-using Solved = Outcome<Result, Refusal>;
 
 // Estimates what the dataset's method promises, or says why it cannot. Pure: equal datasets give equal digits.
 // Refuses an unknown method by name, and what each method lists.

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
 
 namespace probebox::store {
 

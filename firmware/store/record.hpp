@@ -5,7 +5,7 @@
 #include <string_view>
 #include <variant>
 
-#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 
 // What the store keeps of one result.
 namespace probebox::store {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "firmware/metrology/weakest.hpp"
+#include "firmware/metrology/uncertainty/worst_determined.hpp"
 
 namespace probebox::store {
 namespace {

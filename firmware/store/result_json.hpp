@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::store {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "protocol/codec/format.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
@@ -16,19 +17,6 @@ namespace probebox::codec {
 
 struct Kernels;
 const Kernels& kernels();
-
-enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
-
-// How a channel's values look in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1 here.
-struct ChannelFormat {
-  std::uint8_t bytes{4};  // 1, 2, 4 or 8
-  bool is_signed{true};
-
-  friend constexpr bool operator==(const ChannelFormat&, const ChannelFormat&) = default;
-};
-
-inline constexpr std::size_t kMaxChannels = 255;
-inline constexpr std::size_t kMostFastSamples = 2048;  // that a block of profile fast is made of here
 
 struct BlockHeader {
   SampleIndex first{};

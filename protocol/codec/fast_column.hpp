@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "protocol/codec/block.hpp"
-#include "protocol/codec/kernels.hpp"
+#include "protocol/codec/format.hpp"
+#include "protocol/codec/kernel_table.hpp"
 #include "protocol/frame/bytes.hpp"
 
 // One column of profile fast: what a predictor did not foresee, in as few bits as nearly all of it needs; the few that

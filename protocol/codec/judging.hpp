@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "protocol/codec/block.hpp"
+#include "protocol/codec/format.hpp"
 #include "protocol/codec/inlined.hpp"
-#include "protocol/codec/kernels.hpp"
+#include "protocol/codec/kernel_table.hpp"
 #include "protocol/codec/prediction.hpp"
 #include "protocol/frame/bytes.hpp"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "protocol/codec/inlined.hpp"
-#include "protocol/codec/kernels.hpp"
+#include "protocol/codec/kernel_table.hpp"
 #include "protocol/frame/bytes.hpp"
 
 // Residuals to bits and back: bodies of kernels.

@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <span>
 
-#include "protocol/codec/block.hpp"
+#include "protocol/codec/format.hpp"
+#include "protocol/codec/kernel_table.hpp"
 #include "protocol/frame/bytes.hpp"
 
 // One column as profile raw has it: count values of the channel's own width.

@@ -3,8 +3,8 @@
 #include <string>
 #include <variant>
 
-#include "firmware/metrology/dataset.hpp"
-#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::casefolder {

@@ -2,8 +2,8 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/metrology/dataset.hpp"
-#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::casefolder {

@@ -7,7 +7,7 @@
 #include <ostream>
 #include <string>
 
-#include "firmware/metrology/estimate_parts.hpp"
+#include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/readable.hpp"

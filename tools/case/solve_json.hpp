@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/metrology/result.hpp"
+#include "firmware/metrology/dataset/result.hpp"
 #include "tools/case/case_folder.hpp"
 
 namespace probebox::casefolder {

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "firmware/procedure/plan/methods.hpp"
 #include "tools/plan/simulated_run.hpp"
 
 namespace probebox::plan {

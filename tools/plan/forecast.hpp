@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware/metrology/result.hpp"
-#include "firmware/procedure/plan.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/procedure/plan/plan.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 #include "tools/plan/set_up.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "firmware/capture/recording.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
 
 namespace probebox::plan {
 namespace {

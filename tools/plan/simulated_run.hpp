@@ -2,7 +2,7 @@
 #include <cstdint>
 
 #include "firmware/metrology/solve.hpp"
-#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/plan/plan.hpp"
 #include "tools/plan/set_up.hpp"
 
 namespace probebox::plan {

@@ -8,7 +8,7 @@
 #include <unistd.h>
 #include <vector>
 
-#include "tools/probebox/interruptible_input.hpp"
+#include "tools/probebox/cli/interruptible_input.hpp"
 #include "tools/probebox/run.hpp"
 
 namespace {

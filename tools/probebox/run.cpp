@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <ostream>
 
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/parse.hpp"
+#include "tools/probebox/cli/parse.hpp"
+#include "tools/probebox/commands/commands.hpp"
 
 namespace probebox::command {
 namespace {

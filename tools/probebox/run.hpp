@@ -2,7 +2,7 @@
 #include <span>
 #include <string>
 
-#include "tools/probebox/console.hpp"
+#include "tools/probebox/cli/console.hpp"
 
 namespace probebox::command {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "firmware/metrology/conditions.hpp"
-#include "firmware/metrology/estimate_parts.hpp"
+#include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/metrology/dataset/estimate.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/method_facts.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "firmware/metrology/feature_distance.hpp"
+#include "firmware/metrology/scan/feature_distance.hpp"
 
 namespace probebox::report {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
 
 namespace probebox::report {
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "firmware/metrology/rotary_correction.hpp"
-#include "firmware/metrology/swivel_correction.hpp"
+#include "firmware/metrology/live/rotary_correction.hpp"
+#include "firmware/metrology/live/swivel_correction.hpp"
 
 // ns a tick of what a swivelling head and a chain of two rotary axes add, and their ratio to a sine and a cosine in the
 // same run. The program fails when a tick takes more than a microsecond.

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "ceres_problems.hpp"
-#include "firmware/metrology/retract.hpp"
-#include "firmware/metrology/rigid.hpp"
-#include "firmware/metrology/sphere_fit.hpp"
+#include "firmware/metrology/features/sphere_fit.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+#include "firmware/metrology/touch/retract.hpp"
 #include "judge_cases.hpp"
 
 // Time of our fits, and of Ceres on the same problem from the same data in the same run, both with the covariance of

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "firmware/metrology/solve.hpp"
-#include "scan_simulation.hpp"
-#include "touch_simulation.hpp"
+#include "host-tests/metrology/scan_simulation.hpp"
+#include "host-tests/metrology/touch_simulation.hpp"
 
 // Time of a solve, and its ratio to a peer in the same run: absolute times of different machines do not compare.
 namespace {

@@ -1,4 +1,4 @@
-#include "firmware/app/gpio_line.hpp"
+#include "firmware/app/wiring/gpio_line.hpp"
 
 #include <array>
 #include <gmock/gmock.h>

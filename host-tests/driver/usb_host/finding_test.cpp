@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include "drivers/usb_host/claimed_interface.hpp"
-#include "drivers/usb_host/linux_sysfs.hpp"
+#include "drivers/usb_host/linux_access.hpp"
 #include "on_a_bus.hpp"
 
 namespace probebox::usb_host {

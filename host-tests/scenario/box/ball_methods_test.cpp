@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/app/control_desk.hpp"
+#include "firmware/app/host/control_desk.hpp"
 #include "hosts.hpp"
 
 // What of the daemon stands around its core, for one boot on virtual time: the store with all that is kept in it, and

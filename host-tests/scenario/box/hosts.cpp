@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "firmware/app/result_summary.hpp"
+#include "firmware/app/results/result_summary.hpp"
 #include "streamed.hpp"
 
 namespace probebox::scenario {

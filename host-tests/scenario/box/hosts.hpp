@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drivers/io/byte_pipe.hpp"
-#include "firmware/app/host_link.hpp"
+#include "firmware/app/host/host_link.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/transcoder.hpp"
 #include "scenario.hpp"

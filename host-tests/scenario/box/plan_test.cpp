@@ -1,6 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "firmware/procedure/plan/methods.hpp"
 #include "scenario.hpp"
 #include "tools/plan/forecast.hpp"
 

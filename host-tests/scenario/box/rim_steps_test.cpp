@@ -4,7 +4,8 @@
 #include <numbers>
 #include <random>
 
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"

@@ -3,7 +3,7 @@
 #include <numbers>
 #include <random>
 
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"
 #include "watched_twin.hpp"

@@ -6,9 +6,11 @@
 
 #include "board/describe/parse.hpp"
 #include "drivers/world/from_description.hpp"
-#include "firmware/app/box_config.hpp"
-#include "firmware/app/corrections_config.hpp"
-#include "firmware/procedure/rim_readings.hpp"
+#include "firmware/app/wiring/box_config.hpp"
+#include "firmware/app/wiring/corrections_config.hpp"
+#include "firmware/procedure/dataset/rim_readings.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
 
 namespace probebox::scenario {
 namespace {

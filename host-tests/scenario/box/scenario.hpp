@@ -13,7 +13,8 @@
 #include "drivers/world/world.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
 
 namespace probebox::scenario {
 

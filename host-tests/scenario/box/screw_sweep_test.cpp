@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
-#include "firmware/app/result_events.hpp"
-#include "firmware/procedure/sweep.hpp"
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/dataset/sweep.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"
 #include "watched_twin.hpp"

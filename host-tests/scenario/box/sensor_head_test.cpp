@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "drivers/world/random.hpp"
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "firmware/app/feed.hpp"
+#include "firmware/app/threads/feed.hpp"
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/stream/history.hpp"

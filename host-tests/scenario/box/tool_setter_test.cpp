@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/world/random.hpp"
-#include "firmware/app/result_events.hpp"
+#include "firmware/app/results/result_events.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"

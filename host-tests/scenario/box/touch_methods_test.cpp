@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/procedure/plan/methods.hpp"
 #include "pulls.hpp"
 #include "scenario.hpp"
 

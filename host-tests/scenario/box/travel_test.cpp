@@ -3,7 +3,9 @@
 #include <ostream>
 
 #include "board/describe/parse.hpp"
-#include "firmware/procedure/sweep.hpp"
+#include "firmware/procedure/dataset/sweep.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/methods.hpp"
 #include "scenario.hpp"
 
 // The emulated machine goes where its axes can: its park position, the ways between features, touches and sweeps.

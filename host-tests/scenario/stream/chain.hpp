@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "firmware/app/host_link.hpp"
+#include "firmware/app/host/host_link.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/transcoder.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "tools/probebox/dataset_from_json.hpp"
+#include "tools/probebox/tables/dataset_from_json.hpp"
 
 // What the box keeps and sends of a calibration, and what the command makes of it: two rooms, one text.
 namespace probebox::command {

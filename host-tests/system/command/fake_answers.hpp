@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fake_box.hpp"
-#include "firmware/metrology/dataset.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 

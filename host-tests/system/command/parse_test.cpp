@@ -1,4 +1,4 @@
-#include "tools/probebox/parse.hpp"
+#include "tools/probebox/cli/parse.hpp"
 
 #include <algorithm>
 #include <gmock/gmock.h>

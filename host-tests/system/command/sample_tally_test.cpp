@@ -1,4 +1,4 @@
-#include "tools/probebox/sample_tally.hpp"
+#include "tools/probebox/text/sample_tally.hpp"
 
 #include <gtest/gtest.h>
 

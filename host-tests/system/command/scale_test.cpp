@@ -1,4 +1,4 @@
-#include "tools/probebox/scale.hpp"
+#include "tools/probebox/tables/scale.hpp"
 
 #include <array>
 #include <cmath>

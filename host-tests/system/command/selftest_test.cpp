@@ -5,7 +5,7 @@
 
 #include "fake_box.hpp"
 #include "in_process.hpp"
-#include "tools/probebox/report_loop_back.hpp"
+#include "tools/probebox/text/report_loop_back.hpp"
 
 namespace probebox::command {
 namespace {

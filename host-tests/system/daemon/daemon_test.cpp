@@ -1,4 +1,4 @@
-#include "firmware/app/daemon.hpp"
+#include "firmware/app/wiring/daemon.hpp"
 
 #include <chrono>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "drivers/serial/emulator.hpp"
-#include "firmware/app/modbus_server.hpp"
+#include "firmware/app/cnc/modbus_server.hpp"
 
 namespace probebox::app {
 

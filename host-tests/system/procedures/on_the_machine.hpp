@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "firmware/app/daemon.hpp"
+#include "firmware/app/wiring/daemon.hpp"
 #include "in_process.hpp"
 #include "runtime_directory.hpp"
 

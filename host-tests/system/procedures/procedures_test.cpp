@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "on_the_machine.hpp"
-#include "tools/probebox/box.hpp"
+#include "tools/probebox/link/box.hpp"
 
 namespace probebox::command {
 namespace {

@@ -6,8 +6,11 @@
 #include <numbers>
 #include <vector>
 
-#include "firmware/procedure/plan.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
 
 // The poses in which methods that read one ball are planned.
 namespace probebox::procedure {

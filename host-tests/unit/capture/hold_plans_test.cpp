@@ -7,9 +7,12 @@
 #include <numbers>
 #include <set>
 
-#include "firmware/procedure/plan.hpp"
-#include "firmware/procedure/procedure.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
 #include "locked_clock.hpp"
 
 // Steps at which a sensor head stands still over a ball: what is asked for, what it needs, and what is asked again.

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 #include "locked_clock.hpp"
 
 namespace probebox::procedure {

@@ -1,4 +1,4 @@
-#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>
@@ -8,7 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
 #include "locked_clock.hpp"
 #include "obedient_machine.hpp"
 

@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "firmware/procedure/plan.hpp"
-#include "firmware/procedure/procedure.hpp"
-#include "firmware/procedure/rim_readings.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/rim_readings.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 #include "obedient_machine.hpp"
 
 // centreline-by-steps: what is asked for, loop by loop, and how a run goes on.

@@ -5,9 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "firmware/procedure/plan.hpp"
-#include "firmware/procedure/procedure.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
 
 // The plan of tool-setter, what it needs, and which tool has to be in the spindle.
 namespace probebox::procedure {

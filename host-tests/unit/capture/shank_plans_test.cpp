@@ -5,8 +5,11 @@
 #include <memory>
 #include <string>
 
-#include "firmware/procedure/plan.hpp"
-#include "firmware/procedure/run_dataset.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
 
 // Steps at which the shank of the stylus touches a ball in the place of a second tool: what is asked for, and what it
 // needs.

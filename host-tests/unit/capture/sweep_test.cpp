@@ -1,11 +1,13 @@
-#include "firmware/procedure/sweep.hpp"
+#include "firmware/procedure/dataset/sweep.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <string>
 
-#include "firmware/procedure/procedure.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/procedure.hpp"
 #include "locked_clock.hpp"
 
 namespace probebox::procedure {

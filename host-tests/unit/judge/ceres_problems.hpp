@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "firmware/metrology/centreline.hpp"
-#include "firmware/metrology/joint_path.hpp"
-#include "firmware/metrology/line.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/fit/line.hpp"
+#include "firmware/metrology/kinematics/joint_path.hpp"
 
 // The problems of the iterative methods as Ceres is told them: its own derivatives (automatic), its own minimiser
 // (Levenberg-Marquardt, dense QR), run until rounding stops it. Nothing of the product but the data. covariance: of the

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "ceres_problems.hpp"
-#include "firmware/metrology/centreline.hpp"
-#include "firmware/metrology/dataset.hpp"
-#include "firmware/metrology/line.hpp"
-#include "firmware/metrology/retract.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/fit/line.hpp"
+#include "firmware/metrology/touch/retract.hpp"
 
 // Noisy data that both we and the judge are given.
 namespace probebox::judge {

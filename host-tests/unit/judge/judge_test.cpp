@@ -7,10 +7,11 @@
 #include <random>
 
 #include "ceres_problems.hpp"
-#include "firmware/metrology/joint_chain.hpp"
+#include "firmware/metrology/features/sphere_fit.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+#include "firmware/metrology/kinematics/joint_chain.hpp"
 #include "firmware/metrology/solve.hpp"
-#include "firmware/metrology/sphere_fit.hpp"
-#include "firmware/metrology/touch_agreement.hpp"
+#include "firmware/metrology/touch/touch_selection.hpp"
 #include "judge_cases.hpp"
 
 namespace probebox::judge {
@@ -169,7 +170,9 @@ TEST(Judge, TouchFitOfAnArm) {
     addJoints(arm, retracts);
     const auto noise = metrology::poolNoise(retracts);
     metrology::TouchModel model{
-        retracts, noise, {.delays = metrology::Delays::each_joint, .gain = metrology::Gain::by_touch, .kinematics = &chain}};
+        retracts,
+        noise,
+        {.delays = metrology::Delays::each_joint, .gain = metrology::Gain::by_touch, .kinematics = &chain}};
     const auto start = model.start();
     ASSERT_TRUE(start.ok()) << start.error().reason;
     model.weighAt(start.value());

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <memory>
 
+#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
 #include "tools/plan/simulated_run.hpp"
 
 namespace probebox::plan {

@@ -10,7 +10,7 @@
 #include "bare_pump.hpp"
 #include "drivers/usb_gadget/gadget_port.hpp"
 #include "drivers/usb_host/usb_link.hpp"
-#include "firmware/app/host_link.hpp"
+#include "firmware/app/host/host_link.hpp"
 #include "protocol/codec/block.hpp"
 #include "tools/link/client.hpp"
 #include "usb_gadget.hpp"

@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "tools/case/case_folder.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/dataset_from_json.hpp"
-#include "tools/probebox/followed_run.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/followed_run.hpp"
+#include "tools/probebox/tables/dataset_from_json.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

@@ -7,11 +7,11 @@
 #include "firmware/clock/estimator.hpp"
 #include "firmware/clock/tick_map.hpp"
 #include "protocol/events/event.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/csv_rows.hpp"
-#include "tools/probebox/integer_table.hpp"
-#include "tools/probebox/progress_bar.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/tables/csv_rows.hpp"
+#include "tools/probebox/tables/integer_table.hpp"
+#include "tools/probebox/text/progress_bar.hpp"
 
 namespace probebox::command {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string_view>
 
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/pace.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/pace.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

@@ -1,10 +1,11 @@
 #include <vector>
 
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/csv_rows.hpp"
-#include "tools/probebox/npy_rows.hpp"
-#include "tools/probebox/scale.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/tables/csv_rows.hpp"
+#include "tools/probebox/tables/npy_rows.hpp"
+#include "tools/probebox/tables/scale.hpp"
+#include "tools/probebox/tables/table_of_recording.hpp"
 
 namespace probebox::command {
 namespace {

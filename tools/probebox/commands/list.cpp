@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "drivers/io/rendezvous.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/on_usb.hpp"
-#include "tools/probebox/plug_watch.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/on_usb.hpp"
+#include "tools/probebox/link/plug_watch.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

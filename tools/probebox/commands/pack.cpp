@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "tools/link/recording_maker.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/integer_table.hpp"
-#include "tools/probebox/output.hpp"
-#include "tools/probebox/progress_bar.hpp"
+#include "tools/probebox/cli/output.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/tables/integer_table.hpp"
+#include "tools/probebox/text/progress_bar.hpp"
 
 namespace probebox::command {
 namespace {

@@ -1,14 +1,15 @@
-#include "firmware/procedure/plan.hpp"
+#include "firmware/procedure/plan/plan.hpp"
 
 #include <algorithm>
 #include <numbers>
 #include <vector>
 
+#include "firmware/procedure/plan/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/plan/forecast.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

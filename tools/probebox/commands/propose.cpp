@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tools/case/case_folder.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
 
 namespace probebox::command {
 namespace {

@@ -2,12 +2,12 @@
 #include <optional>
 
 #include "tools/link/recording.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/lasting_stream.hpp"
-#include "tools/probebox/output.hpp"
-#include "tools/probebox/read_through.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/cli/output.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/lasting_stream.hpp"
+#include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

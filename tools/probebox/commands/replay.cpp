@@ -2,9 +2,9 @@
 #include <unistd.h>
 
 #include "drivers/io/rendezvous.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/report.hpp"
 #include "tools/replay/replay_box.hpp"
 
 namespace probebox::command {

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/output.hpp"
+#include "tools/probebox/cli/output.hpp"
+#include "tools/probebox/commands/commands.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/subjects.hpp"
 

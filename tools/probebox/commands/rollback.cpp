@@ -1,6 +1,6 @@
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/result_number.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/result_number.hpp"
+#include "tools/probebox/link/box.hpp"
 
 namespace probebox::command {
 namespace {

@@ -1,16 +1,16 @@
-#include "firmware/metrology/selftest.hpp"
+#include "firmware/metrology/selftest/selftest.hpp"
 
 #include <algorithm>
 #include <thread>
 #include <vector>
 
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/dataset_from_json.hpp"
-#include "tools/probebox/followed_run.hpp"
-#include "tools/probebox/read_through.hpp"
-#include "tools/probebox/report.hpp"
-#include "tools/probebox/report_loop_back.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/followed_run.hpp"
+#include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/tables/dataset_from_json.hpp"
+#include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_loop_back.hpp"
 
 // The first run of a box on its machine: what is connected, whether its clock runs, and whether every axis and the
 // probe mean what the descriptions say.

@@ -1,7 +1,7 @@
 #include <filesystem>
 
 #include "tools/case/solve_cases.hpp"
-#include "tools/probebox/commands.hpp"
+#include "tools/probebox/commands/commands.hpp"
 
 namespace probebox::command {
 

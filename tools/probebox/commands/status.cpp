@@ -3,10 +3,10 @@
 #include <utility>
 #include <vector>
 
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/read_through.hpp"
-#include "tools/probebox/report.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 

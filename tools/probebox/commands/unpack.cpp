@@ -1,5 +1,7 @@
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/csv_rows.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/tables/csv_rows.hpp"
+#include "tools/probebox/tables/scale.hpp"
+#include "tools/probebox/tables/table_of_recording.hpp"
 
 namespace probebox::command {
 namespace {

@@ -1,8 +1,8 @@
 #include <vector>
 
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/read_through.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/read_through.hpp"
 
 namespace probebox::command {
 namespace {

@@ -3,13 +3,13 @@
 #include <vector>
 
 #include "tools/link/recording.hpp"
-#include "tools/probebox/box.hpp"
-#include "tools/probebox/commands.hpp"
-#include "tools/probebox/lasting_stream.hpp"
-#include "tools/probebox/pace.hpp"
-#include "tools/probebox/read_through.hpp"
-#include "tools/probebox/report.hpp"
-#include "tools/probebox/scale.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/pace.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/lasting_stream.hpp"
+#include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/tables/scale.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {

@@ -1,0 +1,38 @@
+#pragma once
+#include <string>
+#include <thread>
+
+#include "firmware/app/cnc/modbus_server.hpp"
+#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/threads/core_thread.hpp"
+
+namespace probebox::app {
+
+// One serial line of a CNC with a thread of its own: whatever happens on it, the others do not wait.
+class CncLine {
+ public:
+  // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".
+  static Outcome<ModbusOptions> parse(const std::string& text);
+
+  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk);
+  ~CncLine();
+  CncLine(const CncLine&) = delete;
+  CncLine& operator=(const CncLine&) = delete;
+
+  void start();
+  // Any thread:
+  const std::string& device() const { return device_; }
+  ModbusCounters counters() const { return server_.counters(); }
+  std::uint64_t rounds() const { return server_.rounds(); }
+
+ private:
+  bool take(const Event& event);
+
+  StateBuffer& states_;
+  ControlDesk& desk_;
+  std::string device_;
+  ModbusServer server_;
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,227 @@
+#include "firmware/app/cnc/modbus_server.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <modbus/modbus.h>
+#include <new>
+#include <poll.h>
+#include <thread>
+#include <utility>
+
+#include "drivers/serial/linux_serial.hpp"
+
+namespace probebox::app {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr serial::Settings kUsual{19200, serial::Parity::even, 8, 1};
+constexpr milliseconds kFirstBackOff{50};
+constexpr milliseconds kLongestBackOff{2000};
+// Longer than the pauses of a USB adapter (16 ms), shorter than any master's time-out.
+constexpr milliseconds kSilence{50};
+constexpr milliseconds kIdle{1000};
+constexpr int kMostReads = MODBUS_MAX_READ_REGISTERS;
+constexpr int kMostWrites = MODBUS_MAX_WRITE_REGISTERS;
+
+// The silence that must stand before an answer: 3.5 characters of 11 bits, and never below 1.75 ms.
+microseconds turnaround(unsigned baud) {
+  return std::max(microseconds{1750}, microseconds{38'500'000 / baud});
+}
+
+struct FreeContext {
+  void operator()(modbus_t* context) const { modbus_free(context); }
+};
+struct FreeMapping {
+  void operator()(modbus_mapping_t* mapping) const { modbus_mapping_free(mapping); }
+};
+
+}  // namespace
+
+// libmodbus builds and sends the answers; requests are found by length and CRC before it sees them.
+struct ModbusServer::Library {
+  explicit Library(const ModbusOptions& options)
+      : context{modbus_new_rtu(options.line.path.c_str(), static_cast<int>(options.line.settings.baud), 'N', 8, 1)},
+        mapping{modbus_mapping_new(0, 0, modbus::kRegisterCount, modbus::kRegisterCount)} {
+    if (!context || !mapping) throw std::bad_alloc{};
+    modbus_set_slave(context.get(), options.unit);
+  }
+
+  std::unique_ptr<modbus_t, FreeContext> context;
+  std::unique_ptr<modbus_mapping_t, FreeMapping> mapping;
+};
+
+Outcome<ModbusOptions> parseModbusOptions(std::string_view text) {
+  ModbusOptions options;
+  std::string line;
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto part = text.substr(at, text.find(',', at) - at);
+    at += part.size() + 1;
+    if (!part.starts_with("unit=")) {
+      line += (line.empty() ? "" : ",") + std::string{part};
+      continue;
+    }
+    const auto number = part.substr(5);
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), options.unit);
+    if (error != std::errc{} || end != number.data() + number.size() || options.unit < 1 || options.unit > 247) {
+      return Error{"'" + std::string{part} + "' is no Modbus unit: write unit=1 to unit=247"};
+    }
+  }
+  auto address = serial::parseAddress(line, kUsual);
+  if (!address) return address.error();
+  options.line = std::move(address).value();
+  return options;
+}
+
+ModbusServer::ModbusServer(ModbusOptions options, Faces faces)
+    : options_{std::move(options)},
+      faces_{std::move(faces)},
+      library_{std::make_unique<Library>(options_)},
+      back_off_{kFirstBackOff} {}
+
+ModbusServer::~ModbusServer() = default;
+
+Outcome<bool> ModbusServer::open() {
+  auto pipe = serial::openSerial(options_.line.path, options_.line.settings);
+  if (!pipe) return pipe.error();
+  pipe_ = std::move(pipe).value();
+  modbus_set_socket(library_->context.get(), pipe_->descriptor());
+  return true;
+}
+
+void ModbusServer::stop() {
+  stopped_ = true;
+  wake_up_.notify();
+}
+
+void ModbusServer::run() {
+  while (!stopped_) {
+    ++rounds_;
+    if (!opened()) {
+      wake_up_.wait(back_off_);
+      back_off_ = std::min(2 * back_off_, kLongestBackOff);
+      continue;
+    }
+    std::array<pollfd, 2> waits{pollfd{pipe_->descriptor(), POLLIN, 0}, pollfd{wake_up_.descriptor(), POLLIN, 0}};
+    const auto timeout = requests_.pending() ? kSilence : kIdle;
+    const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
+    if (ready == 0) requests_.silence();
+    if (ready > 0 && waits[0].revents != 0) receive();
+    bad_frames_ = requests_.badFrames();
+    skipped_bytes_ = requests_.skippedBytes();
+  }
+  pipe_.reset();
+}
+
+bool ModbusServer::opened() {
+  if (pipe_) return true;
+  const auto good = open();
+  if (!good) {
+    if (!was_lost_) faces_.report(good.error().what + "; trying again until it is there");
+    was_lost_ = true;
+    return false;
+  }
+  if (was_lost_) {
+    ++reopened_;
+    faces_.report(options_.line.path + ": the line is back");
+  }
+  was_lost_ = false;
+  return true;
+}
+
+void ModbusServer::lost() {
+  pipe_.reset();
+  requests_.silence();
+  // A new master starts from power-on settings.
+  writable_ = {};
+  was_lost_ = true;
+  faces_.report(options_.line.path + ": the line hung up; opening it again");
+}
+
+void ModbusServer::receive() {
+  std::array<std::byte, modbus::kMaxFrameBytes> buffer{};
+  const auto got = pipe_->read(buffer);
+  // Only a line that says something has really come back.
+  if (got.bytes > 0) back_off_ = kFirstBackOff;
+  auto rest = std::span<const std::byte>{buffer}.first(got.bytes);
+  while (!rest.empty()) {
+    rest = rest.subspan(requests_.push(rest));
+    while (const auto request = requests_.next()) answer(*request);
+  }
+  if (got.state == io::PipeState::closed) lost();
+}
+
+void ModbusServer::answer(const modbus::Request& request) {
+  if (request.unit() != options_.unit && request.unit() != MODBUS_BROADCAST_ADDRESS) return;
+  std::this_thread::sleep_for(turnaround(options_.line.settings.baud));
+  image_.fill(faces_.snapshot(), writable_.wordOrder());
+  switch (request.function()) {
+    case modbus::Function::read_holding:
+    case modbus::Function::read_input:
+      return read(request);
+    case modbus::Function::write_one:
+    case modbus::Function::write_many:
+      return write(request);
+  }
+  refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
+}
+
+void ModbusServer::read(const modbus::Request& request) {
+  const int wanted = request.word(4);
+  if (wanted < 1 || wanted > kMostReads) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+  if (request.address() + static_cast<std::size_t>(wanted) > modbus::kRegisterCount) {
+    return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS);
+  }
+  reply(request);
+}
+
+void ModbusServer::write(const modbus::Request& request) {
+  std::array<std::uint16_t, kMostWrites> values{};
+  std::size_t wanted = 1;
+  std::size_t data_at = 4;
+  if (request.function() == modbus::Function::write_many) {
+    wanted = request.word(4);
+    data_at = 7;
+    if (wanted < 1 || wanted > values.size() || request.bytes[6] != 2 * wanted) {
+      return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+    }
+  }
+  for (std::size_t i = 0; i < wanted; ++i) values[i] = request.word(data_at + 2 * i);
+
+  auto changed = writable_;
+  const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
+  if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
+  // What the box does not want leaves no trace, so that the same request may be tried again.
+  for (const auto& event : *outcome) {
+    if (!faces_.take(event)) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+  }
+  writable_ = changed;
+  reply(request);
+}
+
+void ModbusServer::reply(const modbus::Request& request) {
+  writable_.show(image_.registers());
+  auto* mapping = library_->mapping.get();
+  const auto registers = image_.registers();
+  std::copy(registers.begin(), registers.end(), mapping->tab_registers);
+  std::copy(registers.begin(), registers.end(), mapping->tab_input_registers);
+  count(modbus_reply(library_->context.get(), request.bytes.data(), static_cast<int>(request.size), mapping),
+        answered_);
+}
+
+void ModbusServer::refuse(const modbus::Request& request, unsigned exception_code) {
+  if (request.unit() == MODBUS_BROADCAST_ADDRESS) return;
+  count(modbus_reply_exception(library_->context.get(), request.bytes.data(), exception_code), refused_);
+}
+
+void ModbusServer::count(int sent, std::atomic<std::uint64_t>& counter) {
+  ++(sent >= 0 ? counter : unsent_);
+}
+
+ModbusCounters ModbusServer::counters() const {
+  return {answered_, refused_, bad_frames_, skipped_bytes_, unsent_, reopened_};
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,96 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/serial/settings.hpp"
+#include "firmware/app/threads/wake_up.hpp"
+#include "firmware/corrections/snapshot.hpp"
+#include "firmware/modbus/register_image.hpp"
+#include "firmware/modbus/rtu_requests.hpp"
+#include "firmware/modbus/writable_registers.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+struct ModbusOptions {
+  serial::Address line;
+  std::uint8_t unit{1};
+};
+
+// "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]"
+Outcome<ModbusOptions> parseModbusOptions(std::string_view text);
+
+struct ModbusCounters {
+  std::uint64_t answered{};
+  std::uint64_t refused{};     // answered by an exception
+  std::uint64_t bad_frames{};  // runs of bytes that were no request
+  std::uint64_t skipped_bytes{};
+  std::uint64_t unsent{};    // answers that the line did not take
+  std::uint64_t reopened{};  // the line went away and came back
+};
+
+// Serves the register map on one serial line, on a thread of its own. A line that hangs up is opened again, for ever.
+class ModbusServer {
+ public:
+  // All three are called on the thread of run().
+  struct Faces {
+    std::function<corrections::Snapshot()> snapshot;  // what the next answer shows, as a whole
+    std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
+    std::function<void(const std::string&)> report;  // the line was lost, or is back
+  };
+
+  ModbusServer(ModbusOptions options, Faces faces);
+  ~ModbusServer();
+
+  // Opens the line, so that a wrong device or setting is told at the start. run() does it where this was not called.
+  Outcome<bool> open();
+
+  void run();
+  void stop();  // from any thread; run() returns at once
+
+  ModbusCounters counters() const;
+  // Goes on for as long as run() does, whether the line says something or not.
+  std::uint64_t rounds() const { return rounds_; }
+
+ private:
+  struct Library;
+
+  bool opened();
+  void receive();
+  void lost();
+  void answer(const modbus::Request& request);
+  void read(const modbus::Request& request);
+  void write(const modbus::Request& request);
+  void reply(const modbus::Request& request);
+  void refuse(const modbus::Request& request, unsigned exception_code);
+  void count(int sent, std::atomic<std::uint64_t>& counter);
+
+  const ModbusOptions options_;
+  const Faces faces_;
+  std::unique_ptr<Library> library_;
+  std::unique_ptr<io::BytePipe> pipe_;
+  std::chrono::milliseconds back_off_{};
+  bool was_lost_{};
+
+  modbus::RtuRequests requests_;
+  modbus::RegisterImage image_;
+  modbus::WritableRegisters writable_;
+
+  WakeUp wake_up_;
+  std::atomic<bool> stopped_{};
+  std::atomic<std::uint64_t> rounds_{};
+  std::atomic<std::uint64_t> answered_{};
+  std::atomic<std::uint64_t> refused_{};
+  std::atomic<std::uint64_t> unsent_{};
+  std::atomic<std::uint64_t> reopened_{};
+  std::atomic<std::uint64_t> bad_frames_{};
+  std::atomic<std::uint64_t> skipped_bytes_{};
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,379 @@
+#include "firmware/app/host/control_desk.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "board/describe/machine.hpp"
+#include "firmware/app/host/run_options.hpp"
+#include "firmware/app/results/result_summary.hpp"
+#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
+#include "protocol/messages/control.hpp"
+
+namespace probebox::app {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
+  answer.outward_normal = step.touch.outward_normal;
+  answer.retract_direction = step.touch.retract_direction;
+  answer.overtravel_mm = step.overtravel_mm;
+  answer.clearance_mm = step.clearance_mm;
+  answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+  answer.kind = static_cast<messages::StepKind>(step.kind);
+  answer.feature = static_cast<messages::StepFeature>(step.feature);
+  answer.ball = step.touch.ball;
+  answer.turns = step.turns;
+  answer.rotary_angles_rad = step.touch.rotary_angles_rad;
+  for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
+  answer.run_out_mm = procedure::kRunOut_mm;
+  answer.travel_mm = step.touch.travel_mm;
+  answer.shank_height_mm = step.touch.shank_height_mm;
+  answer.tool = step.touch.tool;
+  answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
+}
+
+// A source that machine.toml does not describe can never be good.
+std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
+  using corrections::SourceKind;
+  constexpr auto kKnown = static_cast<std::uint16_t>((1U << corrections::kSourceKinds) - 1);
+  if ((mask & ~kKnown) != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
+  const auto absent = [&](SourceKind kind) {
+    return (mask & bitOf(kind)) != 0 &&
+           state.snapshot.health[static_cast<std::size_t>(kind)] == corrections::Health::off;
+  };
+  if (absent(SourceKind::swivel)) return Error{"machine.toml describes no head that swivels: add [swivel]."};
+  if (absent(SourceKind::rotary)) return Error{"machine.toml describes no table that turns: add [rotary_table]."};
+  return std::nullopt;
+}
+
+bool inProgress(procedure::State state) {
+  return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
+}
+
+// Why a marker does not belong to what is being done.
+std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
+  if (marker.phase > MarkerPhase::abandon) return Error{"A marker's phase is 0 begin, 1 end or 2 abandon."};
+  const auto& progress = state.procedure;
+  if (!inProgress(progress.state)) return Error{"No procedure is running: start one with probebox calibrate."};
+  if (marker.procedure == progress.run && marker.step == progress.step) return std::nullopt;
+  return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
+               ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
+               ": ask for its status and follow it."};
+}
+
+}  // namespace
+
+ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
+                         std::function<void(Reply)> reply_later)
+    : identity_{std::move(identity)}, access_{access}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
+
+std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
+                                         const box::State& state, const LinkVitals& vitals) {
+  followLoops(state.procedure);
+  if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
+    return askWorker(link, request);
+  Reply reply = answer(request, state, vitals);
+  reply.link = link;
+  reply.ticket = request.ticket;
+  return reply;
+}
+
+Reply ControlDesk::answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals) {
+  switch (request.operation) {
+    case Operation::status:
+      return describeStatus(state, vitals);
+    case Operation::procedure_status:
+      return describeProcedure(state);
+    case Operation::post_marker:
+      return takeMarker(request.body, state);
+    case Operation::start_procedure:
+      return startProcedure(request.body, state);
+    case Operation::abort_procedure:
+      return abortProcedure(request.body, state);
+    case Operation::corrections:
+      return ok(correctionsAnswer(state));
+    case Operation::home_axes:
+      return homeAxes(request.body, state);
+    case Operation::tell_pose:
+      return tellPose(request.body, state);
+    case Operation::enable_sources:
+      return enableSources(request.body, state);
+    default:
+      return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
+  }
+}
+
+Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
+  messages::Status::Answer answer;
+  answer.board = identity_.board;
+  answer.firmware_version = identity_.firmware_version;
+  answer.uptime_ms = vitals.uptime_ms;
+  answer.from_hosts = vitals.from_hosts;
+  answer.usb_ports = vitals.usb_ports;
+  answer.clock = clockStatus(state);
+  answer.receiver = receiverStatus(state);
+  answer.receiver.bad_packets = with_.counters.receiver_bad_packets;
+  answer.ledger = {.produced = state.snapshot.produced_samples,
+                   .lost_at_source = state.snapshot.lost_at_source_samples,
+                   .lost_in_queue = state.snapshot.lost_in_queue_samples};
+  answer.queue_high_water = with_.counters.queue_high_water;
+  answer.deadline_misses = with_.counters.deadline_misses;
+  answer.events = eventCounts(state);
+  answer.procedure = procedureInWords(state);
+  answer.active_results = with_.calibrations.inForce().active();
+  answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
+  answer.cnc_lines = with_.cnc_lines();
+  for (const auto& line : answer.cnc_lines) {
+    answer.modbus.requests += line.answered + line.refused;
+    answer.modbus.bad_frames += line.bad_frames;
+  }
+  answer.unused_events = unusedEvents(state);
+  answer.journal_lost = with_.counters.journal_lost_events;
+  for (auto& row : with_.sources.rows())
+    answer.sources.push_back(
+        {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
+  answer.lines = identity_.lines;
+  for (auto& line : answer.lines) {
+    const auto& counters = state.lines.at(line.role).at(line.line);
+    line.edges = counters.edges;
+    line.lost = counters.lost;
+  }
+  return ok(answer);
+}
+
+// The core has learnt what comes after the steps that were planned.
+void ControlDesk::followLoops(const procedure::Progress& progress) {
+  if (progress.run != last_run_ || progress.rim == plan_.rim) return;
+  procedure::fill(plan_, plan_.method, options_, progress.rim);
+}
+
+std::string ControlDesk::procedureInWords(const box::State& state) const {
+  const auto& progress = state.procedure;
+  switch (progress.state) {
+    case procedure::State::idle:
+      return "idle";
+    case procedure::State::waiting:
+    case procedure::State::running: {
+      std::string text = procedure::promptFor(plan_, progress.step);
+      if (progress.timed_out) text += " (again: the end of the step never came)";
+      if (progress.last_fault != capture::TouchFault::none)
+        text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
+      return text;
+    }
+    case procedure::State::solving:
+      return "solving";
+    case procedure::State::proposed:
+      if (progress.result_id == 0) return "done";
+      return "result " + std::to_string(progress.result_id) + whereItStands(progress.result_id);
+    case procedure::State::refused:
+      return "refused";
+    case procedure::State::aborted:
+      return "aborted";
+  }
+  return {};
+}
+
+std::string ControlDesk::whereItStands(std::uint64_t result) const {
+  const auto& in_force = with_.calibrations.inForce();
+  if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
+  const auto active = in_force.active();
+  return std::ranges::find(active, result) != active.end() ? " is in force" : " waits to be accepted";
+}
+
+Reply ControlDesk::describeProcedure(const box::State& state) const {
+  const auto& progress = state.procedure;
+  messages::ProcedureStatus::Answer answer;
+  answer.referenced = state.snapshot.referenced;
+  if (last_run_ > progress.run) {
+    // Started, and the core has not published it yet: nobody may take the run before for this one.
+    answer.run = last_run_;
+    answer.state = messages::ProcedureState::waiting;
+    answer.prompt = "starting";
+    return ok(answer);
+  }
+  answer.run = progress.run;
+  answer.method = procedure::nameOf(progress.method);
+  answer.state = static_cast<messages::ProcedureState>(progress.state);
+  answer.step = progress.step;
+  answer.steps = progress.steps;
+  answer.result_id = progress.result_id;
+  answer.prompt = procedureInWords(state);
+  if (progress.step < progress.steps) {
+    describeStep(plan_.steps[progress.step], answer);
+  }
+  if (progress.state == procedure::State::refused) {
+    answer.refusal =
+        progress.step < progress.steps
+            ? "step " + std::to_string(progress.step + 1) + " failed " + std::to_string(progress.repeats) +
+                  " times: " + (progress.timed_out ? "its end never came" : capture::explain(progress.last_fault))
+            : with_.calibrations.lastRefusal();
+  }
+  return ok(answer);
+}
+
+Reply ControlDesk::takeMarker(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::PostMarker::Request>(body);
+  if (!request) return malformed(Operation::post_marker);
+  const Marker marker{.procedure = request->procedure,
+                      .step = request->step,
+                      .phase = static_cast<MarkerPhase>(request->phase),
+                      .rotary_angles_rad = request->rotary_angles_rad,
+                      .tool = request->tool,
+                      .nominal_speed_mm_s = request->nominal_speed_mm_s,
+                      .at_rest = request->at_rest,
+                      .at = {}};
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (const auto error = post(marker, state)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
+std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
+  if (!access_.allow_marker)
+    return Error{"Markers are off on this box: set allow_marker = true in [access] of service.toml."};
+  const MonoTime now = with_.time.now();
+  if (const auto* marker = std::get_if<Marker>(&said)) {
+    if (auto error = whyStray(*marker, state)) return error;
+  }
+  std::visit([now](auto& event) { event.at = now; }, said);
+  if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
+  return std::nullopt;
+}
+
+Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::HomeAxes::Request>(body);
+  if (!request) return malformed(Operation::home_axes);
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
+    return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
+    const AxisHomed homed{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
+    if (const auto error = post(homed, state)) return refused(ErrorCode::wrong_state, error->what);
+  }
+  return ok(messages::Nothing{});
+}
+
+Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::TellPose::Request>(body);
+  if (!request) return malformed(Operation::tell_pose);
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
+  if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= board::kMostToolLength_mm))
+    return refused(ErrorCode::malformed, "An angle is no number, or a tool's length is not from 0 to 2000 mm.");
+  const PoseTold told{.axes = request->axes,
+                      .angles_rad = request->angles_rad,
+                      .has_tool = request->has_tool,
+                      .tool = request->tool,
+                      .tool_length_mm = request->tool_length_mm,
+                      .at = {}};
+  if (const auto error = post(told, state)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
+Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::EnableSources::Request>(body);
+  if (!request) return malformed(Operation::enable_sources);
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (const auto error = whyNotSummed(request->mask, state)) return refused(ErrorCode::refused, error->what);
+  if (state.snapshot.inhibited)
+    return refused(ErrorCode::wrong_state, "A cut is on, and nothing changes meanwhile: try again when it is over.");
+  if (!with_.commands.push(SourcesEnabled{.mask = request->mask, .at = with_.time.now()}))
+    return refused(ErrorCode::busy, "The box is busy: send the request again.");
+  return ok(messages::Nothing{});
+}
+
+Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::StartProcedure::Request>(body);
+  if (!request) return malformed(Operation::start_procedure);
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  const auto method = procedure::methodNamed(request->method);
+  if (!method) {
+    std::string known;
+    for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
+    return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
+  }
+  const auto facts = with_.calibrations.factsNow();
+  const auto options = plannedOptions(*method, *request, facts, state);
+  if (!options) return options.error();
+  if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
+    return refused(ErrorCode::refused, error->what);
+  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, readBy(*request)))
+    return refused(ErrorCode::wrong_state, error->what);
+  if (procedure::findsAPlace(*method)) {
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+      if (state.snapshot.axes[axis].referenced) continue;
+      return refused(ErrorCode::wrong_state, std::string{"This method finds a place of the machine, and the axis "} +
+                                                 "XYZ"[axis] +
+                                                 " is not referenced: home it, or drive it over its mark.");
+    }
+  }
+  const bool starting = last_run_ > state.procedure.run;
+  if (starting || inProgress(state.procedure.state)) {
+    return refused(ErrorCode::busy, "Run " + std::to_string(std::max(last_run_, state.procedure.run)) +
+                                        " is still in progress: wait for its end or abort it.");
+  }
+  if (state.map.state != ClockState::locked)
+    return refused(ErrorCode::wrong_state, "The master clock is not locked: check the sync line, then start again.");
+  const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
+                                 .method = static_cast<std::uint16_t>(*method),
+                                 .at = with_.time.now(),
+                                 .options = *options};
+  if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  last_run_ = started.run;
+  options_ = *options;
+  procedure::fill(plan_, *method, options_);
+  return ok(messages::StartProcedure::Answer{.run = last_run_});
+}
+
+Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::AbortProcedure::Request>(body);
+  if (!request) return malformed(Operation::abort_procedure);
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  // One that the core has not published yet can be given up as well.
+  const std::uint32_t run = std::max(last_run_, state.procedure.run);
+  const bool starting = run > state.procedure.run;
+  if (!starting && !inProgress(state.procedure.state))
+    return refused(ErrorCode::wrong_state, "No procedure is running.");
+  if (request->run != 0 && request->run != run) {
+    return refused(ErrorCode::wrong_state, "Run " + std::to_string(request->run) + " is over: the box is at run " +
+                                               std::to_string(run) + ", which goes on.");
+  }
+  if (!starting && state.procedure.state == procedure::State::solving)
+    return refused(ErrorCode::wrong_state,
+                   "All touches are done and being solved: wait for the result, and do not accept it.");
+  const ProcedureAborted aborted{.run = run, .at = with_.time.now()};
+  if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
+  return ok(messages::Nothing{});
+}
+
+std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
+  auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
+  const auto job = [this, link, body, ticket = request.ticket, operation = request.operation] {
+    Reply reply =
+        operation == Operation::loop_back ? with_.loop_back.answer(*body) : with_.results.answer(operation, *body);
+    reply.link = link;
+    reply.ticket = ticket;
+    reply_later_(std::move(reply));
+  };
+  const auto busy = [&](const char* why) {
+    Reply reply = refused(ErrorCode::busy, why);
+    reply.link = link;
+    reply.ticket = request.ticket;
+    return reply;
+  };
+  if (request.operation != Operation::loop_back)
+    return with_.worker.post(job) ? std::nullopt : std::optional{busy("Too much is waiting already: try again.")};
+  // It takes seconds: one after the other, hosts would lose patience.
+  if (with_.loop_back.begin()) {
+    if (with_.worker.postPatient(job)) return std::nullopt;
+    with_.loop_back.end();
+  }
+  return busy("The loop-back is being measured already, or too much is waiting: try again in a few seconds.");
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,319 @@
+#include "firmware/app/host/link_service.hpp"
+
+#include <algorithm>
+#include <array>
+#include <pthread.h>
+#include <utility>
+
+#include "drivers/serial/linux_serial.hpp"
+#include "firmware/app/log/log.hpp"
+#include "firmware/app/results/result_summary.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::chrono::milliseconds kAdvance{10};
+constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
+constexpr Nanoseconds kRetry = std::chrono::seconds{1};
+
+messages::GapReason reasonOf(const FeedItem& item) {
+  return item.kind == FeedItem::Kind::lost_in_queue ? messages::GapReason::queue_full : wireReason(item.reason);
+}
+
+void addTo(messages::LinkCounters& sum, const messages::LinkCounters& counters) {
+  sum.frames += counters.frames;
+  sum.bad_crc += counters.bad_crc;
+  sum.bad_cobs += counters.bad_cobs;
+  sum.bad_length += counters.bad_length;
+  sum.oversize += counters.oversize;
+  sum.discarded_bytes += counters.discarded_bytes;
+  sum.unexpected += counters.unexpected;
+}
+
+}  // namespace
+
+LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters,
+                         WakeUp& wake_up)
+    : options_{std::move(options)},
+      desk_{desk},
+      feed_{feed},
+      states_{states},
+      counters_{counters},
+      wake_up_{wake_up},
+      started_{time_.now()},
+      history_{options_.history_bytes, options_.history_pieces, {messages::Profile::fast}},
+      transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples} {}
+
+LinkService::~LinkService() {
+  stop();
+}
+
+void LinkService::listen(tcp::Listener listener) {
+  listeners_.push_back(std::move(listener));
+}
+void LinkService::serve(const serial::Address& line) {
+  serial_lines_.push_back(std::make_unique<SerialLine>());
+  serial_lines_.back()->address = line;
+}
+void LinkService::serve(const usb_gadget::PortAddress& port) {
+  usb_ports_.push_back(std::make_unique<UsbPort>());
+  usb_ports_.back()->address = port;
+}
+
+void LinkService::start() {
+  thread_ = std::thread{[this] {
+    std::vector<EventLoop::Watch> watches;
+    for (auto& listener : listeners_) {
+      watches.push_back(loop_.watch(listener.descriptor(), [this, &listener] {
+        while (auto pipe = listener.accept()) {
+          if (Link* link = adopt(std::move(pipe), nullptr)) watch(*link);
+        }
+      }));
+    }
+    watches.push_back(loop_.watch(wake_up_.descriptor(), [this] {
+      wake_up_.clear();
+      passOn();
+      passOnReplies();
+    }));
+    watches.push_back(loop_.every(kAdvance, [this] { advance(); }));
+    loop_.run();
+    links_.clear();
+    usb_ports_.clear();
+  }};
+  pthread_setname_np(thread_.native_handle(), "links");
+}
+
+void LinkService::stop() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock{replies_mutex_};
+    stopping_ = true;
+  }
+  wake_up_.notify();
+  thread_.join();
+}
+
+void LinkService::reply(Reply reply) {
+  {
+    const std::lock_guard lock{replies_mutex_};
+    replies_.push_back(std::move(reply));
+  }
+  wake_up_.notify();
+}
+
+// Once a second at most: whoever knocks in a loop shall not fill the log.
+void LinkService::turnAway() {
+  ++turned_away_;
+  const MonoTime now = time_.now();
+  if (now - turned_away_said_ < kRetry) return;
+  turned_away_said_ = now;
+  logWarning(std::to_string(turned_away_) + " hosts were turned away so far: " + std::to_string(options_.most_links) +
+             " links are open already.");
+}
+
+bool LinkService::Door::mayTry(MonoTime now) {
+  if (now < next_try) return false;
+  next_try = now + kRetry;
+  return true;
+}
+
+void LinkService::Door::complain(const std::string& what) {
+  if (problem != what) logWarning(what + " Trying again every second.");
+  problem = what;
+}
+
+LinkService::Link* LinkService::adopt(io::Connection connection, Door* door) {
+  const auto from_network = std::ranges::count_if(links_, [](const auto& link) { return link->door == nullptr; });
+  if (door == nullptr && static_cast<std::size_t>(from_network) >= options_.most_links) {
+    turnAway();
+    return nullptr;
+  }
+  stream::SessionOptions session = options_.session;
+  session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
+  if (connection.control) session.heartbeat_period = kUsbHeartbeat;
+  links_.push_back(std::make_unique<Link>(
+      Link{.host = {++last_link_, std::move(connection), session, history_, time_.now()}, .door = door, .watch = {}}));
+  counters_.links = static_cast<std::uint32_t>(links_.size());
+  return links_.back().get();
+}
+
+void LinkService::watch(Link& link) {
+  link.watch = loop_.watch(link.host.descriptor(), [this, &link] { serve(link); });
+}
+
+void LinkService::openSerialLines(MonoTime now) {
+  for (const auto& line : serial_lines_) {
+    if (line->link != nullptr || !line->mayTry(now)) continue;
+    auto pipe = serial::openSerial(line->address.path, line->address.settings);
+    if (!pipe) {
+      line->complain(pipe.error().what);
+      continue;
+    }
+    line->problem.clear();
+    line->link = adopt(std::move(*pipe), line.get());
+    watch(*line->link);
+  }
+}
+
+void LinkService::openUsbPorts(MonoTime now) {
+  for (const auto& usb : usb_ports_) {
+    if (usb->port || !usb->mayTry(now)) continue;
+    auto port = usb_gadget::GadgetPort::open(usb->address);
+    if (!port) {
+      usb->complain(port.error().what + ".");
+      continue;
+    }
+    usb->problem.clear();
+    usb->port = std::move(*port);
+    usb->watch = loop_.watch(usb->port->descriptor(), [this, raw = usb.get()] { turn(*raw); });
+    logInfo("on the USB bus as a device");
+  }
+}
+
+// A new connection takes the place of the one before: the host has begun anew.
+void LinkService::turn(UsbPort& usb) {
+  usb.port->turn();
+  if (auto connection = usb.port->accept()) {
+    if (usb.link != nullptr) close(*usb.link);
+    usb.link = adopt(std::move(*connection), &usb);
+  }
+  if (usb.link != nullptr) serve(*usb.link);
+}
+
+void LinkService::serve(Link& link) {
+  link.host.receive(time_.now());
+  answerRequests(link);
+  flush(link);
+}
+
+void LinkService::answerRequests(Link& link) {
+  while (const auto request = link.host.session().nextRequest()) {
+    const auto reply = desk_.handle(link.host.id(), *request, states_.newest(), vitals());
+    if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
+  }
+}
+
+void LinkService::flush(Link& link) {
+  link.host.flush();
+  if (link.host.closed()) return close(link);
+  link.watch.wantWrite(link.host.waitsForWriting());
+}
+
+void LinkService::passOn(const stream::EncodedBlock& block) {
+  history_.push(block);
+  for (const auto& link : links_) link->host.session().offer(block);
+}
+
+void LinkService::passOn() {
+  while (feed_.pop(item_)) {
+    if (item_.kind == FeedItem::Kind::block) {
+      describe(item_.delay);
+      a_block_has_come_ = true;
+      history_.reachTrigger(item_.next_trigger);
+      const stream::EncodedBlock block{.first = item_.first,
+                                       .count = static_cast<std::uint32_t>(item_.count),
+                                       .bytes = std::span{item_.bytes}.first(item_.size)};
+      passOn(block);
+      passOn(transcoder_.fast(block));
+    } else if (item_.kind == FeedItem::Kind::trigger) {
+      history_.push(wireTrigger(item_.trigger));
+    } else {
+      const stream::GapNotice gap{.first = item_.first, .count = item_.count, .reason = reasonOf(item_)};
+      history_.push(gap);
+      for (const auto& link : links_) link->host.session().offer(gap);
+    }
+  }
+  for (const auto& link : links_) flush(*link);
+}
+
+void LinkService::passOnReplies() {
+  std::deque<Reply> replies;
+  bool stopping = false;
+  {
+    const std::lock_guard lock{replies_mutex_};
+    replies.swap(replies_);
+    stopping = stopping_;
+  }
+  if (stopping) loop_.quit();
+  for (const auto& reply : replies) {
+    for (const auto& link : links_) {
+      if (link->host.id() != reply.link) continue;
+      link->host.session().answer(reply.ticket, reply.code, reply.text, reply.body);
+      flush(*link);
+    }
+  }
+}
+
+void LinkService::advance() {
+  const MonoTime now = time_.now();
+  const box::State& state = states_.newest();
+  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : corrections::DelayInForce{});
+  if (std::exchange(state_seen_, state.at) != state.at) ++counters_.progress.links;
+  const stream::Vitals of_box{.uptime_ms = uptimeMs(),
+                              .clock_state = state.map.state,
+                              .clock_sigma_ns = state.map.sigma_ns,
+                              .deadline_misses = counters_.deadline_misses,
+                              .edges = edgeCounters(state.clock)};
+  for (const auto& link : links_) {
+    link->host.session().advance(now, of_box);
+    flush(*link);
+    // A serial line stays, and so does USB: the next host says HELLO on it.
+    if (link->door == nullptr && hasNothingToSay(*link, now)) close(*link);
+  }
+  dropClosed();
+  openSerialLines(now);
+  openUsbPorts(now);
+}
+
+// It has gone without a word, or never said HELLO: its place is for others.
+bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
+  constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
+  const auto state = link.host.session().state();
+  return state == stream::SessionState::down ||
+         (state == stream::SessionState::waiting && now - link.host.since() > kHelloUntil);
+}
+
+// The delay that is in the samples stands in the descriptor: blocks from here on go under it.
+void LinkService::describe(const corrections::DelayInForce& delay) {
+  if (delay.result_id == described_result_) return;
+  described_result_ = delay.result_id;
+  auto descriptor = options_.descriptor;
+  descriptor.delay = {
+      .calibrated = delay.calibrated, .tau_s = delay.tau_s, .sd_s = delay.sd_s, .result_id = delay.result_id};
+  history_.setDescriptor(messages::encoded(descriptor));
+}
+
+// Only marks the link: its own callback may be running.
+void LinkService::close(Link& link) {
+  if (link.closed) return;
+  link.closed = true;
+  addTo(from_gone_hosts_, link.host.session().linkCounters());
+  link.watch.pause();
+  link.host.hangUp();
+  if (link.door != nullptr) link.door->link = nullptr;
+}
+
+void LinkService::dropClosed() {
+  std::erase_if(links_, [](const auto& link) { return link->closed; });
+  counters_.links = static_cast<std::uint32_t>(links_.size());
+}
+
+LinkVitals LinkService::vitals() const {
+  LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_, .usb_ports = {}};
+  for (const auto& link : links_) {
+    if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
+  }
+  for (const auto& usb : usb_ports_) {
+    const auto counters = usb->port ? usb->port->counters() : usb_gadget::PortCounters{};
+    all.usb_ports.push_back({usb->problem, counters.connections, counters.suspensions, counters.discarded_bytes,
+                             counters.failed_transfers, counters.stalled_requests});
+  }
+  return all;
+}
+
+std::uint64_t LinkService::uptimeMs() const {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(time_.now() - started_).count());
+}
+
+}  // namespace probebox::app

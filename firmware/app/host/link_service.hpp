@@ -1,0 +1,131 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/serial/settings.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "drivers/usb_gadget/gadget_port.hpp"
+#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/host_link.hpp"
+#include "firmware/app/threads/core_thread.hpp"
+#include "firmware/app/threads/event_loop.hpp"
+#include "firmware/app/threads/feed.hpp"
+#include "firmware/app/threads/wake_up.hpp"
+#include "firmware/stream/history.hpp"
+#include "firmware/stream/session.hpp"
+#include "firmware/stream/transcoder.hpp"
+#include "protocol/messages/handshake.hpp"
+
+namespace probebox::app {
+
+// All links to hosts, in one thread that waits for all of them at once: TCP listeners, serial lines, USB ports, and a
+// session for each host. A slow or mad host costs its own session only.
+class LinkService {
+ public:
+  struct Options {
+    stream::SessionOptions session;
+    messages::Descriptor descriptor;  // without the delay in force
+    std::size_t history_bytes = 2U << 20U;
+    std::size_t history_pieces = 2048;
+    std::size_t most_links = 8;
+  };
+
+  LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters, WakeUp& wake_up);
+  ~LinkService();
+  LinkService(const LinkService&) = delete;
+  LinkService& operator=(const LinkService&) = delete;
+
+  // Before start().
+  void listen(tcp::Listener listener);
+  void serve(const serial::Address& line);
+  void serve(const usb_gadget::PortAddress& port);
+
+  void start();
+  void stop();
+
+  // Any thread: an answer that took its time.
+  void reply(Reply reply);
+
+ private:
+  struct Door;
+  struct Link {
+    HostLink host;
+    Door* door{};            // null: from the network
+    EventLoop::Watch watch;  // not for USB, whose port tells
+    bool closed{};
+  };
+  // Something that is tried again every second until it is there.
+  struct Door {
+    std::string problem;  // as it was last complained of; empty when all is well
+    MonoTime next_try{};
+    Link* link{};  // of the host that came in here
+    bool mayTry(MonoTime now);
+    void complain(const std::string& what);
+  };
+  struct SerialLine : Door {
+    serial::Address address;
+  };
+  struct UsbPort : Door {
+    usb_gadget::PortAddress address;
+    std::unique_ptr<usb_gadget::GadgetPort> port;
+    EventLoop::Watch watch;  // for the port and for its link
+  };
+
+  Link* adopt(io::Connection connection, Door* door);
+  void watch(Link& link);
+  void turnAway();
+  void openSerialLines(MonoTime now);
+  void openUsbPorts(MonoTime now);
+  void turn(UsbPort& port);
+  void serve(Link& link);
+  void answerRequests(Link& link);
+  void flush(Link& link);
+  void passOn();
+  void passOn(const stream::EncodedBlock& block);
+  void passOnReplies();
+  void advance();
+  void describe(const corrections::DelayInForce& delay);
+  void dropClosed();
+  void close(Link& link);
+  static bool hasNothingToSay(const Link& link, MonoTime now);
+  LinkVitals vitals() const;
+  std::uint64_t uptimeMs() const;
+
+  Options options_;
+  ControlDesk& desk_;
+  Feed& feed_;
+  StateBuffer& states_;
+  Counters& counters_;
+  WakeUp& wake_up_;
+  TimeSource time_;  // hosts live in real time, whatever the emulated machine's scale
+  MonoTime started_;
+  stream::History history_;
+  stream::Transcoder transcoder_;
+  FeedItem item_;
+  EventLoop loop_;
+  std::vector<tcp::Listener> listeners_;
+  std::vector<std::unique_ptr<SerialLine>> serial_lines_;
+  std::vector<std::unique_ptr<UsbPort>> usb_ports_;
+  std::vector<std::unique_ptr<Link>> links_;
+  std::uint64_t last_link_{};
+  std::uint64_t turned_away_{};
+  MonoTime turned_away_said_{};
+  messages::LinkCounters from_gone_hosts_;
+  MonoTime state_seen_{};
+  std::uint64_t described_result_{~std::uint64_t{0}};
+  bool a_block_has_come_{};  // until then the state tells what the first one will have
+  std::mutex replies_mutex_;
+  std::deque<Reply> replies_;
+  bool stopping_{};
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,307 @@
+#include "firmware/app/results/result_events.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include "firmware/metrology/dataset/machine_plane.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::string_view kDelay = "delay";
+constexpr std::string_view kCentreline = "centreline";
+constexpr std::string_view kScrewOf = "screw-";
+constexpr std::string_view kRotaryOf = "rotary-";
+constexpr std::string_view kSensorHeadOf = "sensor-head-";
+constexpr std::string_view kHeadMethod = "sensor-head-calibration";
+constexpr std::string_view kSwivelOf = "swivel-";
+
+constexpr std::array<std::string_view, 4> kTurningAxisMethods{"c-axis-alignment", "centreline", "centreline-by-steps",
+                                                              "centreline-limited-access"};
+
+std::string axisIn(const metrology::Dataset& dataset) {
+  const auto found = dataset.config.find("axis");
+  const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (axis == nullptr) return {};
+  std::string lower = *axis;
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::optional<Axis> screwAxis(std::string_view subject) {
+  if (subject == "screw-x") return Axis::x;
+  if (subject == "screw-y") return Axis::y;
+  if (subject == "screw-z") return Axis::z;
+  return std::nullopt;
+}
+
+// "rotary-c" of "rotary-" is about C; nothing for other subjects.
+std::optional<RotaryAxis> axisOf(std::string_view subject, std::string_view stem) {
+  constexpr std::string_view kLetters = "abc";
+  if (!subject.starts_with(stem) || subject.size() != stem.size() + 1) return std::nullopt;
+  const auto letter = kLetters.find(subject.back());
+  if (letter == std::string_view::npos) return std::nullopt;
+  return static_cast<RotaryAxis>(letter);
+}
+
+// Values of one key with their standard deviations, 0 where there is none. The error names the key.
+struct Values {
+  std::span<const double> values;
+  std::span<const double> sd;
+
+  double sdOf(std::size_t i) const { return i < sd.size() ? sd[i] : 0.0; }
+};
+Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count) {
+  const metrology::Estimate* found = result.find(key);
+  const std::string whose = "The result of " + result.method;
+  if (found == nullptr) return Error{whose + " says nothing about " + std::string{key} + "."};
+  if (count != 0 && found->values.size() != count) {
+    return Error{whose + " has " + std::to_string(found->values.size()) + " values of " + std::string{key} + ", not " +
+                 std::to_string(count) + "."};
+  }
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(found->sd, is_finite))
+    return Error{whose + " has a value of " + std::string{key} + " that is not a number: calibrate again."};
+  return Values{found->values, found->sd};
+}
+
+Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  const bool per_axis = result.find("tau_axis_s") != nullptr;
+  const auto tau = per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1);
+  if (!tau) return tau.error();
+  DelayActivated event{.result_id = id, .tau_s = {}, .sd_s = {}, .at = now};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const std::size_t i = per_axis ? axis : 0;
+    event.tau_s[axis] = tau->values[i];
+    event.sd_s[axis] = tau->sdOf(i);
+  }
+  return std::vector<Event>{event};
+}
+
+// (B14). A method that finds the centre at one height says nothing about the tilt: slope 0.
+Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  CentrelineActivated event{.result_id = id,
+                            .centre_mm = {},
+                            .slope = {},
+                            .reference_z_mm = 0,
+                            .sd_centre_mm = {},
+                            .sd_slope = {},
+                            .at = now};
+  const auto centre = valuesOf(result, "centre_mm", 2);
+  if (!centre) return centre.error();
+  for (std::size_t i = 0; i < 2; ++i) {
+    event.centre_mm[i] = centre->values[i];
+    event.sd_centre_mm[i] = centre->sdOf(i);
+  }
+  if (result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
+  const auto tilt = valuesOf(result, "C_tilt_rad", 2);
+  if (!tilt) return tilt.error();
+  const auto reference = valuesOf(result, "mean_z_mm", 1);
+  if (!reference) return reference.error();
+  event.reference_z_mm = reference->values[0];
+  for (std::size_t i = 0; i < 2; ++i) {
+    event.slope[i] = tilt->values[i];  // small: the tangent is the angle
+    event.sd_slope[i] = tilt->sdOf(i);
+  }
+  return std::vector<Event>{event};
+}
+
+Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
+  ScrewActivated event{
+      .result_id = id, .axis = axis, .gain = 0, .sd_gain = 0, .sectors = 0, .sector_nm = {}, .at = now};
+  const bool has_table = result.find("sector_table_um") != nullptr;
+  // A run on the machine sees the face alone: K stays.
+  if (result.find("K") != nullptr || !has_table) {
+    const auto gain = valuesOf(result, "K", 1);
+    if (!gain) return gain.error();
+    event.gain = gain->values[0];
+    event.sd_gain = gain->sdOf(0);
+  }
+  if (!has_table) return std::vector<Event>{event};
+  const auto table = valuesOf(result, "sector_table_um", 0);
+  if (!table) return table.error();
+  if (table->values.size() > kMostScrewSectors) {
+    return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, and this result has " +
+                 std::to_string(table->values.size()) + ": calibrate again with fewer."};
+  }
+  event.sectors = static_cast<std::uint8_t>(table->values.size());
+  constexpr double kMost_um = 1e6;  // a metre of extension is no reading
+  for (std::size_t i = 0; i < table->values.size(); ++i) {
+    const double value_um = table->values[i];
+    if (std::abs(value_um) > kMost_um) return Error{"A sector of the screw's table is longer than a metre."};
+    event.sector_nm[i] = static_cast<std::int32_t>(std::lround(value_um * 1e3));
+  }
+  return std::vector<Event>{event};
+}
+
+std::optional<Error> tooManyRows(std::size_t rows) {
+  if (rows <= kMostErrorRows) return std::nullopt;
+  return Error{"The box holds a table of " + std::to_string(kMostErrorRows) + " angles, and this result has " +
+               std::to_string(rows) + ": leave some out."};
+}
+
+// (B19)-(B21), and what the readings have left at each angle.
+Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
+  SwivelActivated event{.result_id = id, .axis = axis, .terms = {}, .rows = 0, .at = now};
+  const auto terms = valuesOf(result, "swivel_terms_mm", event.terms.size());
+  if (!terms) return terms.error();
+  const auto left = valuesOf(result, "left_by_angle_mm", 0);
+  if (!left) return left.error();
+  const std::size_t rows = left->values.size() / 4;  // B_deg, x, y, z
+  if (auto error = tooManyRows(rows)) return *error;
+  std::ranges::copy(terms->values, event.terms.begin());
+  event.rows = static_cast<std::uint8_t>(rows);
+  std::vector<Event> events{event};
+  for (std::size_t k = 0; k < rows; ++k) {
+    const auto row = left->values.subspan(4 * k, 4);
+    events.emplace_back(ErrorsAtAngle{.of = ErrorsOf::swivel,
+                                      .axis = axis,
+                                      .result_id = id,
+                                      .angle_rad = row[0] * std::numbers::pi / 180,
+                                      .errors = {row[1], row[2], row[3]},
+                                      .at = now});
+  }
+  return events;
+}
+
+// (E5), with the nominal axis that the errors are about.
+Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
+  RotaryActivated event{.result_id = id, .axis = axis, .point_mm = {}, .direction = {}, .sd = {}, .rows = 0, .at = now};
+  const auto point = valuesOf(result, "axis_point_mm", event.point_mm.size());
+  if (!point) return point.error();
+  const auto direction = valuesOf(result, "axis_direction", event.direction.size());
+  if (!direction) return direction.error();
+  const auto angles = valuesOf(result, "angle_rad", 0);
+  if (!angles) return angles.error();
+  const std::size_t rows = angles->values.size();
+  if (auto error = tooManyRows(rows)) return *error;
+  const auto errors = valuesOf(result, "six_errors", 6 * rows);
+  if (!errors) return errors.error();
+  std::ranges::copy(point->values, event.point_mm.begin());
+  std::ranges::copy(direction->values, event.direction.begin());
+  event.rows = static_cast<std::uint8_t>(rows);
+  for (std::size_t i = 0; i < 6 * rows; ++i) event.sd[i % 6] = std::max(event.sd[i % 6], errors->sdOf(i));
+  std::vector<Event> events{event};
+  for (std::size_t k = 0; k < rows; ++k) {
+    ErrorsAtAngle row{
+        .of = ErrorsOf::rotary, .axis = axis, .result_id = id, .angle_rad = angles->values[k], .errors = {}, .at = now};
+    std::ranges::copy(errors->values.subspan(6 * k, 6), row.errors.begin());
+    events.emplace_back(row);
+  }
+  return events;
+}
+
+std::string named(const store::Record& record) {
+  return "Result " + std::to_string(record.id);
+}
+
+// By the number that a config key gives; by the method's name where there is none.
+std::string numbered(const metrology::Dataset& dataset, const std::string& prefix, const char* key) {
+  const auto found = dataset.config.find(key);
+  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
+  return number != nullptr && *number >= 1 ? prefix + std::to_string(std::llround(*number)) : dataset.method;
+}
+
+}  // namespace
+
+std::string subjectOf(const metrology::Dataset& dataset) {
+  const std::string axis = axisIn(dataset);
+  if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
+  if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
+  if (dataset.method == "tool-setter") return numbered(dataset, "tool-", "tool");
+  if (dataset.method == "tool-assembly") return numbered(dataset, "assembly-", "tool_id");
+  if (dataset.method == kHeadMethod) return numbered(dataset, std::string{kSensorHeadOf}, "tool");
+  if (dataset.method == "swivel-error") {
+    if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
+      return std::string{kSwivelOf} + "abc"[plane->axis];
+  }
+  return subjectNamed(dataset.method);
+}
+
+Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
+  const metrology::Result* result = record.result();
+  if (result == nullptr) return Error{named(record) + " is a refusal."};
+  const auto matrix = valuesOf(*result, "sensor_matrix", 9);
+  if (!matrix) return matrix.error();
+  procedure::CalibratedHead head{.result_id = record.id, .tool = *sensorHeadOf(record.binding.subject)};
+  for (std::size_t i = 0; i < 9; ++i) {
+    head.matrix[i / 3][i % 3] = matrix->values[i];
+    head.sd[i / 3][i % 3] = matrix->sdOf(i);
+  }
+  return head;
+}
+
+std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
+  if (!subject.starts_with(kSensorHeadOf)) return std::nullopt;
+  const auto digits = subject.substr(kSensorHeadOf.size());
+  std::uint32_t tool = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), tool);
+  return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{tool} : std::nullopt;
+}
+
+std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject) {
+  return axisOf(subject, kRotaryOf);
+}
+
+std::string subjectNamed(std::string_view subject_or_method) {
+  if (subject_or_method.starts_with("delay-")) return std::string{kDelay};
+  if (std::ranges::find(kTurningAxisMethods, subject_or_method) != kTurningAxisMethods.end())
+    return std::string{kCentreline};
+  return std::string{subject_or_method};
+}
+
+Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {
+  const metrology::Result* result = record.result();
+  if (result == nullptr) return Error{named(record) + " is a refusal."};
+  const auto& subject = record.binding.subject;
+  if (subject == kDelay) return delay(*result, record.id, now);
+  if (subject == kCentreline) return centreline(*result, record.id, now);
+  if (subject == kHeadMethod)
+    return Error{named(record) + " does not say of which sensor head it is: give its case the config key 'tool'."};
+  if (sensorHeadOf(subject)) {
+    // The worker follows it, and the core hears nothing of it.
+    const auto head = calibratedHeadOf(record);
+    if (!head) return head.error();
+    return std::vector<Event>{};
+  }
+  if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
+  if (const auto axis = axisOf(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
+  if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
+  return std::vector<Event>{};
+}
+
+std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
+  if (subject == kDelay) return DelayActivated{.result_id = 0, .tau_s = {}, .sd_s = {}, .at = now};
+  if (subject == kCentreline) {
+    CentrelineActivated none{};
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = screwAxis(subject)) {
+    ScrewActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = axisOf(subject, kRotaryOf)) {
+    RotaryActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  if (const auto axis = axisOf(subject, kSwivelOf)) {
+    SwivelActivated none{};
+    none.axis = *axis;
+    none.at = now;
+    return none;
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::app

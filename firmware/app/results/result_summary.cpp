@@ -1,0 +1,251 @@
+#include "firmware/app/results/result_summary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <string_view>
+
+#include "firmware/app/results/result_events.hpp"
+
+namespace probebox::app {
+namespace {
+
+// One value a name: the parts of a vector get their index behind the key's stem.
+void appendValues(const metrology::Estimate& estimate, std::vector<messages::NamedValue>& values) {
+  for (std::size_t i = 0; i < estimate.values.size(); ++i) {
+    const bool has_sd = i < estimate.sd.size();
+    const std::string index = estimate.values.size() == 1 ? "" : "[" + std::to_string(i) + "]";
+    values.push_back({.key = estimate.key + index,
+                      .value = estimate.values[i],
+                      .sd = has_sd ? estimate.sd[i] : 0.0,
+                      .has_sd = has_sd});
+  }
+}
+
+// Six errors an angle, by the names of ISO 230-7: EXC_at_60_deg_mm.
+void appendSixErrors(const metrology::Estimate& six, const metrology::Estimate& angles_rad, const std::string& subject,
+                     std::vector<messages::NamedValue>& values) {
+  constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
+  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
+  for (std::size_t i = 0; i < six.values.size(); ++i) {
+    std::array<char, 48> at{};
+    const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;
+    std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
+    values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
+                      .value = six.values[i],
+                      .sd = six.sd.empty() ? 0.0 : six.sd[i],
+                      .has_sd = !six.sd.empty()});
+  }
+}
+
+void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
+  const auto angles = std::ranges::find(result.also, "angle_rad", &metrology::Estimate::key);
+  for (const auto& estimate : result.estimates) {
+    const bool by_angle = estimate.key == "six_errors" && angles != result.also.end() &&
+                          estimate.values.size() == 6 * angles->values.size();
+    if (by_angle)
+      appendSixErrors(estimate, *angles, subject, values);
+    else
+      appendValues(estimate, values);
+  }
+}
+
+messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
+  return {.referenced = axis.referenced,
+          .position_mm = axis.position_mm,
+          .last_fault = static_cast<std::uint8_t>(axis.last_fault),
+          .reference_losses = axis.reference_losses,
+          .has_screw = axis.has_screw,
+          .sensor_fault = static_cast<std::uint8_t>(axis.sensor_fault),
+          .extension_um = axis.extension_um,
+          .screw_offset_mm = axis.screw_offset_mm,
+          .screw_slope = axis.screw_slope,
+          .unused_indexes = axis.unused_indexes};
+}
+
+messages::RotaryAxisStatus rotaryStatus(const corrections::RotaryAxisState& axis) {
+  return {.described = axis.described,
+          .known = axis.known,
+          .doubtful = axis.doubtful,
+          .angle_rad = axis.angle_rad,
+          .last_fault = static_cast<std::uint8_t>(axis.last_fault),
+          .reference_losses = axis.reference_losses,
+          .result_id = axis.result_id,
+          .has_errors = axis.has_errors,
+          .errors = axis.errors,
+          .sd_errors = axis.sd_errors};
+}
+
+messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger) {
+  messages::StampedTrigger stamped{.number = trigger.number,
+                                   .has_position = {},
+                                   .position_mm = trigger.position_mm,
+                                   .correction_mm = {},
+                                   .correction_valid = trigger.served.valid,
+                                   .sequence = trigger.served.sequence};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (trigger.has_position[axis]) stamped.has_position = static_cast<std::uint8_t>(stamped.has_position | 1U << axis);
+    stamped.correction_mm[axis] = trigger.served.correction_nm[axis] * 1e-6;
+  }
+  return stamped;
+}
+
+}  // namespace
+
+messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
+  const auto stamped = stampedTrigger(placed.stamp);
+  return {.number = stamped.number,
+          .line = placed.stamp.line,
+          .line_sequence = placed.stamp.line_sequence,
+          .at = placed.stamp.at,
+          .tick = placed.tick,
+          .phase_q32 = placed.phase_q32,
+          .sigma_ns = placed.sigma_ns,
+          .clock_state = placed.clock_state,
+          .has_position = stamped.has_position,
+          .position_mm = stamped.position_mm,
+          .correction_mm = stamped.correction_mm,
+          .correction_valid = stamped.correction_valid,
+          .correction_degraded = placed.stamp.served.degraded,
+          .sequence = stamped.sequence};
+}
+
+messages::ResultState wireState(store::State state) {
+  return static_cast<messages::ResultState>(state);  // the store keeps the numbers of the wire
+}
+
+messages::ResultSummary summaryOf(const store::Record& record) {
+  messages::ResultSummary summary;
+  summary.id = record.id;
+  summary.state = wireState(record.state);
+  summary.method = record.method;
+  summary.subject = record.binding.subject;
+  summary.proposed_utc = record.proposed_utc;
+  summary.accepted_utc = record.accepted_utc;
+  summary.accepted_by = record.accepted_by;
+  summary.retired_utc = record.retired_utc;
+  summary.probe = record.binding.probe_serial_number;
+  summary.machine = record.binding.machine;
+  summary.mounting = record.binding.mounting;
+  if (const metrology::Result* result = record.result()) {
+    appendAll(*result, record.binding.subject, summary.values);
+    summary.rms = result->rms;
+    summary.dof = static_cast<std::uint32_t>(result->dof);
+    summary.condition = result->condition;
+    summary.chi2_reduced = result->chi2_reduced.value_or(0.0);
+    summary.warnings = result->warnings;
+  }
+  return summary;
+}
+
+messages::ResultTransition wireTransition(const store::Transition& transition) {
+  const auto& binding = transition.binding;
+  return {.number = transition.number,
+          .result_id = transition.result,
+          .method = transition.method,
+          .subject = binding.subject,
+          .probe = binding.probe_serial_number,
+          .machine = binding.machine,
+          .mounting = binding.mounting,
+          .state = wireState(transition.to),
+          .utc = transition.utc,
+          .by = transition.by};
+}
+
+messages::Corrections::Answer correctionsAnswer(const box::State& state) {
+  const auto& snapshot = state.snapshot;
+  messages::Corrections::Answer answer;
+  answer.valid = snapshot.valid;
+  answer.degraded = snapshot.degraded;
+  answer.correction_mm = snapshot.correction_mm;
+  answer.mask = snapshot.mask;
+  answer.sequence = snapshot.sequence;
+  answer.heartbeat = snapshot.heartbeat;
+  answer.age_ms = static_cast<std::uint32_t>(std::min<std::uint64_t>(snapshot.age_ms, 0xFFFFFFFF));
+  answer.delay_calibrated = snapshot.delay.calibrated;
+  answer.tau_s = snapshot.delay.tau_s;
+  answer.tau_sd_s = snapshot.delay.sd_s;
+  answer.settled = snapshot.settled;
+  answer.referenced = snapshot.referenced;
+  answer.inhibited = snapshot.inhibited;
+  for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
+    answer.sources.push_back({.bit = static_cast<std::uint8_t>(kind),
+                              .health = static_cast<std::uint8_t>(snapshot.health[kind]),
+                              .summed = (unsigned{snapshot.mask} >> kind & 1U) != 0});
+  }
+  for (const auto& axis : snapshot.axes) answer.axes.push_back(axisStatus(axis));
+  answer.centreline_calibrated = snapshot.centreline_calibrated;
+  answer.centreline_mm = snapshot.centreline.here_mm;
+  answer.centreline_slope = snapshot.centreline.result.slope;
+  answer.last_trigger = stampedTrigger(snapshot.last_trigger);
+  answer.unplaced_triggers = snapshot.unplaced_triggers;
+  answer.refused_homings = snapshot.refused_homings;
+  answer.delay_applied = snapshot.delay.calibrated && state.delay_applied;
+  for (const auto& axis : snapshot.rotary) answer.rotary_axes.push_back(rotaryStatus(axis));
+  const auto& swivel = snapshot.swivel;
+  answer.swivel = {.result_id = swivel.result_id,
+                   .error_mm = swivel.error_mm,
+                   .tool = swivel.tool,
+                   .has_tool_length = swivel.has_tool_length,
+                   .tool_length_mm = swivel.tool_length_mm};
+  return answer;
+}
+
+messages::EdgeCounters edgeCounters(const clock::ClockCounters& counters) {
+  return {.accepted = counters.accepted + counters.clipped,
+          .missing = counters.missing,
+          .doubled = counters.doubled,
+          .spurious = counters.spurious + counters.unfitting,
+          .lost = counters.lost_by_kernel,
+          .unlocked = counters.unlocked};
+}
+
+messages::ClockStatus clockStatus(const box::State& state) {
+  return {.state = state.map.state,
+          .sigma_ns = state.map.sigma_ns,
+          // A longer period is a slower clock.
+          .frequency_ppb = -state.clock_offset_ppm * 1e3,
+          .tick = state.map.tick,
+          .edges = edgeCounters(state.clock)};
+}
+
+messages::ReceiverStatus receiverStatus(const box::State& state) {
+  const auto& [clock_state, offset_ppm, sigma_ns, counters] = state.probe_clock;
+  messages::ReceiverStatus status{.state = clock_state,
+                                  .sigma_ns = 0,
+                                  .frequency_ppb = 0,
+                                  .samples = counters.samples,
+                                  .missing = counters.missing,
+                                  .unstamped = counters.unstamped,
+                                  .restarts = counters.restarts,
+                                  .relocks = counters.relocks,
+                                  .refused_frequency = counters.refused_frequency,
+                                  .bad_packets = 0};
+  const bool is_good = clock_state == ClockState::locked || clock_state == ClockState::holdover;
+  if (!is_good) return status;
+  status.sigma_ns = static_cast<std::uint32_t>(std::lround(sigma_ns));
+  status.frequency_ppb = -offset_ppm * 1e3;  // a longer period is a slower clock
+  return status;
+}
+
+messages::UnusedEvents unusedEvents(const box::State& state) {
+  return {.late = state.latch.late,
+          .disordered = state.latch.disordered,
+          .overwritten = state.latch.overwritten,
+          .incomplete_rows = state.incomplete_rows,
+          .stray_markers = state.stray_markers};
+}
+
+messages::EventCounts eventCounts(const box::State& state) {
+  const auto& lost = state.lost;
+  return {.received = state.events,
+          .lost = lost.sync_edges + lost.line_edges + lost.counts + lost.deflections,
+          .lost_in_queue = lost.queue_events,
+          .sources_gone = lost.sources_gone};
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,175 @@
+#include "firmware/app/results/results_desk.hpp"
+
+#include <utility>
+
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_summary.hpp"
+#include "protocol/messages/control.hpp"
+
+namespace probebox::app {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+// Leaves room for the envelope in one answer of a link.
+constexpr std::size_t kMostBytes = 12'000;
+
+Reply whyNot(const store::Failure& failure) {
+  switch (failure.reason) {
+    case store::Reason::unknown_result:
+      return refused(ErrorCode::not_found, failure.what);
+    case store::Reason::not_possible_now:
+    case store::Reason::other_binding:
+    case store::Reason::cut_is_on:
+      return refused(ErrorCode::wrong_state, failure.what);
+    default:
+      return refused(ErrorCode::refused, failure.what);
+  }
+}
+
+}  // namespace
+
+bool ResultsDesk::answers(Operation operation) {
+  switch (operation) {
+    case Operation::list_results:
+    case Operation::accept_result:
+    case Operation::rollback_result:
+    case Operation::result_history:
+    case Operation::get_dataset:
+    case Operation::set_inhibit:
+    case Operation::propose_case:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body) {
+  switch (operation) {
+    case Operation::list_results:
+      return listResults(body);
+    case Operation::accept_result:
+      return acceptResult(body);
+    case Operation::rollback_result:
+      return rollBack(body);
+    case Operation::result_history:
+      return history(body);
+    case Operation::get_dataset:
+      return getDataset(body);
+    case Operation::set_inhibit:
+      return setInhibit(body);
+    case Operation::propose_case:
+      return proposeCase(body);
+    default:
+      return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
+  }
+}
+
+Reply ResultsDesk::listResults(std::span<const std::byte> body) {
+  constexpr std::size_t kMostResults = 1000;
+  const auto request = messages::decode<messages::ListResults::Request>(body);
+  if (!request) return malformed(Operation::list_results);
+  auto records = calibrations_.newest(kMostResults);
+  if (!records) return whyNot(records.error());
+  messages::ListResults::Answer answer;
+  std::size_t bytes = 0;
+  for (auto record = records->rbegin(); record != records->rend(); ++record) {
+    if (record->id <= request->after_id || record->result() == nullptr) continue;
+    auto summary = summaryOf(*record);
+    summary.waiting_for_cut = calibrations_.inForce().isWaiting(record->id);
+    bytes += messages::encodedSize(summary);
+    answer.more = bytes > kMostBytes;
+    if (answer.more) break;
+    answer.results.push_back(std::move(summary));
+  }
+  return ok(answer);
+}
+
+Reply ResultsDesk::acceptResult(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::AcceptResult::Request>(body);
+  if (!request) return malformed(Operation::accept_result);
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  const auto accepted = calibrations_.inForce().accept(request->id, request->by);
+  if (!accepted) return whyNot(accepted.error());
+  return ok(messages::AcceptResult::Answer{.state = wireState(accepted->state),
+                                           .waiting_for_cut = accepted->state == store::State::accepted});
+}
+
+Reply ResultsDesk::rollBack(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::RollbackResult::Request>(body);
+  if (!request) return malformed(Operation::rollback_result);
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  auto& in_force = calibrations_.inForce();
+  const bool only_waited = request->id != 0 && in_force.isWaiting(request->id);
+  const auto changed =
+      request->id != 0 ? in_force.rollBack(request->id, request->by) : in_force.rollBack(request->subject, request->by);
+  if (!changed) return whyNot(changed.error());
+  const auto& [retired, active] = *changed;
+  return ok(messages::RollbackResult::Answer{.subject = (retired ? *retired : *active).binding.subject,
+                                             .retired_id = retired ? retired->id : 0,
+                                             .active_id = active ? active->id : 0,
+                                             .withdrawn = only_waited});
+}
+
+Reply ResultsDesk::history(std::span<const std::byte> body) {
+  constexpr std::size_t kMostTransitions = 100;
+  const auto request = messages::decode<messages::ResultHistory::Request>(body);
+  if (!request) return malformed(Operation::result_history);
+  const auto transitions = calibrations_.history({.result = request->id,
+                                                  .subject = subjectNamed(request->subject),
+                                                  .after = request->after_number,
+                                                  .count = kMostTransitions});
+  if (!transitions) return whyNot(transitions.error());
+  messages::ResultHistory::Answer answer;
+  answer.more = transitions->size() == kMostTransitions;
+  std::size_t bytes = 0;
+  for (const auto& transition : *transitions) {
+    auto on_the_wire = wireTransition(transition);
+    bytes += messages::encodedSize(on_the_wire);
+    if (bytes > kMostBytes) {
+      answer.more = true;
+      break;
+    }
+    answer.transitions.push_back(std::move(on_the_wire));
+  }
+  return ok(answer);
+}
+
+Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::GetDataset::Request>(body);
+  if (!request) return malformed(Operation::get_dataset);
+  const std::string& all = calibrations_.dataset(request->run);
+  if (all.empty()) {
+    return refused(ErrorCode::not_found, "The data of run " + std::to_string(request->run) +
+                                             " are not here: only those of the latest run that was solved are kept.");
+  }
+  if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
+  return ok(messages::GetDataset::Answer{
+      .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostBytes)});
+}
+
+Reply ResultsDesk::proposeCase(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::ProposeCase::Request>(body);
+  if (!request) return malformed(Operation::propose_case);
+  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  auto whole = incoming_.add(*request);
+  if (!whole) return refused(ErrorCode::refused, whole.error().what);
+  if (!*whole) return ok(messages::ProposeCase::Answer{});
+  const auto proposed = calibrations_.propose(std::move(**whole));
+  if (!proposed) return refused(ErrorCode::refused, proposed.error().what);
+  return ok(messages::ProposeCase::Answer{.result_id = proposed->id, .refusal = proposed->refusal});
+}
+
+// Answered when the core holds it: what is asked for next finds it so.
+Reply ResultsDesk::setInhibit(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::SetInhibit::Request>(body);
+  if (!request) return malformed(Operation::set_inhibit);
+  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (!core_.tellAndSee(CutInhibit{.active = request->active, .at = time_.now()}))
+    return refused(ErrorCode::busy, "The box is busy: say it again.");
+  calibrations_.look(core_.newest());
+  return ok(messages::Nothing{});
+}
+
+}  // namespace probebox::app

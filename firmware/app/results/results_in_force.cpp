@@ -1,0 +1,232 @@
+#include "firmware/app/results/results_in_force.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+#include "firmware/app/log/log.hpp"
+#include "firmware/app/results/result_events.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr Nanoseconds kSettling = std::chrono::seconds{1};
+constexpr Nanoseconds kPatience = std::chrono::seconds{1};
+
+std::string named(store::Id id) {
+  return "Result " + std::to_string(id);
+}
+
+store::Failure cutIsOn(const std::string& what) {
+  return {store::Reason::cut_is_on, "A cut is on, and nothing may change while it is: " + what};
+}
+
+}  // namespace
+
+std::string utcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now,
+                               WhyUnfit why_unfit, std::function<void(const Event&)> tell_core)
+    : store_{store},
+      mounting_{std::move(mounting)},
+      now_{std::move(now)},
+      why_unfit_{std::move(why_unfit)},
+      tell_core_{std::move(tell_core)} {}
+
+Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
+  auto events = activationOf(record, now_());
+  if (events) {
+    if (auto unfit = why_unfit_(*events)) return *unfit;
+  }
+  return events;
+}
+
+// A result that fitted when it was accepted may not fit what the box describes now: then none of its kind is in force.
+void ResultsInForce::tell(const store::Record& record) {
+  const auto events = fitActivation(record);
+  if (events) {
+    for (const auto& event : *events) tell_core_(event);
+    return;
+  }
+  logError(named(record.id) + " is not in force: " + events.error().what);
+  if (const auto none = noneInForce(record.binding.subject, now_())) tell_core_(*none);
+}
+
+store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
+  return {.subject = subject,
+          .probe_serial_number = mounting_.probe_serial_number,
+          .machine = mounting_.machine,
+          .mounting = mounting_.mounting};
+}
+
+std::vector<Event> ResultsInForce::restore() {
+  readStore();
+  std::vector<Event> events;
+  for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
+    const auto told = fitActivation(record);
+    if (told)
+      events.insert(events.end(), told->begin(), told->end());
+    else
+      logError(named(record.id) + " is not in force: " + told.error().what);
+  }
+  return events;
+}
+
+void ResultsInForce::look(const box::State& state) {
+  if (state.events == 0) return;  // the core has not published yet
+  if (!first_state_at_) first_state_at_ = state.at;
+  state_at_ = state.at;
+  inhibited_ = state.snapshot.inhibited;
+  if (mayChange()) activateWaiting();
+}
+
+bool ResultsInForce::mayChange() const {
+  return !inhibited_ && first_state_at_ && state_at_ - *first_state_at_ >= kSettling;
+}
+
+std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
+  const auto& binding = record.binding;
+  if (binding == bindingFor(binding.subject)) return std::nullopt;
+  return store::Failure{store::Reason::other_binding,
+                        named(record.id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting +
+                            " of " + binding.machine +
+                            ", which is not what this box describes now: change the descriptions, or calibrate again."};
+}
+
+std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
+  if (auto other = otherBinding(record)) return other;
+  if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
+  if (const auto told = fitActivation(record); !told)
+    return store::Failure{store::Reason::not_possible_now, told.error().what};
+  return std::nullopt;
+}
+
+ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by) {
+  const auto found = store_.find(id);
+  if (!found) return found.error();
+  if (auto objection = objectionTo(*found)) return *objection;
+  const bool was_active = found->state == store::State::active;
+  auto accepted = store_.accept(id, by, utcNow(), mayChange() ? store::Activation::at_once : store::Activation::later);
+  if (!accepted) return accepted;
+  readStore();
+  if (was_active || accepted->state != store::State::active) return accepted;
+  tell(*accepted);
+  return accepted;
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, const std::string& by) {
+  return rollBack(bindingFor(subjectNamed(subject)), by);
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::string& by) {
+  const auto found = store_.find(id);
+  if (!found) return found.error();
+  // One that does not fit any more can be gone back from as well.
+  if (auto other = otherBinding(*found)) return *other;
+  if (found->state == store::State::accepted) {
+    auto withdrawn = store_.withdraw(id, by, utcNow());
+    readStore();
+    if (!withdrawn) return withdrawn.error();
+    return store::RolledBack{.retired = std::move(*withdrawn), .active = std::nullopt};
+  }
+  if (found->state != store::State::active) {
+    return store::Failure{store::Reason::not_possible_now,
+                          named(id) + " is " + std::string{store::name(found->state)} +
+                              ", not in force: name the result that is, or its subject (" + found->binding.subject +
+                              ")."};
+  }
+  return rollBack(found->binding, by);
+}
+
+ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
+  if (!mayChange()) return cutIsOn("repeat the rollback when it is over.");
+  auto changed = store_.rollBack(binding, by, utcNow());
+  if (!changed) return changed;
+  readStore();
+  if (!changed->active) {
+    if (const auto none = noneInForce(binding.subject, now_())) tell_core_(*none);
+    return changed;
+  }
+  tell(*changed->active);
+  return changed;
+}
+
+void ResultsInForce::activateWaiting() {
+  if (now_() < patient_until_) return;
+  const auto waiting = this->waiting();
+  if (waiting.empty()) return;
+  for (const auto id : waiting) {
+    const auto activated = store_.activate(id, utcNow());
+    if (!activated) {
+      logError(named(id) + " waits and cannot come into force: " + activated.error().what);
+      patient_until_ = now_() + kPatience;
+      continue;
+    }
+    logInfo("no cut is on: result " + std::to_string(id) + ", which waited, is in force, accepted by " +
+            activated->accepted_by);
+    tell(*activated);
+  }
+  readStore();
+}
+
+// Those of this probe, machine and mounting; nothing, and said in the log, when the store cannot be read.
+std::optional<std::vector<store::Record>> ResultsInForce::ours(store::State state) const {
+  auto records = store_.inState(state);
+  if (!records) {
+    logError("The results in force could not be read: " + records.error().what);
+    return std::nullopt;
+  }
+  std::erase_if(*records, [&](const store::Record& each) { return each.binding != bindingFor(each.binding.subject); });
+  return std::move(*records);
+}
+
+void ResultsInForce::readStore() {
+  const auto in_force = ours(store::State::active);
+  const auto accepted = ours(store::State::accepted);
+  if (!in_force || !accepted) return;
+  std::vector<std::uint64_t> active;
+  std::vector<procedure::CalibratedHead> sensor_heads;
+  for (const auto& record : *in_force) {
+    if (!fitActivation(record)) continue;
+    active.push_back(record.id);
+    if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
+  }
+  std::vector<std::uint64_t> waiting;
+  for (const auto& record : *accepted) waiting.push_back(record.id);
+  const std::lock_guard lock{mutex_};
+  active_ = std::move(active);
+  waiting_ = std::move(waiting);
+  sensor_heads_ = std::move(sensor_heads);
+}
+
+std::vector<std::uint64_t> ResultsInForce::active() const {
+  const std::lock_guard lock{mutex_};
+  return active_;
+}
+
+std::vector<std::uint64_t> ResultsInForce::waiting() const {
+  const std::lock_guard lock{mutex_};
+  return waiting_;
+}
+
+std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_t tool) const {
+  const std::lock_guard lock{mutex_};
+  const auto found = std::ranges::find(sensor_heads_, tool, &procedure::CalibratedHead::tool);
+  return found == sensor_heads_.end() ? std::nullopt : std::optional{*found};
+}
+
+bool ResultsInForce::isWaiting(store::Id id) const {
+  const std::lock_guard lock{mutex_};
+  return std::ranges::find(waiting_, id) != waiting_.end();
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,94 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/box/state.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/store/store.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// What a calibration belongs to.
+struct Mounting {
+  std::string probe_serial_number;
+  std::string machine;
+  std::string mounting;
+};
+
+// Now, ISO 8601.
+std::string utcNow();
+
+// Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
+// before the core hears of it. Lives on the worker's thread, except for active(), isWaiting() and sensorHead(),
+// which any thread may ask.
+class ResultsInForce {
+ public:
+  using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
+  using Accepted = Outcome<store::Record, store::Failure>;
+  using RolledBack = Outcome<store::RolledBack, store::Failure>;
+
+  // `why_unfit` says what keeps the core from following the events of a result. `tell_core` hands one to it, however
+  // long that takes. `store` outlives this.
+  ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
+                 std::function<void(const Event&)> tell_core);
+
+  store::Binding bindingFor(const std::string& subject) const;
+
+  // What the core must hear at its start: all results in force from earlier runs of the daemon.
+  std::vector<Event> restore();
+
+  // What the core says now. Results that wait come into force as soon as no cut is on, in the name of those who
+  // accepted them. The first second tells nothing: the levels of the inhibit lines may not be known yet.
+  void look(const box::State& state);
+
+  // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on.
+  Accepted accept(store::Id id, const std::string& by);
+
+  // Goes back to what was in force before, about `subject` (or a method that answers it), or about the subject of the
+  // result `id`, which must be in force. While a cut is on it is refused, and does not wait: a person goes back from
+  // what is in force now, and by the end of the cut that may be something else. To go back from a result that only
+  // waits withdraws it; that changes nothing in force and is allowed at any time.
+  RolledBack rollBack(const std::string& subject, const std::string& by);
+  RolledBack rollBack(store::Id id, const std::string& by);
+
+  // Those in force that the core follows: what fitted once and does not fit any more is not among them.
+  std::vector<std::uint64_t> active() const;
+  bool isWaiting(store::Id id) const;
+  // What the calibration of the sensor head with that tool number found; nothing while none is in force.
+  std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
+
+ private:
+  bool mayChange() const;
+  std::vector<std::uint64_t> waiting() const;
+  Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
+  void tell(const store::Record& record);
+  std::optional<store::Failure> otherBinding(const store::Record& record) const;
+  std::optional<store::Failure> objectionTo(const store::Record& record) const;
+  void activateWaiting();
+  std::optional<std::vector<store::Record>> ours(store::State state) const;
+  void readStore();
+  RolledBack rollBack(const store::Binding& binding, const std::string& by);
+
+  store::Store& store_;
+  Mounting mounting_;
+  std::function<MonoTime()> now_;
+  WhyUnfit why_unfit_;
+  std::function<void(const Event&)> tell_core_;
+  std::optional<MonoTime> first_state_at_;
+  MonoTime state_at_{};
+  MonoTime patient_until_{};  // after a failure of the store
+  bool inhibited_{true};
+  mutable std::mutex mutex_;
+  std::vector<std::uint64_t> active_;
+  std::vector<std::uint64_t> waiting_;
+  std::vector<procedure::CalibratedHead> sensor_heads_;
+};
+
+}  // namespace probebox::app

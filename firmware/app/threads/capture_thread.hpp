@@ -1,0 +1,58 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <poll.h>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "drivers/io/event_source.hpp"
+#include "firmware/app/threads/counters.hpp"
+#include "firmware/app/threads/source_table.hpp"
+#include "firmware/app/threads/spsc_queue.hpp"
+#include "firmware/app/threads/time_source.hpp"
+#include "firmware/app/threads/wake_up.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::app {
+
+using EventQueue = SpscQueue<Event>;
+
+// Empties the sources into the core's queue, and says how time goes on. SCHED_FIFO where the system grants it.
+class CaptureThread {
+ public:
+  // Silence is an event too, this often.
+  static constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
+
+  // `table` gets a row for every source.
+  CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time, EventQueue& queue,
+                WakeUp& core, Counters& counters, SourceTable& table);
+  ~CaptureThread();
+  CaptureThread(const CaptureThread&) = delete;
+  CaptureThread& operator=(const CaptureThread&) = delete;
+
+ private:
+  void run();
+  void waitForSources();
+  void drain(io::EventSource& source, MonoTime now);
+  void push(const Event& event, MonoTime now);
+  void tellProblems();
+
+  std::vector<std::unique_ptr<io::EventSource>> sources_;
+  const TimeSource& time_;
+  EventQueue& queue_;
+  WakeUp& core_;
+  Counters& counters_;
+  SourceTable& table_;
+  struct Told {
+    std::string problem;
+    std::uint64_t unusable{};
+  };
+  std::vector<Told> told_;  // of every source, to the table
+  std::vector<pollfd> waiting_;
+  std::uint32_t lost_unsaid_{};  // lost for want of room, and the core does not know yet
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,41 @@
+#pragma once
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "firmware/app/threads/core_thread.hpp"
+#include "protocol/events/event.hpp"
+
+namespace probebox::app {
+
+// The core as the worker sees it.
+class CoreView {
+ public:
+  // tell: hands an event to the core; false when its queue is full. `states` is the worker's own reader.
+  CoreView(StateBuffer& states, std::function<bool(const Event&)> tell) : states_{states}, tell_{std::move(tell)} {}
+
+  const box::State& newest() { return states_.newest(); }
+
+  // Tells the core, and waits until it has published a state that knows of it. False when it does not take it, or
+  // stands still: a thread that may wait calls this.
+  bool tellAndSee(const Event& event) {
+    if (!tell_(event)) return false;
+    // The state after the next one: the next may have been made while the event still waited.
+    constexpr int kStates = 2;
+    constexpr int kPatience_ms = 2000;
+    auto seen = newest().at;
+    for (int waited_ms = 0, states = 0; waited_ms < kPatience_ms; ++waited_ms) {
+      std::this_thread::sleep_for(std::chrono::milliseconds{1});
+      if (newest().at == seen) continue;
+      seen = newest().at;
+      if (++states == kStates) return true;
+    }
+    return false;
+  }
+
+ private:
+  StateBuffer& states_;
+  std::function<bool(const Event&)> tell_;
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/app/threads/spsc_queue.hpp"
+#include "firmware/box/block_builder.hpp"
+#include "firmware/box/placed_trigger.hpp"
+#include "firmware/corrections/snapshot.hpp"
+#include "firmware/latch/record.hpp"
+#include "protocol/messages/types.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::app {
+
+// What the core hands to the links: an encoded block, samples that are lost, or a trigger.
+struct FeedItem {
+  enum class Kind : std::uint8_t { block, lost_at_source, lost_in_queue, trigger };
+
+  Kind kind{};
+  latch::LostReason reason{};
+  SampleIndex first{};
+  std::uint64_t count{};
+  std::uint32_t size{};
+  corrections::DelayInForce delay;  // in the samples of the block
+  std::uint32_t next_trigger{};     // with a block: those before it were given to the links, or are lost
+  box::PlacedTrigger trigger;
+  std::array<std::byte, box::BlockBuilder::kMostBytes> bytes{};
+};
+using Feed = SpscQueue<FeedItem>;
+
+// What the wire calls the reason of a loss at the source.
+messages::GapReason wireReason(latch::LostReason reason);
+
+}  // namespace probebox::app

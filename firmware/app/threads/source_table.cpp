@@ -1,0 +1,34 @@
+#include "firmware/app/threads/source_table.hpp"
+
+#include "firmware/app/log/log.hpp"
+
+namespace probebox::app {
+
+void SourceTable::add(std::string_view name) {
+  const std::lock_guard lock{mutex_};
+  rows_.push_back({.name = std::string{name}, .problem = {}});
+}
+
+void SourceTable::tell(std::size_t row, std::string_view problem) {
+  const std::lock_guard lock{mutex_};
+  auto& [name, known, unusable] = rows_.at(row);
+  if (known == problem) return;
+  known = problem;
+  if (problem.empty()) {
+    logInfo(name + " is there.");
+  } else {
+    logWarning(name + " gives nothing: " + known + ". The box goes on without it, and keeps trying.");
+  }
+}
+
+void SourceTable::tellUnusable(std::size_t row, std::uint64_t count) {
+  const std::lock_guard lock{mutex_};
+  rows_.at(row).unusable = count;
+}
+
+std::vector<SourceTable::Row> SourceTable::rows() const {
+  const std::lock_guard lock{mutex_};
+  return rows_;
+}
+
+}  // namespace probebox::app

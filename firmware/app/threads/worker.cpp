@@ -1,0 +1,66 @@
+#include "firmware/app/threads/worker.hpp"
+
+#include <chrono>
+#include <pthread.h>
+#include <utility>
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kMostJobs = 256;
+constexpr std::chrono::milliseconds kNowAndThen{100};
+
+}  // namespace
+
+Worker::Worker(std::function<void()> on_wake) : on_wake_{std::move(on_wake)}, thread_{[this] { run(); }} {
+  pthread_setname_np(thread_.native_handle(), "worker");
+}
+
+void Worker::stop() {
+  if (!thread_.joinable()) return;
+  stopping_ = true;
+  wake_up_.notify();
+  thread_.join();
+}
+
+bool Worker::post(std::function<void()> job) {
+  return post(jobs_, std::move(job));
+}
+
+bool Worker::postPatient(std::function<void()> job) {
+  return post(patient_, std::move(job));
+}
+
+bool Worker::post(Jobs& into, std::function<void()> job) {
+  {
+    const std::lock_guard lock{mutex_};
+    if (into.size() >= kMostJobs) return false;
+    into.push_back(std::move(job));
+  }
+  wake_up_.notify();
+  return true;
+}
+
+std::function<void()> Worker::take() {
+  const std::lock_guard lock{mutex_};
+  auto& from = jobs_.empty() ? patient_ : jobs_;
+  if (from.empty()) return {};
+  auto job = std::move(from.front());
+  from.pop_front();
+  return job;
+}
+
+void Worker::run() {
+  for (bool last = false; !last;) {
+    // Read before the round: what was posted before stopping is still done.
+    last = stopping_;
+    if (!last) wake_up_.wait(kNowAndThen);
+    on_wake_();
+    while (const auto job = take()) {
+      job();
+      on_wake_();
+    }
+  }
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,46 @@
+#pragma once
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "firmware/app/threads/wake_up.hpp"
+
+namespace probebox::app {
+
+// The one thread for all that may take its time: solving, SQLite, writing files. Jobs run in the order of posting, the
+// patient ones after all others.
+class Worker {
+ public:
+  // `on_wake` runs in the worker's thread after every notify(), after every job, and now and then.
+  explicit Worker(std::function<void()> on_wake);
+  ~Worker() { stop(); }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  // False when too much is waiting: the caller tells its client that the box is busy.
+  bool post(std::function<void()> job);
+  // For what takes seconds: done when nothing else waits.
+  bool postPatient(std::function<void()> job);
+  // Runs what was posted before, then ends the thread; notify() stays allowed.
+  void stop();
+  // Neither blocks nor allocates: for the tick path.
+  void notify() { wake_up_.notify(); }
+
+ private:
+  using Jobs = std::deque<std::function<void()>>;
+  bool post(Jobs& into, std::function<void()> job);
+  void run();
+  std::function<void()> take();
+
+  std::function<void()> on_wake_;
+  WakeUp wake_up_;
+  std::mutex mutex_;
+  Jobs jobs_;
+  Jobs patient_;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace probebox::app

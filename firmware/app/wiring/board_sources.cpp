@@ -1,0 +1,90 @@
+#include "firmware/app/wiring/board_sources.hpp"
+
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "drivers/gpio/lines.hpp"
+#include "drivers/gpio/loop_back_emulator.hpp"
+#include "drivers/world/from_description.hpp"
+#include "drivers/world/lateness.hpp"
+#include "firmware/app/wiring/controller_link.hpp"
+#include "firmware/app/wiring/gpio_line.hpp"
+#include "firmware/app/wiring/probe_receiver.hpp"
+#include "firmware/app/wiring/sim_source.hpp"
+
+namespace probebox::app {
+namespace {
+
+using Sources = std::vector<std::unique_ptr<io::EventSource>>;
+
+Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
+  Sources sources;
+  sources.push_back(std::make_unique<SimSource>(*descriptions.world, descriptions.machine,
+                                                std::make_unique<ControllerLink>(box), now));
+  return sources;
+}
+
+// What cannot be had yet is asked for while the box runs.
+Sources openReal(const board::Box& box, Counters& counters) {
+  Sources sources;
+  for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
+  if (auto receiver = receiverOf(box.devices))
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counters));
+  return sources;
+}
+
+// Stamps as late as those of the emulated machine's sync line are, of a stream of their own. A jumper loses nothing.
+gpio::EmulatedLoopBack::NextLateness emulatedLateness(const board::World& world) {
+  constexpr std::uint64_t kStream = 17;
+  return [sync = world::fromDescription(world).sync,
+          random = world::Random{world.seed, kStream}]() mutable -> std::optional<Nanoseconds> {
+    bool outlier = false;
+    return Nanoseconds{std::llround(world::latenessNs(sync, random, outlier))};
+  };
+}
+
+}  // namespace
+
+bool isEmulated(const board::Descriptions& descriptions) {
+  return descriptions.box.devices.encoders == "sim" && descriptions.box.devices.probe == "sim";
+}
+
+std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
+  const auto& devices = descriptions.box.devices;
+  if (isEmulated(descriptions)) {
+    if (descriptions.world) return std::nullopt;
+    return Error{
+        "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
+        "board/sim."};
+  }
+  const bool knows_probe = devices.probe == "none" || receiverOf(devices);
+  if (devices.encoders == "none" && knows_probe) return std::nullopt;
+  return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
+               "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" with probe "
+               "\"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with that serial "
+               "number)."};
+}
+
+std::optional<std::string> receiverOf(const board::Devices& devices) {
+  constexpr std::string_view kNamed = "usb:";
+  if (devices.probe == "usb") return std::string{};
+  if (!devices.probe.starts_with(kNamed) || devices.probe.size() == kNamed.size()) return std::nullopt;
+  return devices.probe.substr(kNamed.size());
+}
+
+Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now,
+                             Counters& counters) {
+  if (auto refused = whyUnsupported(descriptions)) return *refused;
+  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions.box, counters);
+}
+
+std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions) {
+  const auto& lines = descriptions.box.loop_back;
+  if (!lines) return nullptr;
+  if (isEmulated(descriptions)) return std::make_unique<gpio::EmulatedLoopBack>(emulatedLateness(*descriptions.world));
+  return std::make_unique<gpio::LinuxLoopBack>(*lines, gpio::linesApart(descriptions.box));
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,231 @@
+#include "firmware/app/wiring/box_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "drivers/gpio/lines.hpp"
+#include "firmware/app/wiring/board_sources.hpp"
+#include "firmware/app/wiring/corrections_config.hpp"
+
+namespace probebox::app {
+namespace {
+
+// Zero for a device that is not fitted: its channels are 0 and nobody waits for it.
+Nanoseconds interval(const std::string& device, double rate_hz) {
+  return device == "none" ? Nanoseconds{} : Nanoseconds{std::llround(1e9 / rate_hz)};
+}
+
+struct ChannelText {
+  const char* name;
+  const char* unit;
+  const char* doc;
+};
+
+constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
+    {"deflection_a", "nm", "probe channel a at unit gain"},
+    {"deflection_b", "nm", "probe channel b at unit gain"},
+    {"deflection_c", "nm", "probe channel c at unit gain"},
+    {"position_x", "mm", "X axis, machine axes"},
+    {"position_y", "mm", "Y axis, machine axes"},
+    {"position_z", "mm", "Z axis, machine axes"},
+    {"flags", "",
+     "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
+}};
+
+std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const board::Machine& machine) {
+  std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> all;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& screw = machine.screws[axis];
+    if (!screw) continue;
+    all[axis] = {.length_mm = screw->length_mm,
+                 .offset_mm = screw->offset_mm,
+                 .reversed = screw->fixed_bearing == board::FixedBearing::high,
+                 .gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain,
+                 .pitch_mm = screw->pitch_mm,
+                 .sector_zero_mm = screw->sector_zero_mm,
+                 .threshold_rpm = screw->threshold_rpm,
+                 .travel_min_mm = machine.axes[axis].travel_min_mm,
+                 .travel_max_mm = machine.axes[axis].travel_max_mm};
+  }
+  return all;
+}
+
+procedure::BFacts bFacts(const board::TiltDescription& tilt) {
+  static_assert(board::kMostTilts <= kMostBAngles);
+  procedure::BFacts facts{
+      .axis = tilt.axis, .count = tilt.angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt.sigma_rad};
+  std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
+                         [](double angle_deg) { return angle_deg * std::numbers::pi / 180; });
+  return facts;
+}
+
+std::optional<procedure::HeadFacts> headFacts(const board::Machine& machine) {
+  const auto& head = machine.swivel_head;
+  if (!head) return std::nullopt;
+  return procedure::HeadFacts{
+      .b = bFacts(head->swivel), .pivot_mm = head->pivot_mm, .ball_mm = head->ball_mm, .sd_ball_mm = head->sd_ball_mm};
+}
+
+procedure::ProbeTools probeTools(const board::Machine& machine) {
+  static_assert(board::kMostProbeTools <= kMostProbeTools);
+  procedure::ProbeTools tools;
+  for (const auto& tool : machine.probe_tools) {
+    tools.numbers.at(tools.count) = tool.number;
+    tools.lengths_mm.at(tools.count) = tool.length_mm;
+    ++tools.count;
+  }
+  return tools;
+}
+
+std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
+  const auto& ball = machine.rim_ball;
+  if (!ball) return std::nullopt;
+  return procedure::RimBall{.c_on_line_rad = ball->c_deg * std::numbers::pi / 180,
+                            .level_limit_mm = ball->level_limit_mm};
+}
+
+std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
+  const auto& shank = machine.probe_shank;
+  if (!shank) return std::nullopt;
+  const auto tool = std::ranges::find(machine.tools, shank->tool, &board::ToolDescription::number);
+  if (tool == machine.tools.end()) return std::nullopt;  // the description would have been refused
+  return procedure::ProbeShank{.tool = shank->tool,
+                               .tip_length_mm = tool->length_mm,
+                               .radius_mm = shank->radius_mm,
+                               .height_mm = shank->height_mm};
+}
+
+}  // namespace
+
+box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
+  const auto& devices = descriptions.box.devices;
+  box::BoxConfig config;
+  config.clock.nominal_period = descriptions.box.sync_period;
+  if (receiverOf(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
+  config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
+  config.latch.probe = {.interval = interval(devices.probe, descriptions.probe.rate_hz),
+                        .interpolation = latch::Interpolation::linear};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    config.latch.axes[axis] = {.interval = interval(devices.encoders, devices.encoder_rate_hz),
+                               .interpolation = latch::Interpolation::cubic};
+    const auto& described = descriptions.machine.axes[axis];
+    config.mm_per_count[axis] = described.sense / described.counts_per_mm;
+  }
+  config.corrections = correctionsConfig(descriptions.machine);
+  config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
+  config.block_samples = descriptions.service.stream.block_samples;
+  return config;
+}
+
+std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine) {
+  const auto& check = machine.periodic_check;
+  if (!check) return std::nullopt;
+  return procedure::CheckedBall{.diameter_mm = check->ball_diameter_mm,
+                                .centre_z_mm = check->ball_centre_z_mm,
+                                .accepted_x_mm = check->accepted_x_mm,
+                                .accepted_y_mm = check->accepted_y_mm,
+                                .limit_mm = check->limit_mm};
+}
+
+std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
+  const auto& plate = machine.ball_plate;
+  if (!plate) return std::nullopt;
+  return procedure::BallPlate{
+      .axis_point_mm = plate->axis_point_mm, .sd_mm = plate->sd_mm, .balls_mm = plate->balls_mm};
+}
+
+std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {
+  const auto& described = machine.tool_setter;
+  if (!described) return std::nullopt;
+  return procedure::ToolSetter{.half_width_mm = described->half_width_mm,
+                               .probe_offset_mm = described->probe_offset_mm,
+                               .sd_probe_offset_mm = described->sd_probe_offset_mm,
+                               .accepted_mm = described->accepted_mm,
+                               .limit_mm = described->limit_mm,
+                               .sd_accepted_mm = described->sd_accepted_mm};
+}
+
+std::vector<procedure::ToolFacts> toolFacts(const board::Machine& machine) {
+  std::vector<procedure::ToolFacts> tools;
+  for (const auto& tool : machine.tools) {
+    auto& facts = tools.emplace_back(procedure::ToolFacts{
+        .number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .holder = std::nullopt});
+    for (const auto& [number, length_mm, sd_mm] : machine.holders)
+      if (number == tool.holder) facts.holder = procedure::HolderFacts{number, length_mm, sd_mm};
+  }
+  return tools;
+}
+
+std::optional<procedure::SensorHead> sensorHead(const board::Machine& machine) {
+  const auto& described = machine.sensor_head;
+  if (!described) return std::nullopt;
+  return procedure::SensorHead{.tool = described->tool,
+                               .range_mm = described->range_mm,
+                               .centre_offset_mm = described->centre_offset_mm,
+                               .sd_centre_offset_mm = described->sd_centre_offset_mm.value_or(0)};
+}
+
+procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
+  const auto& machine = descriptions.machine;
+  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+          .gap_mm = machine.datum_gap_mm,
+          .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
+          .sigma_c_rad = machine.sigma_c_rad,
+          .gain = descriptions.probe.gain,
+          .screws = screwFacts(machine),
+          .checked_ball = checkedBall(machine),
+          .rim_ball = rimBall(machine),
+          .ball_plate = ballPlate(machine),
+          .tilting_table = machine.tilting_table ? std::optional{bFacts(*machine.tilting_table)} : std::nullopt,
+          .swivel_head = headFacts(machine),
+          .probe_tools = probeTools(machine),
+          .probe_shank = probeShank(machine),
+          .tool_setter = toolSetter(machine),
+          .tools = toolFacts(machine),
+          .sensor_head = sensorHead(machine)};
+}
+
+messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {
+  messages::Descriptor descriptor;
+  descriptor.board = descriptions.box.board_name;
+  descriptor.serial_number = descriptions.box.serial_number;
+  descriptor.firmware_version = firmware_version;
+  descriptor.machine = descriptions.machine.name;
+  descriptor.probe = descriptions.probe.serial_number;
+  descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
+  descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
+  descriptor.gain = descriptions.probe.gain;
+  const auto formats = box::channelFormats();
+  for (std::size_t i = 0; i < latch::kChannels; ++i) {
+    const bool position =
+        i >= static_cast<std::size_t>(latch::Channel::x) && i <= static_cast<std::size_t>(latch::Channel::z);
+    const std::size_t axis = position ? i - static_cast<std::size_t>(latch::Channel::x) : 0;
+    const auto& described = descriptions.machine.axes[axis];
+    descriptor.channels.push_back({.name = kChannelTexts[i].name,
+                                   .unit = kChannelTexts[i].unit,
+                                   .scale = position ? described.sense / described.counts_per_mm : 1.0,
+                                   .bytes = formats[i].bytes,
+                                   .is_signed = formats[i].is_signed,
+                                   .doc = kChannelTexts[i].doc});
+  }
+  return descriptor;
+}
+
+std::vector<messages::LineStatus> wireLines(const board::Box& box) {
+  std::vector<messages::LineStatus> lines;
+  for (const auto& chip : gpio::linesApart(box)) {
+    for (const auto& line : chip.lines) {
+      lines.push_back({.name = line.name,
+                       .role = static_cast<std::uint8_t>(line.watched.role),
+                       .line = line.watched.line,
+                       .edges = 0,
+                       .lost = 0});
+    }
+  }
+  return lines;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "board/describe/parse.hpp"
+#include "firmware/box/box.hpp"
+#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+
+// From what people described to what the rooms need.
+namespace probebox::app {
+
+box::BoxConfig boxConfig(const board::Descriptions& descriptions);
+procedure::Facts procedureFacts(const board::Descriptions& descriptions);
+// Without the delay in force, which changes while the box runs.
+messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);
+// The digital inputs, with nothing counted yet.
+std::vector<messages::LineStatus> wireLines(const board::Box& box);
+
+}  // namespace probebox::app

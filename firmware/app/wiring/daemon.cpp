@@ -1,0 +1,350 @@
+#include "firmware/app/wiring/daemon.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <fstream>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include "drivers/io/rendezvous.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/app/cnc/cnc_lines.hpp"
+#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/link_service.hpp"
+#include "firmware/app/log/journal.hpp"
+#include "firmware/app/log/log.hpp"
+#include "firmware/app/results/calibrations.hpp"
+#include "firmware/app/threads/capture_thread.hpp"
+#include "firmware/app/threads/chain_watch.hpp"
+#include "firmware/app/threads/core_thread.hpp"
+#include "firmware/app/threads/worker.hpp"
+#include "firmware/app/wiring/board_sources.hpp"
+#include "firmware/app/wiring/box_config.hpp"
+#include "version.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kQueueEvents = 1U << 14U;  // 0.16 s of 100 000 events a second
+
+messages::BootId bootId() {
+  messages::BootId id{};
+  std::ifstream random{"/dev/urandom", std::ios::binary};
+  std::array<char, sizeof id> bytes{};
+  random.read(bytes.data(), bytes.size());
+  for (std::size_t i = 0; i < id.size(); ++i) id[i] = static_cast<std::byte>(bytes[i]);
+  return id;
+}
+
+Mounting mountingOf(const board::Descriptions& descriptions) {
+  return {.probe_serial_number = descriptions.probe.serial_number,
+          .machine = descriptions.machine.name,
+          .mounting = descriptions.machine.mounting};
+}
+
+LinkService::Options linkOptions(const board::Descriptions& descriptions) {
+  LinkService::Options options;
+  options.session.boot_id = bootId();
+  options.session.firmware_version = firmwareVersion();
+  options.session.queue_pieces = descriptions.service.stream.ring_blocks;
+  options.session.queue_bytes = descriptions.service.stream.ring_blocks *
+                                codec::rawBlockSize(box::channelFormats(), descriptions.service.stream.block_samples);
+  options.descriptor = wireDescriptor(descriptions, firmwareVersion());
+  return options;
+}
+
+std::string inWords(const box::State& state, std::uint32_t hosts) {
+  std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
+                     (hosts == 1 ? " host" : " hosts");
+  if (const auto& delay = state.snapshot.delay; delay.calibrated)
+    text += ", delay of result " + std::to_string(delay.result_id) + " in force";
+  return text;
+}
+
+}  // namespace
+
+std::string firmwareVersion() {
+  return PROBEBOX_VERSION;
+}
+
+Outcome<board::Descriptions> loadDescriptions(const Options& options) {
+  return options.board == "sim" ? board::simDescriptions(options.config)
+                                : board::loadDirectory(options.board, options.config);
+}
+
+// Constructed from the top; ~Parts() says in which order the threads end.
+struct Daemon::Parts {
+  Parts(const Options& options, const board::Descriptions& descriptions, store::Store store,
+        std::optional<JournalWriter> journal_writer)
+      : time{options.time_scale},
+        core{boxConfig(descriptions), events, commands, core_wake_up, counters},
+        calibrations{
+            std::move(store),
+            mountingOf(descriptions),
+            procedureFacts(descriptions),
+            [this] { return time.now(); },
+            [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
+            [this](const Event& command) { return tellCore(command); }},
+        journal{std::move(journal_writer)},
+        journal_queue{journal ? &core.openJournal() : nullptr},
+        results_desk{descriptions.service.access, calibrations, core_view, time},
+        loop_back_desk{descriptions.service.access, descriptions.box.loop_back, loopBackOf(descriptions)},
+        worker{[this] { workerRound(); }},
+        desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
+             descriptions.service.access,
+             {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
+              loop_back_desk, counters, source_table, [this] { return cncLineStatus(); }},
+             [this](Reply reply) { links.reply(std::move(reply)); }},
+        links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
+
+  ~Parts() {
+    io::rendezvous::withdraw(getpid());
+    capture.reset();
+    links.stop();
+    cnc_lines.clear();
+    worker.stop();  // while the core still takes what it has to say
+    core.stop();
+    calibrations.finish(core_view.newest());
+    writeJournal();
+    writeLogHere();
+  }
+
+  bool tellCore(const Event& command) {
+    const bool taken = commands.push(command);
+    core_wake_up.notify();
+    return taken;
+  }
+
+  void workerRound() {
+    ++counters.progress.worker;
+    writeJournal();
+    drainLog();
+    calibrations.look(core_view.newest());
+    if (const auto run = core.takeRunToSolve())
+      calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
+  }
+
+  void writeJournal() {
+    if (!journal) return;
+    Event event;
+    while (journal_queue->pop(event)) {
+      if (journal->write(event)) continue;
+      logError("The journal cannot be written any more: is the disk full? The box goes on without it.");
+      journal.reset();
+      return;
+    }
+    const std::uint64_t lost = counters.journal_lost_events;
+    journal->skip(lost - journal_lost_said);
+    journal_lost_said = lost;
+    journal->flush();
+  }
+
+  // Asked by the links' thread, which runs only while the lines are there.
+  std::vector<messages::CncLineStatus> cncLineStatus() const {
+    std::vector<messages::CncLineStatus> all;
+    for (const auto& line : cnc_lines) {
+      const auto of_line = line->counters();
+      all.push_back({.name = line->device(),
+                     .answered = of_line.answered,
+                     .refused = of_line.refused,
+                     .bad_frames = of_line.bad_frames,
+                     .skipped_bytes = of_line.skipped_bytes,
+                     .unsent = of_line.unsent,
+                     .reopened = of_line.reopened});
+    }
+    return all;
+  }
+
+  Outcome<bool> adopt(std::vector<PassedSocket> passed);
+  Outcome<bool> openLinks(const std::vector<std::string>& texts);
+  Outcome<bool> openCncLines(const std::vector<std::string>& texts);
+  Outcome<bool> openMachine(const board::Descriptions& descriptions);
+  void serve(tcp::Listener listener);
+  void announce();
+  void run();
+  Condition condition(Nanoseconds patience);
+
+  io::Descriptor state_lock;
+  TimeSource time;
+  Counters counters;
+  SourceTable source_table;
+  EventQueue events{kQueueEvents};
+  CommandQueue commands;
+  WakeUp core_wake_up;
+  WakeUp links_wake_up;
+  CoreThread core;
+  StateBuffer& state_for_watch{core.addStateReader()};
+  CoreView core_view{core.addStateReader(), [this](const Event& command) { return tellCore(command); }};
+  Calibrations calibrations;
+  std::optional<JournalWriter> journal;
+  EventQueue* journal_queue;
+  std::uint64_t journal_lost_said{};
+  ResultsDesk results_desk;
+  LoopBackDesk loop_back_desk;
+  Worker worker;
+  ControlDesk desk;
+  LinkService links;
+  std::vector<std::unique_ptr<CncLine>> cnc_lines;
+  std::vector<std::unique_ptr<io::EventSource>> sources;
+  std::unique_ptr<CaptureThread> capture;
+  std::vector<std::string> uris;
+  std::vector<tcp::Address> passed_addresses;
+  std::optional<tcp::Address> reachable_at;  // for the emulated controller
+  TimeSource real_time;                      // a watchdog's, whatever the emulated machine's scale
+  std::optional<ChainWatch> chain;
+};
+
+Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed) {
+  for (auto& socket : passed) {
+    auto listener = tcp::Listener::adopt(std::move(socket.descriptor), socket.name);
+    if (!listener) return listener.error();
+    passed_addresses.push_back(listener->address());
+    serve(std::move(*listener));
+  }
+  return true;
+}
+
+void Daemon::Parts::serve(tcp::Listener listener) {
+  if (!reachable_at) reachable_at = listener.address();
+  uris.push_back("tcp:" + tcp::describe(listener.address()));
+  links.listen(std::move(listener));
+}
+
+Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
+  for (const auto& text : texts) {
+    const auto address = parseLink(text);
+    if (!address) return address.error();
+    if (const auto* line = std::get_if<serial::Address>(&*address)) {
+      links.serve(*line);
+      uris.push_back("serial:" + line->path + ",baud=" + std::to_string(line->settings.baud));
+      continue;
+    }
+    if (const auto* port = std::get_if<usb_gadget::PortAddress>(&*address)) {
+      links.serve(*port);
+      continue;
+    }
+    const auto& door = std::get<tcp::Address>(*address);
+    if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
+    auto listener = tcp::Listener::open(door);
+    if (!listener) return listener.error();
+    serve(std::move(*listener));
+  }
+  return true;
+}
+
+Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts) {
+  for (const auto& text : texts) {
+    const auto options = CncLine::parse(text);
+    if (!options) return options.error();
+    // A line that is not there yet is opened when it comes.
+    cnc_lines.push_back(std::make_unique<CncLine>(*options, core.addStateReader(), desk));
+  }
+  return true;
+}
+
+Outcome<bool> Daemon::Parts::openMachine(const board::Descriptions& descriptions) {
+  if (!reachable_at && isEmulated(descriptions)) {
+    // The emulated controller is a host like any other and needs a door.
+    auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
+    if (!listener) return listener.error();
+    reachable_at = listener->address();
+    links.listen(std::move(*listener));
+  }
+  auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters);
+  if (!opened) return opened.error();
+  sources = std::move(*opened);
+  return true;
+}
+
+void Daemon::Parts::announce() {
+  for (const auto& uri : uris) logInfo("serving " + uri);
+  if (const auto announced = io::rendezvous::announce(getpid(), uris); !announced)
+    logWarning(announced.error().what + " probebox list will not find this box by itself.");
+}
+
+void Daemon::Parts::run() {
+  leaveLogToWorker();
+  for (const auto& event : calibrations.restore()) tellCore(event);
+  core.start(worker, links_wake_up);
+  links.start();
+  for (const auto& line : cnc_lines) line->start();
+  capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters, source_table);
+  std::vector<std::string> stages{"capture", "core", "published state", "links", "worker"};
+  for (const auto& line : cnc_lines) stages.push_back("CNC line " + line->device());
+  chain.emplace(std::move(stages), real_time.now());
+}
+
+Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
+  const Progress& progress = counters.progress;
+  std::vector<std::uint64_t> counts{progress.capture, progress.core, progress.state, progress.links, progress.worker};
+  for (const auto& line : cnc_lines) counts.push_back(line->rounds());
+  const auto finding = chain->look(counts, real_time.now(), patience);
+  std::string standing_still;
+  for (const auto stage : finding.standing_still)
+    standing_still.append(standing_still.empty() ? "" : ", ").append(stage);
+  if (standing_still.empty()) {
+    if (finding.changed) logErrorAtOnce("All stages of the chain go on again.");
+    return {.goes_on = finding.all_went_on, .in_words = inWords(state_for_watch.newest(), counters.links)};
+  }
+  const std::string text = "Standing still, the first is the cause: " + standing_still + ".";
+  if (finding.changed) logErrorAtOnce(text + " The watchdog is not fed until all go on.");
+  return {.goes_on = finding.all_went_on, .in_words = text};
+}
+
+std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
+  if (auto refused = box::whyRefused(boxConfig(descriptions))) return refused;
+  for (const auto& text : options.links.empty() ? descriptions.service.links : options.links) {
+    if (const auto address = parseLink(text); !address) return address.error();
+  }
+  for (const auto& text : options.cnc.empty() ? descriptions.service.cnc : options.cnc) {
+    if (const auto line = CncLine::parse(text); !line) return line.error();
+  }
+  if (options.time_scale != 1.0 && !isEmulated(descriptions))
+    return Error{"--time-scale is for the emulated machine: real edges come at the kernel's time."};
+  return whyUnsupported(descriptions);
+}
+
+Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
+                                               std::vector<PassedSocket> passed) {
+  if (const auto refused = whyRefused(options, descriptions)) return *refused;
+  auto state = takeStateDirectory(options.state);
+  if (!state) return state.error();
+  auto store = store::Store::open((state->path / "results.db").string());
+  if (!store) return Error{store.error().what};
+  if (!store->notice().empty()) logWarning(store->notice());
+  std::optional<JournalWriter> journal;
+  if (!options.journal.empty()) {
+    auto created = JournalWriter::create(options.journal);
+    if (!created) return created.error();
+    journal.emplace(std::move(*created));
+  }
+
+  auto parts = std::make_unique<Parts>(options, descriptions, std::move(*store), std::move(journal));
+  parts->state_lock = std::move(state->lock);
+  const auto& service = descriptions.service;
+  if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();
+  if (auto opened = parts->openLinks(options.links.empty() ? service.links : options.links); !opened)
+    return opened.error();
+  if (auto opened = parts->openCncLines(options.cnc.empty() ? service.cnc : options.cnc); !opened)
+    return opened.error();
+  if (auto opened = parts->openMachine(descriptions); !opened) return opened.error();
+  parts->announce();
+  parts->run();
+  return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};
+}
+
+Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_{std::move(parts)} {}
+Daemon::~Daemon() = default;
+
+Daemon::Condition Daemon::condition(Nanoseconds patience) {
+  return parts_->condition(patience);
+}
+
+const std::vector<std::string>& Daemon::uris() const {
+  return parts_->uris;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,69 @@
+#include "firmware/app/wiring/options.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <string_view>
+#include <sys/file.h>
+#include <system_error>
+#include <utility>
+
+namespace probebox::app {
+namespace {
+
+std::filesystem::path fromEnvironment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::filesystem::path{} : std::filesystem::path{value};
+}
+
+std::filesystem::path usualStateDirectory() {
+  if (auto path = fromEnvironment("STATE_DIRECTORY"); !path.empty()) return path;
+  if (auto path = fromEnvironment("XDG_STATE_HOME"); !path.empty()) return path / "probebox";
+  if (auto path = fromEnvironment("HOME"); !path.empty()) return path / ".local/state/probebox";
+  return "/var/lib/probebox";
+}
+
+}  // namespace
+
+Outcome<LinkAddress> parseLink(const std::string& text) {
+  const std::string_view view{text};
+  if (view.starts_with("tcp:")) {
+    auto address = tcp::parseAddress(view.substr(4));
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  if (view.starts_with("serial:")) {
+    auto address = serial::parseAddress(view.substr(7), serial::kHostLink);
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  if (view == "usb" || view.starts_with("usb:")) {
+    auto address = usb_gadget::parsePort(view.substr(3));
+    if (!address) return address.error();
+    return LinkAddress{*address};
+  }
+  return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
+}
+
+Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) {
+  const auto path = chosen.empty() ? usualStateDirectory() : chosen;
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) {
+    return Error{"The folder " + path.string() + " for results cannot be made (" + error.message() +
+                 "): name another with --state."};
+  }
+  io::Descriptor lock{open((path / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+  if (!lock) {
+    return Error{"The folder " + path.string() + " for results cannot be written (" + std::strerror(errno) +
+                 "): name another with --state."};
+  }
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    return Error{"Another probeboxd works with the folder " + path.string() +
+                 ": stop that one, or name another folder with --state."};
+  }
+  return StateDirectory{path, std::move(lock)};
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,107 @@
+#include "firmware/metrology/centreline/axis_alignment.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/centreline/ball_readings.hpp"
+#include "firmware/metrology/centreline/spindle_readings.hpp"
+#include "firmware/metrology/dataset/relative_sigma.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 5> kCKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s", "heights"};
+constexpr std::array<std::string_view, 8> kAKeys{"sigma_mm",       "sigma_shank_mm",      "A_sense",
+                                                 "C_sense",        "previous_tau_axis_s", "tool_direction",
+                                                 "ball_offset_mm", "C_tilt_rad"};
+constexpr std::array<std::string_view, 2> kHeights{"rotating", "slide"};
+constexpr double kLeastSpan = 10.0;  // mm
+
+std::optional<Refusal> refuseSpan(const BallTable& table, std::string_view lever) {
+  const double span = table.leverSpan();
+  if (span >= kLeastSpan) return std::nullopt;
+  return Refusal{"span-too-small",
+                 "column '" + std::string{lever} + "' spans " + text(span) + " mm, less than 10: read further apart"};
+}
+
+Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& ball, const Sigma& sigma,
+                std::span<const std::string_view> keys) {
+  Answer answer{dataset, ball.fit, sigma};
+  for (const auto& warning : table.warnings) answer.warn(warning);
+  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
+  return answer;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto heights = configWord(dataset, "heights", kHeights);
+  if (!heights) return heights.error();
+  const auto table = readBallTable(dataset, {.lever = "z_mm"});
+  if (!table) return table.error();
+  if (auto refusal = refuseSpan(*table, "z_mm")) return *refusal;
+  const auto ball =
+      fitBall(table->readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, sigma->value);
+  if (!ball) return ball.error();
+  Answer answer = answerOf(dataset, *table, *ball, *sigma, kCKeys);
+  answer.readings(*dataset.table("readings"), kBallParts, "z_mm");
+  const auto& parameters = ball->fit.parameters;
+  const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
+  const bool by_slide = heights->value_or("rotating") == "slide";
+  answer.promiseVector(by_slide ? "Z_slide_rad" : "C_tilt_rad", parameters.segment<2>(2), rows);
+  answer.alsoVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
+  answer.result().also.push_back(Estimate::scalar("mean_z_mm", table->mean_lever, std::nullopt));
+  if (!by_slide) answer.alsoVector("taper_on_diameter", 2.0 * parameters.segment<2>(2), 2.0 * rows);
+  if (ball->turned == Turned::c_only) {
+    answer.warn(
+        "the spindle stood still: centre_mm is that of the tip, not of the spindle axis; the slope is not affected");
+  }
+  answer.result().convention =
+      by_slide
+          ? "x and y of the chuck's slide per mm of Z: its squareness and straightness; of the direction of C it says "
+            "nothing"
+          : "x and y of the axis per mm of Z; straightness of the Z slide is part of it";
+  return std::move(answer).take(true);
+}
+
+Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
+  const auto direction = configSense(dataset, "tool_direction");
+  if (!direction) return direction.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto c_tilt = configPlane(dataset, "C_tilt_rad");
+  if (!c_tilt) return c_tilt.error();
+  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
+  if (!of_shank) return of_shank.error();
+  const auto read = readSpindleReadings(dataset, of_shank->ratio);
+  if (!read) return read.error();
+  const BallTable& table = read->table;
+  if (auto refusal = refuseSpan(table, kTipLength)) return *refusal;
+  const auto ball =
+      fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, sigma->value);
+  if (!ball) return ball.error();
+  Answer answer = answerOf(dataset, table, *ball, *sigma, kAKeys);
+  answer.readings(read->names, read->lengths, kTipLength);
+  auto& residuals = answer.result().residuals.values;
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read->spreads[k];
+  for (const auto& warning : of_shank->warnings) answer.warn(warning);
+  const auto& parameters = ball->fit.parameters;
+  const double sign = -direction.value();
+  const Eigen::MatrixXd rows = sign * pick(2, 2, parameters.size());
+  const Eigen::Vector2d tilt = sign * parameters.segment<2>(2);
+  answer.promiseVector("A_tilt_rad", tilt, rows);
+  if (c_tilt.value()) {
+    const Eigen::Vector2d c{c_tilt.value()->data()};
+    answer.promiseVector("A_minus_C_rad", tilt - c, rows);
+  }
+  answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

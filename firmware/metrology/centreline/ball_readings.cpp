@@ -1,0 +1,202 @@
+#include "firmware/metrology/centreline/ball_readings.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/plane_turn.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kSameAngle = 1e-6;        // rad
+constexpr double kRadiusSeen = 0.01;       // of the touches on a shank, least over greatest
+constexpr double kInflationLimit = 400.0;  // |sin(alpha/2)| < 0.05 for two readings
+
+template <class Angle>
+bool constant(std::span<const BallReading> readings, Angle&& angle) {
+  const auto first = turn(angle(readings.front()));
+  return std::ranges::all_of(
+      readings, [&](const BallReading& reading) { return (turn(angle(reading)) - first).norm() < kSameAngle; });
+}
+
+std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
+  const bool c = !constant(readings, [](const BallReading& reading) { return reading.c; });
+  const bool spindle = !constant(readings, [](const BallReading& reading) { return reading.spindle; });
+  if (!c && !spindle) return std::nullopt;
+  if (!spindle) return Turned::c_only;
+  if (!c) return Turned::spindle_only;
+  const bool same = constant(readings, [](const BallReading& reading) { return reading.spindle - reading.c; });
+  return same ? Turned::together : Turned::both;
+}
+
+Refusal tooClose(const std::string& which) {
+  return {"angles-too-close", "the angles of the readings are equal or too close to tell " + which +
+                                  ": turn the axis by 180 degrees between readings, by at least 6"};
+}
+
+std::optional<Refusal> slopeHidden(const BallModel& model, Turned turned) {
+  if (!model.sloped) return std::nullopt;
+  if (turned == Turned::c_only && model.stylus_per_set) {
+    return Refusal{"spindle-not-turned",
+                   "the spindle stood still: what its tips are off the axis cannot be told from a tilt; read with the "
+                   "spindle at 0 and 180 degrees"};
+  }
+  if (turned == Turned::spindle_only && model.arm_per_set) {
+    return Refusal{
+        "c-not-turned",
+        "the C axis stood still: what the balls are off the axis cannot be told from a tilt; read with C at 0 "
+        "and 180 degrees"};
+  }
+  return std::nullopt;
+}
+
+// Whether the touches of a shank tell its radius from its run-out. Where it always met the ball with the same two
+// points of itself, as (B16) has it, they do not, and need not: the run-out then holds both.
+bool radiusSeen(std::span<const BallReading> readings, std::size_t set) {
+  Eigen::Matrix3d seen = Eigen::Matrix3d::Zero();
+  for (const auto& reading : readings) {
+    if (reading.set != set || !reading.shank_side) continue;
+    const Eigen::Vector2d on_shank = turn(-reading.spindle) * *reading.shank_side;
+    const Eigen::Vector3d row{on_shank.x(), on_shank.y(), 1.0};
+    seen += row * row.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread{seen, Eigen::EigenvaluesOnly};
+  return spread.eigenvalues()[0] > kRadiusSeen * spread.eigenvalues()[2];
+}
+
+// Which unknown stands where: o, k, then the arms, the styli and the radii of the shanks.
+class Columns {
+ public:
+  Columns(std::span<const BallReading> readings, const BallModel& model, Turned turned) : sloped_{model.sloped} {
+    const std::size_t sets = 1 + std::ranges::max(readings, {}, &BallReading::set).set;
+    const bool merged = turned == Turned::together;
+    const auto add = [this](std::size_t vectors) {
+      return std::exchange(count_, count_ + static_cast<Eigen::Index>(2 * vectors));
+    };
+    add(sloped_ ? 2 : 1);
+    arm_per_set_ = model.arm_per_set || (merged && model.stylus_per_set);
+    stylus_per_set_ = model.stylus_per_set;
+    if (turned != Turned::spindle_only) arms_ = add(arm_per_set_ ? sets : 1);
+    if (turned == Turned::both || turned == Turned::spindle_only) styli_ = add(stylus_per_set_ ? sets : 1);
+    for (std::size_t set = 0; set < sets; ++set) {
+      if (radiusSeen(readings, set)) radii_.emplace(set, count_++);
+    }
+  }
+
+  Eigen::Index count() const { return count_; }
+  Eigen::Index arms() const { return arms_; }
+  Eigen::Index styli() const { return styli_; }
+
+  // d (x, y) / d unknowns. Shape: 2 x count().
+  Eigen::MatrixXd rowsOf(const BallReading& reading) const {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, count_);
+    const auto at = [&](Eigen::Index first, bool per_set) {
+      return first + static_cast<Eigen::Index>(per_set ? 2 * reading.set : 0);
+    };
+    rows.leftCols<2>().setIdentity();
+    if (sloped_) rows.middleCols<2>(2) = reading.lever * Eigen::Matrix2d::Identity();
+    if (arms_ >= 0) rows.middleCols<2>(at(arms_, arm_per_set_)) = turn(reading.c);
+    if (styli_ >= 0) rows.middleCols<2>(at(styli_, stylus_per_set_)) = -turn(reading.spindle);
+    if (const auto radius = radii_.find(reading.set); radius != radii_.end())
+      rows.col(radius->second) = *reading.shank_side;
+    return rows;
+  }
+
+ private:
+  bool sloped_{};
+  bool arm_per_set_{};
+  bool stylus_per_set_{};
+  Eigen::Index count_{};
+  Eigen::Index arms_{-1};
+  Eigen::Index styli_{-1};
+  std::map<std::size_t, Eigen::Index> radii_;  // by set
+};
+
+}  // namespace
+
+Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model, double sigma) {
+  const auto turned = turnedOf(readings);
+  if (!turned) return tooClose("the axis from the ball's offset");
+  if (auto refusal = slopeHidden(model, *turned)) return *refusal;
+  const Columns columns{readings, model, *turned};
+  Eigen::Index rows = 0;
+  for (const auto& reading : readings) rows += reading.shank_side ? 1 : 2;
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, columns.count());
+  Eigen::VectorXd values{rows};
+  double levers = 0.0;
+  Eigen::Index row = 0;
+  for (const auto& reading : readings) {
+    const Eigen::MatrixXd both = columns.rowsOf(reading);
+    if (const auto& side = reading.shank_side) {
+      design.row(row) = side->transpose() * both / reading.spread;
+      values[row++] = side->dot(reading.at) / reading.spread;
+    } else {
+      design.middleRows<2>(row) = both / reading.spread;
+      values.segment<2>(row) = reading.at / reading.spread;
+      row += 2;
+    }
+    levers += reading.lever * reading.lever;
+  }
+  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  if (!fit) {
+    return fit.error().name == "ill-conditioned" ? tooClose("the axes from the offsets of ball and stylus")
+                                                 : fit.error();
+  }
+  const double unit = 1.0 / (sigma * sigma);
+  if (inflation(fit->cofactor(0, 0) * unit, readings.size()) > kInflationLimit ||
+      (model.sloped && fit->cofactor(2, 2) * unit * levers > kInflationLimit)) {
+    return tooClose("the axes from the offsets of ball and stylus");
+  }
+  return BallFit{std::move(fit).value(), *turned, columns.arms(), columns.styli()};
+}
+
+double BallTable::leverSpan() const {
+  const auto [least, greatest] = std::ranges::minmax(levers);
+  return greatest - least;
+}
+
+void BallTable::centreLevers() {
+  double sum = 0.0;
+  for (const auto& reading : readings) sum += levers[reading.set];
+  mean_lever = sum / static_cast<double>(readings.size());
+  for (auto& reading : readings) reading.lever = levers[reading.set] - mean_lever;
+}
+
+Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColumns& named) {
+  const double no_lever = 0.0;
+  std::vector<std::string_view> columns{"A_rad", "C_rad", "x_mm", "y_mm"};
+  if (!named.lever.empty()) columns.push_back(named.lever);
+  columns.insert(columns.end(), named.further.begin(), named.further.end());
+  const auto table = checkedTable(dataset, named.table, columns);
+  if (!table) return table.error();
+  const auto spindle_sense = configSense(dataset, "A_sense");
+  if (!spindle_sense) return spindle_sense.error();
+  const auto c_sense = configSense(dataset, "C_sense");
+  if (!c_sense) return c_sense.error();
+  const auto value = [&](std::string_view column, std::size_t row) {
+    return column.empty() ? no_lever : (*(*table)->column(column))[row];
+  };
+
+  BallTable ball{.readings = {}, .warnings = equalRows(**table), .levers = {}, .mean_lever = 0.0};
+  std::map<double, std::size_t> sets;
+  const std::size_t rows = (*table)->rows();
+  for (std::size_t row = 0; row < rows; ++row) {
+    const double lever = value(named.lever, row);
+    const auto set = sets.try_emplace(lever, sets.size()).first->second;
+    ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
+                             .spindle = *spindle_sense * value("A_rad", row),
+                             .c = *c_sense * value("C_rad", row),
+                             .set = set,
+                             .lever = lever});
+    if (set == ball.levers.size()) ball.levers.push_back(lever);
+  }
+  ball.centreLevers();
+  return ball;
+}
+
+}  // namespace probebox::metrology

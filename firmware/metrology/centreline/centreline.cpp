@@ -1,0 +1,157 @@
+#include "firmware/metrology/centreline/centreline.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/centreline/ball_readings.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/plane_turn.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kColumns{"C_rad", "x_mm", "y_mm"};
+// The readings have been corrected by the previous delay; it stands in the case for the record.
+constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "sigma_C_rad", "C_sense", "previous_tau_axis_s"};
+constexpr double kFarthestMean = 0.999;  // |w|^2 of three and more angles
+constexpr double kLeastHalfSine = 0.05;  // |sin(alpha/2)| of two
+constexpr double kWarnHalfSine = 0.25;
+
+// 1 - |w|^2: how much of the information about the centre the angles leave; sin^2(alpha/2) for two.
+double spread(std::span<const RotationReading> readings) {
+  std::complex<double> mean;
+  for (const auto& reading : readings) mean += std::polar(1.0, reading.angle) / static_cast<double>(readings.size());
+  return 1.0 - std::norm(mean);
+}
+
+std::optional<Refusal> badAngles(std::span<const RotationReading> readings) {
+  if (readings.size() < 2) {
+    return Refusal{"too-few-readings", "one reading tells no centre: read the feature at two or more angles"};
+  }
+  const double least = readings.size() == 2 ? kLeastHalfSine * kLeastHalfSine : 1.0 - kFarthestMean;
+  if (spread(readings) >= least) return std::nullopt;
+  return Refusal{"angles-too-close", std::string{readings.size() == 2 ? "the two readings are" : "all readings are"} +
+                                         " at the same angle, or nearly: turn the axis further between readings, best "
+                                         "by 180 degrees"};
+}
+
+// The angle error of one reading that fits best beside its own sigma, for a centre and an arm.
+double angleError(const RotationReading& reading, const Eigen::Vector2d& centre, const Eigen::Vector2d& arm,
+                  const RotationNoise& noise) {
+  const double weight = std::pow(noise.position / noise.angle, 2);
+  double error = 0.0;
+  for (int step = 0; step < 8; ++step) {  // Newton on |p - c - R r|^2 / sigma^2 + error^2 / sigma_angle^2
+    const Eigen::Vector2d turned = turn(reading.angle + error) * arm;
+    const Eigen::Vector2d tangent{-turned.y(), turned.x()};
+    const Eigen::Vector2d off = reading.at - centre;
+    const double slope = -tangent.dot(off) + weight * error;
+    const double curvature = turned.dot(off) + weight;
+    const double change = slope / std::max(curvature, 0.5 * turned.squaredNorm());
+    error -= change;
+    if (std::abs(change) < 1e-15) break;
+  }
+  return error;
+}
+
+// Rows of one reading: along its arm, and across it, where the noise of the angle adds to that of the position. The
+// angle errors are at their best for these parameters, so the derivatives need not follow them.
+Linearised rotationModel(std::span<const RotationReading> readings, const RotationNoise& noise,
+                         const Eigen::VectorXd& parameters) {
+  const Eigen::Vector2d centre = parameters.head<2>();
+  const Eigen::Vector2d arm = parameters.tail<2>();
+  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
+  Linearised model{Eigen::VectorXd{rows}, Eigen::MatrixXd{rows, 4}};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto& reading = readings[k];
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    const double error = noise.angle > 0.0 ? angleError(reading, centre, arm, noise) : 0.0;
+    const Eigen::Matrix2d turned = turn(reading.angle + error);
+    const Eigen::Vector2d along = (turned * arm).normalized();
+    const Eigen::Vector2d across{-along.y(), along.x()};
+    const Eigen::Vector2d left = reading.at - centre - turned * arm;
+    const double across_sigma = std::hypot(noise.position, arm.norm() * noise.angle);
+    model.residuals[row] = along.dot(left) / noise.position;
+    model.residuals[row + 1] = (across.dot(left) + arm.norm() * error) / across_sigma;
+    model.jacobian.row(row) << -along.transpose() / noise.position, -along.transpose() * turned / noise.position;
+    model.jacobian.row(row + 1) << -across.transpose() / across_sigma, -across.transpose() * turned / across_sigma;
+  }
+  return model;
+}
+
+}  // namespace
+
+Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, const RotationNoise& noise) {
+  if (auto refusal = badAngles(readings)) return *refusal;
+  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
+  Eigen::MatrixXd design{rows, 4};
+  Eigen::VectorXd values{rows};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    design.block<2, 4>(row, 0) << Eigen::Matrix2d::Identity(), turn(readings[k].angle);
+    values.segment<2>(row) = readings[k].at;
+  }
+  auto linear = linearLeastSquares(design / noise.position, values / noise.position);
+  if (!linear || noise.angle <= 0.0) return linear;
+  return leastSquares([&](const Eigen::VectorXd& at) { return rotationModel(readings, noise, at); },
+                      linear->parameters);
+}
+
+std::span<const std::string_view> residualParts(const RotationNoise& noise) {
+  static constexpr std::array<std::string_view, 2> kPlain{"x_mm", "y_mm"};
+  static constexpr std::array<std::string_view, 2> kByArm{"along the arm", "across the arm, scaled to sigma_mm"};
+  return noise.angle > 0.0 ? kByArm : kPlain;
+}
+
+double residualSense(const RotationNoise& noise) {
+  return noise.angle > 0.0 ? 1.0 : -1.0;
+}
+
+Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
+  const auto position = configSigma(dataset, "sigma_mm");
+  if (!position) return position.error();
+  const auto angle = configSigma(dataset, "sigma_C_rad");
+  if (!angle) return angle.error();
+  const bool both = position->stated && angle->stated;
+  return StatedNoise{.noise = {position->value, both ? angle->value : 0.0},
+                     .stated = position->stated,
+                     .angle_ignored = angle->stated && !position->stated};
+}
+
+Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
+  const auto noise = statedNoise(dataset);
+  if (!noise) return noise.error();
+  const auto sense = configSense(dataset, "C_sense");
+  if (!sense) return sense.error();
+  const auto table = checkedTable(dataset, "readings", kColumns);
+  if (!table) return table.error();
+  const auto value = [&](std::size_t column, std::size_t row) { return (*(*table)->column(kColumns[column]))[row]; };
+  std::vector<RotationReading> readings;
+  for (std::size_t row = 0; row < (*table)->rows(); ++row) {
+    readings.push_back({.at = {value(1, row), value(2, row)}, .angle = *sense * value(0, row)});
+  }
+  const auto fit = fitRotation(readings, noise->noise);
+  if (!fit) return fit.error();
+
+  Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
+  answer.readings(**table, residualParts(noise->noise), "C_rad", residualSense(noise->noise));
+  answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
+  answer.alsoVector("arm_mm", fit->parameters.tail(2), pick(2, 2, 4));
+  if (spread(readings) < kWarnHalfSine * kWarnHalfSine) {
+    answer.warn("the angles lie close together: the centre is more than four times less certain than a reading");
+  }
+  if (noise->stated && fit->parameters.tail<2>().norm() < 5.0 * noise->noise.position) {
+    answer.warn("the feature lies within 5 sigma of the centre: the readings cannot confirm the angles");
+  }
+  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it needs sigma_mm beside it");
+  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,49 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <string_view>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A feature that turns about an axis, read in the plane across it.
+struct RotationReading {
+  Eigen::Vector2d at;  // mm
+  double angle{};      // rad, right-handed
+};
+
+// What one reading is uncertain by (k = 1).
+struct RotationNoise {
+  double position{1.0};  // mm, of one coordinate; 1 gives the cofactor
+  double angle{};        // rad, of the axis
+};
+
+// (B6): p = c + R2(angle) r; fit.parameters: c, r. With noise of the angle (B8) every reading's own angle is fitted
+// too, and left out of the parameters; far apart that is a circle fit, with none it is linear. Two angles: (B5). sd of
+// c: (B7), sigma^2 / (N (1 - |w|^2)), w the mean of exp(i angle). Refuses: too-few-readings (2), angles-too-close
+// (|sin(alpha/2)| < 0.05 for two readings, |w|^2 > 0.999 for more), and what leastSquares refuses.
+Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, const RotationNoise& noise);
+
+// Method "centreline": centre of rotation of C from one feature read at two or more angles (CN101976057 figures 1 and
+// 2, docs/metrology.md B.2, B.3). Table readings{C_rad,x_mm,y_mm}. Config: sigma_mm; sigma_C_rad, of the axis' angle,
+// which counts only beside sigma_mm; C_sense. Gives centre_mm; also arm_mm, the feature at C = 0 from the centre.
+// Refuses what fitRotation does.
+Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
+
+// What the two rows of a reading are in that fit, and the sign that turns its residuals into read minus fitted.
+std::span<const std::string_view> residualParts(const RotationNoise& noise);
+double residualSense(const RotationNoise& noise);
+
+// sigma_mm and sigma_C_rad of a case, as fitRotation takes them. Refuses: bad-config.
+struct StatedNoise {
+  RotationNoise noise;
+  bool stated{};
+  bool angle_ignored{};  // sigma_C_rad without sigma_mm
+};
+Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
+
+}  // namespace probebox::metrology

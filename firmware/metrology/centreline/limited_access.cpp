@@ -1,0 +1,148 @@
+#include "firmware/metrology/centreline/limited_access.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/centreline/ball_readings.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/plane_turn.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
+constexpr std::array<std::string_view, 3> kKeys{"sigma_mm", "sigma_C_rad", "previous_tau_axis_s"};
+constexpr double kLeastHalfArc = 15.0 * std::numbers::pi / 180.0;
+constexpr double kSameAngle = 1e-6;  // rad
+
+struct RimReading {
+  Eigen::Vector2d at;
+  double c{};  // rad, clockwise from +Y
+};
+
+// The readings that the source's steps need, those with the largest theta.
+std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
+  const auto at = [&](double angle) {
+    return std::ranges::find_if(readings, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle; });
+  };
+  const auto zero = at(0.0);
+  const auto plus = std::ranges::max_element(readings, {}, &RimReading::c);
+  const auto minus = at(-plus->c);
+  if (zero == readings.end() || minus == readings.end() || plus->c < kLeastHalfArc) return std::nullopt;
+  return RimSteps{plus->at, minus->at, zero->at, plus->c};
+}
+
+void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, const Eigen::Vector2d& centre,
+                       const StatedNoise& noise) {
+  const auto source = sourceReadings(readings);
+  const auto found = source ? turnedRimCentre(*source) : std::nullopt;
+  if (!found) return;
+  auto& also = answer.result().also;
+  also.push_back(Estimate::vector("source_centre_mm", {found->centre.x(), found->centre.y()}, {}));
+  if (!noise.stated) return;
+  const double theta = source->theta;
+  const double sigma = std::hypot(noise.noise.position, found->radius * noise.noise.angle);
+  const double sd = sigma * std::sqrt(2.0 + std::pow(std::sin(theta), 2)) / (1.0 - std::cos(theta));
+  const double off = (found->centre - centre).norm();
+  if (off > 4.0 * sd) {
+    answer.warn("the source's three readings put the centre " + text(off) +
+                " mm away, more than 4 sd: check the angles of C, and that the ball has not moved");
+  }
+}
+
+}  // namespace
+
+double remainingShift(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus) {
+  return std::atan((at_plus.y() - at_minus.y()) / (at_plus.x() - at_minus.x()));
+}
+
+std::optional<RimCentre> rimCentre(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus,
+                                   const Eigen::Vector2d& at_zero) {
+  const double drop = at_zero.y() - at_plus.y();
+  if (drop == 0.0) return std::nullopt;
+  const double radius = (at_plus - at_zero).squaredNorm() / (2.0 * drop);
+  return RimCentre{{(at_plus.x() + at_minus.x()) / 2.0, at_zero.y() - radius}, radius};
+}
+
+std::optional<RimCentre> turnedRimCentre(const RimSteps& steps) {
+  const double phi = remainingShift(steps.plus, steps.minus);
+  const Eigen::Matrix2d back = turn(-phi);
+  auto found = rimCentre(back * steps.plus, back * steps.minus, back * steps.zero);
+  if (found) found->centre = turn(phi) * found->centre;
+  return found;
+}
+
+Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
+  const auto noise = statedNoise(dataset);
+  if (!noise) return noise.error();
+  const auto table = checkedTable(dataset, "readings", kColumns);
+  if (!table) return table.error();
+  const auto value = [&](std::size_t column, std::size_t row) { return (*(*table)->column(kColumns[column]))[row]; };
+  std::vector<RimReading> rim;
+  std::vector<RotationReading> readings;
+  for (std::size_t row = 0; row < (*table)->rows(); ++row) {
+    rim.push_back({.at = {value(1, row), value(2, row)}, .c = value(0, row)});
+    readings.push_back({.at = rim.back().at, .angle = -rim.back().c});
+  }
+  const auto [least, greatest] = std::ranges::minmax(rim, {}, &RimReading::c);
+  if (greatest.c - least.c < 2.0 * kLeastHalfArc) {
+    return Refusal{"arc-too-short", "C spans " + text((greatest.c - least.c) * 180.0 / std::numbers::pi) +
+                                        " degrees, less than 30: turn 15 degrees or more to either side"};
+  }
+  const auto fit = fitRotation(readings, noise->noise);
+  if (!fit) return fit.error();
+
+  const Eigen::Vector2d arm = fit->parameters.tail<2>();
+  const double radius = arm.norm();
+  Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
+  answer.readings(**table, residualParts(noise->noise), kColumns[0], residualSense(noise->noise));
+  answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
+  answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
+  answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
+                       Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
+  compareWithSource(answer, rim, fit->parameters.head<2>(), noise.value());
+  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it needs sigma_mm beside it");
+  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  answer.result().convention = "C clockwise from +Y; psi0 is where the ball stands at C = 0";
+  return std::move(answer).take(true);
+}
+
+Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_C_rad");
+  if (!sigma) return sigma.error();
+  const auto table = checkedTable(dataset, "contacts", kContactColumns);
+  if (!table) return table.error();
+  const auto& clockwise = *(*table)->column("C1_rad");
+  const auto& anticlockwise = *(*table)->column("C2_rad");
+  const auto rows = static_cast<Eigen::Index>(clockwise.size());
+  Eigen::VectorXd middles{rows};
+  for (std::size_t row = 0; row < clockwise.size(); ++row) {
+    if (clockwise[row] == anticlockwise[row]) {
+      return Refusal{"not-opposite", "table 'contacts', row " + std::to_string(row + 1) +
+                                         ": both contacts are at one angle; touch the stylus from either side"};
+    }
+    middles[static_cast<Eigen::Index>(row)] = (clockwise[row] + anticlockwise[row]) / 2.0;
+  }
+  const Sigma of_middle{sigma->stated ? sigma->value / std::numbers::sqrt2 : 1.0, sigma->stated};
+  const auto fit =
+      linearLeastSquares(Eigen::MatrixXd::Constant(rows, 1, 1.0 / of_middle.value), middles / of_middle.value);
+  if (!fit) return fit.error();
+  Answer answer{dataset, fit.value(), of_middle};
+  answer.readingIs("the middle of one pair of contacts", "rad");
+  answer.readings(**table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
+  answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
+  for (auto& warning : unusedKeys(dataset, std::span{kKeys}.subspan(1, 1))) answer.warn(std::move(warning));
+  answer.result().convention = "new zero of C in the old count; rms in rad";
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

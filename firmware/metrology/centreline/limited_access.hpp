@@ -1,0 +1,50 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A ball on the rim of a large chuck, of which the probe reaches an arc only (CN101976057 equations 7 to 11,
+// docs/metrology.md B.11). C counts clockwise from +Y here: ball = centre + R (sin(C + psi), cos(C + psi)).
+
+// (B26): what to add to the zero of C after readings at C = +theta and -theta, so that the ball lies on +Y at zero.
+double remainingShift(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus);
+
+// (B27): centre and radius from readings at +theta, -theta and 0, psi being zero. Nothing when the reading at 0 is no
+// higher or lower than the one at +theta.
+struct RimCentre {
+  Eigen::Vector2d centre;  // mm
+  double radius{};         // mm, signed
+};
+std::optional<RimCentre> rimCentre(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus,
+                                   const Eigen::Vector2d& at_zero);
+
+// Readings at +theta, -theta and 0, mm.
+struct RimSteps {
+  Eigen::Vector2d plus;
+  Eigen::Vector2d minus;
+  Eigen::Vector2d zero;
+  double theta{};  // rad
+};
+
+// (B26), (B27) without going back to the machine: instead of turning C by phi, the readings are turned. Nothing as
+// above.
+std::optional<RimCentre> turnedRimCentre(const RimSteps& steps);
+
+// Method "centreline-limited-access": all readings by least squares with their known angles (B6), weighted for the
+// noise of C (B8). Table readings{C_rad_clockwise_from_plus_y,x_mm,y_mm}. Config: sigma_mm, sigma_C_rad. Gives
+// centre_mm, radius_mm, psi0_rad. Where the data hold the source's readings, its own steps (B26), (B27) are gone
+// through as well: also source_centre_mm, with a warning when the two disagree. Refuses: arc-too-short (less than 15
+// degrees to either side), and what fitRotation does.
+Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset);
+
+// Method "c-zero-shift": how far the zero of C is off, from the angles at which the ball touches a stylus on either
+// side of the nominal line (B25). Table contacts{C1_rad,C2_rad}, signed, one row a repetition. Config: sigma_C_rad, of
+// one contact. Gives C_shift_rad. Refuses: not-opposite (both contacts at one angle).
+Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset);
+
+}  // namespace probebox::metrology

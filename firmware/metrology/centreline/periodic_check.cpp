@@ -1,0 +1,336 @@
+#include "firmware/metrology/centreline/periodic_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 6> kCentreColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 4> kXColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
+constexpr std::array<std::string_view, 4> kZColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr double kSameAngle = 1e-6;  // degrees
+
+// One mean: which readings make it, and what cancels in it.
+struct Quantity {
+  std::string_view key;
+  std::string_view table;
+  std::string_view column;
+  double swivel{};  // degrees
+  bool ball{};      // the ball's run-out cancels between C = 0 and 180
+  bool stylus{};    // the stylus' run-out cancels between spindle 0 and 180
+  bool promised{true};
+};
+
+// What the run-outs of ball and stylus are at B = 0; the check asks for a new calibration where they have moved.
+constexpr std::array<std::string_view, 4> kRunOuts{"ball_offset_x_mm", "ball_offset_y_mm", "stylus_offset_x_mm",
+                                                   "stylus_offset_y_mm"};
+
+constexpr std::array<Quantity, 7> kQuantities{{
+    {"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true},
+    {"Zcen_B90_mm", "centres", "z_mm", 90.0, false, true, false},
+    {"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true},
+    {"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true},
+    {"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true},
+    {"x_offset_error_mm", "x_touch", "x_mm", 90.0, true, false},
+    {"z_offset_error_mm", "z_touch", "z_mm", 0.0, false, false},
+}};
+
+std::optional<Refusal> badAngles(const Table& table) {
+  const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
+    return Refusal{"bad-angle", "table '" + table.name + "', column '" + std::string{column} + "', row " +
+                                    std::to_string(row + 1) + ": the check is defined at " + allowed + " degrees"};
+  };
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (const std::string_view column : {"C_deg", "A_deg"}) {
+      if (std::abs(std::remainder((*table.column(column))[row], 180.0)) > kSameAngle) {
+        return wrong(column, row, "0 and 180");
+      }
+    }
+    const double swivel = (*table.column("B_deg"))[row];
+    const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle; };
+    if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong("B_deg", row, "0, 45 and 90");
+  }
+  return std::nullopt;
+}
+
+// 1 at 0 degrees, -1 at 180.
+double side(double degrees) {
+  return std::abs(std::remainder(degrees, 360.0)) < 90.0 ? 1.0 : -1.0;
+}
+
+// Of one coordinate of a centre, and of a single touch.
+struct Sigmas {
+  Sigma centre;
+  double touch{1.0};
+
+  double of(const Quantity& quantity) const { return quantity.table == "centres" ? centre.value : touch; }
+};
+
+Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
+  const auto centre = configSigma(dataset, "sigma_mm");
+  if (!centre) return centre.error();
+  const auto touch = configPositive(dataset, "sigma_touch_mm");
+  if (!touch) return touch.error();
+  if (touch.value() && !centre->stated) {
+    return Refusal{"missing-key", "config.json states sigma_touch_mm without sigma_mm: state both, or neither"};
+  }
+  return Sigmas{centre.value(), touch->value_or(centre->value)};
+}
+
+// All means as one linear fit, so that residuals and degrees of freedom are common to them.
+struct Means {
+  std::vector<const Quantity*> quantities;
+  std::vector<Eigen::Index> columns;  // of each quantity's mean
+  std::vector<std::string> readings;  // name of each row
+  std::vector<double> swivels;        // degrees, of each row
+  std::vector<double> sigmas;         // of each row
+  Fit fit;
+};
+
+Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
+  Means means;
+  struct Row {
+    double value{};
+    Eigen::Index mean{};
+    double ball{};
+    double stylus{};
+  };
+  std::vector<Row> rows;
+  Eigen::Index parameters = 0;
+  for (const auto& quantity : kQuantities) {
+    if (dataset.table(quantity.table) == nullptr) continue;
+    const Table& table = *dataset.table(quantity.table);
+    const std::size_t before = rows.size();
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle) continue;
+      means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
+      means.swivels.push_back(quantity.swivel);
+      means.sigmas.push_back(sigmas.of(quantity));
+      rows.push_back({(*table.column(quantity.column))[row], parameters,
+                      quantity.ball ? side((*table.column("C_deg"))[row]) : 0.0,
+                      quantity.stylus ? side((*table.column("A_deg"))[row]) : 0.0});
+    }
+    if (rows.size() == before) continue;
+    means.quantities.push_back(&quantity);
+    means.columns.push_back(parameters);
+    parameters += 1 + (quantity.ball ? 1 : 0) + (quantity.stylus ? 1 : 0);
+  }
+  if (rows.empty()) return Refusal{"missing-orientation", "no reading is at the angle that its table is for"};
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters);
+  Eigen::VectorXd values{design.rows()};
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const Row& row = rows[static_cast<std::size_t>(k)];
+    const double weight = 1.0 / means.sigmas[static_cast<std::size_t>(k)];
+    design(k, row.mean) = weight;
+    if (row.ball != 0.0) design(k, row.mean + 1) = weight * row.ball;
+    if (row.stylus != 0.0) design(k, row.mean + (row.ball != 0.0 ? 2 : 1)) = weight * row.stylus;
+    values[k] = weight * row.value;
+  }
+  auto fit = linearLeastSquares(design, values);
+  if (!fit) {
+    return Refusal{"missing-orientation",
+                   "the run-out of ball and stylus does not cancel: read every centre with C and spindle at 0 and 180 "
+                   "degrees, and X with C at 0 and 180"};
+  }
+  means.fit = std::move(fit).value();
+  return means;
+}
+
+struct Ball {
+  double radius{};
+  double expected_z{};
+  bool x_is_radius{true};
+};
+
+Outcome<Ball, Refusal> ballOf(const Dataset& dataset) {
+  const auto radius = requiredPositive(dataset, "effective_ball_radius_mm");
+  if (!radius) return radius.error();
+  const auto expected = requiredNumber(dataset, "expected_ball_centre_z_mm");
+  if (!expected) return expected.error();
+  if (!dataset.config.contains("x_is_radius")) {
+    return Refusal{"missing-key", "config.json has no key 'x_is_radius': say true, or false where X counts diameters"};
+  }
+  const auto x_is_radius = configSwitch(dataset, "x_is_radius");
+  if (!x_is_radius) return x_is_radius.error();
+  return Ball{radius.value(), expected.value(), x_is_radius.value()};
+}
+
+// (B24): what to take off the mean of the touches.
+double reference(const Quantity& quantity, const Ball& ball) {
+  if (quantity.table == "x_touch") return ball.x_is_radius ? ball.radius : 2.0 * ball.radius;
+  if (quantity.table == "z_touch") return ball.radius + ball.expected_z;
+  return 0.0;
+}
+
+// Compares one value with the accepted one; its verdict, or nothing when no limit is stated.
+Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error,
+                                           Result& result) {
+  const auto accepted = configNumber(dataset, "accepted_" + estimate.key);
+  if (!accepted) return accepted.error();
+  auto limit = configPositive(dataset, "limit_" + estimate.key);
+  if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
+  if (!limit) return limit.error();
+  if (!limit.value() || (!accepted.value() && !error)) return std::optional<int>{};
+  Estimate deviation = estimate;
+  deviation.key = "deviation_" + estimate.key;
+  deviation.values = {estimate.value() - accepted->value_or(0.0)};
+  deviation.design.clear();
+  const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
+  const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
+  const double off = std::abs(deviation.value());
+  const int verdict = off > **limit ? 2 : off + doubt > **limit ? 1 : 0;
+  if (verdict > 0) {
+    result.warnings.push_back(std::string{verdict == 2 ? "fail: " : "warn: "} + estimate.key + " is " +
+                              text(deviation.value()) + " mm off the accepted value; the limit is " + text(**limit) +
+                              (verdict == 2 ? " mm: calibrate again" : " mm, within U (k = 2)"));
+  }
+  result.also.push_back(std::move(deviation));
+  return std::optional<int>{verdict};
+}
+
+std::vector<std::string> unused(const Dataset& dataset) {
+  std::vector<std::string> known{
+      "effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm", "sigma_touch_mm", "limit_mm",
+      "previous_tau_axis_s"};
+  std::vector<std::string_view> keys{kRunOuts.begin(), kRunOuts.end()};
+  for (const auto& quantity : kQuantities) keys.push_back(quantity.key);
+  for (const auto key : keys) {
+    known.push_back("accepted_" + std::string{key});
+    known.push_back("limit_" + std::string{key});
+  }
+  const std::vector<std::string_view> views{known.begin(), known.end()};
+  return unusedKeys(dataset, views);
+}
+
+// Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
+// check starts from once this one is accepted.
+void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
+  std::array<const Quantity*, 2> wanted{&kQuantities[2], &kQuantities[3]};  // Xcen_B0, Ycen_B0
+  std::array<Eigen::Index, 2> at{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto found = std::ranges::find(means.quantities, wanted[k]);
+    if (found == means.quantities.end()) return;
+    at[k] = means.columns[static_cast<std::size_t>(found - means.quantities.begin())];
+  }
+  const auto& parameters = means.fit.parameters;
+  const auto one = [&](Eigen::Index column) { return Eigen::RowVectorXd{pick(column, 1, parameters.size()).row(0)}; };
+  for (std::size_t k = 0; k < kRunOuts.size(); ++k) {
+    const bool stylus = k >= 2;
+    const double sign = stylus ? -1.0 : 1.0;  // (B4): the stylus is taken off
+    const Eigen::Index column = at[k % 2] + (stylus ? 2 : 1);
+    answer.alsoScalar(std::string{kRunOuts[k]}, sign * parameters[column], sign * one(column));
+  }
+  Eigen::VectorXd centre{3};
+  Eigen::MatrixXd rows{3, parameters.size()};
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const Eigen::Index mean = at[static_cast<std::size_t>(k)];
+    centre[k] = parameters[mean] + parameters[mean + 1];
+    rows.row(k) = one(mean) + one(mean + 1);
+  }
+  const auto z = std::ranges::find(means.quantities, &kQuantities[6]);
+  if (z == means.quantities.end()) return;
+  const Eigen::Index touched = means.columns[static_cast<std::size_t>(z - means.quantities.begin())];
+  centre[2] = parameters[touched] - ball.radius;
+  rows.row(2) = one(touched);
+  answer.alsoVector("ball_centre_mm", centre, rows);
+}
+
+// The worst verdict on the run-outs that a value was accepted of.
+Outcome<std::optional<int>, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
+  std::optional<int> worst;
+  for (const auto key : kRunOuts) {
+    if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
+    const Estimate estimate = *result.find(key);
+    const auto verdict = judge(dataset, estimate, false, result);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst == 2) {
+    result.warnings.emplace_back(
+        "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
+  }
+  return worst;
+}
+
+bool hasSwivel(const Table& table, double swivel) {
+  return std::ranges::any_of(*table.column("B_deg"), [&](double b) { return std::abs(b - swivel) <= kSameAngle; });
+}
+
+// X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.
+std::optional<Refusal> badTables(const Dataset& dataset) {
+  const auto centres = checkedTable(dataset, "centres", kCentreColumns);
+  if (!centres) return centres.error();
+  if (auto refusal = badAngles(**centres)) return refusal;
+  struct Touches {
+    std::string_view name;
+    std::span<const std::string_view> columns;
+    double swivel{};  // degrees
+  };
+  for (const auto& touches : {Touches{"x_touch", kXColumns, 90.0}, Touches{"z_touch", kZColumns, 0.0}}) {
+    if (dataset.table(touches.name) == nullptr && !hasSwivel(**centres, touches.swivel)) continue;
+    const auto table = checkedTable(dataset, touches.name, touches.columns);
+    if (!table) return table.error();
+    if (auto refusal = badAngles(**table)) return refusal;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
+  const auto ball = ballOf(dataset);
+  if (!ball) return ball.error();
+  const auto sigmas = sigmasOf(dataset);
+  if (!sigmas) return sigmas.error();
+  if (auto refusal = badTables(dataset)) return *refusal;
+  const auto means = fitMeans(dataset, sigmas.value());
+  if (!means) return means.error();
+
+  const auto& parameters = means->fit.parameters;
+  Answer answer{dataset, means->fit, sigmas->centre};
+  answer.readings(means->readings, means->swivels, "B_deg");
+  auto& residuals = answer.result().residuals.values;
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means->sigmas[k] / sigmas->centre.value;
+  for (std::size_t k = 0; k < means->quantities.size(); ++k) {
+    const Quantity& quantity = *means->quantities[k];
+    const Eigen::RowVectorXd row = pick(means->columns[k], 1, parameters.size()).row(0);
+    const double value = parameters[means->columns[k]] - reference(quantity, ball.value());
+    if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
+    if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
+  }
+  addRunOuts(answer, means.value(), ball.value());
+  for (const auto& quantity : kQuantities) {
+    if (std::ranges::find(means->quantities, &quantity) == means->quantities.end()) {
+      answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
+    }
+  }
+  for (auto& warning : unused(dataset)) answer.warn(std::move(warning));
+  answer.result().convention = ball->x_is_radius ? "X in radius" : "X in diameters";
+  return std::move(answer).take(true);
+}
+
+std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
+  const auto run_outs = judgeRunOuts(dataset, result);
+  if (!run_outs) return run_outs.error();
+  std::optional<int> worst = run_outs.value();
+  for (const Quantity& quantity : kQuantities) {
+    if (!result.find(quantity.key)) continue;
+    const Estimate estimate = *result.find(quantity.key);
+    const auto verdict = judge(dataset, estimate, quantity.table != "centres", result);
+    if (!verdict) return verdict.error();
+    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+  }
+  if (worst) result.also.push_back(Estimate::scalar("verdict", *worst, std::nullopt));
+  return std::nullopt;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,386 @@
+#include "firmware/metrology/centreline/rim_steps.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/centreline/ball_readings.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/limited_access.hpp"
+#include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
+constexpr std::array<std::string_view, 5> kKeys{"sigma_mm", "sigma_C_rad", "level_limit_mm", "trust_C_angles",
+                                                "previous_tau_axis_s"};
+constexpr double kLeastTheta = 15.0 * std::numbers::pi / 180.0;
+constexpr double kSameAngle = 1e-6;  // rad
+constexpr int kMostLoops = 5;
+constexpr double kDisagree = 4.0;  // sd
+
+struct RimReading {
+  double c{};  // rad, clockwise, from the zero in force
+  Vector2d at;
+};
+using Loop = std::vector<RimReading>;
+
+// How far the stylus is off the spindle, in every reading alike, and what that is uncertain by: nothing along the
+// spindle.
+struct StylusOffset {
+  Vector3d offset{0.0, 0.0, 0.0};
+  Vector3d variance{0.0, 0.0, 0.0};  // for readings of unit sigma
+  bool flat{true};                   // it points along Z, so the offset is in x and y alone
+};
+
+// Those two coordinates of the table stylus that are across the spindle: x and y where the stylus points along Z, z and
+// another one where it lies in the x-y plane.
+std::vector<std::size_t> acrossSpindle(const Table& stylus) {
+  std::vector<std::size_t> across;
+  for (std::size_t k = 0; k < kCoordinates.size(); ++k) {
+    if (stylus.column(kCoordinates[k])) across.push_back(k);
+  }
+  return across.size() == 2 ? across : std::vector<std::size_t>{0, 1};
+}
+
+// Step 1, (B11): readings with the spindle half a turn apart; the later ones are made with the spindle at zero.
+Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
+  const Table* offered = dataset.table("stylus");
+  if (!offered) return StylusOffset{};
+  const auto across = acrossSpindle(*offered);
+  const std::array<std::string_view, 3> columns{"A_rad", kCoordinates[across[0]], kCoordinates[across[1]]};
+  const auto table = checkedTable(dataset, "stylus", columns);
+  if (!table) return table.error();
+  const auto notOpposite = [](const std::string& where) {
+    return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
+  };
+  const Eigen::MatrixXd rows = columnsOf(*offered, columns);
+  std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
+  std::array<double, 2> counts{};
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    const double angle = std::remainder(rows(row, 0), 2.0 * std::numbers::pi);
+    const bool zero = std::abs(angle) < kSameAngle;
+    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle) {
+      return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
+    }
+    sums[zero ? 0 : 1] += rows.row(row).tail<2>().transpose();
+    counts[zero ? 0 : 1] += 1.0;
+  }
+  if (counts[0] == 0.0 || counts[1] == 0.0) return notOpposite("table 'stylus'");
+  const Vector2d half = (sums[1] / counts[1] - sums[0] / counts[0]) / 2.0;
+  StylusOffset stylus{.flat = across[1] == 1};
+  for (std::size_t k = 0; k < across.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(across[k]);
+    stylus.offset[at] = half[static_cast<Eigen::Index>(k)];
+    stylus.variance[at] = (1.0 / counts[0] + 1.0 / counts[1]) / 4.0;
+  }
+  return stylus;
+}
+
+Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& stylus) {
+  std::vector<Loop> loops;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto value = [&](std::size_t k) { return (*table.column(kColumns[k]))[row]; };
+    const double loop = value(0);
+    if (loop != std::floor(loop) || loop < 1.0 || loop > static_cast<double>(loops.size() + 1)) {
+      return Refusal{"bad-loop", "table 'readings', row " + std::to_string(row + 1) +
+                                     ": loops are counted 1, 2, .. in the order in which they were measured"};
+    }
+    if (loop > kMostLoops) {
+      return Refusal{"too-many-loops",
+                     "the zero of C does not settle within 5 loops: is the ball loose, or the drive?"};
+    }
+    loops.resize(std::max(loops.size(), static_cast<std::size_t>(loop)));
+    loops[static_cast<std::size_t>(loop) - 1].push_back({value(1), Vector2d{value(2), value(3)} + stylus});
+  }
+  return loops;
+}
+
+const RimReading* readingAt(const Loop& loop, double angle) {
+  const auto found = std::ranges::find_if(loop, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle; });
+  return found == loop.end() ? nullptr : &*found;
+}
+
+// The readings of one loop; zero is at the origin where it was not read.
+Outcome<RimSteps, Refusal> stepsOf(const Loop& loop, std::size_t number, bool last) {
+  const auto plus = std::ranges::max_element(loop, {}, &RimReading::c);
+  const RimReading* minus = readingAt(loop, -plus->c);
+  const RimReading* zero = readingAt(loop, 0.0);
+  if (!minus || (last && !zero)) {
+    return Refusal{"missing-step", "loop " + std::to_string(number) + " needs readings at +theta and -theta" +
+                                       (last ? ", and at C = 0" : "")};
+  }
+  if (plus->c < kLeastTheta) {
+    return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " +
+                                        text(plus->c * 180.0 / std::numbers::pi) +
+                                        " degrees, less than 15: turn 30 to 45 to either side"};
+  }
+  return RimSteps{plus->at, minus->at, zero ? zero->at : Vector2d{0.0, 0.0}, plus->c};
+}
+
+// Steps 3 to 5 gone through: where the zero of C went, loop by loop, and the readings of the last loop.
+struct Settled {
+  std::vector<double> zeros;  // of each loop, in the count of the first; rad
+  RimSteps steps;
+};
+
+Outcome<Settled, Refusal> settle(const std::vector<Loop>& loops, double level_limit) {
+  Settled settled;
+  double zero = 0.0;
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    const bool last = k + 1 == loops.size();
+    const auto steps = stepsOf(loops[k], k + 1, last);
+    if (!steps) return steps.error();
+    settled.zeros.push_back(zero);
+    settled.steps = steps.value();
+    const double unlevel = std::abs(steps->plus.y() - steps->minus.y());
+    if (last && unlevel >= level_limit) {
+      return Refusal{"not-level", "the last loop's readings at +theta and -theta differ by " + text(unlevel) +
+                                      " mm in y, not less than level_limit_mm: shift the zero of C and read once more"};
+    }
+    if (unlevel >= level_limit) zero += remainingShift(steps->plus, steps->minus);
+  }
+  return settled;
+}
+
+// Covariance of centre and radius of the steps: differences of (B26), (B27) in each coordinate of each reading, which
+// the noise of C moves along the rim. The stylus' offset is left out.
+Eigen::Matrix3d covarianceOf(const RimSteps& steps, const RimCentre& centre, const RotationNoise& noise) {
+  constexpr double kStep = 1e-3;  // mm
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (Vector2d RimSteps::*reading : {&RimSteps::plus, &RimSteps::minus, &RimSteps::zero}) {
+    Eigen::Matrix<double, 3, 2> slopes;
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      RimSteps up = steps;
+      RimSteps down = steps;
+      (up.*reading)[k] += kStep;
+      (down.*reading)[k] -= kStep;
+      const auto above = turnedRimCentre(up);
+      const auto below = turnedRimCentre(down);
+      if (!above || !below) continue;
+      slopes.col(k) << (above->centre - below->centre) / (2.0 * kStep), (above->radius - below->radius) / (2.0 * kStep);
+    }
+    const Vector2d arm = steps.*reading - centre.centre;
+    const Vector2d along{-arm.y(), arm.x()};
+    const Eigen::Matrix2d of_reading = noise.position * noise.position * Eigen::Matrix2d::Identity() +
+                                       noise.angle * noise.angle * along * along.transpose();
+    covariance += slopes * of_reading * slopes.transpose();
+  }
+  return covariance;
+}
+
+// The radius from the reading at +theta and from that at -theta, and the steps against the fit.
+std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& found, const Vector2d& fitted,
+                                        const Eigen::Vector3d& sd) {
+  RimSteps other = steps;
+  std::swap(other.plus, other.minus);
+  const auto mirrored = turnedRimCentre(other);
+  if (mirrored && std::abs(mirrored->radius - found.radius) > kDisagree * 2.0 * sd[2]) {
+    return "the readings at +theta and -theta give radii that differ by " +
+           text(std::abs(mirrored->radius - found.radius)) + " mm";
+  }
+  const Vector2d off = found.centre - fitted;
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    if (std::abs(off[k]) > kDisagree * sd[k]) {
+      return "the steps put the centre " + text(std::abs(off[k])) + " mm from the fit of all readings in " +
+             std::string(1, "xy"[k]) + ", more than 4 sd";
+    }
+  }
+  return std::nullopt;
+}
+
+Outcome<double, Refusal> contactShift(const Dataset& dataset) {
+  if (!dataset.table("contacts")) return 0.0;
+  const auto table = checkedTable(dataset, "contacts", kContactColumns);
+  if (!table) return table.error();
+  Dataset alone{.method = "c-zero-shift", .config = {}, .tables = {**table}};
+  const auto solved = solveCZeroShift(alone);
+  if (!solved) return solved.error();
+  return solved->find("C_shift_rad")->value();
+}
+
+// What a case asks, read and checked.
+struct Measured {
+  StatedNoise noise;
+  bool trust{true};  // the angles of C
+  StylusOffset stylus;
+  double contact{};  // rad
+  std::vector<Loop> loops;
+  Settled settled;
+};
+
+Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
+  const auto noise = statedNoise(dataset);
+  if (!noise) return noise.error();
+  const auto level_limit = configPositive(dataset, "level_limit_mm");
+  if (!level_limit) return level_limit.error();
+  const auto trusted = configSwitch(dataset, "trust_C_angles");
+  if (!trusted) return trusted.error();
+  const bool trust = trusted.value() || !dataset.config.contains("trust_C_angles");
+  const Table* offered = dataset.table("readings");
+  const std::span columns{kColumns};
+  const bool heights = offered && offered->column("z_mm");
+  const auto table = checkedTable(dataset, "readings", heights ? columns : columns.first(4));
+  if (!table) return table.error();
+  const auto stylus = stylusOffset(dataset);
+  if (!stylus) return stylus.error();
+  const auto contact = contactShift(dataset);
+  if (!contact) return contact.error();
+  auto loops = loopsOf(**table, stylus->offset.head<2>());
+  if (!loops) return loops.error();
+  const auto settled = settle(loops.value(), level_limit->value_or(kUsualLevelLimit_mm));
+  if (!settled) return settled.error();
+  return Measured{noise.value(), trust, stylus.value(), contact.value(), std::move(loops).value(), settled.value()};
+}
+
+// All readings with their known angles; the stylus' offset goes into the centre one to one.
+Outcome<Fit, Refusal> fitOf(const Measured& measured) {
+  std::vector<RotationReading> readings;
+  for (std::size_t k = 0; k < measured.loops.size(); ++k) {
+    for (const auto& reading : measured.loops[k]) {
+      readings.push_back({reading.at, -(reading.c + measured.settled.zeros[k])});
+    }
+  }
+  auto fit = fitRotation(readings, measured.noise.noise);
+  if (!fit) return fit;
+  fit->cofactor.diagonal().head<2>() += measured.stylus.variance.head<2>() * std::pow(measured.noise.noise.position, 2);
+  return fit;
+}
+
+// Read minus fitted, in the order of the loops.
+Residuals residualsOf(const Measured& measured, const Fit& fit) {
+  const RotationNoise& noise = measured.noise.noise;
+  Residuals residuals{.unit = "mm", .against = std::string{kColumns[1]}, .names = {}, .at = {}, .values = {}};
+  for (std::size_t loop = 0; loop < measured.loops.size(); ++loop) {
+    for (const auto& reading : measured.loops[loop]) {
+      for (const auto part : residualParts(noise)) {
+        const double left = fit.residuals[static_cast<Eigen::Index>(residuals.values.size())];
+        residuals.names.push_back("loop " + std::to_string(loop + 1) + ", C " + text(reading.c) + " rad, " +
+                                  std::string{part});
+        residuals.at.push_back(reading.c);
+        residuals.values.push_back(residualSense(noise) * noise.position * left);
+      }
+    }
+  }
+  return residuals;
+}
+
+Result resultOfFit(const Dataset& dataset, const Measured& measured, const Fit& fit) {
+  const Vector2d arm = fit.parameters.tail<2>();
+  Answer answer{dataset, fit, {measured.noise.noise.position, measured.noise.stated}};
+  answer.result().residuals = residualsOf(measured, fit);
+  answer.promiseVector("centre_mm", fit.parameters.head<2>(), pick(0, 2, 4));
+  answer.promiseScalar("radius_mm", arm.norm(), Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / arm.norm());
+  return std::move(answer).take(true);
+}
+
+// Nothing of the fit, whose angles are not to be trusted. What is left of the steps is how far their readings lie off
+// their circle; six coordinates tell centre, radius, psi and theta.
+Result resultOfSteps(const Dataset& dataset, const Measured& measured, const RimCentre& found,
+                     const Eigen::Matrix3d& covariance) {
+  const RimSteps& steps = measured.settled.steps;
+  const bool stated = measured.noise.stated;
+  const Eigen::Vector3d sd = covariance.diagonal().cwiseSqrt();
+  Result result;
+  result.method = dataset.method;
+  result.estimates = {Estimate::vector("centre_mm", {found.centre.x(), found.centre.y()},
+                                       stated ? std::vector{sd[0], sd[1]} : std::vector<double>{}),
+                      Estimate::scalar("radius_mm", found.radius, stated ? std::optional{sd[2]} : std::nullopt)};
+  result.residuals = {
+      .unit = "mm", .against = "reading", .names = {"+theta", "-theta", "zero"}, .at = {}, .values = {}};
+  double squares = 0.0;
+  for (const Vector2d& at : {steps.plus, steps.minus, steps.zero}) {
+    const double off = (at - found.centre).norm() - found.radius;
+    squares += off * off;
+    result.residuals.at.push_back(static_cast<double>(result.residuals.at.size() + 1));
+    result.residuals.values.push_back(off);
+  }
+  result.rms = std::sqrt(squares / 3.0);
+  result.dof = 1;
+  result.condition = scaledCondition(covariance.inverse());  // of a Jacobian that would have this covariance
+  if (stated) {
+    const auto entries = covariance.reshaped();
+    result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};
+  } else {
+    result.warnings.emplace_back("no sd: the steps are uncertain by what sigma_mm says, which is not stated");
+  }
+  return result;
+}
+
+// The stylus' offset, and how high the ball runs where that was read: what z tells, the offset taken off.
+void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusOffset& stylus,
+               const StatedNoise& noise) {
+  const double sigma = noise.noise.position;
+  const Vector3d sd = sigma * stylus.variance.cwiseSqrt();
+  const std::size_t parts = stylus.flat ? 2 : 3;
+  std::vector<double> sds;
+  if (noise.stated) sds.assign(sd.data(), sd.data() + parts);
+  also.push_back(Estimate::vector("stylus_offset_mm", {stylus.offset.data(), stylus.offset.data() + parts}, sds));
+  const auto* heights = readings.column("z_mm");
+  if (heights == nullptr) return;
+  const auto count = static_cast<double>(heights->size());
+  const double mean = std::accumulate(heights->begin(), heights->end(), 0.0) / count;
+  const double height_sd = sigma * std::sqrt(1.0 / count + stylus.variance.z());
+  also.push_back(
+      Estimate::scalar("height_mm", mean + stylus.offset.z(), noise.stated ? std::optional{height_sd} : std::nullopt));
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
+  const auto read = measuredOf(dataset);
+  if (!read) return read.error();
+  const Measured& measured = read.value();
+  const RimSteps& steps = measured.settled.steps;
+  const auto plain = rimCentre(steps.plus, steps.minus, steps.zero);
+  const auto found = turnedRimCentre(steps);
+  if (!plain || !found) {
+    return Refusal{"level-readings",
+                   "the readings at 0 and at theta are equally high: they tell no radius; turn further"};
+  }
+  const auto fit = fitOf(measured);
+  if (!fit) return fit.error();
+  const Vector2d fitted = fit->parameters.head<2>();
+  const RotationNoise& noise = measured.noise.noise;
+  Eigen::Matrix3d covariance = covarianceOf(steps, *found, noise);
+  // The stylus' offset is the same in both.
+  const auto differ =
+      measured.noise.stated ? disagreement(steps, *found, fitted, covariance.diagonal().cwiseSqrt()) : std::nullopt;
+  if (differ && measured.trust) {
+    return Refusal{"steps-disagree",
+                   *differ + ": are the angles of C right? Set trust_C_angles to false if they are not"};
+  }
+  covariance.diagonal().head<2>() += measured.stylus.variance.head<2>() * noise.position * noise.position;
+
+  Result result = measured.trust ? resultOfFit(dataset, measured, fit.value())
+                                 : resultOfSteps(dataset, measured, *found, covariance);
+  auto& warnings = result.warnings;
+  if (differ) warnings.push_back(*differ + "; the angles of C are not trusted, so the steps count");
+  if (!measured.noise.stated) warnings.emplace_back("the steps are not compared with the fit: that needs sigma_mm");
+  for (auto& warning : unusedKeys(dataset, kKeys)) warnings.push_back(std::move(warning));
+  result.convention = "C clockwise from +Y";
+  auto& also = result.also;
+  also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));
+  also.push_back(Estimate::vector("steps_centre_mm", {plain->centre.x(), plain->centre.y()}, {}));
+  also.push_back(Estimate::scalar("steps_radius_mm", plain->radius, std::nullopt));
+  also.push_back(Estimate::scalar("C_shift_rad", measured.contact + measured.settled.zeros.back(), std::nullopt));
+  addStylus(also, *dataset.table("readings"), measured.stylus, measured.noise);
+  return result;
+}
+
+}  // namespace probebox::metrology

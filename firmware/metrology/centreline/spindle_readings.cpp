@@ -1,0 +1,146 @@
+#include "firmware/metrology/centreline/spindle_readings.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <utility>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/plane_turn.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kUnit = 1e-3;          // how far from 1 the length of a side may be
+constexpr double kOpposite = -0.94;     // cosine: within 20 degrees
+constexpr double kTwoDirections = 0.1;  // of the opposed sides, least over greatest
+constexpr double kSameHeight = 1e-9;    // mm
+
+// The second ball of a holder.
+struct SecondBall {
+  Vector3d offset{0, 0, 0};  // from the first at C = 0, mm
+  Vector2d c_tilt{0, 0};     // displacement of the C axis over a unit of Z
+};
+
+Outcome<std::optional<SecondBall>, Refusal> secondBall(const Dataset& dataset) {
+  const auto offset = configVector(dataset, "ball_offset_mm");
+  if (!offset) return offset.error();
+  if (!offset.value()) return std::optional<SecondBall>{};
+  const auto tilt = configPlane(dataset, "C_tilt_rad");
+  if (!tilt) return tilt.error();
+  SecondBall ball{.offset = Vector3d{offset.value()->data()}};
+  if (!tilt.value() && std::abs(ball.offset.z()) > kSameHeight) {
+    return Refusal{
+        "missing-key",
+        "config key 'C_tilt_rad' is missing: the second ball is at another height, so the direction of the C "
+        "axis shows in its readings; measure that first (c-axis-alignment) and state its C_tilt_rad"};
+  }
+  if (tilt.value()) ball.c_tilt = Vector2d{tilt.value()->data()};
+  return std::optional{ball};
+}
+
+// Takes the place of the second ball out of its readings.
+std::optional<Refusal> toFirstBall(BallTable& balls, const Table& table, const SecondBall& second) {
+  const auto& which = *table.column("ball");
+  for (std::size_t row = 0; row < which.size(); ++row) {
+    if (which[row] == 1.0) continue;
+    if (which[row] != 2.0) {
+      return Refusal{"bad-ball", "table '" + table.name + "', row " + std::to_string(row + 1) + ": ball " +
+                                     text(which[row]) + "; number the balls of the holder 1 and 2"};
+    }
+    auto& reading = balls.readings[row];
+    reading.at -= turn(reading.c) * second.offset.head<2>() + second.c_tilt * second.offset.z();
+  }
+  return std::nullopt;
+}
+
+Outcome<BallTable, Refusal> readTable(const Dataset& dataset, std::string_view name,
+                                      std::vector<std::string_view> further, const std::optional<SecondBall>& second) {
+  if (second) further.push_back("ball");
+  auto balls = readBallTable(dataset, {.table = name, .lever = kTipLength, .further = std::move(further)});
+  if (!balls || !second) return balls;
+  if (auto refusal = toFirstBall(*balls, *dataset.table(name), *second)) return *refusal;
+  return balls;
+}
+
+// Whether every length was touched from opposite sides, in two directions: only then ball and shank cancel (B16).
+std::optional<Refusal> refuseOneSided(const BallTable& shank) {
+  for (std::size_t set = 0; set < shank.levers.size(); ++set) {
+    Eigen::Matrix2d opposed = Eigen::Matrix2d::Zero();
+    for (const auto& a : shank.readings) {
+      for (const auto& b : shank.readings) {
+        if (a.set != set || b.set != set || a.shank_side->dot(*b.shank_side) > kOpposite) continue;
+        opposed += *a.shank_side * a.shank_side->transpose();
+      }
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread{opposed, Eigen::EigenvaluesOnly};
+    if (spread.eigenvalues()[0] > kTwoDirections * spread.eigenvalues()[1]) continue;
+    return Refusal{"not-opposed", "the shank at length " + text(shank.levers[set]) +
+                                      " mm did not touch from opposite sides in two directions: touch the ball from +X "
+                                      "and -X, +Y and -Y, with the spindle turned by 180 degrees in between"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> takeSides(BallTable& shank, const Table& table) {
+  const auto& ux = *table.column("ux");
+  const auto& uy = *table.column("uy");
+  for (std::size_t row = 0; row < shank.readings.size(); ++row) {
+    const Vector2d side{ux[row], uy[row]};
+    if (std::abs(side.norm() - 1.0) > kUnit) {
+      return Refusal{"bad-direction", "table 'shank', row " + std::to_string(row + 1) +
+                                          ": ux, uy must be a unit vector, from the ball to the side that was touched"};
+    }
+    shank.readings[row].shank_side = side.normalized();
+  }
+  return refuseOneSided(shank);
+}
+
+void append(BallTable& tips, BallTable shank) {
+  for (auto& reading : shank.readings) {
+    reading.set += tips.levers.size();
+    tips.readings.push_back(reading);
+  }
+  tips.levers.insert(tips.levers.end(), shank.levers.begin(), shank.levers.end());
+  tips.warnings.insert(tips.warnings.end(), shank.warnings.begin(), shank.warnings.end());
+  tips.centreLevers();
+}
+
+SpindleReadings withNames(BallTable table, std::size_t tips) {
+  SpindleReadings all{.table = std::move(table), .names = {}, .lengths = {}, .spreads = {}};
+  for (std::size_t k = 0; k < all.table.readings.size(); ++k) {
+    const auto& reading = all.table.readings[k];
+    const auto name = k < tips ? "readings " + std::to_string(k + 1) : "shank " + std::to_string(k - tips + 1);
+    if (reading.shank_side) {
+      all.names.push_back(name);
+    } else {
+      for (const auto part : kBallParts) all.names.push_back(name + ", " + std::string{part});
+    }
+    all.lengths.resize(all.names.size(), all.table.levers[reading.set]);
+    all.spreads.resize(all.names.size(), reading.spread);
+  }
+  return all;
+}
+
+}  // namespace
+
+Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread) {
+  const auto second = secondBall(dataset);
+  if (!second) return second.error();
+  auto tips = readTable(dataset, "readings", {}, *second);
+  if (!tips) return tips.error();
+  const std::size_t count = tips->readings.size();
+  if (const auto* table = dataset.table("shank")) {
+    auto shank = readTable(dataset, "shank", {"ux", "uy"}, *second);
+    if (!shank) return shank.error();
+    if (auto refusal = takeSides(*shank, *table)) return *refusal;
+    for (auto& reading : shank->readings) reading.spread = shank_spread;
+    append(*tips, std::move(shank).value());
+  }
+  return withNames(std::move(tips).value(), count);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,29 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/centreline/ball_readings.hpp"
+
+namespace probebox::metrology {
+
+inline constexpr std::string_view kTipLength = "tip_length_mm";
+
+// Readings with tips of several lengths, with a shank, of one ball or of two on one holder, as if all were of the first
+// ball (CN101976057, docs/metrology.md B.7, (B15), (B16)).
+struct SpindleReadings {
+  BallTable table;
+  // Of every row of the fit.
+  std::vector<std::string> names;
+  std::vector<double> lengths;  // mm
+  std::vector<double> spreads;  // sd, in sigma_mm
+};
+
+// Tables readings{tip_length_mm,A_rad,C_rad,x_mm,y_mm} and, where a shank touched, shank{..,ux,uy}: the side from which
+// it did. shank_spread: sd of such a touch, in that of a coordinate of a tip. Config: A_sense, C_sense; where both
+// tables have a column `ball` (1 or 2), ball_offset_mm, the second ball from the first at C = 0, and C_tilt_rad, the
+// direction of the C axis, unless both balls are at one height. Refuses: bad-ball, bad-direction, not-opposed,
+// missing-key, and what readBallTable refuses.
+Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,35 @@
+#include "firmware/metrology/dataset/conditions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 7> kConditions{"probe",       "machine",       "mounting", "measured_utc",
+                                                      "measured_by", "temperature_c", "note"};
+
+}  // namespace
+
+bool isCondition(std::string_view key) {
+  return std::ranges::find(kConditions, key) != kConditions.end();
+}
+
+std::vector<Condition> conditionsOf(const Dataset& dataset) {
+  std::vector<Condition> conditions;
+  for (const auto key : kConditions) {
+    const auto entry = dataset.config.find(key);
+    if (entry == dataset.config.end()) continue;
+    if (const auto* words = std::get_if<std::string>(&entry->second)) {
+      conditions.push_back({std::string{key}, *words});
+    } else if (const auto* number = std::get_if<double>(&entry->second)) {
+      conditions.push_back({std::string{key}, text(*number)});
+    }
+  }
+  return conditions;
+}
+
+}  // namespace probebox::metrology

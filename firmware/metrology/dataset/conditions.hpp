@@ -1,0 +1,17 @@
+#pragma once
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+
+namespace probebox::metrology {
+
+// Keys that every method takes for the record: probe, machine, mounting, measured_utc, measured_by, temperature_c,
+// note.
+bool isCondition(std::string_view key);
+
+// Those of them that the case states, in this order.
+std::vector<Condition> conditionsOf(const Dataset& dataset);
+
+}  // namespace probebox::metrology

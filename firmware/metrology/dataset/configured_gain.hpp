@@ -1,0 +1,15 @@
+#pragma once
+#include <Eigen/Core>
+#include <string_view>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Gain matrix A of the probe (A3) from a config key, three rows of three numbers; the identity without it.
+// Refuses: bad-config.
+Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key = "gain_matrix");
+
+}  // namespace probebox::metrology

@@ -1,0 +1,39 @@
+#include "firmware/metrology/dataset/estimate.hpp"
+
+#include <utility>
+
+namespace probebox::metrology {
+
+Estimate Estimate::scalar(std::string key, double value, std::optional<double> sd) {
+  return {.key = std::move(key),
+          .shape = Shape::scalar,
+          .values = {value},
+          .sd = sd ? std::vector<double>{*sd} : std::vector<double>{},
+          .columns = 1};
+}
+
+Estimate Estimate::vector(std::string key, std::vector<double> values, std::vector<double> sd) {
+  return {
+      .key = std::move(key), .shape = Shape::vector, .values = std::move(values), .sd = std::move(sd), .columns = 1};
+}
+
+Estimate Estimate::matrix(std::string key, std::size_t columns, std::vector<double> values, std::vector<double> sd) {
+  return {.key = std::move(key),
+          .shape = Shape::matrix,
+          .values = std::move(values),
+          .sd = std::move(sd),
+          .columns = columns};
+}
+
+std::vector<EstimatePart> partsOf(const Estimate& estimate) {
+  constexpr std::size_t kErrors = 6;
+  const bool two_units = estimate.key == "six_errors" && estimate.columns == kErrors;
+  std::vector<EstimatePart> parts{{estimate.key, {}}};
+  if (two_units) parts = {{"translations_mm", {}}, {"rotations_rad", {}}};
+  for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+    parts[two_units && k % kErrors >= kErrors / 2 ? 1 : 0].at.push_back(k);
+  }
+  return parts;
+}
+
+}  // namespace probebox::metrology

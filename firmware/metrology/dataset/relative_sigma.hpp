@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// How much less certain some of the coordinates are than a usual one of the readings: config `key` over sigma_mm; 1
+// where either is not stated. Refuses: bad-config.
+struct RelativeSigma {
+  double ratio{1.0};
+  std::vector<std::string> warnings;
+};
+Outcome<RelativeSigma, Refusal> relativeSigma(const Dataset& dataset, std::string_view key, const Sigma& usual);
+
+}  // namespace probebox::metrology

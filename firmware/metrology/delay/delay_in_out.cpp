@@ -1,0 +1,375 @@
+#include "firmware/metrology/delay/delay_in_out.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/scan/contact_ringing.hpp"
+#include "firmware/metrology/scan/non_contact_probe.hpp"
+#include "firmware/metrology/scan/quantised_legs.hpp"
+#include "firmware/metrology/scan/waveform_match.hpp"
+#include "firmware/metrology/touch/previous_delay.hpp"
+#include "firmware/metrology/touch/touch.hpp"
+#include "firmware/metrology/touch/touch_delay.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kKeys{"previous_tau_s", "feature", "probe_kind"};
+constexpr double kMissing = 1.5;     // periods between samples of the contact
+constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
+constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
+constexpr double kDroppedShare = 0.10;
+constexpr double kMostKink = 0.125;  // of the contact, to either side of the apex
+constexpr double kResolution = 1e-7;
+constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
+constexpr double kUneasy = 1.3;       // residuals that much above the noise: it did bounce
+
+Refusal refusal(const std::string& touch, std::string name, const std::string& what) {
+  return {std::move(name), touch + ": " + what};
+}
+
+// The contact of one drive, and both streams along it: they fall into the surface and come back.
+struct Contact {
+  std::string name;
+  Signal machine;  // mm, along the retract
+  Signal probe;    // raw, against the deflection, so that both have their lowest point at the apex
+  double from{};   // stamps of the first and last deflected sample, probe time, s
+  double until{};
+  double machine_apex_s{};
+  double probe_apex_s{};
+  std::optional<RoundedMotion> rounded{};
+  double kink_s{};  // on either side of the apex, that lines between samples cannot follow
+};
+
+std::size_t lowest(const Signal& signal) {
+  return static_cast<std::size_t>(std::ranges::min_element(signal.values) - signal.values.begin());
+}
+
+struct Leg {
+  double at{};  // of the line at time zero of the apex
+  double slope{};
+};
+
+// Shares of the half contact, from the apex on.
+struct Stretch {
+  double from{};
+  double until{};
+};
+constexpr Stretch kOfSource{0.40, 0.90};  // 60 to 10 % of the depth
+constexpr Stretch kSparse{0.10, 0.95};    // where that holds too few samples; the round apex hardly bends a start
+
+// Line through the samples of a stretch before or after the apex.
+std::optional<Leg> legOf(const Signal& signal, double apex, double half, double side, Stretch stretch) {
+  double n = 0.0;
+  double st = 0.0;
+  double sx = 0.0;
+  double stt = 0.0;
+  double stx = 0.0;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    const double t = signal.times[k] - apex;
+    if (t * side < stretch.from * half || t * side > stretch.until * half) continue;
+    n += 1.0, st += t, sx += signal.values[k], stt += t * t, stx += t * signal.values[k];
+  }
+  const double determinant = n * stt - st * st;
+  if (n < 3.0 || !(determinant > 0.0)) return std::nullopt;
+  const double slope = (n * stx - st * sx) / determinant;
+  return Leg{(sx - slope * st) / n, slope};
+}
+
+struct Apex {
+  double time{};
+  double value{};    // beyond the lowest by what the turn of the motion rounds off
+  double slope{};    // of the lines
+  double at_zero{};  // time at which the line of out crosses zero, s
+};
+
+// Where the lines of in and out meet (A18), twice: the first time tells where to look.
+std::optional<Apex> apexOf(const Signal& signal, double rough, double half) {
+  const auto legs = [&](double side) {
+    const auto leg = legOf(signal, rough, half, side, kOfSource);
+    return leg ? leg : legOf(signal, rough, half, side, kSparse);
+  };
+  Apex apex{.time = rough};
+  for (int round = 0; round < 2; ++round) {
+    const auto in = legs(-1.0);
+    const auto out = legs(1.0);
+    if (!in || !out || !(in->slope < 0.0) || !(out->slope > 0.0)) return std::nullopt;
+    const double later = (in->at - out->at) / (out->slope - in->slope);
+    rough += later;
+    apex = {rough, in->at + in->slope * later, (out->slope - in->slope) / 2.0, rough - later - out->at / out->slope};
+  }
+  return apex;
+}
+
+// A turn of constant acceleration takes twice as long, to either side, as the lines take for what they meet too deep.
+// Lines between samples that are far apart cut it off: where that stands out of the noise it is left out.
+double kinkOf(const Contact& contact, const Apex& apex) {
+  const double period = std::max(contact.machine.period(), contact.probe.period());
+  const double rounded = *std::ranges::min_element(contact.machine.values) - apex.value;
+  const double turn = 2.0 * std::max(rounded, 0.0) / apex.slope;
+  const double cut_off = turn > 0.0 ? apex.slope / turn * period * period / 8.0 : 0.0;
+  const double noise = std::sqrt(sampleVariance(contact.machine, Interpolation::linear));
+  if (cut_off <= std::max(noise, kResolution)) return period;
+  return std::max(period, std::min(period + turn, kMostKink * (contact.until - contact.from)));
+}
+
+// Share of the contact that the signal spends near its lowest point, from the first sample there to the last.
+double apexShare(const Signal& signal, double apex, double half) {
+  const double bottom = signal.values[lowest(signal)];
+  const auto within = [&](std::size_t k) { return std::abs(signal.times[k] - apex) < half; };
+  double rim = bottom;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    if (within(k)) rim = std::max(rim, signal.values[k]);
+  }
+  double first = std::numeric_limits<double>::infinity();
+  double last = first;
+  for (std::size_t k = 0; k < signal.times.size(); ++k) {
+    if (!within(k) || signal.values[k] - bottom >= kApexShare * (rim - bottom)) continue;
+    first = std::min(first, signal.times[k]);
+    last = signal.times[k];
+  }
+  return std::isinf(first) ? 1.0 : (last - first) / (2.0 * half);
+}
+
+// How far apart neighbours may be that none is missing between: stamps may jitter.
+double farthestNeighbours(const Signal& signal) {
+  const double period = signal.period();
+  std::vector<double> off;
+  for (std::size_t k = 1; k < signal.times.size(); ++k) {
+    off.push_back(std::abs(signal.times[k] - signal.times[k - 1] - period));
+  }
+  const double jitter = off.empty() ? 0.0 : 1.4826 * median(off);
+  return std::clamp(period + 4.0 * jitter, kMissing * period, kGapPeriods * period);
+}
+
+bool complete(const Signal& signal, double from, double until) {
+  const double allowed = farthestNeighbours(signal);
+  if (signal.times.front() > from || signal.times.back() < until) return false;
+  for (std::size_t k = 1; k < signal.times.size(); ++k) {
+    const bool within = signal.times[k] > from && signal.times[k - 1] < until;
+    if (within && signal.times[k] - signal.times[k - 1] > allowed) return false;
+  }
+  return true;
+}
+
+Signal project(const Stream& stream, const Eigen::Vector3d& direction) {
+  return {stream.times, stream.along(direction, {0, stream.times.size()})};
+}
+
+Outcome<Contact, Refusal> findContact(const Touch& touch) {
+  Contact contact;
+  contact.name = touch.plan.name;
+  Eigen::Index deepest = 0;
+  const double highest = touch.probe.values.rowwise().norm().maxCoeff(&deepest);
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  for (const auto row : touch.probe.values.rowwise()) {
+    if (row.norm() > 0.5 * highest) direction += row.transpose();
+  }
+  contact.machine = project(touch.machine, touch.plan.retract);
+  contact.probe = project(touch.probe, -direction.normalized());
+  const double sigma = std::sqrt(sampleVariance(contact.probe, Interpolation::linear));
+  if (highest < std::max(20.0 * sigma, 100.0 * kResolution)) {
+    return refusal(contact.name, "no-contact", "the probe was never deflected clearly; check that it was touched");
+  }
+  const double limit = -std::max(5.0 * sigma, 10.0 * kResolution);
+  const auto& depth = contact.probe.values;
+  auto first = static_cast<std::size_t>(deepest);
+  auto last = first;
+  while (first > 0 && depth[first - 1] < limit) --first;
+  while (last + 1 < depth.size() && depth[last + 1] < limit) ++last;
+  if (first == 0 || last + 1 == depth.size()) {
+    return refusal(contact.name, "truncated", "the record does not hold the whole contact; measure it again");
+  }
+  contact.from = contact.probe.times[first];
+  contact.until = contact.probe.times[last];
+  return contact;
+}
+
+std::optional<Refusal> findApexes(Contact& contact) {
+  const double half = (contact.until - contact.from) / 2.0;
+  // The middle of the lowest tenth: a rest has no lowest sample.
+  const auto middle = [](const Signal& signal) { return signal.times[lowest(signal)]; };
+  const auto in_machine = apexOf(contact.machine, middle(contact.machine), half);
+  const auto in_probe = apexOf(contact.probe, (contact.from + contact.until) / 2.0, half);
+  const double flat = apexShare(contact.machine, middle(contact.machine), half);
+  if (flat > kFlatShare + kApexShare) {
+    return refusal(contact.name, "flat-apex",
+                   "the machine rests on the surface for " + text(100.0 * flat) +
+                       " % of the contact, 20 % are allowed; drive back without a dwell");
+  }
+  if (apexShare(contact.probe, (contact.from + contact.until) / 2.0, half) > flat + 0.15) {
+    return refusal(contact.name, "clipped",
+                   "the deflection stays at its limit while the machine moves; drive less far");
+  }
+  if (!in_machine || !in_probe) {
+    return refusal(contact.name, "too-few-samples",
+                   "fewer than three samples on the way in or out; drive more slowly, or further, or sample faster");
+  }
+  contact.machine_apex_s = in_machine->time;
+  contact.probe_apex_s = in_probe->time;
+  contact.kink_s = kinkOf(contact, *in_machine);
+  // A stylus that swings on after it has parted shows deflections, but no contact.
+  contact.until = std::min(contact.until, in_probe->at_zero);
+  const double start = contact.machine_apex_s - contact.probe_apex_s;
+  if (!complete(contact.probe, contact.from, contact.until) ||
+      !complete(contact.machine, contact.from + start, contact.until + start)) {
+    return refusal(contact.name, "gap", "samples of the contact are missing; find out why, and measure it again");
+  }
+  return std::nullopt;
+}
+
+// Shapes of a drive in and out: the rate changes its sign at the apex, the path is the distance from it. What rang is
+// a shape of its own: how much it rang is uncertain, too.
+WaveformPair seenTwice(const Contact& contact, const std::optional<ContactRinging>& ringing) {
+  const double apex = contact.machine_apex_s;
+  const double start = apex - contact.probe_apex_s;
+  const double first = contact.from + start;
+  return {.name = contact.name,
+          .machine = &contact.machine,
+          .probe = &contact.probe,
+          .from = contact.from + start + 0.2 * contact.probe.period(),
+          .until = contact.until + start - 0.2 * contact.probe.period(),
+          .shapes =
+              [apex, first, ringing](const Grid& grid) {
+                const Eigen::ArrayXd since = grid.times.array() - apex;
+                Eigen::MatrixXd shapes{since.size(), ringing ? 7 : 3};
+                shapes.leftCols<3>() << since.sign(), since.abs(), Eigen::ArrayXd::Ones(since.size());
+                if (ringing) shapes.rightCols<4>() = ringing->shapes(grid.times.array() - first);
+                return shapes;
+              },
+          .skipped = {{apex - contact.kink_s, apex + contact.kink_s}},
+          .rounded = contact.rounded};
+}
+
+std::vector<WaveformPair> seenTwice(const std::vector<Contact>& contacts,
+                                    const std::optional<ContactRinging>& ringing) {
+  std::vector<WaveformPair> records;
+  for (const auto& contact : contacts) records.push_back(seenTwice(contact, ringing));
+  return records;
+}
+
+struct Matched {
+  Match match;
+  std::string warning{};
+};
+
+// Between a share of the half contact and the apex, where the machine keeps its speed.
+std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contact) {
+  const double half = (contact.until - contact.from) / 2.0;
+  const double apex = contact.machine_apex_s;
+  return roundedLegs(touch.machine, touch.plan.retract,
+                     {{{apex - half, apex - kSparse.from * half}, {apex + kSparse.from * half, apex + half}}});
+}
+
+bool isCalm(const Match& match) {
+  // Without noise, what is left are the kinks of the motion.
+  return match.rms_mm <= kResolution || (match.rms_mm <= kUneasy * match.expected_mm && match.dropped.empty());
+}
+
+// Over the whole contact; where that does not fit, without the time that the stylus took to settle.
+Outcome<Matched, Refusal> matchContacts(std::vector<WaveformPair> records, double start) {
+  auto whole = matchWaveforms(records, start, Interpolation::linear);
+  if (whole && isCalm(whole.value())) return Matched{std::move(whole).value()};
+  // At least the second half of the way in stays.
+  for (auto& record : records) record.from += std::min(kSettling_s, 0.35 * (record.until - record.from));
+  auto settled = matchWaveforms(records, start, Interpolation::linear);
+  if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value()}} : settled.error();
+  const bool is_better = isCalm(settled.value()) || (whole && widenedSd(settled.value()) <= widenedSd(whole.value()));
+  if (whole && !is_better) return Matched{std::move(whole).value()};
+  return Matched{std::move(settled).value(),
+                 "the stylus bounced at contact: the time right after it is left out, and the standard deviation is "
+                 "larger for it"};
+}
+
+// What rings in the stylus since its contact is taken out where the time right after it is not all that it spoils: how
+// a stylus rings, to both sides or away from the surface alone, is not known, and samples without it are worth more.
+Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, double start) {
+  std::vector<DrivenContact> driven;
+  for (const auto& contact : contacts) {
+    driven.push_back(
+        {&contact.machine, &contact.probe, contact.from, contact.until, contact.machine_apex_s, contact.kink_s});
+  }
+  auto plain = matchContacts(seenTwice(contacts, {}), start);
+  if (plain && isCalm(plain->match)) return plain;
+  const auto ringing = contactRinging(driven, start);
+  if (!ringing) return plain;
+  double most = 0.0;
+  std::vector<Contact> quiet = contacts;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    quiet[i].probe = withoutContactRinging(driven[i], *ringing, ringing->amplitudes[i]);
+    most = std::max(most, ringing->amplitudes[i].norm());
+  }
+  auto matched = matchContacts(seenTwice(quiet, ringing), start);
+  if (!matched) return plain;
+  if (matched->warning.empty()) {
+    matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
+                       text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: that is taken out";
+  }
+  return matched;
+}
+
+// Much ringing leads the start astray: then what came of it is the next start.
+Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start) {
+  constexpr int kStarts = 4;
+  constexpr double kClose = 0.25;   // of a period of the probe
+  constexpr double kAstray = 0.25;  // of a contact
+  auto matched = matchQuiet(contacts, start);
+  for (int round = 1; matched && round < kStarts; ++round) {
+    const double tau = matched->match.tau_s;
+    if (std::abs(tau - start) < kClose * contacts.front().probe.period()) break;
+    if (std::abs(tau - start) > kAstray * (contacts.front().until - contacts.front().from)) {
+      return Refusal{"no-convergence",
+                     "machine and probe do not show the same motion in and out: are they the same touch?"};
+    }
+    start = tau;
+    for (auto& contact : contacts) contact.probe_apex_s = contact.machine_apex_s - tau;
+    matched = matchQuiet(contacts, start);
+  }
+  return matched;
+}
+
+// From deflections.
+Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
+  const auto previous = previousDelay(dataset, 1);
+  if (!previous) return previous.error();
+  const auto touches = readTouches(dataset);
+  if (!touches) return touches.error();
+  std::vector<Contact> contacts;
+  double start = 0.0;
+  for (const auto& touch : touches.value()) {
+    auto contact = findContact(touch);
+    if (!contact) return contact.error();
+    if (auto bad = findApexes(contact.value())) return *bad;
+    contact->rounded = roundedIn(touch, contact.value());
+    start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
+    contacts.push_back(std::move(contact).value());
+  }
+  const auto matched = matchFrom(std::move(contacts), start);
+  if (!matched) return matched.error();
+  const Match& match = matched->match;
+  if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
+  Result result = reportMatch(dataset, match, previous.value(), kKeys);
+  if (!matched->warning.empty()) result.warnings.push_back(matched->warning);
+  return result;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
+  const auto distances = readsDistances(dataset);
+  if (!distances) return distances.error();
+  if (!distances.value()) return solveDrives(dataset);
+  const auto converted = withDeflections(dataset, "touch", Undeflected::ends);
+  if (!converted) return converted.error();
+  return solveDrives(converted.value());
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,59 @@
+#include "firmware/metrology/delay/delay_multi_speed.hpp"
+
+#include <array>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/touch/touch_delay.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
+
+// Sizes at the nominal speeds, for a picture of the line of (A10).
+void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchFit& fit) {
+  std::map<double, std::vector<double>> sizes;
+  for (std::size_t i = 0; i < retracts.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double size = fit.size_mm + 2.0 * (fit.radial[row] - fit.tau_s[0] * fit.normal_speed[row]);
+    sizes[retracts[i].plan.speed_mm_s].push_back(size);
+  }
+  std::vector<double> speeds;
+  std::vector<double> means;
+  for (const auto& [speed, of_speed] : sizes) {
+    speeds.push_back(speed);
+    double sum = 0.0;
+    for (const double size : of_speed) sum += size;
+    means.push_back(sum / static_cast<double>(of_speed.size()));
+  }
+  result.also.push_back(Estimate::vector("speeds_mm_s", speeds, {}));
+  result.also.push_back(Estimate::vector("sizes_mm", means, {}));
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
+  const auto known_size = configPositive(dataset, "effective_diameter_mm");
+  if (!known_size) return known_size.error();
+  const auto measured = TouchDelay::measure(dataset, {});
+  if (!measured) return measured.error();
+  const TouchFit& fit = measured->touches().fit;
+  Result result = measured->report(kKeys);
+  const Estimate size = measured->size();
+  result.estimates = {measured->delay(), size};
+  if (*known_size) {
+    result.estimates.push_back(
+        Estimate::scalar("static_error_mm", size.value() - **known_size, size.standardDeviation()));
+    result.estimates.back().design = size.design;
+  }
+  if (const auto centre = measured->centre()) result.also.push_back(*centre);
+  if (const auto gain = measured->gainMatrix()) result.also.push_back(*gain);
+  addSizes(result, measured->touches().retracts, fit);
+  result.covariance = measured->covarianceOf(std::span{result.estimates}.first(2));
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,33 @@
+#include "firmware/metrology/delay/delay_non_normal.hpp"
+
+#include <array>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/touch/touch_delay.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
+// Reduced chi-square of the slopes against one gain. A tip that slides does not follow a good part of the motion, which
+// is thousands; a gain that differs a little between directions is not meant.
+constexpr double kSlip = 25.0;
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
+  const auto diameter = configPositive(dataset, "effective_diameter_mm");
+  if (!diameter) return diameter.error();
+  const auto measured = TouchDelay::measure(dataset, {.size_mm = diameter.value()});
+  if (!measured) return measured.error();
+  // A gain of each touch assumes that the deflection follows the motion: a tip that slides off it would pass unseen.
+  if (measured->touches().gain_misfit > kSlip) {
+    return Refusal{
+        "tip-slip",
+        "no gain matrix explains the deflections of all touches: the tip slid over the surface; touch nearer "
+        "to the normal, or a rougher surface"};
+  }
+  return measured->onSphere(kKeys);
+}
+
+}  // namespace probebox::metrology

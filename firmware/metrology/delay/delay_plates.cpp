@@ -1,0 +1,64 @@
+#include "firmware/metrology/delay/delay_plates.hpp"
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/touch/touch_delay.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 2> kKeys{"gap_mm", "stylus_ball_diameter_mm"};
+constexpr std::array<std::string_view, 2> kFeatures{"internal", "external"};
+
+// Between the faces the normals point towards each other.
+bool facesEachOther(const std::vector<Touch>& touches) {
+  const Eigen::Vector3d& normal = touches.front().plan.normal;
+  double towards = 0.0;
+  for (const auto& touch : touches) {
+    const Eigen::Vector3d apart = touch.machine.values.row(0) - touches.front().machine.values.row(0);
+    towards += touch.plan.normal.dot(normal) < 0.0 ? apart.dot(normal) : 0.0;
+  }
+  return towards > 0.0;
+}
+
+std::optional<Refusal> notOpposed(const std::vector<Touch>& touches) {
+  for (const auto& touch : touches) {
+    const double along = touch.plan.normal.dot(touches.front().plan.normal);
+    if (std::abs(along) > 0.999) continue;
+    return Refusal{"not-opposed", touch.plan.name + ": its normal is not along that of " + touches.front().plan.name +
+                                      ": the two faces must be parallel"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
+  const auto gap = requiredPositive(dataset, "gap_mm");
+  if (!gap) return gap.error();
+  const auto ball = requiredPositive(dataset, "stylus_ball_diameter_mm");
+  if (!ball) return ball.error();
+  const auto feature = configWord(dataset, "feature", kFeatures);
+  if (!feature) return feature.error();
+  const auto touches = readTouches(dataset);
+  if (!touches) return touches.error();
+  if (auto refusal = notOpposed(touches.value())) return *refusal;
+  const bool internal = *feature ? **feature == "internal" : facesEachOther(touches.value());
+  const double size_mm = internal ? gap.value() - ball.value() : gap.value() + ball.value();
+  if (size_mm <= 0.0) {
+    return Refusal{"bad-config", "the stylus ball (" + text(ball.value()) + " mm) does not fit into the gap (" +
+                                     text(gap.value()) + " mm): check gap_mm and stylus_ball_diameter_mm"};
+  }
+  const auto measured = TouchDelay::measure(dataset, {.size_mm = size_mm});
+  if (!measured) return measured.error();
+  Result result = measured->report(kKeys);
+  result.estimates.push_back(measured->delay());
+  result.covariance = measured->covarianceOf(result.estimates);
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,72 @@
+#include "firmware/metrology/delay/feature_question.hpp"
+
+#include <array>
+#include <string_view>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/configured_direction.hpp"
+#include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/scan/shape.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 2> kDelays{"common", "each-axis"};
+
+Refusal badConfig(const std::string& what) {
+  return {"bad-config", what};
+}
+
+std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& question) {
+  const auto size = configPositive(dataset, "size_mm");
+  if (!size) return size.error();
+  const auto box = configVector(dataset, "size_axis_mm");
+  if (!box) return box.error();
+  const bool is_box = question.shape == "box";
+  if (is_box != box->has_value()) {
+    return badConfig(is_box ? "a box needs the config key 'size_axis_mm': its effective size along x, y and z"
+                            : "config key 'size_axis_mm' is for a box only");
+  }
+  if (size->has_value() && !question.sized())
+    return badConfig("config key 'size_mm' says nothing of a " + question.shape);
+  question.size_mm = size.value();
+  if (is_box) question.box_mm = Vector3d::Map((*box)->data());
+  if (is_box && !(question.box_mm.minCoeff() > 0.0)) return badConfig("config key 'size_axis_mm': sizes are positive");
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
+  FeatureQuestion question;
+  const auto shape = requiredShape(dataset);
+  if (!shape) return shape.error();
+  question.shape = shape.value();
+  const auto axis = configDirection(dataset, "axis_direction");
+  if (!axis) return axis.error();
+  if (axis->has_value() != (question.shape == "cylinder")) {
+    return badConfig("config key 'axis_direction' is needed for a cylinder, and for nothing else");
+  }
+  question.axis = axis->value_or(question.axis);
+  if (auto bad = readSizes(dataset, question)) return *bad;
+  const auto delays = configWord(dataset, "delays", kDelays);
+  if (!delays) return delays.error();
+  question.each_axis = delays->value_or("common") == "each-axis";
+  const auto own = configSwitch(dataset, "article_has_own_delay");
+  if (!own) return own.error();
+  question.own_article = own.value();
+  if (question.own_article && !dataset.table("article")) {
+    return Refusal{"missing-table", "article_has_own_delay needs the table 'article', where the workpiece was"};
+  }
+  const auto threshold = configPositive(dataset, "threshold_mm");
+  if (!threshold) return threshold.error();
+  question.threshold_mm = threshold.value();
+  const auto gain = configGain(dataset);
+  if (!gain) return gain.error();
+  question.gain = gain.value();
+  return question;
+}
+
+}  // namespace probebox::metrology

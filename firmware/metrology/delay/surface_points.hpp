@@ -1,0 +1,51 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/touch/retract.hpp"
+#include "firmware/metrology/touch/touch_noise.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One touch as one point (CN101622513, docs/metrology.md (A2)): M = P - T v.
+struct SurfacePoint {
+  std::string name;
+  Eigen::Vector3d normal;   // of the surface, outward
+  Eigen::Vector3d machine;  // M, mm: of the probe relative to the workpiece
+  Eigen::Vector3d apex;     // the same at rest on the surface
+  Eigen::Vector3d probe_velocity;
+  Eigen::Vector3d article_velocity;  // zero where only the probe moves
+  double depth_mm{};                 // overtravel, as the gain of the touch has it
+  double lever_s{};                  // from the middle of the machine's window to the point
+  double of_mean{};   // variance, mm^2: along the motion of the machine's line at its middle, and of the probe
+  double of_slope{};  // (mm/s)^2
+  double of_both{};   // covariance of that line's middle and slope, mm^2/s; there is one where the workpiece moves
+  double across{};    // mm^2, across the motion
+};
+
+struct SurfacePoints {
+  std::vector<SurfacePoint> points;
+  std::vector<Dropped> dropped;
+  std::vector<std::string> warnings;
+  std::size_t dof{};  // of the residuals that the variances come from
+};
+
+// Where the deflection is zero (A6), (A7), or, with a threshold, where |A d| falls through that level, between samples.
+// A table "article" is the workpiece's own position on stamps of its own: points are then relative to it.
+struct PointQuestion {
+  std::optional<double> threshold_mm{};
+  Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A, for the threshold
+  std::size_t unknowns{};                             // that the points have to tell
+};
+
+// Touches that are bad on their own are left out by name, as long as more than half stay and one more than there are
+// unknowns. Refuses what readTouches and fitRetract refuse; bad-threshold (under five deviations of a sample, or above
+// 0.8 of the deflection).
+Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const PointQuestion& question);
+
+}  // namespace probebox::metrology

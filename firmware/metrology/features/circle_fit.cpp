@@ -1,0 +1,129 @@
+#include "firmware/metrology/features/circle_fit.hpp"
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/points.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 6> kKeys{"feature_axis",  "sigma_mm",      "stylus_ball_radius_mm",
+                                                "radius_min_mm", "radius_max_mm", "robust"};
+constexpr double kStraight = 0.01;  // thickness of an arc against its width
+
+enum class Side { outside, inside };
+
+struct CircleConfig {
+  SwivelPlane plane;
+  Sigma sigma;
+  std::optional<double> stylus;
+  std::optional<double> least_radius;
+  std::optional<double> greatest_radius;
+  Outliers outliers{Outliers::keep};
+};
+
+Outcome<CircleConfig, Refusal> configOf(const Dataset& dataset) {
+  const auto plane = planeAcross(dataset, "feature_axis");
+  if (!plane) return plane.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto stylus = configPositive(dataset, "stylus_ball_radius_mm");
+  if (!stylus) return stylus.error();
+  const auto least = configPositive(dataset, "radius_min_mm");
+  if (!least) return least.error();
+  const auto greatest = configPositive(dataset, "radius_max_mm");
+  if (!greatest) return greatest.error();
+  const auto robust = configSwitch(dataset, "robust");
+  if (!robust) return robust.error();
+  return CircleConfig{plane.value(), sigma.value(),    stylus.value(),
+                      least.value(), greatest.value(), robust.value() ? Outliers::drop_once : Outliers::keep};
+}
+
+std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
+  if (points.rows() < 3) {
+    return Refusal{"too-few-readings",
+                   std::to_string(points.rows()) + " points where a circle needs 3: touch more sides (four are usual)"};
+  }
+  if (auto refusal = equalPoints(points)) return refusal;
+  const Eigen::VectorXd widths = widthsOf(points);
+  if (widths[0] >= kStraight * widths[1]) return std::nullopt;
+  return Refusal{"arc-too-short",
+                 "the points lie nearly on a straight line: they do not tell where the centre is; touch further around "
+                 "the circle"};
+}
+
+std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {
+  const bool small = radius <= 0.0 || (config.least_radius && radius < *config.least_radius);
+  const bool large = config.greatest_radius && radius > *config.greatest_radius;
+  if (!small && !large) return std::nullopt;
+  return Refusal{"radius-out-of-limits",
+                 "the radius is " + text(radius) +
+                     " mm, not positive or outside radius_min_mm to radius_max_mm: is it the right feature?"};
+}
+
+Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
+  const auto config = configOf(dataset);
+  if (!config) return config.error();
+  const auto table = checkedTable(dataset, "points", kColumns);
+  if (!table) return table.error();
+  const Rows3 points = pointRows(**table);
+  Eigen::MatrixX2d projected{points.rows(), 2};
+  projected << points.col(config->plane.low()), points.col(config->plane.high());
+  const auto fit = fitCircle(projected, config->sigma.value, config->outliers);
+  if (!fit) return fit.error();
+  const double effective = fit->parameters[2];
+  const double stylus = config->stylus.value_or(0.0);
+  const double radius = side == Side::outside ? effective - stylus : effective + stylus;
+  if (auto refusal = badRadius(radius, config.value())) return *refusal;
+  if (config->sigma.stated && config->outliers == Outliers::keep) {
+    if (auto refusal = pointOff(fit.value(), config->sigma.value, "the circle", kAgainOrRobust)) return *refusal;
+  }
+  Answer answer{dataset, fit.value(), config->sigma};
+  answer.result().design_per = kOnePoint;
+  answer.result().residuals = pointResiduals(fit.value(), config->sigma.value);
+  answer.promiseVector("centre_" + config->plane.name() + "_mm", fit->parameters.head(2), pick(0, 2, 3));
+  answer.promiseScalar("effective_radius_mm", effective, pick(2, 1, 3).row(0));
+  if (config->stylus) answer.promiseScalar("radius_mm", radius, pick(2, 1, 3).row(0));
+  for (const auto row : fit->dropped) {
+    answer.result().dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
+  }
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  answer.result().convention = "effective radius: of the path of stylus-ball centres";
+  return std::move(answer).take(true);
+}
+
+}  // namespace
+
+Outcome<Fit, Refusal> fitCircle(const Eigen::MatrixX2d& points, double sigma, Outliers outliers) {
+  if (auto refusal = badArc(points)) return *refusal;
+  const auto start = algebraicBall(points);
+  if (!start) return Refusal{"arc-too-short", "no circle passes near the points: touch further around the circle"};
+  return leastSquares(
+      [&](const Eigen::VectorXd& at) {
+        Linearised model{Eigen::VectorXd{points.rows()}, Eigen::MatrixXd{points.rows(), 3}};
+        for (Eigen::Index i = 0; i < points.rows(); ++i) {
+          const Eigen::RowVector2d arm = points.row(i) - at.head<2>().transpose();
+          model.residuals[i] = (arm.norm() - at[2]) / sigma;
+          model.jacobian.row(i) << -arm.normalized() / sigma, -1.0 / sigma;
+        }
+        return model;
+      },
+      Eigen::Vector3d{start->centre[0], start->centre[1], start->radius}, outliers);
+}
+
+Outcome<Result, Refusal> solveBossFit(const Dataset& dataset) {
+  return solveCircle(dataset, Side::outside);
+}
+
+Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
+  return solveCircle(dataset, Side::inside);
+}
+
+}  // namespace probebox::metrology

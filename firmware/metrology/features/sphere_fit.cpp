@@ -1,0 +1,128 @@
+#include "firmware/metrology/features/sphere_fit.hpp"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/points.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 6> kKeys{"sigma_mm",      "radius_mm",     "approximate_centre_mm",
+                                                "radius_min_mm", "radius_max_mm", "robust"};
+struct Config {
+  SphereQuestion question;
+  bool sigma_stated{};
+  std::optional<double> least_radius;
+  std::optional<double> greatest_radius;
+};
+
+Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
+  const auto sigma = configNumber(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  if (sigma.value() && *sigma.value() < 0.0) return Refusal{"bad-config", "config key 'sigma_mm' is negative"};
+  const auto radius = configPositive(dataset, "radius_mm");
+  if (!radius) return radius.error();
+  const auto least = configPositive(dataset, "radius_min_mm");
+  if (!least) return least.error();
+  const auto greatest = configPositive(dataset, "radius_max_mm");
+  if (!greatest) return greatest.error();
+  const auto centre = configVector(dataset, "approximate_centre_mm");
+  if (!centre) return centre.error();
+  std::optional<Eigen::Vector3d> approximate;
+  if (centre.value()) approximate = Eigen::Vector3d::Map(centre.value()->data());
+  const auto robust = configSwitch(dataset, "robust");
+  if (!robust) return robust.error();
+  // A stated zero says that nothing is known: the residuals tell more.
+  const double stated = sigma.value().value_or(0.0);
+  return Config{.question = {.sigma = stated > 0.0 ? stated : 1.0,
+                             .radius = radius.value(),
+                             .approximate_centre = approximate,
+                             .outliers = robust.value() ? Outliers::drop_once : Outliers::keep},
+                .sigma_stated = stated > 0.0,
+                .least_radius = least.value(),
+                .greatest_radius = greatest.value()};
+}
+
+std::optional<Refusal> wrongRadius(double radius, const Config& config) {
+  if ((!config.least_radius || radius >= *config.least_radius) &&
+      (!config.greatest_radius || radius <= *config.greatest_radius)) {
+    return std::nullopt;
+  }
+  return Refusal{"radius-out-of-limits", "the radius is " + text(radius) +
+                                             " mm, outside radius_min_mm to radius_max_mm: is it the right sphere?"};
+}
+
+// scale: factor on the standard deviations that the fit was weighted with.
+void addUncertainty(Result& result, const Fit& fit, double scale, bool radius_known) {
+  const Eigen::MatrixXd covariance = fit.cofactor;
+  std::vector<double> sd;
+  for (Eigen::Index k = 0; k < covariance.rows(); ++k) sd.push_back(std::sqrt(covariance(k, k)) * scale);
+  result.estimates[0].sd.assign(sd.begin(), sd.begin() + 3);
+  result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "centre_mm[2]"}, {}};
+  if (!radius_known) {
+    result.estimates[1].sd = {sd[3]};
+    result.covariance->components.emplace_back("radius_mm");
+  }
+  for (const double entry : covariance.reshaped<Eigen::RowMajor>()) {
+    result.covariance->values.push_back(entry * scale * scale);
+  }
+}
+
+// Design figures and residuals, which no sigma changes.
+void addReadings(Result& result, const Fit& fit, double sigma) {
+  const Eigen::VectorXd figures = fit.cofactor.diagonal().cwiseSqrt() / sigma;
+  result.estimates[0].design.assign(figures.begin(), figures.begin() + 3);
+  if (result.estimates.size() > 1) result.estimates[1].design = {figures[3]};
+  result.design_per = kOnePoint;
+  result.residuals = pointResiduals(fit, sigma);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
+  const auto config = readConfig(dataset);
+  if (!config) return config.error();
+  const auto table = checkedTable(dataset, "points", kColumns);
+  if (!table) return table.error();
+  const SphereQuestion& question = config->question;
+  const auto fit = fitSphere(pointRows(*table.value()), question);
+  if (!fit) return fit.error();
+  const bool radius_known = question.radius.has_value();
+  const double radius = radius_known ? *question.radius : fit->parameters[3];
+  if (auto refusal = wrongRadius(radius, config.value())) return *refusal;
+  if (config->sigma_stated && question.outliers == Outliers::keep) {
+    if (auto refusal = pointOff(fit.value(), question.sigma, "the sphere", kAgainOrRobust)) return *refusal;
+  }
+
+  Result result;
+  result.method = dataset.method;
+  const auto& c = fit->parameters;
+  result.estimates.push_back(Estimate::vector("centre_mm", {c[0], c[1], c[2]}, {}));
+  if (!radius_known) result.estimates.push_back(Estimate::scalar("radius_mm", radius, std::nullopt));
+  addReadings(result, fit.value(), question.sigma);
+  const auto dof = static_cast<double>(fit->dof);
+  result.rms = std::sqrt(fit->sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
+  result.dof = fit->dof;
+  result.condition = fit->condition;
+  result.warnings = unusedKeys(dataset, kKeys);
+  for (const auto row : fit->dropped) {
+    result.dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
+  }
+  if (config->sigma_stated) {
+    addUncertainty(result, fit.value(), 1.0, radius_known);
+    if (fit->dof > 0) result.chi2_reduced = fit->sumOfSquares() / dof;
+  } else if (fit->dof > 0) {
+    addUncertainty(result, fit.value(), std::sqrt(fit->sumOfSquares() / dof), radius_known);
+  } else {
+    result.warnings.emplace_back("no sd: no sigma_mm is stated and there are no more points than unknowns");
+  }
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,48 @@
+#include "firmware/metrology/fit/rigid_motion.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <string>
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kLine = 1e-6;
+
+}  // namespace
+
+Outcome<RigidMotion, Refusal> registerRigid(const Eigen::MatrixX3d& from, const Eigen::MatrixX3d& to) {
+  if (from.rows() < 3) {
+    return Refusal{"too-few-balls",
+                   std::to_string(from.rows()) + " balls do not fix six errors: measure three or more"};
+  }
+  const Eigen::RowVector3d from_mean = from.colwise().mean();
+  const Eigen::RowVector3d to_mean = to.colwise().mean();
+  const Eigen::MatrixXd centred = from.rowwise() - from_mean;
+  const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
+  if (!(widths[1] > kLine * widths[0])) {
+    return Refusal{"collinear", "the balls lie on one line, about which they tell no rotation: use one more beside it"};
+  }
+  const Eigen::Matrix3d moment = (to.rowwise() - to_mean).transpose() * centred;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd{moment, Eigen::ComputeFullU | Eigen::ComputeFullV};
+  const double handed = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  RigidMotion motion;
+  motion.rotation = svd.matrixU() * Eigen::Vector3d{1.0, 1.0, handed}.asDiagonal() * svd.matrixV().transpose();
+  motion.shift = to_mean.transpose() - motion.rotation * from_mean.transpose();
+  return motion;
+}
+
+Eigen::Vector3d rotationVector(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turned{rotation};
+  return turned.angle() * turned.axis();
+}
+
+Eigen::Matrix<double, 3, 6> smallMotionRows(const Eigen::Vector3d& lever) {
+  Eigen::Matrix<double, 3, 6> rows;
+  // rotation x lever, as a matrix on the rotation
+  rows << Eigen::Matrix3d::Identity(),
+      Eigen::Matrix3d{{0.0, lever.z(), -lever.y()}, {-lever.z(), 0.0, lever.x()}, {lever.y(), -lever.x(), 0.0}};
+  return rows;
+}
+
+}  // namespace probebox::metrology

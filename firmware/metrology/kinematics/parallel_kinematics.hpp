@@ -1,0 +1,72 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/kinematics/kinematics.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// What a leg's joint moves: the length of the strut itself, or the lower end of a strut of fixed length.
+enum class LegKind : std::uint8_t { strut, slide, crank };
+
+// One leg, as it stands in the platform's reference pose.
+struct Leg {
+  LegKind kind{};
+  double q{};                 // its joint position then, mm; rad of a crank
+  Eigen::Vector3d lower;      // of the strut, mm: on the base, or on what the joint moves
+  Eigen::Vector3d upper;      // on the platform
+  Eigen::Vector3d direction;  // unit: along the slide, or right-handed about the crank's axis
+  Eigen::Vector3d pivot;      // on the crank's axis
+
+  Eigen::Vector3d lowerAt(double joint) const;
+  double lengthAt(double joint) const;
+  // How fast the joint pushes the upper end along the strut, mm a unit. along: unit, from the lower end to the upper
+  // one.
+  double pushOf(double joint, const Eigen::Vector3d& along) const;
+};
+
+// A platform on legs (docs/metrology.md A.6c, (A21b)): the three arms of a delta, whose platform keeps its orientation,
+// or the six legs of a hexapod.
+class ParallelKinematics final : public Kinematics {
+ public:
+  // tip: mm, in the reference pose. legs: three or six.
+  ParallelKinematics(std::vector<Leg> legs, const Eigen::Vector3d& tip);
+
+  // Table legs{kind,q,lx_mm,ly_mm,lz_mm,px_mm,py_mm,pz_mm,ux,uy,uz,cx_mm,cy_mm,cz_mm}, a row a leg, and config tip_mm.
+  // Refuses what checkedTable refuses, and: missing-key, bad-config, bad-flag, bad-direction, bad-legs.
+  static Outcome<ParallelKinematics, Refusal> read(const Dataset& dataset);
+
+  Eigen::Index size() const override { return static_cast<Eigen::Index>(legs_.size()); }
+  std::vector<std::string> columns() const override;
+  // The pose that the platform comes to from its reference without passing one where the legs do not hold it.
+  std::optional<Eigen::Vector3d> reached(const Eigen::VectorXd& q) const override;
+  Eigen::Matrix3Xd jacobian(const Eigen::VectorXd& q) const override;
+
+ private:
+  // At most six of each, without a heap.
+  using PerLeg = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+  using ByLeg = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+  struct Pose {
+    Eigen::Vector3d tip;
+    Eigen::Matrix3d turned{Eigen::Matrix3d::Identity()};
+  };
+  Eigen::Vector3d strutOf(Eigen::Index leg, const Pose& pose, double q) const;
+  PerLeg gaps(const Pose& pose, const PerLeg& q) const;
+  // How far the upper ends go along their struts, a row a leg: by the translations, and by rotations about the tip in
+  // mm at arm_mm_ from it.
+  ByLeg carried(const Pose& pose, const PerLeg& q) const;
+  std::optional<Pose> closed(Pose pose, const PerLeg& q) const;
+  std::optional<Pose> poseAt(const PerLeg& q) const;
+
+  std::vector<Leg> legs_;
+  Eigen::Vector3d tip_;
+  double arm_mm_{};  // mean distance of the upper ends from the tip
+};
+
+}  // namespace probebox::metrology

@@ -1,0 +1,169 @@
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+inline constexpr std::size_t kMostAngles = 72;
+
+// How a table is read between its angles: straight lines, or the harmonics that the angles can tell apart.
+enum class Between { linear, fourier };
+
+// Errors by angle of a rotary axis, as a function of any angle ((E8) in docs/metrology.md). Neither making nor reading
+// it allocates anything. kWidth: how many errors stand at an angle.
+template <int kWidth>
+class AngleTable {
+ public:
+  using Row = Eigen::Matrix<double, kWidth, 1>;
+
+  // angles: rad, in any order; rows: the errors there. Whole turns do not matter. Refuses: too-few-readings (2),
+  // too-many-angles (72), not-finite, duplicated-angle, and for fourier uneven-angles: it needs 3 or more over the
+  // whole turn, equally spaced.
+  static Outcome<AngleTable, Refusal> make(std::span<const double> angles, std::span<const Row> rows, Between between);
+
+  // At any angle, rad. Nothing where the angle is not a number or lies in a gap of the table wider than 100 degrees:
+  // what nobody has measured is not made up.
+  std::optional<Row> at(double angle) const { return between_ == Between::fourier ? harmonics(angle) : chord(angle); }
+
+ private:
+  static constexpr double kTurn = 2.0 * std::numbers::pi;
+  static constexpr double kWidestGap = kTurn * 100.0 / 360.0;
+  static constexpr double kSameAngle = 1e-8;
+
+  static double withinTurn(double angle) {
+    const double within = angle - kTurn * std::floor(angle / kTurn);
+    return within < kTurn - kSameAngle ? within : 0.0;
+  }
+  static std::optional<Refusal> bad(std::span<const double> angles, std::span<const Row> rows);
+  bool even() const;
+  void transform();
+  std::optional<Row> chord(double angle) const;
+  std::optional<Row> harmonics(double angle) const;
+
+  Between between_{Between::linear};
+  std::size_t count_{};
+  std::array<double, kMostAngles> angles_{};  // rising, within a turn
+  std::array<Row, kMostAngles> rows_{};       // values there; for fourier mean, then cosine and sine of each harmonic
+};
+
+template <int kWidth>
+std::optional<Refusal> AngleTable<kWidth>::bad(std::span<const double> angles, std::span<const Row> rows) {
+  if (angles.size() < 2 || angles.size() != rows.size()) {
+    return Refusal{"too-few-readings", "a table by angle needs two angles or more, with their errors"};
+  }
+  if (angles.size() > kMostAngles) {
+    return Refusal{"too-many-angles", "a table by angle holds up to 72 angles: leave some out"};
+  }
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    if (!std::isfinite(angles[k]) || !rows[k].allFinite()) {
+      return Refusal{"not-finite",
+                     "row " + std::to_string(k + 1) +
+                         " of the table by angle is not a finite number: measure that angle again, or leave it out"};
+    }
+  }
+  return std::nullopt;
+}
+
+template <int kWidth>
+Outcome<AngleTable<kWidth>, Refusal> AngleTable<kWidth>::make(std::span<const double> angles, std::span<const Row> rows,
+                                                              Between between) {
+  if (auto refusal = bad(angles, rows)) return *refusal;
+  std::array<std::size_t, kMostAngles> all{};
+  const std::span order{all.data(), angles.size()};
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+  std::ranges::sort(order, {}, [&](std::size_t k) { return withinTurn(angles[k]); });
+  AngleTable table;
+  table.between_ = between;
+  table.count_ = order.size();
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    table.angles_[k] = withinTurn(angles[order[k]]);
+    table.rows_[k] = rows[order[k]];
+    if (k > 0 && table.angles_[k] - table.angles_[k - 1] < kSameAngle) {
+      return Refusal{"duplicated-angle", "the table by angle has one angle twice: give every angle once"};
+    }
+  }
+  if (between == Between::linear) return table;
+  if (!table.even()) {
+    return Refusal{"uneven-angles",
+                   "harmonics need three or more angles, equally spaced over the whole turn: use linear interpolation"};
+  }
+  table.transform();
+  return table;
+}
+
+template <int kWidth>
+bool AngleTable<kWidth>::even() const {
+  const double step = kTurn / static_cast<double>(count_);
+  for (std::size_t k = 1; k < count_; ++k) {
+    if (std::abs(angles_[k] - angles_[0] - step * static_cast<double>(k)) > 1e-6) return false;
+  }
+  return count_ >= 3;
+}
+
+// rows_: mean, then the cosine and the sine of each harmonic, as many as there are angles.
+template <int kWidth>
+void AngleTable<kWidth>::transform() {
+  const auto values = rows_;
+  const auto n = static_cast<double>(count_);
+  for (std::size_t slot = 0; slot < count_; ++slot) {
+    const double harmonic = static_cast<double>((slot + 1) / 2);
+    const bool cosine = slot % 2 == 1;
+    // The highest harmonic of an even number of angles is seen by its cosine only, and fully.
+    const double weight = slot == 0 || 2.0 * harmonic == n ? 1.0 / n : 2.0 / n;
+    rows_[slot].setZero();
+    for (std::size_t k = 0; k < count_; ++k) {
+      const double turned = harmonic * (angles_[k] - angles_[0]);
+      rows_[slot] += weight * (slot == 0 || cosine ? std::cos(turned) : std::sin(turned)) * values[k];
+    }
+  }
+}
+
+template <int kWidth>
+auto AngleTable<kWidth>::chord(double angle) const -> std::optional<Row> {
+  if (!std::isfinite(angle)) return std::nullopt;
+  const double within = withinTurn(angle);
+  const auto above = static_cast<std::size_t>(
+      std::upper_bound(angles_.begin(), angles_.begin() + static_cast<std::ptrdiff_t>(count_), within) -
+      angles_.begin());
+  const std::size_t left = (above + count_ - 1) % count_;
+  const std::size_t right = above % count_;
+  double gap = angles_[right] - angles_[left];
+  if (right <= left) gap += kTurn;
+  double from = within - angles_[left];
+  if (from < 0.0) from += kTurn;
+  // Rounding of an angle must not put it beyond the end of the table.
+  if (from < kSameAngle) return rows_[left];
+  if (gap - from < kSameAngle) return rows_[right];
+  if (gap > kWidestGap) return std::nullopt;
+  return Row{rows_[left] + (from / gap) * (rows_[right] - rows_[left])};
+}
+
+template <int kWidth>
+auto AngleTable<kWidth>::harmonics(double angle) const -> std::optional<Row> {
+  if (!std::isfinite(angle)) return std::nullopt;
+  const double cosine = std::cos(angle - angles_[0]);
+  const double sine = std::sin(angle - angles_[0]);
+  Row sum = rows_[0];
+  double c = cosine;
+  double s = sine;
+  for (std::size_t slot = 1; slot < count_; slot += 2) {
+    sum += c * rows_[slot];
+    if (slot + 1 < count_) sum += s * rows_[slot + 1];
+    const double next = c * cosine - s * sine;  // one harmonic up
+    s = s * cosine + c * sine;
+    c = next;
+  }
+  return sum;
+}
+
+}  // namespace probebox::metrology

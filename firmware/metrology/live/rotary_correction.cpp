@@ -1,0 +1,65 @@
+#include "firmware/metrology/live/rotary_correction.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace probebox::metrology {
+
+Outcome<CalibratedAxis, Refusal> calibratedAxis(const Result& result, const Eigen::Vector3d& point,
+                                                const Eigen::Vector3d& direction, Between between) {
+  const Estimate* six = result.find("six_errors");
+  const Estimate* angles = result.find("angle_rad");
+  if (!six || !angles || six->values.size() != 6 * angles->values.size()) {
+    return Refusal{"wrong-result",
+                   "a rotary correction needs a result of the method rotary-axis-errors: calibrate that first"};
+  }
+  if (!(std::abs(direction.norm() - 1.0) <= 1e-3)) {
+    return Refusal{"bad-direction", "the direction of a rotary axis must have length 1"};
+  }
+  std::vector<SixErrors> rows;
+  for (std::size_t k = 0; k < angles->values.size(); ++k) {
+    rows.emplace_back(Eigen::Map<const SixErrors>{six->values.data() + 6 * k});
+  }
+  const auto table = AngleTable<6>::make(angles->values, rows, between);
+  if (!table) return table.error();
+  return CalibratedAxis{point, direction.normalized(), table.value()};
+}
+
+Outcome<RotaryCorrection, Refusal> RotaryCorrection::of(std::span<const CalibratedAxis> links) {
+  if (links.empty() || links.size() > kMostLinks) {
+    return Refusal{"too-many-axes", std::to_string(links.size()) + " rotary axes: a chain has one to three"};
+  }
+  RotaryCorrection correction;
+  correction.count_ = links.size();
+  std::ranges::copy(links, correction.links_.begin());
+  return correction;
+}
+
+std::optional<Eigen::Vector3d> RotaryCorrection::at(std::span<const std::optional<double>> angles,
+                                                    const Eigen::Vector3d& point) const {
+  if (angles.size() != count_ || !point.allFinite()) return std::nullopt;
+  std::array<RotaryLink, kMostLinks> chain{};
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (!angles[k]) return std::nullopt;
+    const auto errors = links_[k].errors.at(*angles[k]);
+    if (!errors) return std::nullopt;
+    chain[k] = {links_[k].point, links_[k].direction, *angles[k], *errors};
+  }
+  return chainError(std::span{chain}.first(count_), point);
+}
+
+std::optional<Eigen::Vector3d> RotaryCorrection::tablePoint(std::span<const std::optional<double>> angles,
+                                                            const Eigen::Vector3d& machine_point) const {
+  if (angles.size() != count_) return std::nullopt;
+  Eigen::Vector3d point = machine_point;
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (!angles[k]) return std::nullopt;
+    const auto& link = links_[k];
+    point = link.point + Eigen::AngleAxisd{-*angles[k], link.direction} * (point - link.point);
+  }
+  return point;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,350 @@
+#include "firmware/metrology/rotary/rotary_axis_errors.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
+#include "firmware/metrology/rotary/rotary_joint_errors.hpp"
+#include "firmware/metrology/rotary/rotary_location.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Balls = std::map<double, Vector3d>;
+
+constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm",
+                                                "station_correction"};
+constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
+constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
+constexpr double kTurn = 2.0 * std::numbers::pi;
+// Chi-square of six errors that the readings at phi = 0 may differ by from those with the linear axes only: 6 + 4
+// sqrt(12).
+constexpr double kSameState = 20.0;
+
+// One set of balls read at one state of the axis.
+struct Station {
+  double angle{};
+  std::vector<Vector3d> ideal;  // where the balls would be, from the axis point
+  std::vector<Vector3d> read;   // where they were, from the axis point
+};
+
+// The rigid motion between ideal and read coordinates as six errors.
+struct Motion {
+  SixErrors errors;
+  Matrix6 information;   // for unit sigma
+  Eigen::VectorXd left;  // residuals, mm, three a ball
+  double condition{};
+
+  std::size_t dof() const { return static_cast<std::size_t>(left.size()) - 6; }
+};
+
+Eigen::MatrixX3d rowsOf(const std::vector<Vector3d>& points) {
+  Eigen::MatrixX3d rows{static_cast<Eigen::Index>(points.size()), 3};
+  for (std::size_t k = 0; k < points.size(); ++k) rows.row(static_cast<Eigen::Index>(k)) = points[k].transpose();
+  return rows;
+}
+
+Outcome<Motion, Refusal> motionOf(const Station& station) {
+  const auto rigid = registerRigid(rowsOf(station.ideal), rowsOf(station.read));
+  if (!rigid) {
+    return Refusal{rigid.error().name,
+                   "at " + text(station.angle * 360.0 / kTurn) + " degrees: " + rigid.error().reason};
+  }
+  Motion motion;
+  motion.errors << rigid->shift, rotationVector(rigid->rotation);
+  const auto count = static_cast<Eigen::Index>(station.ideal.size());
+  Eigen::MatrixXd design{3 * count, 6};
+  motion.left.resize(3 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto ball = static_cast<std::size_t>(k);
+    motion.left.segment<3>(3 * k) = station.read[ball] - (*rigid)(station.ideal[ball]);
+    design.middleRows<3>(3 * k) = smallMotionRows(station.ideal[ball]);
+  }
+  motion.information = design.transpose() * design;
+  motion.condition = scaledCondition(motion.information);
+  if (!(motion.condition <= kConditionLimit)) {
+    return Refusal{"collinear", "at " + text(station.angle * 360.0 / kTurn) +
+                                    " degrees the balls do not fix six errors: measure three that are not on one line"};
+  }
+  return motion;
+}
+
+Outcome<Balls, Refusal> ballsOf(const Table& table) {
+  Balls balls;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto value = [&](std::size_t k) { return (*table.column(kBallColumns[k]))[row]; };
+    if (!balls.try_emplace(value(0), Vector3d{value(1), value(2), value(3)}).second) {
+      return Refusal{"duplicated-ball",
+                     "table '" + table.name + "' has ball " + text(value(0)) + " twice: give every ball once"};
+    }
+  }
+  return balls;
+}
+
+Refusal missingBall(double ball, const char* table) {
+  return {"missing-ball", "ball " + text(ball) + " of table '" + table +
+                              "' is not in table 'third': give its certified coordinates, or leave it out"};
+}
+
+// Second against third: where the plate is with the axis at zero.
+Outcome<Station, Refusal> plateStation(const Balls& second, const Balls& third, const NominalAxis& axis) {
+  Station station;
+  for (const auto& [ball, at] : second) {
+    const auto certified = third.find(ball);
+    if (certified == third.end()) return missingBall(ball, "second");
+    station.ideal.push_back(certified->second);
+    station.read.push_back(at - axis.point);
+  }
+  return station;
+}
+
+std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate, const Sigma& sigma) {
+  if (!sigma.stated) return std::nullopt;
+  for (std::size_t k = 0; k < station.ideal.size(); ++k) {
+    const double off = (station.read[k] - plate(station.ideal[k])).cwiseAbs().maxCoeff();
+    if (off > std::max(kWorstResidual * sigma.value, kResidualFloor)) {
+      return Refusal{"residual-too-large", "row " + std::to_string(k + 1) + " of table 'second', by ball, is " +
+                                               text(off) +
+                                               " mm off the certificate, more than 5 sigma: measure it again"};
+    }
+  }
+  return std::nullopt;
+}
+
+// Stations at the sorted distinct angles of first, for a plate at `plate` (its balls from the axis point at zero).
+Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Balls& third, const NominalAxis& axis,
+                                                  const RigidMotion& plate) {
+  const std::vector<double> angles = distinctAngles(*first.column("phi_rad"));
+  std::vector<Station> stations(angles.size());
+  for (std::size_t k = 0; k < angles.size(); ++k) stations[k].angle = angles[k];
+  for (std::size_t row = 0; row < first.rows(); ++row) {
+    const auto value = [&](std::size_t k) { return (*first.column(kFirstColumns[k]))[row]; };
+    const auto certified = third.find(value(1));
+    if (certified == third.end()) return missingBall(value(1), "first");
+    const auto at = std::ranges::lower_bound(angles, value(0) - kSameRotaryAngle) - angles.begin();
+    Station& station = stations[static_cast<std::size_t>(at)];
+    const Eigen::AngleAxisd turned{station.angle, axis.direction};
+    station.ideal.push_back(turned * plate(certified->second));
+    station.read.push_back(Vector3d{value(2), value(3), value(4)} - axis.point);
+  }
+  return stations;
+}
+
+bool atZero(double angle) {
+  return std::abs(std::remainder(angle, kTurn)) < kSameRotaryAngle;
+}
+
+// An error of the plate's place, as seen after the axis has turned it.
+Matrix6 turnedPlate(const NominalAxis& axis, double angle) {
+  const Matrix3d turned = Eigen::AngleAxisd{angle, axis.direction}.toRotationMatrix();
+  Matrix6 both = Matrix6::Zero();
+  both.topLeftCorner<3, 3>() = turned;
+  both.bottomRightCorner<3, 3>() = turned;
+  return both;
+}
+
+// What the rigid motion of one angle leaves of the balls, in the order of their rows.
+void addResiduals(Residuals& residuals, const Station& station, const Motion& motion) {
+  for (Eigen::Index k = 0; k < motion.left.size(); ++k) {
+    residuals.names.push_back("first, " + text(station.angle * 360.0 / kTurn) + " degrees, ball " +
+                              std::to_string(k / 3 + 1) + " of the angle, " +
+                              std::string{kBallColumns[static_cast<std::size_t>(k % 3) + 1]});
+    residuals.at.push_back(station.angle);
+    residuals.values.push_back(motion.left[k]);
+  }
+}
+
+// The rigid motions of all angles, and that of the plate.
+struct Motions {
+  std::vector<Motion> first;
+  Motion second;
+
+  std::size_t dof() const {
+    std::size_t dof = second.dof();
+    for (const auto& motion : first) dof += motion.dof();
+    return dof;
+  }
+  Eigen::VectorXd left() const {
+    std::vector<double> all;
+    for (const auto& motion : first) all.insert(all.end(), motion.left.begin(), motion.left.end());
+    all.insert(all.end(), second.left.begin(), second.left.end());
+    return Eigen::VectorXd::Map(all.data(), static_cast<Eigen::Index>(all.size()));
+  }
+  double condition() const {
+    double worst = second.condition;
+    for (const auto& motion : first) worst = std::max(worst, motion.condition);
+    return worst;
+  }
+};
+
+Outcome<Motions, Refusal> motionsOf(const std::vector<Station>& stations, const Motion& second) {
+  Motions motions{{}, second};
+  for (const auto& station : stations) {
+    const auto motion = motionOf(station);
+    if (!motion) return motion.error();
+    motions.first.push_back(motion.value());
+  }
+  return motions;
+}
+
+// Whether the readings at phi = 0 differ from the second ones by no more than noise: the axis stands there in both.
+bool zeroAgrees(const std::vector<Station>& stations, const Motions& motions, const Sigma& sigma) {
+  const double found = motions.left().squaredNorm() / static_cast<double>(std::max<std::size_t>(motions.dof(), 1));
+  const double variance = sigma.stated ? sigma.value * sigma.value : found;
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    if (!atZero(stations[k].angle)) continue;
+    const Motion& motion = motions.first[k];
+    const Matrix6 difference = motions.second.information.inverse() + motion.information.inverse();
+    if (motion.errors.dot(difference.inverse() * motion.errors) > kSameState * variance) return false;
+  }
+  return true;
+}
+
+// How far the readings at zero move the plate, and what remains uncertain of its place, for unit sigma.
+struct PlatePlace {
+  SixErrors shift = SixErrors::Zero();
+  Matrix6 cofactor;
+};
+
+PlatePlace plateOf(const std::vector<Station>& stations, const Motions& motions, bool zero_agrees) {
+  Matrix6 information = motions.second.information;
+  SixErrors weighted = SixErrors::Zero();
+  for (std::size_t k = 0; zero_agrees && k < stations.size(); ++k) {
+    if (!atZero(stations[k].angle)) continue;
+    information += motions.first[k].information;
+    weighted += motions.first[k].information * motions.first[k].errors;
+  }
+  const Matrix6 cofactor = information.inverse();
+  return {cofactor * weighted, cofactor};
+}
+
+// Six errors at every angle. The plate is refined by the readings at phi = 0 where they agree with it; their own row
+// stays the plain difference of the two.
+Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, const Motions& motions, bool zero_agrees,
+             double sigma) {
+  const auto count = static_cast<Eigen::Index>(stations.size());
+  const PlatePlace plate = plateOf(stations, motions, zero_agrees);
+  const auto isZero = [&](Eigen::Index k) {
+    return zero_agrees && atZero(stations[static_cast<std::size_t>(k)].angle);
+  };
+  const auto seen = [&](Eigen::Index k) { return turnedPlate(axis, stations[static_cast<std::size_t>(k)].angle); };
+  Fit fit;
+  fit.parameters.resize(6 * count);
+  fit.cofactor = Eigen::MatrixXd::Zero(6 * count, 6 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Motion& motion = motions.first[static_cast<std::size_t>(k)];
+    fit.parameters.segment<6>(6 * k) = motion.errors;
+    if (!isZero(k)) fit.parameters.segment<6>(6 * k) -= seen(k) * plate.shift;
+    fit.cofactor.block<6, 6>(6 * k, 6 * k) = motion.information.inverse();
+    for (Eigen::Index l = 0; l < count; ++l) {
+      if (isZero(k) && isZero(l)) {
+        fit.cofactor.block<6, 6>(6 * k, 6 * l) += motions.second.information.inverse();
+      } else if (!isZero(k) && !isZero(l)) {
+        fit.cofactor.block<6, 6>(6 * k, 6 * l) += seen(k) * plate.cofactor * seen(l).transpose();
+      }
+    }
+  }
+  fit.cofactor *= sigma * sigma;
+  fit.residuals = motions.left() / sigma;
+  fit.dof = motions.dof();
+  fit.condition = motions.condition();
+  return fit;
+}
+
+// What a case holds, read and checked: the plate where second and third put it, the stations of first.
+struct Bench {
+  NominalAxis axis;
+  Sigma sigma;
+  Motion plate;
+  std::vector<Station> stations;
+};
+
+Outcome<Bench, Refusal> benchOf(const Dataset& dataset) {
+  const auto axis = nominalAxis(dataset);
+  if (!axis) return axis.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto first = checkedTable(dataset, "first", kFirstColumns);
+  if (!first) return first.error();
+  const auto second_table = checkedTable(dataset, "second", kBallColumns);
+  if (!second_table) return second_table.error();
+  const auto third_table = checkedTable(dataset, "third", kBallColumns);
+  if (!third_table) return third_table.error();
+  const auto second = ballsOf(**second_table);
+  if (!second) return second.error();
+  const auto third = ballsOf(**third_table);
+  if (!third) return third.error();
+  auto placed = plateStation(second.value(), third.value(), axis.value());
+  if (!placed) return placed.error();
+  const auto plate = registerRigid(rowsOf(placed->ideal), rowsOf(placed->read));
+  if (!plate) return Refusal{plate.error().name, "table 'second': " + plate.error().reason};
+  if (auto refusal = badPlate(placed.value(), plate.value(), sigma.value())) return *refusal;
+  for (auto& ball : placed->ideal) ball = (*plate)(ball);
+  const auto place = motionOf(placed.value());
+  if (!place) return place.error();
+  auto stations = stationsOf(**first, third.value(), axis.value(), plate.value());
+  if (!stations) return stations.error();
+  return Bench{axis.value(), sigma.value(), place.value(), std::move(stations).value()};
+}
+
+// Whether a case of "rotary-axis-errors" needs one fit of everything: tables with a column `mount`, station_correction
+// switched on, or a sigma beside that of every coordinate.
+bool asksForStack(const Dataset& dataset) {
+  const Table* first = dataset.table("first");
+  const auto correct = dataset.config.find("station_correction");
+  const bool corrected = correct != dataset.config.end() && correct->second != Value{false};
+  const bool weighs = std::ranges::any_of(kOtherSigmas, [&](auto key) { return dataset.config.contains(key); });
+  return (first && first->column("mount")) || corrected || weighs;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
+  if (asksForStack(dataset)) return solveRotaryStack(dataset);
+  const auto bench = benchOf(dataset);
+  if (!bench) return bench.error();
+  const auto& stations = bench->stations;
+  const auto motions = motionsOf(stations, bench->plate);
+  if (!motions) return motions.error();
+  const bool zero_agrees = zeroAgrees(stations, motions.value(), bench->sigma);
+  const Fit fit = errorsOf(stations, bench->axis, motions.value(), zero_agrees, bench->sigma.value);
+
+  Answer answer{dataset, fit, bench->sigma};
+  answer.readingIs("one coordinate of one ball", "mm");
+  answer.result().residuals.against = "phi_rad";
+  std::vector<double> angles;
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    angles.push_back(stations[k].angle);
+    addResiduals(answer.result().residuals, stations[k], motions->first[k]);
+  }
+  const Eigen::Index size = fit.parameters.size();
+  promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench->axis.direction);
+  addNominalAxis(answer.result(), bench->axis);
+  if (!zero_agrees) {
+    answer.warn(
+        "the first coordinates at phi = 0 disagree with the second ones, so they are left out of the plate's place: "
+        "did "
+        "the axis return to zero?");
+  }
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,309 @@
+#include "firmware/metrology/rotary/rotary_joint_errors.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/rigid_motion.hpp"
+#include "firmware/metrology/rotary/plate_readings.hpp"
+#include "firmware/metrology/rotary/rotary_location.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr std::array<std::string_view, 14> kKeys{"axis",
+                                                 "axis_point_mm",
+                                                 "axis_direction",
+                                                 "sigma_mm",
+                                                 "sigma_axial_mm",
+                                                 "sigma_angle_rad",
+                                                 "sigma_third_mm",
+                                                 "station_correction",
+                                                 "station_radius_mm",
+                                                 "previous_tau_axis_s",
+                                                 "sigma_offset_mm",
+                                                 "tool_vector_mm",
+                                                 "sensor_matrix",
+                                                 "sensor_head_result"};
+constexpr double kWorstResidual = 5.0;   // sigma, between second and third
+constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
+constexpr double kStationRadius = 30.0;  // mm
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+Matrix3d turned(const Vector3d& rotation) {
+  const double angle = rotation.norm();
+  return angle == 0.0 ? Matrix3d::Identity() : Eigen::AngleAxisd{angle, rotation / angle}.toRotationMatrix();
+}
+
+struct Keys {
+  NominalAxis axis;
+  Sigma sigma;
+  double axial_sigma{};   // mm; of a coordinate along the axis
+  double angle_sigma{};   // rad, of every stop; 0: the axis stands where it says
+  double third_sigma{};   // mm; 0: the certificate is taken as it is
+  double offset_sigma{};  // mm, each coordinate, of what all readings share; 0: nothing
+  std::optional<double> station_radius;
+};
+
+Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
+  const auto axis = nominalAxis(dataset);
+  if (!axis) return axis.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto third = configPositive(dataset, "sigma_third_mm");
+  if (!third) return third.error();
+  const auto axial = configPositive(dataset, "sigma_axial_mm");
+  if (!axial) return axial.error();
+  const auto angle = configPositive(dataset, "sigma_angle_rad");
+  if (!angle) return angle.error();
+  const auto offset = configPositive(dataset, "sigma_offset_mm");
+  if (!offset) return offset.error();
+  for (const char* key : kOtherSigmas) {
+    if (dataset.config.contains(key) && !sigma->stated)
+      return Refusal{"missing-key", std::string{key} + " needs sigma_mm beside it: which of the two weighs more?"};
+  }
+  if (third.value() && dataset.config.contains("sd_certificate_mm")) {
+    return Refusal{"bad-config",
+                   "sigma_third_mm and sd_certificate_mm both say how uncertain the certificate is, which would count "
+                   "twice: keep one of the two"};
+  }
+  const auto correct = configSwitch(dataset, "station_correction");
+  if (!correct) return correct.error();
+  const auto radius = configPositive(dataset, "station_radius_mm");
+  if (!radius) return radius.error();
+  Keys keys{.axis = axis.value(),
+            .sigma = sigma.value(),
+            .axial_sigma = axial->value_or(sigma->value),
+            .angle_sigma = angle->value_or(0.0),
+            .third_sigma = third->value_or(0.0),
+            .offset_sigma = offset->value_or(0.0),
+            .station_radius = std::nullopt};
+  if (correct.value()) keys.station_radius = radius->value_or(kStationRadius);
+  return keys;
+}
+
+Vector3d idealOf(const PlateReadings& stack, const PlateReading& reading, const NominalAxis& axis) {
+  const Vector3d place = stack.mounts[reading.mount](stack.certified[reading.ball]);
+  if (!reading.angle) return place;
+  return Eigen::AngleAxisd{stack.angles[*reading.angle], axis.direction} * place;
+}
+
+// Which reading of second stands where the axis has brought each ball.
+std::optional<Refusal> findStations(PlateReadings& stack, const NominalAxis& axis, double radius) {
+  for (std::size_t k = 0; k < stack.readings.size(); ++k) {
+    PlateReading& reading = stack.readings[k];
+    const Vector3d at = idealOf(stack, reading, axis);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < stack.second_count; ++j) {
+      if (stack.readings[j].mount != reading.mount) continue;
+      const double off = (idealOf(stack, stack.readings[j], axis) - at).norm();
+      if (off < least) reading.station = j;
+      least = std::min(least, off);
+    }
+    if (least <= radius) continue;
+    return Refusal{"not-at-station", "row " + std::to_string(k - stack.second_count + 1) +
+                                         " of table 'first' was read " + text(least) +
+                                         " mm from any station: turn by multiples of the pitch, or leave "
+                                         "station_correction out"};
+  }
+  return std::nullopt;
+}
+
+// The balls of each angle, all mounts together: one fixes three errors, two fix five, three off one line all six.
+std::optional<Refusal> badRank(const PlateReadings& stack, const NominalAxis& axis) {
+  for (std::size_t k = 0; k < stack.angles.size(); ++k) {
+    MatrixXd design{0, 6};
+    for (const auto& reading : stack.readings) {
+      if (reading.angle != k) continue;
+      design.conservativeResize(design.rows() + 3, Eigen::NoChange);
+      design.bottomRows<3>() = smallMotionRows(idealOf(stack, reading, axis));
+    }
+    if (design.rows() >= 6 && scaledCondition(design.transpose() * design) <= kConditionLimit) continue;
+    return Refusal{"rank-too-small", "at " + text(stack.angles[k] * kDegrees) +
+                                         " degrees the balls of all mounts do not fix six errors: read three that are "
+                                         "not on one line, in one mount or in several"};
+  }
+  return std::nullopt;
+}
+
+// One over the sigma of a coordinate: along the axis it may be another one than across.
+Matrix3d weightOf(const Keys& keys) {
+  const Vector3d& u = keys.axis.direction;
+  const Matrix3d axial = u * u.transpose();
+  return (Matrix3d::Identity() - axial) / keys.sigma.value + axial / keys.axial_sigma;
+}
+
+// Where each kind of unknown stands among the parameters: places of the plate (6 a mount), errors (6 an angle), errors
+// of the stations (3 a reading of second), the certificate (3 a ball), how far off its angle the axis stopped (1 a
+// stop: the angles, then the zero of second), what all readings are off by (3). The last three are held by what is
+// known of them.
+class StackModel {
+ public:
+  StackModel(const PlateReadings& stack, const Keys& keys) : stack_{stack}, keys_{keys}, weight_{weightOf(keys)} {
+    errors_at_ = 6 * static_cast<Index>(stack.mounts.size());
+    stations_at_ = errors_at_ + 6 * static_cast<Index>(stack.angles.size());
+    balls_at_ = stations_at_ + (keys.station_radius ? 3 * static_cast<Index>(stack.second_count) : 0);
+    stops_at_ = balls_at_ + (keys.third_sigma > 0.0 ? 3 * static_cast<Index>(stack.certified.size()) : 0);
+    offset_at_ = stops_at_ + (keys.angle_sigma > 0.0 ? static_cast<Index>(stack.angles.size()) + 1 : 0);
+    size_ = offset_at_ + (keys.offset_sigma > 0.0 ? 3 : 0);
+  }
+  Index size() const { return size_; }
+  Index errorsAt() const { return errors_at_; }
+
+  Linearised operator()(const VectorXd& at) const {
+    const auto readings = 3 * static_cast<Index>(stack_.readings.size());
+    const Index gauge = keys_.station_radius ? 6 * static_cast<Index>(stack_.mounts.size()) : 0;
+    const Index rows = readings + gauge + (size_ - balls_at_);
+    Linearised model{VectorXd::Zero(rows), MatrixXd::Zero(rows, size_)};
+    for (std::size_t k = 0; k < stack_.readings.size(); ++k) addReading(model, static_cast<Index>(3 * k), k, at);
+    if (gauge > 0) addGauge(model, readings, at);
+    for (Index k = balls_at_; k < size_; ++k) {
+      const Index row = readings + gauge + k - balls_at_;
+      const double sigma = k < stops_at_ ? keys_.third_sigma : k < offset_at_ ? keys_.angle_sigma : keys_.offset_sigma;
+      model.residuals[row] = at[k] / sigma;
+      model.jacobian(row, k) = 1.0 / sigma;
+    }
+    return model;
+  }
+
+ private:
+  void addReading(Linearised& model, Index row, std::size_t k, const VectorXd& at) const {
+    const PlateReading& reading = stack_.readings[k];
+    const auto mount = 6 * static_cast<Index>(reading.mount);
+    const RigidMotion& start = stack_.mounts[reading.mount];
+    const auto ball = balls_at_ + 3 * static_cast<Index>(reading.ball);
+    Vector3d certified = stack_.certified[reading.ball];
+    if (balls_at_ < stops_at_) certified += at.segment<3>(ball);
+    const Vector3d place = at.segment<3>(mount) + turned(at.segment<3>(mount + 3)) * start(certified);
+    const double stop = stops_at_ < offset_at_ ? at[stopOf(reading)] : 0.0;
+    const double angle = (reading.angle ? stack_.angles[*reading.angle] : 0.0) + stop;
+    // Of the plate, after the axis has turned it.
+    const Matrix3d seen = Eigen::AngleAxisd{angle, keys_.axis.direction}.toRotationMatrix();
+    const Vector3d ideal = seen * place;
+    Vector3d model_at = ideal;
+    auto jacobian = model.jacobian.middleRows<3>(row);
+    if (reading.angle) {
+      const Index errors = errors_at_ + 6 * static_cast<Index>(*reading.angle);
+      model_at = at.segment<3>(errors) + turned(at.segment<3>(errors + 3)) * ideal;
+      jacobian.middleCols<6>(errors) = weight_ * smallMotionRows(ideal);
+    }
+    jacobian.middleCols<6>(mount) = weight_ * seen * smallMotionRows(place);
+    if (balls_at_ < stops_at_) jacobian.middleCols<3>(ball) = weight_ * seen * start.rotation;
+    if (stops_at_ < offset_at_) jacobian.col(stopOf(reading)) = weight_ * keys_.axis.direction.cross(ideal);
+    if (offset_at_ < size_) {
+      model_at += at.segment<3>(offset_at_);
+      jacobian.middleCols<3>(offset_at_) = weight_;
+    }
+    if (reading.station) {
+      const Index station = stations_at_ + 3 * static_cast<Index>(*reading.station);
+      model_at += at.segment<3>(station);
+      jacobian.middleCols<3>(station) = weight_;
+    }
+    model.residuals.segment<3>(row) = weight_ * (model_at - reading.at);
+  }
+
+  Index stopOf(const PlateReading& reading) const {
+    return stops_at_ + static_cast<Index>(reading.angle.value_or(stack_.angles.size()));
+  }
+
+  // What the stations move by as one body is the plate's place: it is left out of their errors.
+  void addGauge(Linearised& model, Index from, const VectorXd& at) const {
+    for (std::size_t j = 0; j < stack_.second_count; ++j) {
+      const auto& reading = stack_.readings[j];
+      const Index row = from + 6 * static_cast<Index>(reading.mount);
+      const Index station = stations_at_ + 3 * static_cast<Index>(j);
+      Eigen::Matrix<double, 3, 6> rigid = smallMotionRows(idealOf(stack_, reading, keys_.axis));
+      rigid.rightCols<3>() /= 100.0;  // mm: like the translations
+      model.jacobian.block<6, 3>(row, station) += rigid.transpose() / keys_.sigma.value;
+      model.residuals.segment<6>(row) += rigid.transpose() * at.segment<3>(station) / keys_.sigma.value;
+    }
+  }
+
+  const PlateReadings& stack_;
+  const Keys& keys_;
+  Matrix3d weight_;
+  Index errors_at_{};
+  Index stations_at_{};
+  Index balls_at_{};
+  Index stops_at_{};
+  Index offset_at_{};
+  Index size_{};
+};
+
+// With errors of the stations the second coordinates agree with the certificate by construction.
+std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
+  if (!keys.sigma.stated || keys.station_radius) return std::nullopt;
+  const auto rows = 3 * static_cast<Index>(stack.second_count);
+  Index worst = 0;
+  const double sigmas = fit.residuals.head(rows).cwiseAbs().maxCoeff(&worst);
+  const double off = (weightOf(keys).inverse() * fit.residuals.segment<3>(worst / 3 * 3)).cwiseAbs().maxCoeff();
+  if (sigmas <= kWorstResidual || off <= kResidualFloor) return std::nullopt;
+  return Refusal{"residual-too-large", "row " + std::to_string(worst / 3 + 1) + " of table 'second' is " + text(off) +
+                                           " mm off, more than 5 sigma: measure it again"};
+}
+
+// Read minus fitted, one a coordinate.
+Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
+  const Matrix3d sigma = weightOf(keys).inverse();
+  Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
+  for (std::size_t k = 0; k < 3 * stack.readings.size(); ++k) {
+    const PlateReading& reading = stack.readings[k / 3];
+    const auto of_ball = static_cast<Index>(3 * (k / 3)), coordinate = static_cast<Index>(k % 3);
+    const double angle = reading.angle ? stack.angles[*reading.angle] : 0.0;
+    residuals.names.push_back((reading.angle ? "first, " + text(angle * kDegrees) + " degrees" : "second") +
+                              ", mount " + std::to_string(reading.mount + 1) + ", ball " +
+                              std::to_string(reading.ball + 1) + ", " + "xyz"[k % 3] + "_mm");
+    residuals.at.push_back(angle);
+    residuals.values.push_back(-(sigma * fit.residuals.segment<3>(of_ball))[coordinate]);
+  }
+  return residuals;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
+  const auto keys = keysOf(dataset);
+  if (!keys) return keys.error();
+  auto stack = readPlates(dataset, keys->axis);
+  if (!stack) return stack.error();
+  if (auto refusal = badRank(stack.value(), keys->axis)) return *refusal;
+  if (keys->station_radius) {
+    if (auto refusal = findStations(stack.value(), keys->axis, *keys->station_radius)) return *refusal;
+  }
+  const StackModel model{stack.value(), keys.value()};
+  const auto fit = leastSquares(model, VectorXd::Zero(model.size()));
+  if (!fit) return fit.error();
+  if (auto refusal = badSecond(stack.value(), fit.value(), keys.value())) return *refusal;
+
+  Answer answer{dataset, fit.value(), keys->sigma};
+  const auto count = 6 * static_cast<Index>(stack->angles.size());
+  const VectorXd six = fit->parameters.segment(model.errorsAt(), count);
+  const MatrixXd rows = pick(model.errorsAt(), count, model.size());
+  answer.result().residuals = residualsOf(stack.value(), fit.value(), keys.value());
+  const auto& left = answer.result().residuals.values;
+  answer.result().rms =
+      VectorXd::Map(left.data(), static_cast<Index>(left.size())).norm() / std::sqrt(static_cast<double>(left.size()));
+  promiseErrors(answer, stack->angles, six, rows, keys->axis.direction);
+  addNominalAxis(answer.result(), keys->axis);
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,111 @@
+#include "firmware/metrology/rotary/rotary_location.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/configured_direction.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kLeastSector = kTurn / 6.0;
+
+// Whether the angles tell the location.
+bool locationKnown(std::vector<double> angles) {
+  if (angles.size() < 4) return false;
+  for (double& angle : angles) angle -= kTurn * std::floor(angle / kTurn);
+  std::ranges::sort(angles);
+  double widest = angles.front() + kTurn - angles.back();
+  for (std::size_t k = 1; k < angles.size(); ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
+  return kTurn - widest >= kLeastSector;
+}
+
+}  // namespace
+
+Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
+  const auto point = configVector(dataset, "axis_point_mm");
+  if (!point) return point.error();
+  const auto direction = configDirection(dataset, "axis_direction");
+  if (!direction) return direction.error();
+  if (!point.value() || !direction.value()) {
+    return Refusal{"missing-key", "config.json needs axis_point_mm and axis_direction: the nominal axis"};
+  }
+  return NominalAxis{Vector3d{point->value().data()}, **direction};
+}
+
+void addNominalAxis(Result& result, const NominalAxis& axis) {
+  result.also.push_back(Estimate::vector("axis_point_mm", {axis.point.begin(), axis.point.end()}, {}));
+  result.also.push_back(Estimate::vector("axis_direction", {axis.direction.begin(), axis.direction.end()}, {}));
+}
+
+Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
+  const Vector3d across = direction.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> plane;
+  plane << across, direction.cross(across);
+  const auto count = static_cast<Eigen::Index>(angles.size());
+  Eigen::MatrixXd design{2 * count, 4};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Matrix3d turned = Eigen::AngleAxisd{angles[static_cast<std::size_t>(k)], direction}.toRotationMatrix();
+    const Eigen::Matrix2d seen = plane.transpose() * (plane - turned * plane);
+    design.middleRows<2>(2 * k) << seen, Eigen::Matrix2d::Identity();
+  }
+  const Eigen::MatrixXd solve = (design.transpose() * design).inverse() * design.transpose();
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3, 6 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    map.middleCols<3>(6 * k + offset) = plane * solve.block(0, 2 * k, 2, 2) * plane.transpose();
+  }
+  return map;
+}
+
+Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Vector3d& direction, Eigen::Index offset) {
+  const auto count = static_cast<Eigen::Index>(angles.size());
+  const Eigen::MatrixXd location = locationMap(angles, direction, offset);
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3 * count, 6 * count);
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, 6 * count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Matrix3d turned = Eigen::AngleAxisd{angles[static_cast<std::size_t>(k)], direction}.toRotationMatrix();
+    map.middleRows<3>(3 * k) = (turned - Matrix3d::Identity()) * location;
+    map.block<3, 3>(3 * k, 6 * k + offset) += Matrix3d::Identity();
+    mean += map.middleRows<3>(3 * k) / static_cast<double>(count);
+  }
+  // The mean that is left is the error of the reference angle.
+  for (Eigen::Index k = 0; k < count; ++k) map.middleRows<3>(3 * k) -= mean;
+  return map;
+}
+
+std::vector<double> distinctAngles(std::vector<double> angles) {
+  std::ranges::sort(angles);
+  const auto same = [](double a, double b) { return std::abs(a - b) < kSameRotaryAngle; };
+  angles.erase(std::ranges::unique(angles, same).begin(), angles.end());
+  return angles;
+}
+
+void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
+                   const Eigen::MatrixXd& rows, const Vector3d& direction) {
+  answer.promiseMatrix("six_errors", 6, six, rows);
+  answer.result().also.push_back(Estimate::vector("angle_rad", angles, {}));
+  answer.result().convention =
+      "EX EY EZ EA EB EC of the table at each angle, about axis_point_mm, relative to the axis at zero";
+  if (!locationKnown(angles)) {
+    answer.warn("no location of the axis: it needs four or more angles that are spread wider than 60 degrees");
+    return;
+  }
+  const Eigen::MatrixXd location = locationMap(angles, direction, 0);
+  const Eigen::MatrixXd tilt = locationMap(angles, direction, 3);
+  answer.promiseVector("location_mm", location * six, location * rows);
+  answer.promiseVector("tilt_rad", tilt * six, tilt * rows);
+  const Eigen::MatrixXd translations = positionDependentMap(angles, direction, 0);
+  const Eigen::MatrixXd rotations = positionDependentMap(angles, direction, 3);
+  answer.alsoMatrix("position_dependent_mm", 3, translations * six, translations * rows);
+  answer.alsoMatrix("position_dependent_rad", 3, rotations * six, rotations * rows);
+}
+
+}  // namespace probebox::metrology

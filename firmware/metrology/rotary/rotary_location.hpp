@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A rotary axis where it nominally is.
+struct NominalAxis {
+  Eigen::Vector3d point;      // mm
+  Eigen::Vector3d direction;  // length 1
+};
+
+// Config keys axis_point_mm and axis_direction. Refuses: missing-key, bad-config.
+Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset);
+
+// What the errors are about, beside them: axis_point_mm and axis_direction.
+void addNominalAxis(Result& result, const NominalAxis& axis);
+
+// (E7) as a linear map of the six errors at all angles: (I - R(phi)) d + b, d across the axis, by least squares.
+// offset: 0 for the translations, 3 for the rotations. Rows: the three components of d in machine axes.
+Eigen::MatrixXd locationMap(std::span<const double> angles, const Eigen::Vector3d& direction, Eigen::Index offset);
+
+// (E8) as a linear map of the six errors at all angles: what is left of the translations (offset 0) or the rotations
+// (3), three rows an angle, once location and the error of the reference angle (E7) are taken out. Along the axis that
+// is what differs from the mean.
+Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen::Vector3d& direction,
+                                     Eigen::Index offset);
+
+// Angles closer than this are one, rad.
+inline constexpr double kSameRotaryAngle = 1e-8;
+
+// The angles, each once, rising.
+std::vector<double> distinctAngles(std::vector<double> angles);
+
+// Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider
+// than 60 degrees, else a warning; also angle_rad and, with the location, position_dependent_mm and
+// position_dependent_rad (E8), a row an angle. six: at all angles; rows: d six / d parameters.
+void promiseErrors(Answer& answer, const std::vector<double>& angles, const Eigen::VectorXd& six,
+                   const Eigen::MatrixXd& rows, const Eigen::Vector3d& direction);
+
+}  // namespace probebox::metrology

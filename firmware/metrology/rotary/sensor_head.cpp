@@ -1,0 +1,167 @@
+#include "firmware/metrology/rotary/sensor_head.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
+constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
+constexpr std::array<std::string_view, 4> kKeys{"sigma_sensor", "tool_vector_mm", "reference_mm", "tool"};
+constexpr double kWorstHead = 50.0;  // condition of K
+constexpr double kLeastMove = 5.0;   // of a sensor's noise
+constexpr Index kParameters = 12;    // K row by row, each followed by its zero
+
+Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
+  const Index rows = 3 * moves.rows();
+  MatrixXd design = MatrixXd::Zero(rows, kParameters);
+  Eigen::VectorXd values{rows};
+  for (Index i = 0; i < moves.rows(); ++i) {
+    for (Index sensor = 0; sensor < 3; ++sensor) {
+      design.row(3 * i + sensor).segment(4 * sensor, 4) << moves.row(i).head(3), 1.0;
+      values[3 * i + sensor] = moves(i, 3 + sensor);
+    }
+  }
+  auto fit = linearLeastSquares(design / sigma, values / sigma);
+  if (fit || fit.error().name != "ill-conditioned") return fit;
+  return Refusal{"dependent-directions", "the moves do not span space: move the machine along X, Y and Z"};
+}
+
+// noise: of one sensor.
+std::optional<Refusal> badHead(const Matrix3d& matrix, const MatrixXd& moves, double noise) {
+  const Vector3d spans = (moves.leftCols(3).colwise().maxCoeff() - moves.leftCols(3).colwise().minCoeff()).transpose();
+  for (Index axis = 0; axis < 3; ++axis) {
+    const double seen = spans[axis] * matrix.col(axis).norm();
+    if (seen >= kLeastMove * noise) continue;
+    return Refusal{"moves-too-small", "the moves along " + std::string(1, "XYZ"[axis]) + " change the sensors by " +
+                                          text(seen) + ", less than five times their noise: move further"};
+  }
+  const Vector3d widths = Eigen::JacobiSVD<Matrix3d>{matrix}.singularValues();
+  if (!(widths[0] <= kWorstHead * widths[2])) {
+    return Refusal{"sensors-dependent",
+                   "the sensors look from nearly the same side: the condition of their matrix is " +
+                       text(widths[0] / widths[2]) + ", more than 50; mount them at larger angles to each other"};
+  }
+  return std::nullopt;
+}
+
+// Rows of d displacement / d parameters.
+MatrixXd displacementSlopes(const Matrix3d& inverse, const Vector3d& displacement) {
+  MatrixXd slopes{3, kParameters};
+  for (Index sensor = 0; sensor < 3; ++sensor) {
+    slopes.middleCols(4 * sensor, 4) =
+        -inverse.col(sensor) * Eigen::RowVector4d{displacement[0], displacement[1], displacement[2], 1.0};
+  }
+  return slopes;
+}
+
+struct Balls {
+  Eigen::VectorXd values;
+  MatrixXd slopes;
+};
+
+Balls ballsOf(const Table& table, const SensorHead& head, const Vector3d& tool) {
+  const MatrixXd readings = columnsOf(table, kReadingColumns);
+  const Matrix3d inverse = head.matrix.inverse();
+  Balls balls{Eigen::VectorXd{3 * readings.rows()}, MatrixXd{3 * readings.rows(), kParameters}};
+  for (Index i = 0; i < readings.rows(); ++i) {
+    const Vector3d sensors = readings.row(i).tail<3>().transpose();
+    balls.values.segment<3>(3 * i) = head.ball(readings.row(i).head<3>().transpose(), tool, sensors);
+    balls.slopes.middleRows<3>(3 * i) = displacementSlopes(inverse, head.displacement(sensors));
+  }
+  return balls;
+}
+
+// The noise of every reading comes on top of that of the calibration. seen: of a ball, per unit sigma of three sensors.
+void addReadingNoise(Result& result, const Matrix3d& seen) {
+  auto& sd = result.estimates.back().sd;
+  const Matrix3d own = seen * seen.transpose();
+  for (std::size_t k = 0; k < sd.size(); ++k) {
+    const auto axis = static_cast<Index>(k % 3);
+    sd[k] = std::sqrt(sd[k] * sd[k] + own(axis, axis));
+  }
+  const auto size = result.covariance ? static_cast<Index>(result.covariance->components.size()) : 0;
+  Eigen::Map<MatrixXd> covariance{size > 0 ? result.covariance->values.data() : nullptr, size, size};
+  for (Index ball = kParameters; ball < size; ball += 3) covariance.block<3, 3>(ball, ball) += own;
+}
+
+}  // namespace
+
+Vector3d SensorHead::displacement(const Vector3d& sensors) const {
+  return matrix.inverse() * (sensors - zero);
+}
+
+Vector3d SensorHead::ball(const Vector3d& machine, const Vector3d& tool, const Vector3d& sensors) const {
+  return machine + tool + displacement(sensors);
+}
+
+Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_sensor");
+  if (!sigma) return sigma.error();
+  const auto tool = configVector(dataset, "tool_vector_mm");
+  if (!tool) return tool.error();
+  const auto reference = configVector(dataset, "reference_mm");
+  if (!reference) return reference.error();
+  const auto table = checkedTable(dataset, "moves", kMoveColumns);
+  if (!table) return table.error();
+  const MatrixXd moves = columnsOf(**table, kMoveColumns);
+  const auto fit = fitHead(moves, sigma->value);
+  if (!fit) return fit.error();
+  SensorHead head;
+  MatrixXd pick_matrix = MatrixXd::Zero(9, kParameters);
+  MatrixXd pick_zero = MatrixXd::Zero(3, kParameters);
+  for (Index sensor = 0; sensor < 3; ++sensor) {
+    head.matrix.row(sensor) = fit->parameters.segment<3>(4 * sensor).transpose();
+    head.zero[sensor] = fit->parameters[4 * sensor + 3];
+    pick_matrix.block<3, 3>(3 * sensor, 4 * sensor).setIdentity();
+    pick_zero(sensor, 4 * sensor + 3) = 1.0;
+  }
+  Answer answer{dataset, fit.value(), sigma.value()};
+  answer.readingIs("one sensor", "units of the sensors");
+  const std::optional<double> noise = answer.readingSd();
+  if (auto refusal = badHead(head.matrix, moves, noise.value_or(0.0))) return *refusal;
+  answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit->parameters, pick_matrix);
+  answer.promiseVector("sensor_zero", head.zero, pick_zero);
+  const Vector3d sensitivity = head.matrix.rowwise().norm();
+  answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
+  if (reference.value()) {
+    // Where the sensors all read zero the ball is away from the reference by -K^-1 zero.
+    const Matrix3d inverse = head.matrix.inverse();
+    const Vector3d centre = inverse * head.zero;
+    const Vector3d at = Vector3d{reference.value()->data()} + centre;
+    answer.alsoVector("centred_mm", at, -displacementSlopes(inverse, -centre));
+  }
+  if (dataset.table("readings")) {
+    const auto readings = checkedTable(dataset, "readings", kReadingColumns);
+    if (!readings) return readings.error();
+    const Vector3d vector = tool.value() ? Vector3d{tool.value()->data()} : Vector3d{Vector3d::Zero()};
+    const Balls balls = ballsOf(**readings, head, vector);
+    answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
+  }
+  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  answer.result().convention =
+      "sensors = zero + matrix * place of the ball from the head's reference; rms in the unit of "
+      "the sensors";
+  answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
+  Result result = std::move(answer).take(true);
+  if (dataset.table("readings")) addReadingNoise(result, head.matrix.inverse() * noise.value_or(0.0));
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,34 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// An R-test sensor head: three displacement sensors on the spindle that look at one ball from different sides. Reading
+// = zero + matrix * (place of the ball from the head's reference, mm) (CN112247668, docs/metrology.md (E1)).
+struct SensorHead {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // K, in units of the sensors per mm; a row a sensor
+  Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+
+  // Place of the ball from the reference, mm.
+  Eigen::Vector3d displacement(const Eigen::Vector3d& sensors) const;
+  // The ball in the machine, mm: machine position, tool vector and displacement.
+  Eigen::Vector3d ball(const Eigen::Vector3d& machine, const Eigen::Vector3d& tool,
+                       const Eigen::Vector3d& sensors) const;
+};
+
+// Method "sensor-head-calibration": the head's matrix from small moves of the machine beside a ball that stands still
+// ((E1)). Table moves{ux_mm,uy_mm,uz_mm,s1,s2,s3}: where the ball is from the reference, that is minus the machine's
+// move, and what the sensors say. Table readings{x_mm,y_mm,z_mm,s1,s2,s3} where wanted: machine positions and sensors.
+// Config: sigma_sensor, of one sensor, in its unit; tool_vector_mm. Gives sensor_matrix and sensor_zero; with readings
+// also ball_mm, a row a reading. Also sensitivity, in units per mm, of each sensor, and with reference_mm (the
+// machine's position at the reference) centred_mm: where the machine stands when all sensors read zero. Refuses:
+// bad-config, dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise),
+// what linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
+Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,164 @@
+#include "firmware/metrology/scan/contour_match.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/scan/non_contact_probe.hpp"
+#include "firmware/metrology/scan/waveform_match.hpp"
+#include "firmware/metrology/touch/previous_delay.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kCentreError_mm = 0.2;
+constexpr double kDroppedShare = 0.10;
+constexpr double kLongestSmooth_s = 0.1;
+
+// How far the stated feature is off, from distance + g deflection = constant + places . off.
+std::optional<Refusal> wrongPlace(const ContourScan& scan, double tau) {
+  const auto places = static_cast<Index>(scan.places.size());
+  const Index size = 2 + places;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+  VectorXd right = VectorXd::Zero(size);
+  VectorXd row = VectorXd::Ones(size);
+  std::size_t cursor = 0;
+  for (std::size_t k = 0; k < scan.step.size(); k += strideOf(scan.step.size())) {
+    for (std::size_t i = 0; i < scan.places.size(); ++i) row[2 + static_cast<Index>(i)] = scan.places[i][k];
+    row[1] = -between(scan.deflection.times, scan.deflection.values, scan.distance.times[k] - tau, cursor);
+    normal += row * row.transpose();
+    right += row * scan.distance.values[k];
+  }
+  const VectorXd solution = normal.fullPivLu().solve(right);
+  const double off_mm = solution.tail(places).norm();
+  if (off_mm <= kCentreError_mm) return std::nullopt;
+  return Refusal{"centre-error", scan.name + ": the stated centre is off by " + text(off_mm) +
+                                     " mm, 0.2 mm are allowed; measure the feature's centre again"};
+}
+
+// Stretches of machine time without samples of either stream, a period wider at either end.
+std::vector<std::pair<double, double>> gapsOf(const ContourScan& scan, double tau) {
+  std::vector<std::pair<double, double>> gaps;
+  for (const auto& [signal, shift] : {std::pair{&scan.distance, 0.0}, std::pair{&scan.deflection, tau}}) {
+    const double period = signal->period();
+    for (std::size_t k = 1; k < signal->times.size(); ++k) {
+      if (signal->times[k] - signal->times[k - 1] <= kGapPeriods * period) continue;
+      gaps.emplace_back(signal->times[k - 1] + shift - period, signal->times[k] + shift + period);
+    }
+  }
+  std::ranges::sort(gaps);
+  return gaps;
+}
+
+struct Smoothed {
+  VectorXd rate;
+  VectorXd value;
+};
+
+// Averaged twice over 2 half + 1 points; the rate by the points on either side.
+Smoothed smoothed(const VectorXd& steps, Index half, double step_s) {
+  Smoothed result{VectorXd::Zero(steps.size()), boxed(boxed(steps, half), half)};
+  const Index n = steps.size() - 2;
+  result.rate.segment(1, n) = (result.value.tail(n) - result.value.head(n)) / (2.0 * step_s);
+  return result;
+}
+
+// The smoothing that tells most of tau: the more, the less noise is in the instrument, but the less it looks like the
+// motion. The probe's rate tells what it looks like, with a noise of its own.
+Smoothed bestSmoothed(const VectorXd& steps, const VectorXd& probe_rate, double step_s) {
+  Smoothed best;
+  double most = -1.0;
+  for (Index half = 1; static_cast<double>(4 * half) * step_s < kLongestSmooth_s; half += 1 + half / 2) {
+    Smoothed tried = smoothed(steps, half, step_s);
+    const double squares = tried.rate.squaredNorm();
+    const double seen = tried.rate.dot(probe_rate);
+    const double told = squares > 0.0 ? seen * seen / squares : 0.0;
+    if (told <= most) break;
+    most = told;
+    best = std::move(tried);
+  }
+  return best;
+}
+
+// What the distance and its errors look like on the grid. start: the delay, to within a few samples.
+Eigen::MatrixXd shapesOf(const ContourScan& scan, double start, const Grid& grid) {
+  const Index n = grid.times.size();
+  const auto places = static_cast<Index>(scan.places.size());
+  Eigen::MatrixXd shapes{n, 3 + places};
+  VectorXd steps{n};
+  VectorXd probe_rate{n};
+  std::size_t machine = 0;
+  std::size_t probe = 0;
+  double before = between(scan.deflection.times, scan.deflection.values, grid.times[0] - start - grid.step, probe);
+  for (Index k = 0; k < n; ++k) {
+    const double t = grid.times[k];
+    shapes(k, 2) = 1.0;
+    const std::size_t before_here = machine;
+    for (Index i = 0; i < places; ++i) {
+      machine = before_here;
+      shapes(k, 3 + i) = between(scan.distance.times, scan.places[static_cast<std::size_t>(i)], t, machine);
+    }
+    const double at = between(scan.deflection.times, scan.deflection.values, t - start, probe);
+    probe_rate[k] = at - before;
+    before = at;
+  }
+  const auto errors = shapes.rightCols(1 + places);
+  steps = grid.q - errors * (errors.transpose() * errors).ldlt().solve(errors.transpose() * grid.q);
+  const Smoothed best = bestSmoothed(steps, probe_rate, grid.step);
+  shapes.col(0) = best.rate;
+  shapes.col(1) = -best.value;
+  return shapes;
+}
+
+WaveformPair seenTwice(const ContourScan& scan, double tau) {
+  WaveformPair record;
+  record.name = scan.name;
+  record.machine = &scan.distance;
+  record.probe = &scan.deflection;
+  const double margin = 4.0 * std::max(scan.distance.period(), scan.deflection.period());
+  record.from = std::max(scan.distance.times.front(), scan.deflection.times.front() + tau) + margin;
+  record.until = std::min(scan.distance.times.back(), scan.deflection.times.back() + tau) - margin;
+  record.shapes = [&scan, tau](const Grid& grid) { return shapesOf(scan, tau, grid); };
+  record.skipped = gapsOf(scan, tau);
+  return record;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question,
+                                    std::span<const std::string_view> keys) {
+  const auto previous = previousDelay(dataset, 1);
+  if (!previous) return previous.error();
+  const auto distances = readsDistances(dataset);
+  if (!distances) return distances.error();
+  Dataset converted;
+  if (distances.value()) {
+    auto deflections = withDeflections(dataset, "scan", Undeflected::farthest);
+    if (!deflections) return deflections.error();
+    converted = std::move(deflections).value();
+  }
+  const auto scans = readScans(distances.value() ? converted : dataset, question);
+  if (!scans) return scans.error();
+  const auto start = coarseDelay(scans.value(), question.window_s);
+  if (!start) return start.error();
+  std::vector<WaveformPair> records;
+  for (const auto& scan : scans.value()) {
+    if (auto refusal = wrongPlace(scan, start.value())) return *refusal;
+    records.push_back(seenTwice(scan, start.value()));
+  }
+  const auto match = matchWaveforms(records, start.value(), Interpolation::cubic);
+  if (!match) return match.error();
+  if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
+  return reportMatch(dataset, match.value(), previous.value(), keys);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,19 @@
+#pragma once
+#include <span>
+#include <string_view>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/scan/contour_scan.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// The delay that settles distance + g deflection over all scans of a dataset (CN101622513, docs/metrology.md (A13),
+// (A14), (A22)), from a probe that deflects or reads distances. keys: those of the configuration that the method reads.
+// Gives tau_s. Refuses what readScans, coarseDelay and matchWaveforms refuse; bad-config; centre-error (the feature is
+// off its place by more than 0.2 mm); residual-too-large. Gaps are left out.
+Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question,
+                                    std::span<const std::string_view> keys);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/scan/feature_distance.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One scan along a feature, in contact all the way.
+struct ContourScan {
+  std::string name;
+  double speed_mm_s{};
+  Signal distance;                          // mm, machine from the stated feature
+  Signal deflection;                        // mm
+  std::vector<std::vector<double>> places;  // at the machine's stamps: what the distance errs by per mm that the
+                                            // feature is off along each direction that the scan sees
+  std::vector<double> step;                 // mm: the distance less its mean and what looks like an error of the place
+};
+
+struct ScanQuestion {
+  FeatureDistance feature;
+  Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};
+  double window_s{};               // of the search for the delay
+  std::string varies{"distance"};  // "radius": what has to change, for sentences
+  bool in_circles{};               // about the feature, so that a scan repeats itself
+};
+
+// Config key search_window_s. Refuses: missing-key, bad-config, window-too-small.
+Outcome<double, Refusal> searchWindow(const Dataset& dataset);
+
+// The scans of the tables machine, probe and scans, in the order of the last. Refuses what checkedTable refuses, and:
+// unknown-scan, bad-speed, too-few-samples (fifty), time-not-rising, duplicated-reading (two scans with the same
+// samples), contact-lost, constant-distance or constant-radius (squares of its rate under ten times those of its
+// noise), window-too-large (half a turn, or half a scan).
+Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question);
+
+// Where the rates of distance and deflection match best (A13), s: the highest peak of their correlation over the search
+// window, refined by a parabola through the three topmost values. Refuses: rival-peak (another above 0.6 of it, or
+// steps that repeat within twice the window), no-peak.
+Outcome<double, Refusal> coarseDelay(const std::vector<ContourScan>& scans, double window_s);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,234 @@
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/scan/waveform_pair.hpp"
+
+// Of matchWaveforms() alone.
+namespace probebox::metrology {
+
+inline constexpr Eigen::Index kLeast = 12;  // points of the grid
+inline constexpr double kLeastDeviation_mm = 1e-12;
+inline constexpr double kFinest = 0.1;     // of that: noise that is not believed to be smaller
+inline constexpr double kFollowed = 1e-3;  // of the motion: what cubics may miss it by
+
+// One record on its grid. shapes: those of the record, rows that are left out set to zero.
+class ResampledPair {
+ public:
+  using Index = Eigen::Index;
+  using MatrixXd = Eigen::MatrixXd;
+  using VectorXd = Eigen::VectorXd;
+
+  ResampledPair(const WaveformPair& record, Interpolation interpolation)
+      : record_{record},
+        interpolation_{interpolation},
+        machine_{*record.machine, interpolation},
+        probe_{*record.probe, interpolation},
+        machine_variance_{varianceOf(*record.machine)},
+        probe_variance_{varianceOf(*record.probe)} {
+    const double machine_period = record.machine->period();
+    const double probe_period = record.probe->period();
+    grid_.step = std::min(machine_period, probe_period);
+    density_machine_ = machine_variance_ * machine_period / grid_.step;
+    density_probe_ = probe_variance_ * probe_period / grid_.step;
+    const double steps = (record.until - record.from) / grid_.step;
+    const Index n = steps > 0.0 ? static_cast<Index>(steps) + 1 : 0;
+    grid_.times.resize(n);
+    grid_.q.resize(n);
+    std::size_t cursor = 0;
+    for (Index k = 0; k < n; ++k) {
+      grid_.times[k] = record.from + static_cast<double>(k) * grid_.step;
+      grid_.q[k] = machine_.at(grid_.times[k], cursor).value;
+    }
+    offered_ = VectorXd::Ones(n);
+    for (const auto& [from, until] : record.skipped) {
+      for (Index k = firstAtOrAfter(from); k < n && grid_.times[k] <= until; ++k) offered_[k] = 0.0;
+    }
+    delta_.resize(n);
+    rate_.resize(n);
+    use(offered_);
+    machine_variance_ = std::max(machine_variance_, std::pow(kFinest * missed(), 2));
+    // Samples that are rounded alike tell less about what they are off by.
+    if (record.rounded) machine_variance_ = record.rounded->own;
+  }
+
+  Index size() const { return static_cast<Index>(offered_.sum()); }
+  // Some thousand points tell a mean or a median.
+  Index stride() const { return static_cast<Index>(strideOf(static_cast<std::size_t>(used_.size()))); }
+  Index usedSize() const { return static_cast<Index>(used_.sum()); }
+  Index unknowns() const { return shapes_.cols() - 1; }
+  const WaveformPair& record() const { return record_; }
+  // Deviation of e that is never taken for an outlier's.
+  double least() const {
+    return std::max(missed(), record_.rounded ? std::sqrt(record_.rounded->own + record_.rounded->common) : 0.0);
+  }
+  // What interpolation may miss the motion by; nothing is known of lines, which miss kinks.
+  double missed() const {
+    if (interpolation_ == Interpolation::linear || shapes_.size() == 0) return 0.0;
+    return kFollowed * std::sqrt(shapes_.col(1).squaredNorm() / static_cast<double>(shapes_.rows()));
+  }
+
+  // Nuisances g, b at a delay, and what the instrument that does not see them says of tau.
+  bool settleAt(double tau) {
+    std::size_t cursor = 0;
+    for (Index k = 0; k < grid_.times.size(); ++k) {
+      const auto sample = probe_.at(grid_.times[k] - tau, cursor);
+      delta_[k] = sample.value;
+      rate_[k] = sample.rate;
+    }
+    const Index m = unknowns();
+    MatrixXd seen{m + 1, m};  // Z' J, J being the derivative of e by g and b
+    seen << instruments_.transpose() * delta_, -products_;
+    const Eigen::FullPivLU<MatrixXd> lu{seen.bottomRows(m)};
+    if (!lu.isInvertible()) return false;
+    nuisance_ = lu.solve(-seen_q_.tail(m));
+    shares_ = MatrixXd{seen.bottomRows(m).transpose()}.fullPivLu().solve(seen.row(0).transpose());
+    const VectorXd slope = -nuisance_[0] * (instruments_.transpose() * rate_);
+    score_ = seen_q_[0] + seen.row(0).dot(nuisance_);
+    information_ = slope[0] - shares_.dot(slope.tail(m));
+    return std::isfinite(score_) && std::isfinite(information_);
+  }
+
+  double score() const { return score_; }
+  double information() const { return information_; }
+  // Variance of the score for noise that the grid is fine for: to weigh records with.
+  double roughVariance() const {
+    const VectorXd z = ownInstrument();
+    return (density_machine_ + nuisance_[0] * nuisance_[0] * density_probe_) * z.squaredNorm();
+  }
+  // The same sample by sample, times how large e is where the motion is fast against elsewhere: stamps that jitter.
+  double variance() const {
+    const VectorXd z = ownInstrument();
+    VectorXd machine = VectorXd::Zero(static_cast<Index>(record_.machine->times.size()));
+    VectorXd probe = VectorXd::Zero(static_cast<Index>(record_.probe->times.size()));
+    std::size_t machine_cursor = 0;
+    std::size_t probe_cursor = 0;
+    for (Index k = 0; k < z.size(); ++k) {
+      if (z[k] == 0.0) continue;
+      machine_.addGains(grid_.times[k], z[k], machine_cursor, machine);
+      probe_.addGains(grid_.times[k] - tau_, z[k], probe_cursor, probe);
+    }
+    const double common = record_.rounded ? record_.rounded->of_sum(machine) : 0.0;
+    return common + jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
+                                       nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
+  }
+  // Residuals at a delay that was settled at.
+  void finishAt(double tau) {
+    tau_ = tau;
+    const Index m = unknowns();
+    e_ = grid_.q + nuisance_[0] * delta_ - shapes_.rightCols(m - 1) * nuisance_.tail(m - 1);
+  }
+  // J'J of e by tau, g and b, for e of unit variance; the signs of columns do not matter.
+  MatrixXd normal() const {
+    MatrixXd jacobian{used_.size(), 1 + unknowns()};
+    jacobian << nuisance_[0] * rate_, delta_, shapes_.rightCols(unknowns() - 1);
+    const MatrixXd seen = used_.asDiagonal() * jacobian;
+    return seen.transpose() * seen / std::max(expectedSquare(), kLeastDeviation_mm * kLeastDeviation_mm);
+  }
+  const VectorXd& residuals() const { return e_; }
+  VectorXd usedResiduals() const { return e_.cwiseProduct(used_); }
+  bool offered(Index k) const { return offered_[k] != 0.0; }
+  bool used(Index k) const { return used_[k] != 0.0; }
+  double timeOf(Index k) const { return grid_.times[k]; }
+  // Mean square of e as the noise of the samples and their interpolation have it.
+  double expectedSquare() const {
+    double machine = 0.0;
+    double probe = 0.0;
+    double count = 0.0;
+    std::size_t machine_cursor = 0;
+    std::size_t probe_cursor = 0;
+    for (Index k = 0; k < used_.size(); k += stride()) {
+      if (!used(k)) continue;
+      machine += machine_.varianceAt(grid_.times[k], machine_cursor);
+      probe += probe_.varianceAt(grid_.times[k] - tau_, probe_cursor);
+      ++count;
+    }
+    const double sum = machine_variance_ * machine + nuisance_[0] * nuisance_[0] * probe_variance_ * probe;
+    return (count > 0.0 ? sum / count : 0.0) + missed() * missed() + (record_.rounded ? record_.rounded->common : 0.0);
+  }
+  // Leaves out what lies beyond so many deviations; whether that changes anything.
+  bool leaveOut(double deviations, double deviation) {
+    const double jitter = jitterBeyond(deviation);
+    const Eigen::ArrayXd variance = deviation * deviation + jitter * jitter * shapes_.col(0).array().square();
+    const VectorXd within =
+        (e_.array().square() <= deviations * deviations * variance).cast<double>() * offered_.array();
+    if (within == used_) return false;
+    use(within);
+    return true;
+  }
+
+ private:
+  double varianceOf(const Signal& signal) const {
+    return interpolation_ == Interpolation::linear ? smallerVariance(signal)
+                                                   : sampleVariance(signal, Interpolation::cubic);
+  }
+  Index firstAtOrAfter(double t) const {
+    const double steps = std::ceil((t - record_.from) / grid_.step);
+    return static_cast<Index>(std::clamp(steps, 0.0, static_cast<double>(grid_.times.size())));
+  }
+  // Stamps that jitter make e larger where the motion is fast, which is where the instrument looks.
+  double jitterFactor(const VectorXd& z) const {
+    const VectorXd weights = z.cwiseAbs2();
+    const double mean_square = usedResiduals().squaredNorm() / used_.sum();
+    return mean_square > 0.0 ? weights.dot(e_.cwiseAbs2()) / (weights.sum() * mean_square) : 1.0;
+  }
+  // What e is larger by where the motion is fast, per rate; 0 where it is not.
+  double jitterBeyond(double deviation) const {
+    const Eigen::ArrayXd rates = shapes_.col(0).array().abs() * offered_.array();
+    const double fast = 0.5 * rates.maxCoeff();
+    std::vector<double> sizes;
+    double squares = 0.0;
+    for (Index k = 0; k < rates.size(); k += stride()) {
+      if (!(rates[k] > fast)) continue;
+      sizes.push_back(std::abs(e_[k]));
+      squares += rates[k] * rates[k];
+    }
+    if (sizes.empty()) return 0.0;
+    const double mean_square = squares / static_cast<double>(sizes.size());
+    const double there = 1.4826 * median(sizes);
+    return std::sqrt(std::max(0.0, there * there - deviation * deviation) / mean_square);
+  }
+  // What does not depend on tau: products of the instruments with q and with the shapes that it may be off by.
+  void use(const VectorXd& used) {
+    used_ = used;
+    if (grid_.times.size() < kLeast) return;
+    if (shapes_.size() == 0) shapes_ = record_.shapes(grid_);
+    instruments_ = used_.asDiagonal() * shapes_;
+    seen_q_ = instruments_.transpose() * grid_.q;
+    products_ = instruments_.transpose() * shapes_.rightCols(shapes_.cols() - 2);
+  }
+  // The instrument of tau less what the nuisances see of it.
+  VectorXd ownInstrument() const { return instruments_.col(0) - instruments_.rightCols(unknowns()) * shares_; }
+
+  const WaveformPair& record_;
+  Interpolation interpolation_;
+  Interpolant machine_;
+  Interpolant probe_;
+  double machine_variance_;
+  double probe_variance_;
+  double density_machine_{};  // variance of a point of a grid that holds all the noise
+  double density_probe_{};
+  Grid grid_;
+  VectorXd offered_;  // 1 where the record may be compared, else 0
+  VectorXd used_;
+  MatrixXd shapes_;
+  MatrixXd instruments_;
+  VectorXd seen_q_;
+  MatrixXd products_;
+  VectorXd delta_;
+  VectorXd rate_;
+  VectorXd nuisance_;
+  VectorXd shares_;
+  VectorXd e_;
+  double score_{};
+  double information_{};
+  double tau_{};
+};
+
+}  // namespace probebox::metrology

@@ -1,0 +1,239 @@
+#include "firmware/metrology/screw/screw_calibration.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/screw_config.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kGainColumns{"x_mm", "ext_um", "error_um"};
+constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
+constexpr std::array<std::string_view, 6> kKeys{"screw_length_mm", "orgoff_mm",        "sectors",
+                                                "axis_reversed",   "drift_limit_um_s", "axis"};
+constexpr const char* kStandingGain = "K";
+constexpr double kLeastSpanUm = 5.0;
+constexpr std::size_t kLeastSamples = 10;
+constexpr double kLeastTurns = 3.0;
+constexpr double kDriftLimitUmS = 0.1;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+// Deviation of the places inside a sector, in sector widths (0.29 when evenly spread), below which all samples count as
+// taken at one place and tell no slope.
+constexpr double kOnePlace = 0.1;
+constexpr double kEnoughForCurves = 30.0;  // samples a sector
+
+Outcome<Fit, Refusal> fitGain(const Table& table, const ScrewModel& screw) {
+  const auto& positions = *table.column("x_mm");
+  const auto& extensions = *table.column("ext_um");
+  const auto& errors = *table.column("error_um");
+  const auto [least, greatest] = std::ranges::minmax(extensions);
+  if (greatest - least < kLeastSpanUm) {
+    return Refusal{"extension-span-too-small", "the extensions span " + text(greatest - least) +
+                                                   " um, less than 5: warm the screw further between the readings"};
+  }
+  const auto rows = static_cast<Eigen::Index>(table.rows());
+  Eigen::MatrixXd design{rows, 1};
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    design(k, 0) = leverOf(screw, positions[row]) * extensions[row];
+  }
+  return linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{errors.data(), rows});
+}
+
+// The samples of a slow rotation: in which sector, and where inside it (-0.5 to 0.5 widths).
+struct Face {
+  std::size_t sectors{};
+  std::vector<std::size_t> sector;
+  std::vector<double> place;
+  std::vector<double> time;  // s, about the mean
+  const std::vector<double>* sensor{};
+};
+
+Face faceOf(const Table& table, std::size_t sectors) {
+  Face face{.sectors = sectors, .sector = {}, .place = {}, .time = *table.column("t_s"), .sensor = nullptr};
+  for (const double angle : *table.column("phi_rad")) {
+    const std::size_t sector = sectorAt(angle, sectors);
+    const double turns = angle / kTurn;
+    face.sector.push_back(sector);
+    face.place.push_back((turns - std::floor(turns)) * static_cast<double>(sectors) - static_cast<double>(sector) -
+                         0.5);
+  }
+  double mean = 0.0;
+  for (const double t : face.time) mean += t / static_cast<double>(face.time.size());
+  for (double& t : face.time) t -= mean;
+  face.sensor = table.column("sensor_um");
+  return face;
+}
+
+std::optional<Refusal> tooLittle(const Face& face, const std::vector<double>& angles) {
+  std::vector<std::size_t> counts(face.sectors, 0);
+  for (const auto sector : face.sector) ++counts[sector];
+  for (std::size_t sector = 0; sector < face.sectors; ++sector) {
+    const std::string where = "sector " + std::to_string(sector) + " of " + std::to_string(face.sectors);
+    if (counts[sector] == 0) {
+      return Refusal{"empty-sector", where + " has no sample: turn the screw through whole turns, slowly"};
+    }
+    if (counts[sector] < kLeastSamples) {
+      return Refusal{"too-few-samples", where + " has " + std::to_string(counts[sector]) +
+                                            " samples, fewer than 10: turn more slowly or more often"};
+    }
+  }
+  double turned = 0.0;
+  for (std::size_t k = 1; k < angles.size(); ++k) turned += std::remainder(angles[k] - angles[k - 1], kTurn) / kTurn;
+  // The last sample of a whole turn stands one step before its end.
+  const double step = std::abs(turned) / static_cast<double>(angles.size() - 1);
+  if (std::abs(turned) + 1.5 * step < kLeastTurns) {
+    return Refusal{"too-few-turns", "the screw turned " + text(std::abs(turned)) +
+                                        " times: drift and face are told apart from 3 whole turns on"};
+  }
+  return std::nullopt;
+}
+
+// Degree of the polynomial that the face follows inside a sector: what its samples can tell.
+int degreeOf(const Face& face) {
+  std::vector<double> count(face.sectors, 0.0);
+  std::vector<double> sum(face.sectors, 0.0);
+  std::vector<double> squares(face.sectors, 0.0);
+  for (std::size_t k = 0; k < face.sector.size(); ++k) {
+    count[face.sector[k]] += 1.0;
+    sum[face.sector[k]] += face.place[k];
+    squares[face.sector[k]] += face.place[k] * face.place[k];
+  }
+  for (std::size_t s = 0; s < face.sectors; ++s) {
+    const double mean = sum[s] / count[s];
+    if (squares[s] / count[s] - mean * mean < kOnePlace * kOnePlace) return 0;
+  }
+  return std::ranges::min(count) < kEnoughForCurves ? 1 : 2;
+}
+
+// Parameters: mean of each sector, drift, then slope and curvature of each sector. The polynomials are those of
+// Legendre, so the mean over the sector is the first parameter alone.
+Outcome<Fit, Refusal> fitFace(const Face& face) {
+  const auto sectors = static_cast<Eigen::Index>(face.sectors);
+  const auto rows = static_cast<Eigen::Index>(face.sector.size());
+  const int degree = degreeOf(face);
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, sectors * (degree + 1) + 1);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    const auto sector = static_cast<Eigen::Index>(face.sector[row]);
+    const double place = face.place[row];
+    design(k, sector) = 1.0;
+    design(k, sectors) = face.time[row];
+    if (degree > 0) design(k, sectors + 1 + sector) = place;
+    if (degree > 1) design(k, 2 * sectors + 1 + sector) = place * place - 1.0 / 12.0;
+  }
+  return linearLeastSquares(design, Eigen::Map<const Eigen::VectorXd>{face.sensor->data(), rows});
+}
+
+struct Config {
+  ScrewModel screw;
+  std::size_t sectors{};
+  double drift_limit_um_s{};
+};
+
+Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
+  auto screw = screwOf(dataset);
+  if (!screw) return screw.error();
+  const auto sectors = requiredPositive(dataset, "sectors");
+  if (!sectors) return sectors.error();
+  if (sectors.value() != std::floor(*sectors) || *sectors < 2.0 || *sectors > static_cast<double>(kMostSectors)) {
+    return Refusal{"bad-sectors", "config key 'sectors' is " + text(*sectors) + ": give a whole number from 2 to " +
+                                      std::to_string(kMostSectors)};
+  }
+  const auto limit = configPositive(dataset, "drift_limit_um_s");
+  if (!limit) return limit.error();
+  return Config{screw.value(), static_cast<std::size_t>(*sectors), limit->value_or(kDriftLimitUmS)};
+}
+
+// Nothing for a case without true errors, whose K is stated: it is about the face alone.
+Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const ScrewModel& screw) {
+  if (dataset.table("gain_cal") == nullptr) {
+    const auto standing = configNumber(dataset, kStandingGain);
+    if (!standing) return standing.error();
+    if (*standing) return std::optional<Fit>{};
+  }
+  const auto table = checkedTable(dataset, "gain_cal", kGainColumns);
+  if (!table) return table.error();
+  auto fit = fitGain(**table, screw);
+  if (!fit) return fit.error();
+  return std::optional<Fit>{std::move(*fit)};
+}
+
+// Of values that do not depend on each other, those of the first one first.
+Covariance apart(const Covariance& first, const Covariance& second) {
+  Covariance both = first;
+  both.components.insert(both.components.end(), second.components.begin(), second.components.end());
+  const std::size_t n = first.components.size();
+  const std::size_t of = both.components.size();
+  both.values.assign(of * of, 0.0);
+  for (std::size_t i = 0; i < of; ++i) {
+    for (std::size_t k = 0; k < of; ++k) {
+      if (i < n && k < n) both.values[i * of + k] = first.values[i * n + k];
+      if (i >= n && k >= n) both.values[i * of + k] = second.values[(i - n) * (of - n) + k - n];
+    }
+  }
+  return both;
+}
+
+void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
+  Answer of_gain{dataset, gain, {}};
+  of_gain.readingIs("one true error of table gain_cal", "um");
+  of_gain.promiseScalar("K", gain.parameters[0], pick(0, 1, 1).row(0));
+  const Result gain_result = std::move(of_gain).take(true);
+  if (gain_result.covariance && result.covariance) {
+    result.covariance = apart(*gain_result.covariance, *result.covariance);
+  }
+  result.estimates.insert(result.estimates.begin(), gain_result.estimates.front());
+  result.also.push_back(Estimate::scalar("gain_rms_um", gain_result.rms, std::nullopt));
+  result.also.push_back(Estimate::scalar("gain_dof", static_cast<double>(gain_result.dof), std::nullopt));
+  for (const auto& warning : gain_result.warnings) result.warnings.push_back("gain_cal: " + warning);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
+  const auto config = readConfig(dataset);
+  if (!config) return config.error();
+  const auto gain = measuredGain(dataset, config->screw);
+  if (!gain) return gain.error();
+  const auto face_table = checkedTable(dataset, "sector_cal", kFaceColumns);
+  if (!face_table) return face_table.error();
+
+  const Face face = faceOf(**face_table, config->sectors);
+  if (auto refusal = tooLittle(face, *(*face_table)->column("phi_rad"))) return *refusal;
+  const auto fit = fitFace(face);
+  if (!fit) return fit.error();
+
+  const auto sectors = static_cast<Eigen::Index>(config->sectors);
+  const double drift = fit->parameters[sectors];
+  if (std::abs(drift) > config->drift_limit_um_s) {
+    return Refusal{"not-steady", "the sensor drifts by " + text(drift) + " um/s, more than " +
+                                     text(config->drift_limit_um_s) + ": wait until the screw keeps its temperature"};
+  }
+  Answer answer{dataset, fit.value(), {}};
+  answer.readingIs(*gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
+  answer.readings(**face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
+  Eigen::MatrixXd about_mean = pick(0, sectors, fit->parameters.size());
+  about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
+  answer.promiseVector("sector_table_um", about_mean * fit->parameters, about_mean);
+  answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit->parameters.size()).row(0));
+
+  Result result = std::move(answer).take(true);
+  if (*gain) addGain(result, dataset, **gain);
+  std::vector<std::string_view> keys{kKeys.begin(), kKeys.end()};
+  if (!*gain) keys.emplace_back(kStandingGain);
+  for (auto& warning : unusedKeys(dataset, keys)) result.warnings.push_back(std::move(warning));
+  result.convention = *gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
+                            : "K was not measured and stays as it is; rms in um";
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,113 @@
+#include "firmware/metrology/screw/screw_compensation.hpp"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/screw_config.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 4> kCycleColumns{"x_mm", "phi_rad", "rpm", "sensor_um"};
+constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
+constexpr std::array<std::string_view, 9> kKeys{"screw_length_mm",  "orgoff_mm",        "K",
+                                                "threshold_rpm",    "axis_reversed",    "reference_um",
+                                                "extension_min_um", "extension_max_um", "sigma_um"};
+
+std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
+  const auto& numbers = *table.column("sector");
+  const auto& values = *table.column("T_um");
+  const Refusal bad{"bad-sectors", "table 'sector_table' must name the sectors 0 to n - 1, each once, at most " +
+                                       std::to_string(kMostSectors) + ": take the table of screw-calibration"};
+  if (numbers.size() > kMostSectors) return bad;
+  std::vector<bool> seen(numbers.size(), false);
+  for (std::size_t row = 0; row < numbers.size(); ++row) {
+    const double number = numbers[row];
+    if (number != std::floor(number) || number < 0.0 || number >= static_cast<double>(numbers.size())) return bad;
+    const auto sector = static_cast<std::size_t>(number);
+    if (seen[sector]) return bad;
+    seen[sector] = true;
+    screw.sector_um[sector] = values[row];
+  }
+  screw.sector_count = numbers.size();
+  return std::nullopt;
+}
+
+Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
+  auto screw = screwOf(dataset);
+  if (!screw) return screw.error();
+  const auto gain = requiredNumber(dataset, "K");
+  if (!gain) return gain.error();
+  const auto threshold = requiredNumber(dataset, "threshold_rpm");
+  if (!threshold) return threshold.error();
+  if (threshold.value() < 0.0) return Refusal{"bad-config", "config key 'threshold_rpm' is negative"};
+  const auto reference = configNumber(dataset, "reference_um");
+  if (!reference) return reference.error();
+  const auto table = checkedTable(dataset, "sector_table", kSectorColumns);
+  if (!table) return table.error();
+  screw->gain = gain.value();
+  screw->threshold_rpm = threshold.value();
+  screw->reference_um = reference->value_or(0.0);
+  if (auto refusal = fillSectors(screw.value(), **table)) return *refusal;
+  return screw;
+}
+
+std::optional<Refusal> outOfLimits(const Dataset& dataset, const ScrewModel& screw, const std::vector<double>& sensor) {
+  const auto least = configNumber(dataset, "extension_min_um");
+  if (!least) return least.error();
+  const auto greatest = configNumber(dataset, "extension_max_um");
+  if (!greatest) return greatest.error();
+  for (std::size_t row = 0; row < sensor.size(); ++row) {
+    const double extension = sensor[row] - screw.reference_um;
+    if (extension < least->value_or(extension) || extension > greatest->value_or(extension)) {
+      return Refusal{"extension-out-of-limits", "table 'cycle', row " + std::to_string(row + 1) +
+                                                    ": the extension is " + text(extension) +
+                                                    " um, outside extension_min_um to extension_max_um: check the "
+                                                    "sensor"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
+  const auto screw = readScrew(dataset);
+  if (!screw) return screw.error();
+  const auto sigma = configSigma(dataset, "sigma_um");
+  if (!sigma) return sigma.error();
+  const auto table = checkedTable(dataset, "cycle", kCycleColumns);
+  if (!table) return table.error();
+  const auto& positions = *(*table)->column("x_mm");
+  const auto& angles = *(*table)->column("phi_rad");
+  const auto& speeds = *(*table)->column("rpm");
+  const auto& sensor = *(*table)->column("sensor_um");
+  if (auto refusal = outOfLimits(dataset, screw.value(), sensor)) return *refusal;
+
+  Result result;
+  result.method = dataset.method;
+  std::vector<double> compensation;
+  std::vector<double> sd;
+  std::vector<double> design;
+  for (std::size_t row = 0; row < positions.size(); ++row) {
+    const double extension = extensionUm(screw.value(), angles[row], speeds[row], sensor[row]);
+    compensation.push_back(compensationUm(screw.value(), positions[row], extension));
+    design.push_back(std::abs(compensationUm(screw.value(), positions[row], 1.0)));
+    if (sigma->stated) sd.push_back(std::abs(compensationUm(screw.value(), positions[row], sigma->value)));
+  }
+  result.estimates.push_back(Estimate::vector("comp_um", std::move(compensation), std::move(sd)));
+  result.estimates.back().design = std::move(design);
+  result.design_per = "one reading of the sensor, um";
+  result.condition = 1.0;
+  result.warnings = unusedKeys(dataset, kKeys);
+  if (!sigma->stated) result.warnings.emplace_back("no sd: no sigma_um of the sensor is stated, and nothing is fitted");
+  result.convention = "added to the commanded position when K carries the sign of the correction; um";
+  return result;
+}
+
+}  // namespace probebox::metrology

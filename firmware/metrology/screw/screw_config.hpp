@@ -1,0 +1,13 @@
+#pragma once
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/live/screw_model.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Length, offset and sense of the screw of a case: config screw_length_mm, orgoff_mm, axis_reversed.
+// Refuses: missing-key, bad-config.
+Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
+
+}  // namespace probebox::metrology

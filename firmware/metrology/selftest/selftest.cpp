@@ -1,0 +1,236 @@
+#include "firmware/metrology/selftest/selftest.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/configured_gain.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFewestMoved_mm = 0.5;  // less is an axis that stood, or one without an encoder
+constexpr double kScale = 0.02;
+constexpr double kOthers_mm = 0.2;
+constexpr double kDeflected_mm = 0.05;
+constexpr double kAside_rad = std::numbers::pi / 6;
+constexpr std::size_t kFewestRows = 5;
+// Shares of the rows of a step: at rest after it, and with the stylus fully deflected. A machine may start at once, so
+// only the very first rows are at rest before it.
+constexpr double kAfter = 0.05;
+constexpr double kDeepest = 0.02;
+
+constexpr const char* kAxes = "XYZ";
+
+// What a step did, in machine axes.
+struct Step {
+  double number{};
+  Vector3d towards;
+  double travel_mm{};  // 0: a push
+  Vector3d moved_mm, moved_sd_mm;
+  Vector3d deflected_mm, deflected_sd_mm;
+};
+
+struct Rows {
+  std::vector<Vector3d> values;
+
+  std::size_t share(double of_all) const {
+    const auto wanted = static_cast<std::size_t>(of_all * static_cast<double>(values.size()));
+    return std::max(wanted, kFewestRows);
+  }
+  struct Mean {
+    Vector3d value, sd;
+  };
+  static Mean meanOf(std::span<const Vector3d> some) {
+    const auto count = static_cast<double>(some.size());
+    Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
+    for (const auto& value : some) sum += value;
+    const Vector3d mean = sum / count;
+    for (const auto& value : some) squares += (value - mean).cwiseAbs2();
+    return {mean, (squares / std::max(1.0, count - 1) / count).cwiseSqrt()};
+  }
+  Mean before() const { return meanOf(std::span{values}.first(kFewestRows)); }
+  Mean after() const { return meanOf(std::span{values}.last(share(kAfter))); }
+  // Where the stylus was deflected most, but for the few rows beyond: no wild sample decides.
+  Mean deepest() const {
+    std::vector<Vector3d> sorted = values;
+    const Vector3d rest = before().value;
+    std::ranges::sort(sorted, std::greater{}, [&](const Vector3d& value) { return (value - rest).norm(); });
+    const std::size_t some = share(kDeepest);
+    return meanOf(std::span{sorted}.subspan(std::min(some, sorted.size() - some), some));
+  }
+};
+
+Rows rowsOf(const Table& table, double touch, std::array<std::string_view, 3> columns) {
+  Rows rows;
+  const auto& numbers = *table.column("touch");
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (numbers[i] != touch) continue;
+    rows.values.emplace_back((*table.column(columns[0]))[i], (*table.column(columns[1]))[i],
+                             (*table.column(columns[2]))[i]);
+  }
+  return rows;
+}
+
+Outcome<Eigen::Matrix3d, Refusal> gainOf(const Dataset& dataset) {
+  if (dataset.config.contains("gain")) return configGain(dataset, "gain");
+  return Refusal{"bad-config", "gain is needed: give the probe's matrix, three rows of three numbers"};
+}
+
+Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
+  const auto machine = checkedTable(dataset, "machine", kMachineColumns);
+  if (!machine) return machine.error();
+  const auto probe = checkedTable(dataset, "probe", kProbeColumns);
+  if (!probe) return probe.error();
+  const auto touches = checkedTable(dataset, "touches", kTouchesColumns);
+  if (!touches) return touches.error();
+  const auto kinds = checkedTable(dataset, "steps", kSelftestColumns);
+  if (!kinds) return kinds.error();
+  const auto gain = gainOf(dataset);
+  if (!gain) return gain.error();
+  std::vector<Step> steps;
+  const auto& normal_of = **touches;
+  for (std::size_t i = 0; i < normal_of.rows(); ++i) {
+    const double number = (*normal_of.column("touch"))[i];
+    const auto& numbers = *(*kinds)->column("touch");
+    const auto kind = std::ranges::find(numbers, number);
+    const Rows positions = rowsOf(**machine, number, {"x_mm", "y_mm", "z_mm"});
+    const Rows channels = rowsOf(**probe, number, {"a", "b", "c"});
+    if (kind == numbers.end() || positions.values.size() < kFewestRows || channels.values.size() < kFewestRows)
+      return Refusal{"incomplete-step", "step " + text(number) + " has no row in steps, or fewer than 5 rows in " +
+                                            "machine or probe: record it again"};
+    const auto from = positions.before(), to = positions.after();
+    const auto rest = channels.before(), deep = channels.deepest();
+    steps.push_back(
+        {.number = number,
+         .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},
+         .travel_mm = (*(*kinds)->column("travel_mm"))[static_cast<std::size_t>(kind - numbers.begin())],
+         .moved_mm = to.value - from.value,
+         .moved_sd_mm = (from.sd.cwiseAbs2() + to.sd.cwiseAbs2()).cwiseSqrt(),
+         .deflected_mm = *gain * (deep.value - rest.value),
+         .deflected_sd_mm = (gain->cwiseAbs2() * (deep.sd.cwiseAbs2() + rest.sd.cwiseAbs2())).cwiseSqrt()});
+  }
+  return steps;
+}
+
+std::string printed(const char* format, auto... values) {
+  std::array<char, 320> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+Eigen::Index largest(const Vector3d& vector) {
+  Eigen::Index at = 0;
+  vector.cwiseAbs().maxCoeff(&at);
+  return at;
+}
+
+Finding judgeJog(const Step& step) {
+  const Eigen::Index axis = largest(step.towards);
+  const Eigen::Index moved = largest(step.moved_mm);
+  const double by_mm = step.moved_mm[axis] * (step.towards[axis] < 0 ? -1 : 1);
+  const double travel_mm = step.travel_mm;
+  const char name = kAxes[axis], other = kAxes[moved];
+  if (step.moved_mm.cwiseAbs().maxCoeff() < kFewestMoved_mm)
+    return {false, "axis-stood",
+            printed("%c was to move by %g mm, and no encoder saw it: check the encoder's cable and input of %c, or jog "
+                    "it again.",
+                    name, travel_mm, name)};
+  if (moved != axis)
+    return {false, "axes-exchanged",
+            printed("%c was to move, and %c counted %+.3f mm: the encoder inputs of %c and %c are exchanged, or the "
+                    "other axis was jogged.",
+                    name, other, step.moved_mm[moved], name, other)};
+  if (by_mm < 0)
+    return {false, "sense-wrong",
+            printed("%c moved up by %g mm, and counts say %+.3f mm: change the sign of sense in [axis.%c] of "
+                    "machine.toml.",
+                    name, travel_mm, by_mm, name)};
+  Vector3d others = step.moved_mm;
+  others[axis] = 0;
+  if (others.cwiseAbs().maxCoeff() > kOthers_mm)
+    return {false, "not-alone",
+            printed("%c was to move alone, and %c moved %+.3f mm as well: jog one axis only.", name,
+                    kAxes[largest(others)], others[largest(others)])};
+  if (std::abs(by_mm / travel_mm - 1) > kScale)
+    return {false, "scale-wrong",
+            printed("%c moved by %g mm, and counts say %.3f mm: multiply counts_per_mm in [axis.%c] of machine.toml by "
+                    "%.6g, or jog by exactly %g mm.",
+                    name, travel_mm, by_mm, name, by_mm / travel_mm, travel_mm)};
+  return {true, "", printed("%c counts up as it moves up: %+.3f mm of %g mm.", name, by_mm, travel_mm)};
+}
+
+Finding judgePush(const Step& step) {
+  const Eigen::Index axis = largest(step.towards);
+  const char name = kAxes[axis];
+  const char sign = step.towards[axis] < 0 ? '-' : '+';
+  const double depth_mm = step.deflected_mm.norm();
+  if (depth_mm < kDeflected_mm)
+    return {false, "not-deflected",
+            printed("The stylus was to be pushed towards %c%c, and the probe says %.3f mm: check its cable and its "
+                    "receiver, or push it further.",
+                    sign, name, depth_mm)};
+  const Vector3d direction = step.deflected_mm / depth_mm;
+  const double along = std::clamp(direction.dot(step.towards.normalized()), -1.0, 1.0);
+  const double aside_rad = std::acos(along);
+  const auto seen =
+      printed("(%+.3f, %+.3f, %+.3f) mm", step.deflected_mm[0], step.deflected_mm[1], step.deflected_mm[2]);
+  if (aside_rad <= kAside_rad)
+    return {true, "", printed("The probe shows a push towards %c%c as %s.", sign, name, seen.c_str())};
+  if (std::numbers::pi - aside_rad <= kAside_rad)
+    return {false, "probe-sign-wrong",
+            printed("The stylus was pushed towards %c%c, and the probe says %s: change the signs in row %c of gain in "
+                    "probe.toml.",
+                    sign, name, seen.c_str(), name)};
+  return {
+      false, "probe-direction-wrong",
+      printed("The stylus was pushed towards %c%c, and the probe says %s: put the rows of gain in probe.toml in the "
+              "order X Y Z of the machine, or push it again, straight.",
+              sign, name, seen.c_str())};
+}
+
+}  // namespace
+
+Outcome<std::vector<Finding>, Refusal> selftestFindings(const Dataset& dataset) {
+  const auto steps = stepsOf(dataset);
+  if (!steps) return steps.error();
+  std::vector<Finding> findings;
+  for (const Step& step : *steps) findings.push_back(step.travel_mm != 0 ? judgeJog(step) : judgePush(step));
+  return findings;
+}
+
+Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
+  const auto steps = stepsOf(dataset);
+  if (!steps) return steps.error();
+  const auto findings = selftestFindings(dataset);
+  std::optional<Refusal> refusal;
+  for (const Finding& finding : *findings) {
+    if (finding.good) continue;
+    if (!refusal) refusal = Refusal{finding.name, ""};
+    refusal->reason += (refusal->reason.empty() ? "" : " ") + finding.what;
+  }
+  if (refusal) return *refusal;
+  Result result;
+  result.method = "selftest";
+  std::vector<double> moved, moved_sd, deflected, deflected_sd;
+  const auto append = [](std::vector<double>& to, const Vector3d& row) { to.insert(to.end(), row.begin(), row.end()); };
+  for (const Step& step : *steps) {
+    append(moved, step.moved_mm);
+    append(moved_sd, step.moved_sd_mm);
+    append(deflected, step.deflected_mm);
+    append(deflected_sd, step.deflected_sd_mm);
+  }
+  result.estimates.push_back(Estimate::matrix("moved_mm", 3, std::move(moved), std::move(moved_sd)));
+  result.estimates.push_back(Estimate::matrix("deflected_mm", 3, std::move(deflected), std::move(deflected_sd)));
+  result.convention = "one row a step, columns X Y Z of the machine; deflection of the stylus ball against the probe";
+  return result;
+}
+
+}  // namespace probebox::metrology

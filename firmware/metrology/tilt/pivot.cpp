@@ -1,0 +1,138 @@
+#include "firmware/metrology/tilt/pivot.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tilt/tilt_readings.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kSameAngle = 1e-6;  // degrees
+constexpr double kSkewLength = 1.0;  // mm
+
+// Whether points lie far enough apart along the axis to show that it is not quite parallel to its machine axis.
+bool skewSeen(const std::vector<TiltReading>& readings) {
+  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::along);
+  return greatest.along - least.along > kSkewLength && std::ranges::max(readings, {}, &TiltReading::point).point > 0;
+}
+
+std::optional<Refusal> shortArm(const std::vector<TiltReading>& readings, const Fit& fit, const Sigma& sigma) {
+  double longest = 0.0;
+  for (const auto& reading : readings) {
+    longest = std::max(longest, fit.parameters.segment<2>(static_cast<Eigen::Index>(2 + 2 * reading.point)).norm());
+  }
+  return refuseArm(longest, sigma);
+}
+
+// Means over the other axis at tilts of -90 and 0; nothing where the data are not just these, each point at both.
+std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltReading>& readings) {
+  std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
+  std::array<std::vector<std::size_t>, 2> points;
+  for (const auto& reading : readings) {
+    const bool flat = std::abs(reading.tilt_deg) < kSameAngle;
+    if (!flat && std::abs(reading.tilt_deg + 90.0) >= kSameAngle) return std::nullopt;
+    sums[flat ? 1 : 0] += reading.at;
+    points[flat ? 1 : 0].push_back(reading.point);
+  }
+  for (auto& list : points) std::ranges::sort(list);
+  if (points[0] != points[1]) return std::nullopt;
+  const auto n = static_cast<double>(points[0].size());
+  return std::pair<Vector2d, Vector2d>{sums[0] / n, sums[1] / n};
+}
+
+// The pivot where the mean of the readings is along the axis: it moves along a skew one.
+Vector2d amongReadings(const std::vector<TiltReading>& readings, const Fit& fit) {
+  const Vector2d pivot = fit.parameters.head<2>();
+  if (!skewSeen(readings)) return pivot;
+  double along = 0.0;
+  for (const auto& reading : readings) along += reading.along / static_cast<double>(readings.size());
+  return pivot + along * fit.parameters.tail<2>();
+}
+
+// (B28): with r = (|y1 - y2| + |z1 - z2|)/2 the pivot is (y1 -+ r, z2 -+ r), signs as (B29) has them.
+std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, const Vector2d& pivot) {
+  const auto means = quarterTurn(readings);
+  if (!means) return std::nullopt;
+  const auto& [tilted, flat] = *means;
+  const double r = (tilted - flat).cwiseAbs().sum() / 2.0;
+  const Vector2d checked{tilted.x() - std::copysign(r, tilted.x() - pivot.x()),
+                         flat.y() - std::copysign(r, flat.y() - pivot.y())};
+  if ((checked - pivot).norm() <= 1e-6 * (1.0 + r)) return std::nullopt;
+  return Refusal{
+      "pivot-check-disagrees",
+      "the half sums of the readings at -90 and 0 put the pivot " + text((checked - pivot).norm()) +
+          " mm away: the C axis misses the pivot by more than the ball's height; measure at a third tilt, or "
+          "with the ball further out"};
+}
+
+Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltReadings& tilts, const Fit& fit,
+                const TiltNoise& noise, std::span<const std::string_view> keys) {
+  constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
+  Answer answer{dataset, fit, noise.position};
+  for (const auto& warning : noise.warnings) answer.warn(warning);
+  const Table& table = *dataset.table("readings");
+  answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
+  Vector2d pivot = fit.parameters.head<2>();
+  Eigen::MatrixXd rows = pick(0, 2, fit.parameters.size());
+  if (!plane.alphabetical()) {
+    pivot = pivot.reverse().eval();
+    rows = rows.colwise().reverse().eval();
+  }
+  answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
+  answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
+  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
+  return std::move(answer).take(true);
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
+  const auto noise = tiltNoise(dataset);
+  if (!noise) return noise.error();
+  const auto plane = swivelPlane(dataset, "tilt_axis");
+  if (!plane) return plane.error();
+  const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
+  if (!table) return table.error();
+  const auto tilts = tiltReadings(**table, plane.value(), nullptr);
+  const auto& readings = tilts.readings;
+  const auto fit = fitTilts(readings, skewSeen(readings), noise.value());
+  if (!fit) return fit.error();
+  if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
+  // The source's equations know no weights.
+  const auto plain = fitTilts(readings, skewSeen(readings), {noise->position, 0.0, {}});
+  if (!plain) return plain.error();
+  if (auto refusal = failsCheck(readings, amongReadings(readings, plain.value()))) return *refusal;
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kTableTiltKeys);
+  result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
+  return result;
+}
+
+Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
+  const auto noise = tiltNoise(dataset);
+  if (!noise) return noise.error();
+  const auto plane = swivelPlane(dataset, "swivel_axis");
+  if (!plane) return plane.error();
+  const auto ball = tiltedBall(dataset);
+  if (!ball) return ball.error();
+  const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
+  if (!table) return table.error();
+  const auto tilts = tiltReadings(**table, plane.value(), &ball.value());
+  const auto fit = fitTilts(tilts.readings, skewSeen(tilts.readings), noise.value());
+  if (!fit) return fit.error();
+  if (auto refusal = shortArm(tilts.readings, fit.value(), noise->position)) return *refusal;
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kHeadTiltKeys);
+  result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,285 @@
+#include "firmware/metrology/tilt/swivel_error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/relative_sigma.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tilt/swivel_fit.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
+constexpr std::array<std::string_view, 6> kKeys{"swivel_axis",    "sigma_mm", "sigma_shank_mm",
+                                                "sigma_along_mm", "model",    "previous_tau_axis_s"};
+// How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
+constexpr double kChance = 0.003;
+
+using Kind = SwivelKind;
+
+Outcome<std::optional<Kind>, Refusal> statedKind(const Dataset& dataset) {
+  const auto entry = dataset.config.find("model");
+  if (entry == dataset.config.end()) return std::optional<Kind>{};
+  const auto* name = std::get_if<std::string>(&entry->second);
+  if (name && *name == "sine") return std::optional<Kind>{Kind::sine};
+  if (name && *name == "rigid") return std::optional<Kind>{Kind::rigid};
+  if (name && *name == "free") return std::optional<Kind>{Kind::free};
+  return Refusal{"bad-config", "config key 'model' must be \"sine\", \"rigid\" or \"free\""};
+}
+
+constexpr std::array<std::string_view, 3> kNames{"sine", "rigid", "free"};
+
+// Every model that the readings determine, fitted.
+struct Candidates {
+  std::array<std::optional<Fit>, 3> fits;
+  std::optional<Refusal> rigid_refused;
+
+  const std::optional<Fit>& of(Kind kind) const { return fits[static_cast<std::size_t>(kind)]; }
+  // Of a residual, mm; nothing without redundancy.
+  std::optional<double> rms(Kind kind, double sigma) const {
+    const auto& fit = of(kind);
+    if (!fit || fit->dof == 0) return std::nullopt;
+    return sigma * std::sqrt(fit->sumOfSquares() / static_cast<double>(fit->dof));
+  }
+};
+
+// How probable it is that four parameters take off so much of a sum of squares by chance: chi-square with 4 degrees of
+// freedom; F with 4 and `dof` where the variance comes from what is left.
+double chanceOf(double taken_off, double left, std::size_t dof, bool stated) {
+  if (stated) return std::exp(-0.5 * taken_off) * (1.0 + 0.5 * taken_off);
+  const double half = 0.5 * static_cast<double>(dof);
+  const double share = left / (left + taken_off);
+  return std::pow(share, half) * (1.0 + half * (1.0 - share));
+}
+
+bool rigidContradicted(const Candidates& candidates, const Sigma& sigma) {
+  const auto& rigid = candidates.of(Kind::rigid);
+  const auto& free = candidates.of(Kind::free);
+  if (!rigid || !free || (!sigma.stated && free->dof == 0)) return false;
+  const double left = free->sumOfSquares();
+  return chanceOf(rigid->sumOfSquares() - left, left, free->dof, sigma.stated) < kChance;
+}
+
+struct Chosen {
+  SwivelModel model;
+  Fit fit;
+  Kind recommended{Kind::rigid};
+  std::vector<std::string> warnings;
+};
+
+void explain(Chosen& chosen, const Candidates& candidates, double sigma, bool stated) {
+  const Kind kind = chosen.model.kind;
+  if (kind == Kind::sine) {
+    chosen.warnings.emplace_back(
+        "the sine rule leaves out 1 - cos B: between the measured angles it may be wrong by tens of um; use rigid");
+  } else if (kind == Kind::rigid && !chosen.model.one_minus_cosine) {
+    chosen.warnings.emplace_back(
+        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B; its sd holds that "
+        "all of it may be the other: measure at 45 degrees too");
+  }
+  if (chosen.recommended != Kind::free) return;
+  if (!stated) {
+    chosen.warnings.emplace_back(
+        "the readings contradict a rigid head: sin B and 1 - cos B are fitted for each coordinate");
+  } else if (kind != Kind::free) {
+    const auto name = std::string{kNames[static_cast<std::size_t>(kind)]};
+    chosen.warnings.push_back("the readings contradict model " + name + " (rms " +
+                              text(candidates.rms(kind, sigma).value_or(0.0)) + " mm): they support free (rms " +
+                              text(candidates.rms(Kind::free, sigma).value_or(0.0)) + " mm)");
+  }
+}
+
+// Rigid, unless two or more angles contradict it.
+Outcome<Chosen, Refusal> choose(const Candidates& candidates, SwivelModel model, const Sigma& sigma,
+                                std::optional<Kind> stated) {
+  const Kind recommended = model.one_minus_cosine && rigidContradicted(candidates, sigma) ? Kind::free : Kind::rigid;
+  model.kind = stated.value_or(recommended);
+  const auto& fit = candidates.of(model.kind);
+  if (!fit) {
+    if (candidates.rigid_refused) return *candidates.rigid_refused;
+    return Refusal{"ill-conditioned", "the readings do not determine model free: it needs two angles other than zero"};
+  }
+  Chosen chosen{model, *fit, recommended, {}};
+  explain(chosen, candidates, sigma.value, stated.has_value());
+  return chosen;
+}
+
+Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigma) {
+  Candidates candidates;
+  for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
+    // What a shank tells goes with the lengths by a rigid head alone.
+    if (kind != Kind::rigid && readings.byShank()) continue;
+    if (kind == Kind::free && !model.one_minus_cosine) continue;
+    model.kind = kind;
+    auto fit = fitSwivel(readings, model, sigma);
+    if (fit) candidates.fits[static_cast<std::size_t>(kind)] = std::move(fit).value();
+    if (!fit && kind == Kind::rigid) candidates.rigid_refused = fit.error();
+  }
+  return candidates;
+}
+
+// What the model leaves at each angle, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
+// index error of B shows here.
+Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, double sigma,
+                     std::optional<double> reading_sd) {
+  std::map<double, std::vector<std::size_t>> at_angle;
+  for (std::size_t k = 0; k < readings.tips.size(); ++k) at_angle[readings.tips[k].swivel_deg].push_back(k);
+  // Residuals are the readings less what the fit has drawn them to; the two are uncorrelated.
+  const Eigen::MatrixXd design = swivelDesign(readings, chosen.model);
+  const Eigen::MatrixXd seen = chosen.fit.cofactor / (sigma * sigma);
+  const Eigen::VectorXd left = -sigma * chosen.fit.residuals;
+  const auto meanOver = [&](const std::vector<std::size_t>& rows, Eigen::Index axis) {
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(left.size());
+    for (const auto row : rows) {
+      weights[3 * static_cast<Eigen::Index>(row) + axis] = 1.0 / static_cast<double>(rows.size());
+    }
+    return weights;
+  };
+  std::vector<double> values;
+  std::vector<double> sds;
+  for (const auto& [angle, rows] : at_angle) {
+    values.push_back(angle);
+    sds.push_back(0.0);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      Eigen::VectorXd weights = meanOver(rows, axis);
+      if (at_angle.contains(0.0)) weights -= meanOver(at_angle.at(0.0), axis);
+      const Eigen::VectorXd drawn = design.transpose() * weights;
+      const double spread = axis == chosen.model.plane.axis ? readings.along_spread : 1.0;
+      values.push_back(spread * weights.dot(left));
+      sds.push_back(spread * reading_sd.value_or(0.0) *
+                    std::sqrt(std::max(weights.squaredNorm() - drawn.dot(seen * drawn), 0.0)));
+    }
+  }
+  if (!reading_sd) sds.clear();
+  return Estimate::matrix("left_by_angle_mm", 4, std::move(values), std::move(sds));
+}
+
+// What stands beside the answer: which model it is and how well each fits, and all that live corrections need.
+void addModel(Answer& answer, const Chosen& chosen, const Candidates& candidates, const SwivelReadings& readings,
+              double sigma) {
+  const auto& parameters = chosen.fit.parameters;
+  auto& also = answer.result().also;
+  also.push_back(Estimate::scalar("model", static_cast<double>(chosen.model.kind), std::nullopt));
+  also.push_back(Estimate::scalar("recommended_model", static_cast<double>(chosen.recommended), std::nullopt));
+  for (const Kind kind : {Kind::sine, Kind::rigid, Kind::free}) {
+    const auto rms = candidates.rms(kind, sigma);
+    const auto name = "rms_" + std::string{kNames[static_cast<std::size_t>(kind)]} + "_mm";
+    if (rms) also.push_back(Estimate::scalar(name, *rms, std::nullopt));
+  }
+  if (chosen.model.kind == Kind::rigid) {
+    answer.alsoVector("gauge_line_mm", parameters.head(2), pick(0, 2, parameters.size()));
+    Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(2, parameters.size());
+    direction.leftCols(chosen.model.parameters()) = chosen.model.direction();
+    answer.alsoVector("tool_direction_rad", direction * parameters, direction);
+  }
+  if (readings.byShank()) {
+    const Eigen::Index last = parameters.size() - 1;
+    answer.alsoScalar("shank_effective_radius_mm", parameters[last], pick(last, 1, parameters.size()).row(0));
+  }
+  const Eigen::MatrixXd terms = chosen.model.map() * pick(0, chosen.model.parameters(), parameters.size());
+  answer.alsoMatrix("swivel_terms_mm", 4, terms * parameters, terms);
+  also.push_back(leftByAngle(readings, chosen, sigma, answer.readingSd()));
+}
+
+// A tool that hangs along Z with the head level: where a shank touched, what of t is along it is nothing.
+SwivelModel modelFor(const SwivelReadings& readings, const SwivelPlane& plane) {
+  SwivelModel model{.kind = Kind::rigid, .plane = plane, .one_minus_cosine = swivelAngles(readings) >= 2};
+  if (readings.byShank()) model.without = plane.first == 2 ? 0 : 1;
+  return model;
+}
+
+// Of tips and shank, mm.
+void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index axis) {
+  std::vector<std::string> names;
+  std::vector<double> at;
+  for (std::size_t k = 0; k < readings.tips.size(); ++k) {
+    for (const auto part : kParts) {
+      names.push_back("readings " + std::to_string(k + 1) + ", " + std::string{part});
+      at.push_back(readings.tips[k].swivel_deg);
+    }
+  }
+  for (std::size_t k = 0; k < readings.shank.size(); ++k) {
+    names.push_back("shank " + std::to_string(k + 1));
+    at.push_back(readings.shank[k].reading.swivel_deg);
+  }
+  answer.readings(names, at, "B_deg");
+  auto& values = answer.result().residuals.values;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (k >= 3 * readings.tips.size())
+      values[k] *= readings.shank_spread;
+    else if (static_cast<Eigen::Index>(k % 3) == axis)
+      values[k] *= readings.along_spread;
+  }
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto plane = swivelPlane(dataset, "swivel_axis");
+  if (!plane) return plane.error();
+  const auto stated = statedKind(dataset);
+  if (!stated) return stated.error();
+  auto readings = readSwivelReadings(dataset, plane.value());
+  if (!readings) return readings.error();
+  if (readings->byShank() && stated.value().value_or(Kind::rigid) != Kind::rigid) {
+    return Refusal{"bad-config",
+                   "a shank tells nothing along the tool, so it goes with model \"rigid\" alone: leave "
+                   "'model' away, or read with tips of two lengths"};
+  }
+  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
+  if (!of_shank) return of_shank.error();
+  const auto along = relativeSigma(dataset, "sigma_along_mm", sigma.value());
+  if (!along) return along.error();
+  readings->shank_spread = of_shank->ratio;
+  readings->along_spread = along->ratio;
+  const auto queries = checkedTable(dataset, "queries", kQueryColumns);
+  if (!queries) return queries.error();
+  const SwivelModel model = modelFor(readings.value(), plane.value());
+  const Candidates candidates = fitAll(readings.value(), model, sigma->value);
+  auto chosen = choose(candidates, model, sigma.value(), stated.value());
+  if (!chosen) return chosen.error();
+  if (chosen->model.kind == Kind::rigid && !model.one_minus_cosine) {
+    auto fit = fitEitherShape(readings.value(), chosen->model, chosen->fit, sigma.value());
+    if (!fit) return fit.error();
+    chosen->fit = std::move(fit).value();
+    chosen->model.one_minus_cosine = true;
+  }
+
+  const auto& parameters = chosen->fit.parameters;
+  const auto rows = static_cast<Eigen::Index>((*queries)->rows());
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3 * rows, parameters.size());
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    jacobian.block(3 * k, 0, 3, chosen->model.parameters()) =
+        chosen->model.terms((*(*queries)->column("B_deg"))[row], (*(*queries)->column("L_mm"))[row]);
+  }
+  Answer answer{dataset, chosen->fit, sigma.value()};
+  tellResiduals(answer, readings.value(), plane->axis);
+  answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
+  addModel(answer, chosen.value(), candidates, readings.value(), sigma->value);
+  for (const auto& warning : chosen->warnings) answer.warn(warning);
+  for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {
+    if (!table) continue;
+    for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
+  }
+  for (const auto* spread : {&of_shank.value(), &along.value()}) {
+    for (const auto& warning : spread->warnings) answer.warn(warning);
+  }
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";
+  return std::move(answer).take(true);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,157 @@
+#include "firmware/metrology/tilt/tilt_readings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "firmware/metrology/fit/plane_turn.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kLeastSpan = 20.0;  // degrees
+constexpr double kSameAngle = 1e-6;  // degrees
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
+  const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
+  const double span = greatest.tilt_deg - least.tilt_deg;
+  if (span >= kLeastSpan) return std::nullopt;
+  return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
+}
+
+constexpr double kAroundEnough = 25.0;  // times the variance of the mean of the points
+
+// Seen from the side of the axis the points lie on a circle around the other one.
+double centreOf(const std::vector<std::vector<double>>& places, const std::vector<double>& angles_rad) {
+  const auto points = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd design{points, 3};
+  Eigen::VectorXd means{points};
+  for (Eigen::Index k = 0; k < points; ++k) {
+    const auto& seen = places[static_cast<std::size_t>(k)];
+    const double angle = angles_rad[static_cast<std::size_t>(k)];
+    means[k] = std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+    design.row(k) << 1.0, std::cos(angle), std::sin(angle);
+  }
+  const auto fit = linearLeastSquares(design, means);
+  if (!fit || inflation(fit->cofactor(0, 0), places.size()) > kAroundEnough) return means.mean();
+  return fit->parameters[0];
+}
+
+Eigen::Index armColumn(const TiltReading& reading) {
+  return static_cast<Eigen::Index>(2 + 2 * reading.point);
+}
+
+}  // namespace
+
+TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball) {
+  std::vector<TiltReading> readings;
+  std::map<long long, std::size_t> points;
+  std::vector<std::vector<double>> places;  // of each point, along the axis
+  std::vector<double> angles_rad;
+  const bool head = ball != nullptr;
+  const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
+  const auto& other = *table.column(head ? "A_deg" : "C_deg");
+  std::size_t stop = 0;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const Eigen::Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
+    const double turned = std::remainder(other[row], 360.0);
+    const auto angle = std::llround((turned <= -180.0 + kSameAngle ? 180.0 : turned) / kSameAngle);
+    const auto [point, is_new] = points.try_emplace(angle, points.size());
+    if (is_new) {
+      places.emplace_back();
+      angles_rad.push_back(turned * kDegree);
+    }
+    if (row > 0 && tilt[row] != tilt[row - 1]) ++stop;
+    const Eigen::Vector3d from = head ? Eigen::Vector3d{*ball - at} : at;
+    readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point->second, stop});
+    places[point->second].push_back(from[plane.axis]);
+  }
+  const double centre = centreOf(places, angles_rad);
+  for (auto& reading : readings) reading.along -= centre;
+  return {std::move(readings), centre};
+}
+
+Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset) {
+  const auto position = configSigma(dataset, "sigma_mm");
+  if (!position) return position.error();
+  const auto angle = configSigma(dataset, "sigma_angle_rad");
+  if (!angle) return angle.error();
+  if (!angle->stated) return TiltNoise{*position, 0.0, {}};
+  if (!position->stated) return TiltNoise{*position, 0.0, {"sigma_angle_rad is not used: it needs sigma_mm beside it"}};
+  return TiltNoise{*position, angle->value, {}};
+}
+
+Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset) {
+  const auto ball = requiredVector(dataset, "ball_mm");
+  if (!ball) return ball.error();
+  return Eigen::Vector3d{ball->data()};
+}
+
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, const TiltNoise& noise) {
+  if (auto refusal = refuseSpan(readings)) return *refusal;
+  const std::size_t points = 1 + std::ranges::max(readings, {}, &TiltReading::point).point;
+  const auto rows = static_cast<Eigen::Index>(2 * readings.size());
+  const double sigma = noise.position.value;
+  Linearised plain{Eigen::VectorXd{rows},
+                   Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(2 + 2 * points) + (skew ? 2 : 0))};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    plain.jacobian.block<2, 2>(row, 0).setIdentity();
+    plain.jacobian.block<2, 2>(row, armColumn(readings[k])) = turn(readings[k].tilt_deg * kDegree);
+    if (skew) {
+      plain.jacobian.block(row, plain.jacobian.cols() - 2, 2, 2) = readings[k].along * Eigen::Matrix2d::Identity();
+    }
+    plain.residuals.segment<2>(row) = readings[k].at;
+  }
+  plain.residuals /= sigma;
+  plain.jacobian /= sigma;
+  auto fit = refuseUncertainPivot(linearLeastSquares(plain.jacobian, plain.residuals), readings.size(), sigma);
+  if (!fit || noise.angle <= 0.0) return fit;
+  Eigen::VectorXd per_radian{rows};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto arm = fit->parameters.segment<2>(armColumn(readings[k]));
+    per_radian.segment<2>(static_cast<Eigen::Index>(2 * k)) =
+        turn(readings[k].tilt_deg * kDegree + std::numbers::pi / 2.0) * arm / sigma;
+  }
+  const Linearised weighted = withoutStops(std::move(plain), readings, per_radian, noise.angle);
+  return linearLeastSquares(weighted.jacobian, weighted.residuals);
+}
+
+Linearised withoutStops(Linearised rows, const std::vector<TiltReading>& readings, const Eigen::VectorXd& per_radian,
+                        double sigma_angle) {
+  const auto each = per_radian.size() / static_cast<Eigen::Index>(readings.size());
+  for (std::size_t first = 0, next = 0; first < readings.size(); first = next) {
+    while (next < readings.size() && readings[next].stop == readings[first].stop) ++next;
+    const Eigen::Index at = each * static_cast<Eigen::Index>(first);
+    const Eigen::Index count = each * static_cast<Eigen::Index>(next - first);
+    const double lever = per_radian.segment(at, count).norm();
+    if (lever <= 0.0) continue;
+    const Eigen::VectorXd together = per_radian.segment(at, count) / lever;
+    const double less = 1.0 - 1.0 / std::hypot(1.0, lever * sigma_angle);
+    rows.residuals.segment(at, count) -= less * together.dot(rows.residuals.segment(at, count)) * together;
+    rows.jacobian.middleRows(at, count) -=
+        (less * together * (together.transpose() * rows.jacobian.middleRows(at, count))).eval();
+  }
+  return rows;
+}
+
+Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_t readings, double sigma) {
+  if (!fit && fit.error().name != "ill-conditioned") return fit;
+  // Two readings 20 degrees apart make the pivot 4 times less certain than they are; 20 times is a span that is none.
+  if (fit && inflation(fit->cofactor.diagonal().head<2>().maxCoeff() / (sigma * sigma), readings) <= 400.0) return fit;
+  return Refusal{"tilt-span-too-small",
+                 "no point was read at tilts that differ enough: read each angle of the other axis at two or more "
+                 "tilts, 20 degrees apart or more"};
+}
+
+std::optional<Refusal> refuseArm(double longest_mm, const Sigma& sigma) {
+  if (!sigma.stated || longest_mm >= 5.0 * sigma.value) return std::nullopt;
+  return Refusal{"arm-too-short",
+                 "the ball lies " + text(longest_mm) + " mm from the axis, less than 5 sigma: move it further out"};
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,77 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A point that tilts about the pivot. Points that differ by the angle of the other axis are points of their own: each
+// turns about the pivot at its own arm, so nothing needs to cancel.
+struct TiltReading {
+  Eigen::Vector2d at;  // mm, in the plane across the axis
+  double tilt_deg{};   // right-handed about the axis
+  double along{};      // mm, along the axis, from TiltReadings::centre_along
+  std::size_t point{};
+  std::size_t stop{};  // of the axis: readings in a row at one tilt
+};
+
+struct TiltReadings {
+  std::vector<TiltReading> readings;
+  // mm, machine coordinate: where the other axis passes, that the points lie around. Where their angles do not tell
+  // (one angle, two, or all on one side), the mean of the points.
+  double centre_along{};
+};
+
+// Rows of a checked table of readings: {tilt_deg,C_deg,..} of a tilting table, or {B_deg,A_deg,..} of a swivelling head
+// when the place of its ball is given; then the points are ball minus reading (B30).
+TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball);
+
+// What tables "readings" and configurations hold, of a tilting table and of a swivelling head.
+inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+inline constexpr std::array<std::string_view, 3> kTableTiltKeys{"tilt_axis", "sigma_mm", "sigma_angle_rad"};
+inline constexpr std::array<std::string_view, 4> kHeadTiltKeys{"ball_mm", "swivel_axis", "sigma_mm", "sigma_angle_rad"};
+
+// Of one coordinate of a reading, and of a stop of the axis where that is stated too: it moves all readings of the stop
+// across their arms.
+struct TiltNoise {
+  Sigma position;  // sigma_mm
+  double angle{};  // rad, sigma_angle_rad; 0 without sigma_mm beside it
+  std::vector<std::string> warnings;
+};
+
+// Refuses: bad-config.
+Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset);
+
+// Where the ball of a swivelling head stands, config key ball_mm. Refuses: missing-key, bad-config.
+Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset);
+
+// (B29): pivot at the centre of the readings along the axis, then each point's arm at tilt zero; with `skew` also how
+// far the pivot moves for each mm along the axis. Residuals have what their stops may be off taken out (withoutStops).
+// Refuses tilts within 20 degrees (tilt-span-too-small), and as below.
+Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, const TiltNoise& noise);
+
+// Rows whose noise has unit sd once the common share of every stop is taken out of them. per_radian: by how much each
+// row moves as its stop turns, in sd of a reading; as many rows for each reading as it has.
+Linearised withoutStops(Linearised rows, const std::vector<TiltReading>& readings, const Eigen::VectorXd& per_radian,
+                        double sigma_angle);
+
+// Refuses a fit whose first two parameters, the pivot, are 20 times less certain than the mean of the readings, or that
+// is ill-conditioned: tilt-span-too-small.
+Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_t readings, double sigma);
+
+// Refuses arm-too-short: no point further from the axis than 5 sigma.
+std::optional<Refusal> refuseArm(double longest_mm, const Sigma& sigma);
+
+}  // namespace probebox::metrology

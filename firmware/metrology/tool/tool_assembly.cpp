@@ -1,0 +1,193 @@
+#include "firmware/metrology/tool/tool_assembly.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tool/tool_readings.hpp"
+#include "firmware/metrology/tool/tool_store.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
+constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
+constexpr std::array<std::string_view, 15> kAssemblyKeys{"approach_side",
+                                                         "measured_at_s",
+                                                         "L1_mm",
+                                                         "L2_mm",
+                                                         "part_mm",
+                                                         "holder_id",
+                                                         "tool_id",
+                                                         "sigma_mm",
+                                                         "sd_L1_mm",
+                                                         "sd_L2_mm",
+                                                         "sd_part_mm",
+                                                         "spread_limit_mm",
+                                                         "compensation_limit_mm",
+                                                         "assembled_max_mm",
+                                                         "previous_tau_axis_s"};
+constexpr double kSpreadLimit = 0.2;        // mm
+constexpr double kCompensationLimit = 5.0;  // mm
+
+struct Lengths {
+  double holder{};  // L1
+  double tool{};    // L2
+  Vector3d part = Vector3d::Zero();
+  double holder_sd{};
+  double tool_sd{};
+  double part_sd{};
+  double spread_limit{};
+  double compensation_limit{};
+  std::optional<double> longest;
+};
+
+std::optional<Refusal> emptyId(const Dataset& dataset) {
+  for (const std::string_view key : {"holder_id", "tool_id"}) {
+    const auto entry = dataset.config.find(key);
+    if (entry == dataset.config.end()) continue;
+    const auto* name = std::get_if<std::string>(&entry->second);
+    if (name && name->empty()) {
+      return Refusal{"missing-id", "config key '" + std::string{key} +
+                                       "' is empty: lengths in store belong to a holder and a tool; name them"};
+    }
+  }
+  return std::nullopt;
+}
+
+Outcome<Lengths, Refusal> lengthsOf(const Dataset& dataset, bool part_needed) {
+  if (auto refusal = emptyId(dataset)) return *refusal;
+  Lengths lengths;
+  const auto read = [&](auto&& reader, std::string_view key, double& into, double otherwise) -> std::optional<Refusal> {
+    const auto number = reader(dataset, key);
+    if (!number) return number.error();
+    if constexpr (requires { number->has_value(); }) {
+      into = number->value_or(otherwise);
+    } else {
+      into = number.value();
+    }
+    return std::nullopt;
+  };
+  if (auto refusal = read(requiredPositive, "L1_mm", lengths.holder, 0.0)) return *refusal;
+  if (auto refusal = read(requiredPositive, "L2_mm", lengths.tool, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_L1_mm", lengths.holder_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_L2_mm", lengths.tool_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "sd_part_mm", lengths.part_sd, 0.0)) return *refusal;
+  if (auto refusal = read(configPositive, "spread_limit_mm", lengths.spread_limit, kSpreadLimit)) return *refusal;
+  if (auto refusal = read(configPositive, "compensation_limit_mm", lengths.compensation_limit, kCompensationLimit)) {
+    return *refusal;
+  }
+  const auto longest = configPositive(dataset, "assembled_max_mm");
+  if (!longest) return longest.error();
+  lengths.longest = longest.value();
+  if (!part_needed) return lengths;
+  const auto part = requiredVector(dataset, "part_mm");
+  if (!part) return part.error();
+  lengths.part = Vector3d{part->data()};
+  return lengths;
+}
+
+// Table faces, where the case has one: a number for the face that each axis touched, and for the one it was meant for.
+std::optional<Refusal> wrongFace(const Dataset& dataset) {
+  if (!dataset.table("faces")) return std::nullopt;
+  const auto table = checkedTable(dataset, "faces", kFaceColumns);
+  if (!table) return table.error();
+  const auto& axes = *(*table)->column("axis");
+  const auto& touched = *(*table)->column("touched");
+  const auto& configured = *(*table)->column("configured");
+  for (std::size_t row = 0; row < axes.size(); ++row) {
+    if (axes[row] != 0.0 && axes[row] != 1.0 && axes[row] != 2.0) {
+      return Refusal{"bad-face", "table 'faces', row " + std::to_string(row + 1) +
+                                     ": the axis must be 0 for X, 1 for Y or 2 for Z"};
+    }
+    if (touched[row] == configured[row]) continue;
+    return Refusal{"wrong-face", std::string{"the "} + "XYZ"[static_cast<std::size_t>(axes[row])] +
+                                     " axis touched face " + text(touched[row]) + ", not face " +
+                                     text(configured[row]) +
+                                     " that part_mm is stated for: touch that one, or correct the configuration"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3d& plain, double touched) {
+  const Vector3d spread = plain.colwise().maxCoeff() - plain.colwise().minCoeff();
+  if (spread.maxCoeff() > lengths.spread_limit) {
+    return Refusal{"spread-too-large", "the repetitions spread by " + text(spread.maxCoeff()) +
+                                           " mm: is the tool clamped, and part_mm right? Measure again"};
+  }
+  const double assembled = touched - lengths.holder;
+  if (touched <= 0.0 || assembled <= 0.0) {
+    return Refusal{"length-not-positive", "L0 is " + text(touched) + " mm and L3 " + text(assembled) +
+                                              " mm: check the sign of Z, the relative zero and the holder's L1"};
+  }
+  if (lengths.longest && assembled > *lengths.longest) {
+    return Refusal{"length-too-large",
+                   "L3 is " + text(assembled) + " mm, more than assembled_max_mm: check the holder"};
+  }
+  const double compensation = touched - lengths.tool;
+  if (std::abs(compensation) > lengths.compensation_limit) {
+    return Refusal{"compensation-too-large", "L4 is " + text(compensation) +
+                                                 " mm: the tool in store is not the one that was measured, or raise "
+                                                 "compensation_limit_mm"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
+  const auto table = checkedTable(dataset, "readings", kAssemblyColumns);
+  if (!table) return table.error();
+  const auto& variants = *(*table)->column("workpiece_variant");
+  const auto with_part = anySet(variants, "workpiece_variant", "bad-variant");
+  if (!with_part) return with_part.error();
+  const auto side = configSense(dataset, "approach_side");
+  if (!side) return side.error();
+  if (auto refusal = wrongFace(dataset)) return *refusal;
+  const auto stored = withStoredLengths(dataset);
+  if (!stored) return stored.error();
+  const auto lengths = lengthsOf(stored.value(), with_part.value());
+  if (!lengths) return lengths.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+
+  Eigen::MatrixX3d plain = columnsOf(**table, std::span{kAssemblyColumns}.last(3));
+  plain.col(2) *= side.value();
+  for (std::size_t row = 0; row < variants.size(); ++row) {
+    plain.row(static_cast<Eigen::Index>(row)) -= variants[row] * lengths->part.transpose();
+  }
+  const auto fit = fitMeans(plain, std::vector<std::size_t>(variants.size(), 0), 1, sigma->value);
+  if (!fit) return fit.error();
+  const Vector3d touched = fit->parameters;
+  if (auto refusal = badAssembly(lengths.value(), plain, touched.z())) return *refusal;
+
+  Answer answer{dataset, fit.value(), sigma.value()};
+  answer.readings(**table, std::span{kAssemblyColumns}.last(3), "rep");
+  answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
+  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
+  for (auto& warning : unusedKeys(dataset, kAssemblyKeys)) answer.warn(std::move(warning));
+  Result result = std::move(answer).take(true);
+  double share = 0.0;  // of readings that the workpiece's size enters
+  for (const double variant : variants) share += variant / static_cast<double>(variants.size());
+  // Assembled length and compensation by L1, L2 and the workpiece.
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(4, 5);
+  slopes(0, 0) = slopes(3, 1) = -1.0;
+  slopes(0, 4) = slopes(1, 2) = slopes(2, 3) = slopes(3, 4) = -share;
+  Eigen::VectorXd sds = Eigen::VectorXd::Constant(5, lengths->part_sd);
+  sds.head<2>() << lengths->holder_sd, lengths->tool_sd;
+  widen(result, slopes, sds);
+  result.convention =
+      "Z positive along the tool, X and Y as the machine counts; add the compensation to the lengths in store";
+  addStoreRecords(result, dataset);
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,393 @@
+#include "firmware/metrology/tool/tool_setter.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tool/tool_readings.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixX3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr std::array<std::string_view, 5> kCentreColumns{"is_tool", "x_mm", "y_mm", "z_mm", "B_deg"};
+constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
+                                                         "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
+constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 13> kKeys{
+    "probe_offset_mm",    "sd_probe_offset_mm", "sigma_mm",   "accepted_setter_mm", "setter_limit_mm",  "tool",
+    "centreline_mm",      "centreline_z_mm",    "C_tilt_rad", "sd_centreline_mm",   "accepted_link_mm", "sd_C_tilt_rad",
+    "previous_tau_axis_s"};
+constexpr double kSameAngle_deg = 1e-6;
+constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
+
+// The readings, and at which B each was made.
+struct Device {
+  const Table* table{};
+  bool by_face{};
+  std::vector<double> angles_deg;  // rising; empty where the case has no B
+  std::vector<std::size_t> angle;  // of each row
+
+  std::size_t angles() const { return std::max<std::size_t>(angles_deg.size(), 1); }
+  // " at B = 90", for sentences.
+  std::string at(std::size_t k) const {
+    return angles_deg.empty() ? "" : " at B = " + text(angles_deg[k]) + " degrees";
+  }
+};
+
+std::size_t angleAt(const std::vector<double>& angles_deg, double angle_deg) {
+  const auto near = [&](double other) { return std::abs(other - angle_deg) < kSameAngle_deg; };
+  return static_cast<std::size_t>(std::ranges::find_if(angles_deg, near) - angles_deg.begin());
+}
+
+Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
+  Device device;
+  device.by_face = dataset.table("touches") && !dataset.table("readings");
+  const std::string_view name = device.by_face ? "touches" : "readings";
+  std::span<const std::string_view> columns{kCentreColumns};
+  if (device.by_face) columns = kTouchColumns;
+  const Table* offered = dataset.table(name);
+  const bool swivels = offered && offered->column("B_deg");
+  const auto table = checkedTable(dataset, name, swivels ? columns : columns.first(columns.size() - 1));
+  if (!table) return table.error();
+  device.table = *table;
+  device.angle.resize(device.table->rows());
+  if (!swivels) return device;
+  const auto& b = *device.table->column("B_deg");
+  for (const double angle : b) {
+    if (angleAt(device.angles_deg, angle) == device.angles_deg.size()) device.angles_deg.push_back(angle);
+  }
+  if (device.angles_deg.size() > kMostAngles) {
+    return Refusal{"too-many-angles", "the device was measured at " + std::to_string(device.angles_deg.size()) +
+                                          " angles of B, " + std::to_string(kMostAngles) +
+                                          " fit into a case: make two of it"};
+  }
+  std::ranges::sort(device.angles_deg);
+  for (std::size_t row = 0; row < b.size(); ++row) device.angle[row] = angleAt(device.angles_deg, b[row]);
+  return device;
+}
+
+std::optional<Refusal> notMeasured(const Device& device) {
+  const auto& flags = *device.table->column("is_tool");
+  if (const auto checked = anySet(flags, "is_tool", "bad-flag"); !checked) return checked.error();
+  for (std::size_t k = 0; k < device.angles(); ++k) {
+    std::array<bool, 2> measured{};
+    for (std::size_t row = 0; row < flags.size(); ++row) {
+      if (device.angle[row] == k) measured[flags[row] == 1.0 ? 1 : 0] = true;
+    }
+    if (!measured[1]) {
+      return Refusal{"tool-not-measured",
+                     "no row has is_tool 1" + device.at(k) + ": touch the setting device with the tool"};
+    }
+    if (!measured[0]) {
+      return Refusal{"probe-not-measured",
+                     "no row has is_tool 0" + device.at(k) + ": measure the setting device with the probe first"};
+    }
+  }
+  return std::nullopt;
+}
+
+// Tip of the probe from the head's reference, a row each B.
+Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& device) {
+  if (device.angles_deg.empty()) {
+    const auto offset = requiredVector(dataset, "probe_offset_mm");
+    if (!offset) return offset.error();
+    return MatrixX3d{Eigen::RowVector3d{offset->data()}};
+  }
+  if (dataset.config.contains("probe_offset_mm")) {
+    return Refusal{"bad-config",
+                   "the readings have a column B_deg: give the probe's offset at each B in table 'probe_offsets', and "
+                   "not as probe_offset_mm"};
+  }
+  const auto table = checkedTable(dataset, "probe_offsets", kOffsetColumns);
+  if (!table) return table.error();
+  const auto& b = *table.value()->column("B_deg");
+  for (std::size_t row = 0; row < b.size(); ++row) {
+    if (angleAt(b, b[row]) == row) continue;
+    return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: keep one"};
+  }
+  const MatrixXd offered = columnsOf(*table.value(), std::span{kOffsetColumns}.last(3));
+  MatrixX3d offsets{static_cast<Index>(device.angles()), 3};
+  for (std::size_t k = 0; k < device.angles(); ++k) {
+    const std::size_t row = angleAt(b, device.angles_deg[k]);
+    if (row == b.size()) {
+      return Refusal{"missing-orientation",
+                     "table 'probe_offsets' has no row" + device.at(k) + ": the probe's tip there is needed"};
+    }
+    offsets.row(static_cast<Index>(k)) = offered.row(static_cast<Index>(row));
+  }
+  return offsets;
+}
+
+// The turning axis: c(Z) = at + tilt (Z - z).
+struct TurningAxis {
+  Vector2d at;
+  double z{};
+  Vector2d tilt{0.0, 0.0};
+  double sd{};
+  double tilt_sd{};
+
+  Vector2d here(double height) const { return at + tilt * (height - z); }
+};
+
+// Nothing where the case states none.
+Outcome<std::optional<TurningAxis>, Refusal> turningAxis(const Dataset& dataset) {
+  const auto at = configPlane(dataset, "centreline_mm");
+  if (!at) return at.error();
+  const auto tilt = configPlane(dataset, "C_tilt_rad");
+  if (!tilt) return tilt.error();
+  const auto z = configNumber(dataset, "centreline_z_mm");
+  if (!z) return z.error();
+  const auto sd = configPositive(dataset, "sd_centreline_mm");
+  if (!sd) return sd.error();
+  const auto tilt_sd = configPositive(dataset, "sd_C_tilt_rad");
+  if (!tilt_sd) return tilt_sd.error();
+  for (const std::string_view key : {"C_tilt_rad", "sd_centreline_mm", "accepted_link_mm"}) {
+    if (dataset.config.contains(key) && !at.value()) {
+      return Refusal{"missing-key", "config key '" + std::string{key} +
+                                        "' is stated without centreline_mm: give x and y "
+                                        "of the turning axis"};
+    }
+  }
+  if (tilt.value().has_value() != z.value().has_value() || (tilt_sd.value() && !tilt.value())) {
+    return Refusal{"missing-key",
+                   "C_tilt_rad and centreline_z_mm belong together: the tilt of the turning axis, and the Z at which "
+                   "it is at centreline_mm"};
+  }
+  if (!at.value()) return std::optional<TurningAxis>{};
+  TurningAxis axis{.at = Vector2d{(*at)->data()}};
+  if (tilt.value()) axis.tilt = Vector2d{(*tilt)->data()};
+  axis.z = z->value_or(0.0);
+  axis.sd = sd->value_or(0.0);
+  axis.tilt_sd = tilt_sd->value_or(0.0);
+  return std::optional{axis};
+}
+
+// Whether some row of the other kind touched the face that this row touched, at the same B.
+bool sharesFace(const MatrixXd& touches, const Device& device, Index row) {
+  for (Index other = 0; other < touches.rows(); ++other) {
+    const bool same_angle =
+        device.angle[static_cast<std::size_t>(other)] == device.angle[static_cast<std::size_t>(row)];
+    if (!same_angle || touches(other, 0) == touches(row, 0)) continue;
+    const bool parallel = touches.row(other).segment<3>(1).dot(touches.row(row).segment<3>(1)) > 1.0 - 1e-6;
+    if (parallel && std::abs(touches(other, 4) - touches(row, 4)) < 1e-6) return true;
+  }
+  return false;
+}
+
+std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device) {
+  for (Index row = 0; row < touches.rows(); ++row) {
+    const std::string name = "table 'touches', row " + std::to_string(row + 1) + ": ";
+    if (std::abs(touches.row(row).segment<3>(1).norm() - 1.0) > 1e-3) {
+      return Refusal{"bad-direction", name + "the outward normal (nx,ny,nz) must have length 1"};
+    }
+    if (touches(row, 4) < 0.0 || touches(row, 5) < 0.0) {
+      return Refusal{"bad-config", name + "half width and radius must not be negative"};
+    }
+    if (!sharesFace(touches, device, row)) {
+      return Refusal{"faces-differ", name + (touches(row, 0) == 0.0 ? "the tool" : "the probe") +
+                                         " did not touch this face: probe and tool must touch the same ones"};
+    }
+  }
+  for (std::size_t group = 0; group < 2 * device.angles(); ++group) {
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (Index row = 0; row < touches.rows(); ++row) {
+      const Vector3d normal = touches.row(row).segment<3>(1).transpose();
+      const auto angle = device.angle[static_cast<std::size_t>(row)];
+      if (2 * angle + (touches(row, 0) == 1.0 ? 1 : 0) == group) spread += normal * normal.transpose();
+    }
+    if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{spread}.eigenvalues()[0] < 0.1) {
+      return Refusal{"missing-face", std::string{"the faces that the "} + (group % 2 == 1 ? "tool" : "probe") +
+                                         " touched" + device.at(group / 2) +
+                                         " do not tell all three coordinates: touch one more"};
+    }
+  }
+  return std::nullopt;
+}
+
+// The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
+// Each touch tells one coordinate of it, along the face's normal: the half width of that face and the radius of what
+// touched it are taken off.
+Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size_t>& group, double sigma) {
+  const MatrixXd touches = columnsOf(*device.table, std::span{kTouchColumns}.first(9));
+  if (auto refusal = badTouches(touches, device)) return *refusal;
+  MatrixXd design = MatrixXd::Zero(touches.rows(), static_cast<Index>(6 * device.angles()));
+  VectorXd values{touches.rows()};
+  for (Index row = 0; row < touches.rows(); ++row) {
+    const Eigen::RowVector3d normal = touches.row(row).segment<3>(1).normalized();
+    design.block<1, 3>(row, static_cast<Index>(3 * group[static_cast<std::size_t>(row)])) = normal;
+    values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - touches(row, 5);
+  }
+  return linearLeastSquares(design / sigma, values / sigma);
+}
+
+Outcome<Fit, Refusal> fitDevice(const Device& device, double sigma) {
+  const auto& flags = *device.table->column("is_tool");
+  std::vector<std::size_t> group;
+  for (std::size_t row = 0; row < flags.size(); ++row) {
+    group.push_back(2 * device.angle[row] + (flags[row] == 1.0 ? 1 : 0));
+  }
+  if (device.by_face) return fitFaces(device, group, sigma);
+  return fitMeans(columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3)), group, 2 * device.angles(), sigma);
+}
+
+// A row each B, by the parameters of the fit and by what the fit does not know of: the probe's offsets, three each B,
+// then place (2) and tilt (2) of the turning axis.
+struct Quantity {
+  MatrixXd values;
+  MatrixXd by_readings;
+  MatrixXd by_inputs;
+
+  Quantity(const Device& device, Index columns)
+      : values{static_cast<Index>(device.angles()), columns},
+        by_readings{MatrixXd::Zero(values.size(), 6 * values.rows())},
+        by_inputs{MatrixXd::Zero(values.size(), 3 * values.rows() + 4)} {}
+};
+
+struct Found {
+  Quantity tool;
+  Quantity setter;
+  std::optional<Quantity> link;
+};
+
+// (B22), (B22b)
+Found found(const Device& device, const MatrixX3d& offsets, const std::optional<TurningAxis>& axis, const Fit& fit) {
+  Found found{Quantity{device, 3}, Quantity{device, 3}, std::nullopt};
+  if (axis) found.link = Quantity{device, 2};
+  for (Index k = 0; k < offsets.rows(); ++k) {
+    const Vector3d setter = fit.parameters.segment<3>(6 * k) + offsets.row(k).transpose();
+    found.setter.values.row(k) = setter.transpose();
+    found.tool.values.row(k) = (setter - fit.parameters.segment<3>(6 * k + 3)).transpose();
+    found.tool.by_readings.block<3, 3>(3 * k, 6 * k + 3) = -Eigen::Matrix3d::Identity();
+    for (Quantity* each : {&found.tool, &found.setter}) {
+      each->by_readings.block<3, 3>(3 * k, 6 * k).setIdentity();
+      each->by_inputs.block<3, 3>(3 * k, 3 * k).setIdentity();
+    }
+    if (!axis) continue;
+    Quantity& link = *found.link;
+    link.values.row(k) = (setter.head<2>() - axis->here(setter.z())).transpose();
+    Eigen::Matrix<double, 2, 3> by_setter = Eigen::Matrix<double, 2, 3>::Identity();
+    by_setter.col(2) = -axis->tilt;
+    link.by_readings.block<2, 3>(2 * k, 6 * k) = by_setter;
+    link.by_inputs.block<2, 3>(2 * k, 3 * k) = by_setter;
+    link.by_inputs.rightCols<4>().middleRows<2>(2 * k).leftCols<2>() = -Eigen::Matrix2d::Identity();
+    link.by_inputs.rightCols<2>().middleRows<2>(2 * k) = -(setter.z() - axis->z) * Eigen::Matrix2d::Identity();
+  }
+  return found;
+}
+
+// Values that were accepted before, a row each B. Nothing without the key.
+Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::string_view key, const Device& device,
+                                                   std::size_t columns) {
+  const auto rows = configMatrix(dataset, key, device.angles(), columns);
+  if (!rows) return rows.error();
+  if (!rows.value()) return std::optional<MatrixXd>{};
+  MatrixXd places{static_cast<Index>(device.angles()), static_cast<Index>(columns)};
+  for (Index k = 0; k < places.rows(); ++k) {
+    places.row(k) = Eigen::RowVectorXd::Map((**rows)[static_cast<std::size_t>(k)].data(), places.cols());
+  }
+  return std::optional{places};
+}
+
+std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const Found& found) {
+  const auto limit = configPositive(dataset, "setter_limit_mm");
+  if (!limit) return limit.error();
+  const auto setter = accepted(dataset, "accepted_setter_mm", device, 3);
+  if (!setter) return setter.error();
+  const auto link = accepted(dataset, "accepted_link_mm", device, 2);
+  if (!link) return link.error();
+  if (link.value() && !limit.value()) {
+    return Refusal{"missing-key", "accepted_link_mm is stated without setter_limit_mm: what it may have changed by"};
+  }
+  if (!limit.value()) return std::nullopt;
+  const auto compare = [&](const MatrixXd& now, const MatrixXd& then, const std::string& from) {
+    std::optional<Refusal> refusal;
+    for (Index k = 0; k < now.rows() && !refusal; ++k) {
+      const double off = (now.row(k) - then.row(k)).norm();
+      if (off <= **limit) continue;
+      refusal =
+          Refusal{"setter-moved", "the setting device" + device.at(static_cast<std::size_t>(k)) + " lies " + text(off) +
+                                      " mm from where it was accepted" + from + ": calibrate its place again"};
+    }
+    return refusal;
+  };
+  if (setter.value()) {
+    if (auto refusal = compare(found.setter.values, **setter, "")) return refusal;
+  }
+  if (!link.value()) return std::nullopt;
+  return compare(found.link->values, **link, ", seen from the turning axis");
+}
+
+void promise(Answer& answer, const Device& device, const char* key, const Quantity& quantity) {
+  const VectorXd values = quantity.values.reshaped<Eigen::RowMajor>();
+  if (device.angles_deg.empty()) {
+    answer.promiseVector(key, values, quantity.by_readings);
+  } else {
+    answer.promiseMatrix(key, static_cast<std::size_t>(quantity.values.cols()), values, quantity.by_readings);
+  }
+}
+
+Result report(const Dataset& dataset, const Device& device, const Found& found, const std::optional<TurningAxis>& axis,
+              double offset_sd, Answer answer) {
+  const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
+  answer.readings(*device.table, parts, "is_tool");
+  promise(answer, device, "tool_offset_mm", found.tool);
+  promise(answer, device, "setter_mm", found.setter);
+  if (found.link) promise(answer, device, "link_mm", *found.link);
+  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  Result result = std::move(answer).take(true);
+  result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
+  if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";
+  if (!device.angles_deg.empty()) result.also.push_back(Estimate::vector("B_deg", device.angles_deg, {}));
+
+  const Index inputs = found.tool.by_inputs.cols();
+  MatrixXd slopes{found.tool.by_inputs.rows() + found.setter.by_inputs.rows(), inputs};
+  slopes << found.tool.by_inputs, found.setter.by_inputs;
+  if (found.link) {
+    slopes.conservativeResize(slopes.rows() + found.link->by_inputs.rows(), Eigen::NoChange);
+    slopes.bottomRows(found.link->by_inputs.rows()) = found.link->by_inputs;
+  }
+  VectorXd sds = VectorXd::Constant(inputs, offset_sd);
+  sds.tail<4>() << Vector2d::Constant(axis ? axis->sd : 0.0), Vector2d::Constant(axis ? axis->tilt_sd : 0.0);
+  widen(result, slopes, sds);
+  return result;
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
+  const auto device = readDevice(dataset);
+  if (!device) return device.error();
+  const auto offsets = probeOffsets(dataset, device.value());
+  if (!offsets) return offsets.error();
+  const auto offset_sd = configPositive(dataset, "sd_probe_offset_mm");
+  if (!offset_sd) return offset_sd.error();
+  const auto axis = turningAxis(dataset);
+  if (!axis) return axis.error();
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  if (auto refusal = notMeasured(device.value())) return *refusal;
+  const auto fit = fitDevice(device.value(), sigma->value);
+  if (!fit) return fit.error();
+  const Found answer = found(device.value(), offsets.value(), axis.value(), fit.value());
+  if (auto refusal = moved(dataset, device.value(), answer)) return *refusal;
+  return report(dataset, device.value(), answer, axis.value(), offset_sd->value_or(0.0),
+                Answer{dataset, fit.value(), sigma.value()});
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,23 @@
+#pragma once
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Method "tool-setter": offsets of a tool from a setting device that the calibrated probe has measured at the same B
+// and on the same faces (CN101976057, docs/metrology.md B.9, (B22)). Table readings{is_tool,x_mm,y_mm,z_mm}: machine
+// positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
+// the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
+// Instead of readings table touches{is_tool,nx,ny,nz,half_width_mm,radius_mm,x_mm,y_mm,z_mm}: positions at contact with
+// one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a).
+// With centreline_mm (x and y at centreline_z_mm), C_tilt_rad, sd_centreline_mm, sd_C_tilt_rad also the link of the
+// device to the turning axis at the device's Z (B22b); accepted_link_mm with setter_limit_mm notices that it changed.
+// Several B in one case (B22c): a column B_deg, and table probe_offsets{B_deg,x_mm,y_mm,z_mm} in the place of
+// probe_offset_mm; every value then is a matrix, a row each B in rising order, as accepted values have to be.
+// Gives tool_offset_mm, setter_mm and, with a centreline, link_mm. Refuses: missing-key, bad-config, bad-flag,
+// probe-not-measured, tool-not-measured, setter-moved; of touches bad-direction, faces-differ, missing-face; of several
+// B duplicated-angle, missing-orientation (a B without probe offset), too-many-angles (20).
+Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,45 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One reading of a ball: the machine position at which the stylus ball would be centred on it.
+struct BallCentre {
+  Eigen::Vector3d centre_mm;
+  Eigen::Vector3d sd_mm;  // k = 1
+  double radius_mm{};     // effective: ball and stylus ball
+};
+
+// A touch that belongs to no reading: the machine position at which the surface was met.
+struct LoneTouch {
+  std::size_t touch{};  // row of touches
+  Eigen::Vector3d at_mm;
+  double sd_mm{};  // k = 1, along the motion
+};
+inline constexpr std::size_t kAlone = static_cast<std::size_t>(-1);
+
+struct BallCentres {
+  std::vector<BallCentre> readings;  // in the order of their numbers
+  std::vector<LoneTouch> alone;      // in the order of the touches
+  double chi2_reduced{};             // of the touches against their spheres, all readings together
+  std::size_t dof{};
+  std::vector<Dropped> dropped;  // touches that are bad on their own
+};
+
+// Centres of the balls that were touched, one a reading, with the system delay taken out: P = M + T v (A2), then the
+// sphere with a free radius (B.0). Tables machine, probe, touches; reading_of_touch: one a row of touches, from 0
+// without a gap, or kAlone for a touch that is told by itself. tau_s: X Y Z. A delay error that the axes share moves
+// all touches of a reading outwards, hence the radius and not the centre. sd: from the pooled residuals of the samples
+// (A8), widened when the touches agree worse. Refuses: what readTouches, fitRetract and fitSphere refuse, naming the
+// reading.
+Outcome<BallCentres, Refusal> ballCentres(const Dataset& touches, const std::vector<std::size_t>& reading_of_touch,
+                                          const std::array<double, 3>& tau_s);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,59 @@
+#include "firmware/metrology/touch/despiking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kDeviations = 20.0;
+constexpr double kSteps = 4.0;   // of the encoder or converter
+constexpr double kLeast = 1e-5;  // unit of the stream; rounding of a case file is no spike
+
+// How far sample k is off the line through samples i and j.
+double missed(const std::vector<double>& times, const Eigen::Ref<const Eigen::VectorXd>& values, std::size_t k,
+              std::size_t i, std::size_t j) {
+  const auto at = [&](std::size_t index) { return values[static_cast<Eigen::Index>(index)]; };
+  const double weight = (times[k] - times[i]) / (times[j] - times[i]);
+  return at(k) - at(i) - weight * (at(j) - at(i));
+}
+
+bool spike(const std::vector<double>& times, const Eigen::Ref<const Eigen::VectorXd>& values, std::size_t k,
+           double still_limit, double jitter_s) {
+  const auto at = [&](std::size_t index) { return values[static_cast<Eigen::Index>(index)]; };
+  const double rate = (at(k + 1) - at(k - 1)) / (times[k + 1] - times[k - 1]);
+  const double limit = std::hypot(still_limit, kDeviations * jitter_s * rate);
+  const double left = missed(times, values, k, k - 2, k - 1);
+  const double beside = missed(times, values, k, k - 1, k + 1);
+  const double right = missed(times, values, k, k + 1, k + 2);
+  const double sign = left > 0.0 ? 1.0 : -1.0;
+  return sign * left > limit && sign * right > limit && sign * beside > 0.5 * limit;
+}
+
+}  // namespace
+
+Despiked withoutSpikes(const Stream& stream, double jitter_s) {
+  std::vector<bool> bad(stream.times.size(), false);
+  for (Eigen::Index channel = 0; channel < 3; ++channel) {
+    const Eigen::VectorXd values = stream.values.col(channel);
+    const std::span<const double> view{values.data(), stream.times.size()};
+    const double limit =
+        std::max({kDeviations * localDeviation(stream.times, view, Trim::heavy), kSteps * resolutionOf(view), kLeast});
+    for (std::size_t k = 2; k + 2 < stream.times.size(); ++k)
+      bad[k] = bad[k] || spike(stream.times, values, k, limit, jitter_s);
+  }
+  Despiked result;
+  result.stream.values.resize(std::ranges::count(bad, false), 3);
+  for (std::size_t k = 0; k < bad.size(); ++k) {
+    if (bad[k]) {
+      result.removed.push_back(stream.times[k]);
+      continue;
+    }
+    result.stream.values.row(static_cast<Eigen::Index>(result.stream.times.size())) =
+        stream.values.row(static_cast<Eigen::Index>(k));
+    result.stream.times.push_back(stream.times[k]);
+  }
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,17 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// Gain matrix A of the probe, machine mm per raw unit of each channel, from touches whose tip stuck while the body
+// moved at constant velocity: A ddot_i = -v_i by least squares (CN101622513, docs/metrology.md (A3), (A4)). Independent
+// of the delay. velocities: mm/s, one row a touch. slopes: of the raw channels on time, per s, one row a touch.
+// Refuses: too-few-readings (three), dependent-directions (smallest singular value of the slopes below 1e-3 of the
+// largest).
+Outcome<Eigen::Matrix3d, Refusal> gainMatrix(const Eigen::MatrixX3d& velocities, const Eigen::MatrixX3d& slopes);
+
+}  // namespace probebox::metrology

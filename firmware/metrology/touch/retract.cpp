@@ -1,0 +1,323 @@
+#include "firmware/metrology/touch/retract.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
+#include "firmware/metrology/touch/constant_speed_window.hpp"
+#include "firmware/metrology/touch/despiking.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::size_t kTrusted = 5;   // samples that tell a ramp from noise
+constexpr double kResolution = 1e-7;  // unit of the stream: the digits of a case file
+// Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
+// stylus; above the upper the machine still gathers speed.
+constexpr double kAtRest = 0.85;
+constexpr double kLowest = 0.04;
+constexpr double kHighest = 0.80;
+// The window of the source. All of it must lie on the line, but where the machine still gathers speed.
+constexpr double kSourceLowest = 0.10;
+constexpr double kSourceHighest = 0.60;
+// How much of that window may miss: a spike, the guard of a cut.
+constexpr double kMissing = 0.25;
+// The machine's window in overtravels from its apex.
+constexpr double kFrom = 0.25;
+constexpr double kUntil = 3.0;
+constexpr double kTrustedFrom = 0.8;
+// The latest that the machine may reach its speed.
+constexpr double kLatestRamp = 0.7;
+// After a fast drive and a short rest the stylus still rings from the approach, and the end of a ramp hides in the
+// noise: so much later, as long as the window of the source stays.
+constexpr double kSettling_s = 0.004;
+constexpr double kBend_s = 0.001;  // of the ramp's end, that hides in any noise
+// The first line of the probe may be that much flatter than the next before the windows are looked for again.
+constexpr double kBent = 0.05;
+constexpr int kRounds = 3;
+
+double usualPeriod(const Stream& stream) {
+  std::vector<double> apart;
+  for (std::size_t k = 1; k < stream.times.size(); ++k) apart.push_back(stream.times[k] - stream.times[k - 1]);
+  return apart.empty() ? 0.0 : median(apart);
+}
+
+struct Deflected {
+  Eigen::Vector3d apex;  // deflection at rest
+  std::size_t last{};    // last sample near rest: the retract begins about here
+  std::size_t parted{};  // first sample after it that is hardly deflected
+};
+
+Outcome<Deflected, Refusal> findContact(const Touch& touch) {
+  const auto& values = touch.probe.values;
+  const Eigen::VectorXd size = values.rowwise().norm();
+  const double highest = size.maxCoeff();
+  Deflected found;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<double> large;
+  for (Eigen::Index k = 0; k < size.size(); ++k) {
+    if (size[k] < 0.8 * highest) continue;
+    sum += values.row(k).transpose();
+    large.push_back(size[k]);
+  }
+  // High among the large ones: below are the ends of a slow drive, above is the overshoot of a bounce.
+  const auto rest = large.begin() + static_cast<std::ptrdiff_t>(4 * large.size() / 5);
+  std::nth_element(large.begin(), rest, large.end());
+  found.apex = *rest * sum.normalized();
+  const std::vector<double> deflection = touch.probe.along(found.apex.normalized(), {0, touch.probe.times.size()});
+  // Where few samples are taken neighbours tell no noise: then what the free stylus shows does.
+  const double noise =
+      std::min(localDeviation(touch.probe.times, deflection, Trim::heavy), deviationAboutZero(deflection));
+  if (highest <= 10.0 * std::max(noise, kResolution)) {
+    return aboutTouch(touch, "no-contact",
+                      "the probe was never deflected clearly; check that the touch reached the surface");
+  }
+  const Eigen::VectorXd share = values * found.apex / found.apex.squaredNorm();
+  for (Eigen::Index k = 0; k < share.size(); ++k) {
+    if (share[k] >= kAtRest) found.last = static_cast<std::size_t>(k);
+  }
+  found.parted = found.last;
+  while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kSourceLowest)
+    ++found.parted;
+  if (found.parted == touch.probe.times.size()) {
+    return aboutTouch(touch, "truncated", "the probe's record ends before it parts from the surface; measure it again");
+  }
+  return found;
+}
+
+// The samples whose stamps lie in [from, until].
+Run between(const std::vector<double>& times, double from, double until) {
+  const auto begin = std::ranges::lower_bound(times, from);
+  const auto end = std::ranges::upper_bound(times, until);
+  if (end <= begin) return {};
+  return {static_cast<std::size_t>(begin - times.begin()), static_cast<std::size_t>(end - times.begin())};
+}
+
+// The probe's line over all that falls, ramp included: to find windows with.
+Outcome<Line, Refusal> roughLine(const Seen& probe, const Deflected& contact) {
+  const Touch& touch = probe.touch;
+  Run falling{contact.last + 1, contact.parted};
+  // The last near rest may still rest; where few fall it is better than none.
+  if (falling.size() < kTrusted) falling.begin = contact.last;
+  if (auto bad = tooSparse(probe, falling)) return *bad;
+  const Line line = fitLine(touch.probe.timesOf(falling), touch.probe.valuesOf(falling));
+  if (!(line.slope.dot(contact.apex) < 0.0)) {
+    return aboutTouch(touch, "deflection-not-falling",
+                      "the deflection does not fall during the retract; measure it again");
+  }
+  return line;
+}
+
+// Samples of the source's window that the line leaves out, below what the machine's ramp explains.
+bool interrupted(const Stream& probe, Run window, Run used) {
+  const std::size_t begin = std::max(window.begin, used.begin);
+  const std::size_t end = std::min(window.end, used.end);
+  const std::size_t missing = window.size() - (end > begin ? end - begin : 0);
+  return missing > 2 && static_cast<double>(missing) > kMissing * static_cast<double>(window.size()) &&
+         probe.times.size() > missing;
+}
+
+// The window lies between shares of the deflection as a line tells them, not the samples: noise must not choose which
+// belong.
+Outcome<Steady, Refusal> fitProbe(const Seen& probe, const Deflected& contact, const Line& rough, double highest) {
+  const auto& times = probe.stream.times;
+  const auto timeAt = [&](double share) {
+    return rough.t_mean +
+           (share * contact.apex.norm() - rough.mean.dot(probe.direction)) / rough.slope.dot(probe.direction);
+  };
+  const Run window = between(times, timeAt(highest), timeAt(kLowest));
+  auto steady = fitWindow(probe, {window, window});
+  if (!steady) return steady;
+  const Run of_source = between(times, timeAt(std::min(kSourceHighest, highest)), timeAt(kSourceLowest));
+  if (interrupted(probe.stream, of_source, steady->used)) {
+    return aboutTouch(probe.touch, "residual-too-large",
+                      "the deflection does not fall along one line during the retract (slip or bounce); touch again");
+  }
+  return steady;
+}
+
+// Travel of the machine from its apex, mm, at every sample.
+std::vector<double> travelOf(const Touch& touch, std::size_t apex) {
+  std::vector<double> travel = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
+  const double rest = travel[apex];
+  for (double& at : travel) at -= rest;
+  return travel;
+}
+
+// Travel at which the machine has reached its speed, mm, at the latest. It starts after its last sample at rest, and a
+// ramp is as long before the time at which the line of constant speed leaves the place of rest as after it.
+double rampOf(const Seen& machine, std::size_t apex, const std::vector<double>& travel, const Steady& steady) {
+  const double latest = travel[steady.used.begin];
+  const double hidden = std::max(4.0 * machine.noise, kResolution);
+  const auto place = [&](std::size_t k) { return travel[k] - hidden; };  // the apex is the lowest of the noise
+  std::size_t at_rest = apex;
+  for (std::size_t k = apex; k < steady.used.begin; ++k) {
+    if (place(k) <= hidden) at_rest = k;
+  }
+  const double speed = steady.line.slope.norm();
+  const double left = machine.stream.times[steady.used.begin] - place(steady.used.begin) / speed;
+  double half = left - machine.stream.times[at_rest];
+  // So much of a ramp of constant acceleration hides in the noise.
+  for (int round = 0; round < 3; ++round) {
+    half = left - machine.stream.times[at_rest] + std::sqrt(8.0 * hidden * std::max(half, 0.0) / speed);
+  }
+  return std::min(latest, half > 0.0 ? speed * half : latest);
+}
+
+struct Retreat {
+  Steady steady;
+  double ramp_mm{};
+};
+
+Outcome<Retreat, Refusal> fitMachine(const Seen& machine, std::size_t apex, const std::vector<double>& travel,
+                                     double overtravel_mm) {
+  const Touch& touch = machine.touch;
+  if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) < overtravel_mm) {
+    return aboutTouch(touch, "truncated",
+                      "the machine's record ends before the probe can have parted from the surface; "
+                      "measure it again");
+  }
+  const auto last_below = [&](double limit) {
+    std::size_t k = apex;
+    while (k < travel.size() && travel[k] < limit) ++k;
+    return k;
+  };
+  Window window;
+  // With some of the rest, which tells how sharply the ramp bends.
+  window.offered = {apex - std::min(apex, kTrusted), last_below(kUntil * overtravel_mm)};
+  window.trusted = {last_below(kTrustedFrom * overtravel_mm), window.offered.end};
+  if (window.trusted.size() < kTrusted) window.trusted = {last_below(kFrom * overtravel_mm), window.offered.end};
+  auto steady = fitWindow(machine, window);
+  if (!steady) return steady.error();
+  const double ramp_mm = rampOf(machine, apex, travel, steady.value());
+  const bool late = ramp_mm > kLatestRamp * overtravel_mm;
+  if (late || travel[steady->used.end - 1] < overtravel_mm) {
+    return aboutTouch(touch, "speed-not-constant",
+                      late ? "the machine still gathers speed when the probe parts; drive deeper, or slower"
+                           : "the machine's speed changes before the probe parts; retract further at constant feed");
+  }
+  return Retreat{std::move(steady).value(), ramp_mm};
+}
+
+std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
+  const double speed = machine.slope.norm();
+  if (machine.slope.dot(touch.plan.retract) < 0.99 * speed) {
+    return aboutTouch(touch, "wrong-direction",
+                      "the machine did not retract along (ux,uy,uz); correct the table of touches");
+  }
+  if (std::abs(speed - touch.plan.speed_mm_s) > 0.2 * touch.plan.speed_mm_s) {
+    return aboutTouch(touch, "speed-differs",
+                      "the machine retracts at " + text(speed) + " mm/s where " + text(touch.plan.speed_mm_s) +
+                          " is stated; set the feed override to 100 %");
+  }
+  return std::nullopt;
+}
+
+// Both windows' lines.
+struct Lines {
+  Steady machine;
+  Steady probe;
+  Eigen::Vector3d machine_apex;
+};
+
+// Windows as a first line of the probe has them.
+Outcome<Lines, Refusal> linesWithin(const Seen& machine, const Seen& probe, const Deflected& contact,
+                                    const Line& first) {
+  const Touch& touch = machine.touch;
+  const std::vector<double> along = touch.machine.along(touch.plan.retract, {0, touch.machine.times.size()});
+  const auto apex = static_cast<std::size_t>(std::ranges::min_element(along) - along.begin());
+  const std::vector<double> travel = travelOf(touch, apex);
+  // Overtravel as the nominal speed and the probe's time to separation tell it: the gain need not be known.
+  const double overtravel_mm = touch.plan.speed_mm_s * contact.apex.norm() / first.slope.norm();
+  auto retreat = fitMachine(machine, apex, travel, overtravel_mm);
+  if (!retreat) return retreat.error();
+  const Line& line = retreat->steady.line;
+  if (auto bad = wrongMotion(touch, line)) return *bad;
+  // Where the machine reaches its speed the deflection begins to fall evenly.
+  const double ramp = retreat->ramp_mm / overtravel_mm;
+  const double settling = kSettling_s * line.slope.norm() / overtravel_mm;
+  const double bend = kBend_s * line.slope.norm() / overtravel_mm;
+  const double highest =
+      std::min(kHighest, std::max(1.0 - ramp - settling, std::min(kSourceHighest, 1.0 - ramp - bend)));
+  auto falling = fitProbe(probe, contact, first, highest);
+  if (!falling) return falling.error();
+  return Lines{std::move(retreat->steady), std::move(falling).value(),
+               touch.machine.values.row(static_cast<Eigen::Index>(apex))};
+}
+
+// The retract's lines from streams without spikes.
+Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter) {
+  const auto contact = findContact(touch);
+  if (!contact) return contact.error();
+  Seen probe{.touch = touch,
+             .stream = touch.probe,
+             .name = "probe",
+             .direction = contact->apex.normalized(),
+             .steps = stepsOf(touch.probe),
+             .usual_s = usualPeriod(touch.probe)};
+  const auto rough = roughLine(probe, contact.value());
+  if (!rough) return rough.error();
+  probe.noise = std::hypot(noiseOf(touch.probe, probe.direction), jitter.probe_s * rough->slope.norm());
+  const Seen machine{
+      .touch = touch,
+      .stream = touch.machine,
+      .name = "machine",
+      .direction = touch.plan.retract,
+      .steps = stepsOf(touch.machine),
+      .noise = std::hypot(noiseOf(touch.machine, touch.plan.retract), jitter.machine_s * touch.plan.speed_mm_s),
+      .usual_s = usualPeriod(touch.machine)};
+  Line first = rough.value();
+  auto lines = linesWithin(machine, probe, contact.value(), first);
+  // A long ramp bends the first line: the next tells better where the windows are.
+  for (int round = 0; round < kRounds; ++round) {
+    if (!lines || first.slope.norm() > (1.0 - kBent) * lines->probe.line.slope.norm()) break;
+    first = lines->probe.line;
+    lines = linesWithin(machine, probe, contact.value(), first);
+  }
+  if (!lines) return lines.error();
+  std::vector<std::string> spikes = lines->machine.spikes;
+  spikes.insert(spikes.end(), lines->probe.spikes.begin(), lines->probe.spikes.end());
+  return Retract{.plan = touch.plan,
+                 .machine = lines->machine.line,
+                 .probe = lines->probe.line,
+                 .machine_apex = lines->machine_apex,
+                 .probe_apex = contact->apex,
+                 .spikes = std::move(spikes),
+                 .rounding = lines->machine.rounding};
+}
+
+// Names of the removed samples from the rest at the apex on: before it the stylus bounces.
+void nameSpikes(Retract& retract, const std::string& stream, const Line& line, const std::vector<double>& removed) {
+  const double half = std::sqrt(3.0 * line.sxx / static_cast<double>(line.n));
+  for (const double time : removed) {
+    if (std::abs(time - line.t_mean) <= half) retract.spikes.push_back(stampOf(stream, time));
+  }
+}
+
+}  // namespace
+
+double separationTime(const Line& probe) {
+  return probe.t_mean - probe.mean.dot(probe.slope) / probe.slope.squaredNorm();
+}
+
+Eigen::Vector3d separationPoint(const Line& machine, const Line& probe) {
+  return machine.at(separationTime(probe));
+}
+
+Outcome<Retract, Refusal> fitRetract(const Touch& touch, const StampJitter& jitter) {
+  const Despiked machine = withoutSpikes(touch.machine, jitter.machine_s);
+  const Despiked probe = withoutSpikes(touch.probe, jitter.probe_s);
+  auto retract = linesOf({touch.plan, machine.stream, probe.stream}, jitter);
+  if (!retract) return retract;
+  nameSpikes(retract.value(), "machine", retract->machine, machine.removed);
+  nameSpikes(retract.value(), "probe", retract->probe, probe.removed);
+  if (touch.joints.size() > 0) {
+    retract->joints = fitJointPath(touch.machine.times, touch.joints, touch.machine.values, retract->machine);
+  }
+  return retract;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,45 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/line.hpp"
+#include "firmware/metrology/kinematics/joint_path.hpp"
+#include "firmware/metrology/touch/quantisation.hpp"
+#include "firmware/metrology/touch/stamp_jitter.hpp"
+#include "firmware/metrology/touch/touch.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// A touch reduced to the two lines of its retract, each over its own stream's window of constant speed: the machine
+// stream lags by speed times delay, so one common window would take in a ramp (CN101622513, docs/metrology.md A.3).
+struct Retract {
+  TouchPlan plan;
+  Line machine;  // mm
+  Line probe;    // raw channels
+  // Rests at the apex, each in its own stream; for the check of full deflection.
+  Eigen::Vector3d machine_apex;
+  Eigen::Vector3d probe_apex;
+  std::vector<std::string> spikes;  // samples within the windows that the lines do not use
+  Rounding rounding{};              // of the machine's line
+  JointPath joints{};               // within the machine's window, where its axes are not Cartesian
+};
+
+// Parameter of the probe's line where the deflection is zero, s (A5), (A6): principal direction of the retract's own
+// slope.
+double separationTime(const Line& probe);
+
+// Machine position where the deflection is zero (A7), mm: displaced by the lag, M = P - tau v (A2).
+Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
+
+// Finds the windows and fits the lines.
+// Refuses, about this touch alone: no-contact, truncated (a record that ends before separation), too-few-samples (under
+// three in a window), gap, speed-not-constant (within 2 %), speed-differs (from the nominal by more than 20 %),
+// wrong-direction, deflection-not-falling, residual-too-large (slip or bounce: rms above 3 sigma of the record, or the
+// window of the source is not on one line). A sample that is off alone is left out, and named.
+// jitter: of the stamps, as all touches of the set tell it.
+Outcome<Retract, Refusal> fitRetract(const Touch& touch, const StampJitter& jitter);
+
+}  // namespace probebox::metrology

@@ -1,0 +1,126 @@
+#include "firmware/metrology/touch/switched_touch.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/line.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kWindow_mm = 0.2;  // of way to either side of an edge
+constexpr std::size_t kFewestRows = 5;
+constexpr double kSteadiness = 0.02;  // of the speed
+constexpr double kNoise = 5;          // deviations of a slope that noise may make
+constexpr double kNominal = 0.2;      // of the speed that was asked for
+
+// The positions of one touch: rows [begin, end) of table machine.
+struct Positions {
+  std::span<const double> times;
+  Eigen::Map<const Eigen::VectorXd> x, y, z;
+};
+
+struct Planned {
+  std::string name;
+  Vector3d normal, retract;
+  double speed_mm_s{};
+};
+
+Line lineOver(const Positions& of, std::size_t begin, std::size_t end) {
+  Rows3 rows{static_cast<Eigen::Index>(end - begin), 3};
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    rows.row(static_cast<Eigen::Index>(i - begin)) << of.x[k], of.y[k], of.z[k];
+  }
+  return fitLine(of.times.subspan(begin, end - begin), rows);
+}
+
+// Where the machine stood at the edge, the delay taken out. sense: -1 on the way in, 1 on the way out.
+Outcome<Vector3d, Refusal> placeAt(double edge_s, double sense, const Positions& of, const Planned& planned,
+                                   const Vector3d& tau) {
+  const auto refuse = [&](const char* name, const std::string& what) {
+    return Refusal{name, planned.name + (sense < 0 ? ", way in: " : ", way out: ") + what};
+  };
+  const double window_s = kWindow_mm / planned.speed_mm_s;
+  std::size_t begin = 0, end = of.times.size();
+  while (begin < end && of.times[begin] < edge_s - window_s) ++begin;
+  while (end > begin && of.times[end - 1] > edge_s + window_s) --end;
+  if (end - begin < 2 * kFewestRows) {
+    return refuse("too-few-samples", "fewer than " + std::to_string(2 * kFewestRows) +
+                                         " positions about the edge: touch more slowly, or latch more often");
+  }
+  const std::size_t middle = begin + (end - begin) / 2;
+  const Line line = lineOver(of, begin, end), first = lineOver(of, begin, middle), last = lineOver(of, middle, end);
+  const auto speedOf = [&](const Line& l) { return sense * l.slope.dot(planned.retract); };
+  const double speed = speedOf(line);
+  if (!(std::abs(speed - planned.speed_mm_s) <= kNominal * planned.speed_mm_s)) {
+    return refuse("speed-differs", "the machine moves at " + text(speed) + " mm/s, not at " + text(planned.speed_mm_s) +
+                                       ": does the feed override stand at 100 %?");
+  }
+  // That of the halves: a bend would hide in the noise of the whole.
+  const double scatter = first.scatterAlong(planned.retract) + last.scatterAlong(planned.retract);
+  const double variance = scatter / static_cast<double>(line.n - 4);
+  const double noise = std::sqrt(variance * (1 / first.sxx + 1 / last.sxx));
+  if (std::abs(speedOf(first) - speedOf(last)) > kSteadiness * speed + kNoise * noise) {
+    return refuse(
+        "speed-not-constant",
+        "the speed changes about the edge: approach and retract at constant speed, further beyond the surface");
+  }
+  return Vector3d{line.at(edge_s) + tau.cwiseProduct(line.slope)};
+}
+
+}  // namespace
+
+Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& dataset,
+                                                             const std::array<double, 3>& tau_s) {
+  const auto machine = checkedTable(dataset, "machine", kMachineColumns);
+  if (!machine) return machine.error();
+  const auto touches = checkedTable(dataset, "touches", kTouchesColumns);
+  if (!touches) return touches.error();
+  const auto edges = checkedTable(dataset, "edges", kEdgesColumns);
+  if (!edges) return edges.error();
+  const Vector3d tau{tau_s.data()};
+  const auto cell = [](const Table& table, std::string_view column, std::size_t row) {
+    return (*table.column(column))[row];
+  };
+  const auto& of_touch = *(*machine)->column("touch");
+  const auto part = [&](std::string_view column, std::size_t begin, std::size_t size) {
+    return std::span{*(*machine)->column(column)}.subspan(begin, size);
+  };
+  std::vector<SwitchedTouch> found;
+  std::size_t begin = 0;
+  for (std::size_t row = 0; row < (*touches)->rows(); ++row) {
+    const double number = cell(**touches, "touch", row);
+    std::size_t end = begin;
+    while (end < of_touch.size() && of_touch[end] == number) ++end;
+    const std::string name = "touch " + text(number);
+    if (end == begin || row >= (*edges)->rows() || cell(**edges, "touch", row) != number)
+      return Refusal{"missing-touch", name + " has no positions or no edges: measure it again"};
+    const auto size = static_cast<Eigen::Index>(end - begin);
+    const auto vectorOf = [&](std::string_view column) {
+      return Eigen::Map<const Eigen::VectorXd>{part(column, begin, end - begin).data(), size};
+    };
+    const Positions positions{part("t_s", begin, end - begin), vectorOf("x_mm"), vectorOf("y_mm"), vectorOf("z_mm")};
+    const auto direction = [&](const char* x, const char* y, const char* z) {
+      return Vector3d{cell(**touches, x, row), cell(**touches, y, row), cell(**touches, z, row)};
+    };
+    const Planned planned{name, direction("nx", "ny", "nz"), direction("ux", "uy", "uz"),
+                          cell(**touches, "speed_mm_s", row)};
+    const auto in = placeAt(cell(**edges, "contact_s", row), -1, positions, planned, tau);
+    if (!in) return in.error();
+    const auto out = placeAt(cell(**edges, "release_s", row), 1, positions, planned, tau);
+    if (!out) return out.error();
+    found.push_back({.normal = planned.normal,
+                     .at_mm = (*in + *out) / 2,
+                     .late_s = (*out - *in).dot(planned.retract) / (2 * planned.speed_mm_s)});
+    begin = end;
+  }
+  return found;
+}
+
+}  // namespace probebox::metrology

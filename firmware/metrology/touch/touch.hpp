@@ -1,0 +1,56 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/line.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::metrology {
+
+// One stream during one touch, at its native rate. Stamps rise.
+struct Stream {
+  std::vector<double> times;  // s, master clock
+  Rows3 values;               // machine: mm; probe: raw channels
+
+  std::span<const double> timesOf(Run run) const { return std::span{times}.subspan(run.begin, run.size()); }
+  Eigen::Ref<const Rows3> valuesOf(Run run) const {
+    return values.middleRows(static_cast<Eigen::Index>(run.begin), static_cast<Eigen::Index>(run.size()));
+  }
+  // Mean time between samples, s; 0 for fewer than two.
+  double period() const;
+  // Projections onto a direction.
+  std::vector<double> along(const Eigen::Vector3d& direction, Run run) const;
+};
+
+// How a touch was meant.
+struct TouchPlan {
+  std::string name;         // "touch 7"
+  Eigen::Vector3d normal;   // of the surface, outward, unit
+  Eigen::Vector3d retract;  // unit direction of the retract
+  double speed_mm_s{};      // nominal
+};
+
+// One drive onto the surface and back.
+struct Touch {
+  TouchPlan plan;
+  Stream machine;
+  Stream probe;
+  Eigen::MatrixXd joints{};  // rad or mm, a row a stamp of the machine; empty where its axes are Cartesian
+};
+
+class Kinematics;
+
+// Groups the tables machine, probe and touches by touch, in the order of the table of touches.
+// Refuses what checkedTable refuses, and: duplicated-touch, unknown-touch, missing-touch (a touch without samples: a
+// truncated record), duplicated-sample, time-not-rising (by half a period or more: less is jitter), duplicated-reading
+// (two touches with the same samples), bad-direction, bad-speed, truncated (the streams of one touch cover different
+// times).
+Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset);
+
+// The same from a table machine of joint positions, which the machine's forward kinematics turn into those of the tip.
+Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const Kinematics& kinematics);
+
+}  // namespace probebox::metrology

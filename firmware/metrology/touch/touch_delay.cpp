@@ -1,0 +1,200 @@
+#include "firmware/metrology/touch/touch_delay.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/touch/dwell_ringing.hpp"
+#include "firmware/metrology/touch/gain_matrix.hpp"
+#include "firmware/metrology/touch/previous_delay.hpp"
+#include "firmware/metrology/touch/size_line.hpp"
+#include "firmware/metrology/touch/touch.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 2> kFeatures{"external", "internal"};
+
+std::string delayKey(const TouchQuestion& question) {
+  switch (question.delays) {
+    case Delays::common:
+      return "tau_s";
+    case Delays::each_axis:
+      return "tau_axis_s";
+    case Delays::each_joint:
+      return "tau_joint_s";
+  }
+  return {};
+}
+
+// The table of touches may tell that the speeds do not suffice before any sample is looked at.
+std::optional<Refusal> refuseStatedSpeeds(const Table& touches) {
+  const auto [slowest, fastest] = std::ranges::minmax(*touches.column("speed_mm_s"));
+  return slowest > 0.0 ? refuseSpeeds(slowest, fastest) : std::nullopt;
+}
+
+// The normals tell inside from outside; what is stated must not contradict them.
+std::optional<Refusal> wrongFeature(const std::optional<std::string>& stated, const TouchFit& fit) {
+  const bool external = fit.normal_speed.sum() > 0.0;
+  if (!stated || (*stated == "external") == external) return std::nullopt;
+  return Refusal{"bad-config", "feature is '" + *stated + "', but the touches retract " +
+                                   (external ? "outwards as from an external" : "inwards as from an internal") +
+                                   " one: correct the configuration or the normals"};
+}
+
+}  // namespace
+
+Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const TouchQuestion& question) {
+  const auto feature = configWord(dataset, "feature", kFeatures);
+  if (!feature) return feature.error();
+  const auto previous = previousDelay(dataset, "previous_" + delayKey(question), question.delayCount());
+  if (!previous) return previous.error();
+  const auto listed = checkedTable(dataset, "touches", kTouchesColumns);
+  if (!listed) return listed.error();
+  if (!question.size_mm) {
+    if (auto refusal = refuseStatedSpeeds(*listed.value())) return *refusal;
+  }
+  const auto touches = question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset);
+  if (!touches) return touches.error();
+  auto agreed = agreeOn(withoutRinging(touches.value()), question);
+  if (!agreed) return agreed.error();
+  if (auto refusal = wrongFeature(feature.value(), agreed->fit)) return *refusal;
+  return TouchDelay{dataset, question, std::move(agreed).value(), previous.value()};
+}
+
+Estimate TouchDelay::delay() const {
+  const Eigen::VectorXd tau = previous_ + touches_.fit.tau_s;
+  const Eigen::VectorXd sd = (touches_.fit.covariance.diagonal().head(tau.size()) * widening()).cwiseSqrt();
+  Estimate estimate = question_.delays == Delays::common
+                          ? Estimate::scalar("tau_s", tau[0], sd[0])
+                          : Estimate::vector(delayKey(question_), {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
+  estimate.design = design_.tau_s_mm;
+  return estimate;
+}
+
+std::optional<Estimate> TouchDelay::centre() const {
+  const auto& fit = touches_.fit;
+  if (fit.centre.size() != 3) return std::nullopt;
+  const Eigen::VectorXd sd = fit.centre_sd * std::sqrt(widening());
+  auto estimate = Estimate::vector("centre_mm", {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
+  estimate.design = design_.centre;
+  return estimate;
+}
+
+std::optional<Estimate> TouchDelay::gainMatrix() const {
+  const auto estimate = [](const Eigen::Matrix3d& gain, std::vector<double> sd) {
+    const auto entries = gain.reshaped<Eigen::RowMajor>();
+    return Estimate::matrix("gain_matrix", 3, {entries.begin(), entries.end()}, std::move(sd));
+  };
+  if (touches_.fit.gain) {
+    const auto sd = touches_.fit.gain_sd.reshaped<Eigen::RowMajor>();
+    return estimate(*touches_.fit.gain, {sd.begin(), sd.end()});
+  }
+  // Without a common gain the best that all touches have (A4); how uncertain it is nobody can tell.
+  const auto count = static_cast<Eigen::Index>(touches_.retracts.size());
+  Eigen::MatrixX3d velocities{count, 3};
+  Eigen::MatrixX3d slopes{count, 3};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Retract& retract = touches_.retracts[static_cast<std::size_t>(i)];
+    velocities.row(i) = retract.machine.slope.transpose();
+    slopes.row(i) = retract.probe.slope.transpose();
+  }
+  const auto gain = metrology::gainMatrix(velocities, slopes);
+  if (!gain) return std::nullopt;
+  return estimate(gain.value(), {});
+}
+
+void TouchDelay::addWarnings(Result& result) const {
+  for (const auto& refusal : touches_.refusals) result.warnings.push_back("dropped: " + refusal.reason);
+  if (!touches_.common_gain) {
+    result.warnings.emplace_back("the probe's gain differs between touches: each was extrapolated by its own slope");
+  }
+  for (const auto& retract : touches_.retracts) {
+    const double speed = retract.machine.slope.norm();
+    if (std::abs(speed - retract.plan.speed_mm_s) <= 0.02 * retract.plan.speed_mm_s) continue;
+    result.warnings.push_back(retract.plan.name + " ran at " + text(speed) + " mm/s, not " +
+                              text(retract.plan.speed_mm_s) + ": is the feed override at 100 %?");
+  }
+  if (touches_.disagree()) {
+    result.warnings.push_back("the touches agree worse than their samples promise (reduced chi-square " +
+                              text(touches_.fit.radial_chi2) +
+                              "): sd widened; look for dirt, stiction or a loose stylus");
+  }
+}
+
+void TouchDelay::addResiduals(Result& result) const {
+  result.design_per = kOneTouch;
+  result.residuals = {.unit = "mm", .against = "normal_speed_mm_s", .names = {}, .at = {}, .values = {}};
+  for (std::size_t i = 0; i < touches_.retracts.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    result.residuals.names.push_back(touches_.retracts[i].plan.name);
+    result.residuals.at.push_back(touches_.fit.normal_speed[row]);
+    result.residuals.values.push_back(touches_.fit.radial[row]);
+  }
+}
+
+Result TouchDelay::report(std::span<const std::string_view> keys) const {
+  const TouchFit& fit = touches_.fit;
+  Result result;
+  result.method = dataset_->method;
+  result.convention = kDelayConvention;
+  result.rms = std::sqrt(fit.radial.squaredNorm() / static_cast<double>(fit.radial.size()));
+  result.dof = touches_.noise.dof;
+  result.condition = fit.condition;
+  if (fit.dof > 0) result.chi2_reduced = fit.radial_chi2;
+  std::vector<std::string_view> used{keys.begin(), keys.end()};
+  const std::string previous = "previous_" + delayKey(question_);
+  used.insert(used.end(), {"feature", previous});
+  result.warnings = unusedKeys(*dataset_, used);
+  addWarnings(result);
+  result.dropped = touches_.dropped;
+  for (const auto& retract : touches_.retracts) {
+    for (const auto& spike : retract.spikes) result.dropped.push_back({retract.plan.name + ", " + spike, "spike"});
+  }
+  addResiduals(result);
+  addResidualDelay(result, delay(), previous_);
+  return result;
+}
+
+Estimate TouchDelay::size() const {
+  const auto variance = touches_.fit.covariance.diagonal().tail<1>()[0] * widening();
+  auto estimate = Estimate::scalar("effective_diameter_mm", touches_.fit.size_mm, std::sqrt(variance));
+  estimate.design = design_.size;
+  return estimate;
+}
+
+Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
+  const Eigen::MatrixXd& whole = touches_.fit.covariance;
+  Covariance covariance;
+  std::vector<Eigen::Index> rows;
+  for (const auto& estimate : estimates) {
+    const Eigen::Index first = estimate.key.starts_with("tau_") ? 0
+                               : estimate.key == "centre_mm"    ? question_.delayCount()
+                                                                : whole.rows() - 1;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      const bool scalar = estimate.shape == Shape::scalar;
+      covariance.components.push_back(scalar ? estimate.key : estimate.key + "[" + std::to_string(k) + "]");
+      rows.push_back(first + static_cast<Eigen::Index>(k));
+    }
+  }
+  const Eigen::MatrixXd chosen = whole(rows, rows) * widening();
+  for (const double entry : chosen.reshaped<Eigen::RowMajor>()) covariance.values.push_back(entry);
+  return covariance;
+}
+
+Result TouchDelay::onSphere(std::span<const std::string_view> keys) const {
+  Result result = report(keys);
+  result.estimates.push_back(delay());
+  if (const auto found = centre()) result.estimates.push_back(*found);
+  result.covariance = covarianceOf(result.estimates);
+  if (const auto gain = gainMatrix()) result.also.push_back(*gain);
+  if (!question_.size_mm) result.also.push_back(size());
+  return result;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,193 @@
+#include "firmware/metrology/touch/touch_noise.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/robust_statistics.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+// Deviation that noise is never taken to be below, mm and raw: digits of a case file.
+constexpr double kFloor = 1e-7;
+constexpr double kMostOfSteps = 0.5;  // steps^2
+
+constexpr std::size_t kLeastResiduals = 6;  // of a stream: below, its noise is anyone's guess
+
+struct Scatter {
+  double along{};
+  double across{};
+  double dof{};  // along; twice as many across
+
+  Scatter& operator+=(const Scatter& other) {
+    along += other.along;
+    across += other.across;
+    dof += other.dof;
+    return *this;
+  }
+  SampleNoise variance() const {
+    return {std::max(along, 0.0) / dof + kFloor * kFloor, across / (2.0 * dof) + kFloor * kFloor};
+  }
+  // How much wider than a normal variate's the distribution is that so few residuals leave (JCGM 101, 6.4.9.4:
+  // Student's).
+  double spread() const { return dof > 3.0 ? dof / (dof - 2.0) : 3.0; }
+};
+
+// rounded: variance of the residuals along the motion that is no noise of single samples.
+Scatter scatterOf(const Line& line, double rounded = 0.0) {
+  const double along = line.scatterAlong(line.slope.normalized());
+  const double dof = static_cast<double>(line.n) - 2.0;
+  return {along - rounded * dof, line.scatter.trace() - along, dof};
+}
+
+bool sameSpeed(const Retract& a, const Retract& b) {
+  return std::abs(a.plan.speed_mm_s - b.plan.speed_mm_s) < 0.02 * std::max(a.plan.speed_mm_s, b.plan.speed_mm_s);
+}
+
+// variance = still + jitter * speed^2: a jitter of the stamps shows as noise along the motion, in proportion to the
+// speed.
+struct NoiseLaw {
+  double still{};
+  double jitter{};  // s^2
+  double across{};
+  double dof{};
+
+  SampleNoise at(double speed) const { return {still + jitter * speed * speed, across}; }
+};
+
+// Rate of change of the stream, mm/s or raw/s.
+double rateOf(const Line& line) {
+  return line.slope.norm();
+}
+
+// What rounding gives the residuals of each touch along its motion, and its line.
+struct Rounded {
+  std::vector<double> residuals;
+  std::vector<LineNoise> lines;
+};
+
+Rounded roundedOf(std::span<const Retract> retracts) {
+  std::vector<Line> lines;
+  std::vector<Rounding> roundings;
+  for (const auto& touch : retracts) {
+    lines.push_back(touch.machine);
+    roundings.push_back(touch.rounding);
+  }
+  const double noise = noiseBeforeRounding(lines, roundings);
+  Rounded rounded;
+  for (const auto& touch : retracts) {
+    const Eigen::Vector3d u = touch.machine.slope.normalized();
+    double residual = 0.0;
+    LineNoise line;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Rounding::Share share = touch.rounding.shareOf(axis, noise);
+      line.mean[axis] = share.mean;
+      line.slope[axis] = share.slope;
+      line.both[axis] = share.both;
+      residual += u[axis] * u[axis] * share.residual;
+    }
+    rounded.residuals.push_back(residual);
+    rounded.lines.push_back(line);
+  }
+  return rounded;
+}
+
+// Line through the squared residuals of the touches against the square of their rates, weighted by what a sum of
+// squares is uncertain by. The jitter counts only where it stands out by three deviations.
+NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std::span<const double> rounded) {
+  Scatter all;
+  for (std::size_t k = 0; k < retracts.size(); ++k) all += scatterOf(retracts[k].*member, rounded[k]);
+  NoiseLaw law{
+      .still = all.variance().along * all.spread(), .jitter = 0.0, .across = all.variance().across, .dof = all.dof};
+  NoiseLaw tried = law;
+  for (int round = 0; round < 5; ++round) {
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t k = 0; k < retracts.size(); ++k) {
+      const Line& line = retracts[k].*member;
+      const Scatter own = scatterOf(line, rounded[k]);
+      const double rate = rateOf(line);
+      const Eigen::Vector2d row{1.0, rate * rate};
+      const double weight = own.dof / (2.0 * std::pow(tried.at(rate).along, 2));
+      normal += weight * row * row.transpose();
+      right += weight * row * own.along / own.dof;
+    }
+    const Eigen::Matrix2d covariance = normal.inverse();
+    const Eigen::Vector2d solution = covariance * right;
+    if (!(solution[1] > 3.0 * std::sqrt(covariance(1, 1)))) return law;
+    tried.still = std::max(solution[0] * all.spread(), kFloor * kFloor);
+    tried.jitter = solution[1] * all.spread();
+  }
+  return tried;
+}
+
+// Median over the touches of that speed, so that a bad touch does not hide in a pool which it has spoilt.
+double usualVariance(std::span<const Retract> retracts, const Retract& touch, Line Retract::*line) {
+  std::vector<double> at_speed;
+  std::vector<double> of_all;
+  for (const auto& other : retracts) {
+    const double variance = scatterOf(other.*line).variance().along;
+    of_all.push_back(variance);
+    if (sameSpeed(touch, other)) at_speed.push_back(variance);
+  }
+  auto& variances = at_speed.size() >= 4 ? at_speed : of_all;
+  return median(variances);
+}
+
+}  // namespace
+
+PooledNoise poolNoise(std::span<const Retract> retracts) {
+  const Rounded rounded = roundedOf(retracts);
+  const NoiseLaw machine = noiseLaw(retracts, &Retract::machine, rounded.residuals);
+  const NoiseLaw probe = noiseLaw(retracts, &Retract::probe, std::vector<double>(retracts.size()));
+  PooledNoise noise;
+  noise.dof = static_cast<std::size_t>(machine.dof + probe.dof);
+  noise.least_dof = static_cast<std::size_t>(std::min(machine.dof, probe.dof));
+  for (std::size_t k = 0; k < retracts.size(); ++k) {
+    noise.of_touch.push_back(
+        {machine.at(rateOf(retracts[k].machine)), probe.at(rateOf(retracts[k].probe)), rounded.lines[k]});
+  }
+  return noise;
+}
+
+std::optional<Refusal> tooFewResiduals(std::span<const Retract> retracts) {
+  for (const auto& [line, stream] : {std::pair{&Retract::machine, "machine"}, std::pair{&Retract::probe, "probe"}}) {
+    std::size_t samples = 0;
+    std::size_t residuals = 0;
+    for (const auto& touch : retracts) {
+      samples += (touch.*line).n;
+      residuals += (touch.*line).n - 2;
+    }
+    if (residuals >= kLeastResiduals) continue;
+    return Refusal{"too-few-samples", std::to_string(samples) + " " + stream + " samples at constant speed in " +
+                                          std::to_string(retracts.size()) +
+                                          " touches do not tell their noise; retract slower, or further, or sample "
+                                          "faster"};
+  }
+  return std::nullopt;
+}
+
+std::vector<Dropped> noisyTouches(std::span<const Retract> retracts) {
+  std::vector<Dropped> noisy;
+  for (const auto& touch : retracts) {
+    for (const auto& [line, stream] : {std::pair{&Retract::machine, "machine"}, std::pair{&Retract::probe, "probe"}}) {
+      const Scatter own = scatterOf(touch.*line);
+      // Of few residuals the squares are larger by chance, and so few tell no slip.
+      const double usual = 9.0 * (1.0 + 12.0 / own.dof) * usualVariance(retracts, touch, line);
+      // Samples that are rounded alike have next to no residuals, up to where half of them are rounded otherwise.
+      const double of_steps = line == &Retract::machine ? kMostOfSteps * std::pow(touch.rounding.coarsest(), 2) : 0.0;
+      if (own.dof < 2.5 || own.variance().along <= std::max(usual, of_steps)) continue;
+      noisy.push_back({touch.plan.name, std::string{"residual-too-large: the "} + stream +
+                                            " samples lie more than 3 sigma about their line (slip or bounce)"});
+      break;
+    }
+  }
+  return noisy;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,187 @@
+#include "firmware/metrology/touch/touch_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/touch/size_line.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kOutlier = 4.5;           // weighted residual of a touch
+constexpr double kLeastDepthShare = 0.90;  // of the overtravel that the deflection must show
+constexpr double kGrossShare = 0.01;       // of the overtravel by which no touch may miss the feature
+
+// The noise that chi-square is counted in is known from so many residuals itself.
+bool exceeds(double reduced_chi2, std::size_t dof, const PooledNoise& noise, double deviations) {
+  if (dof == 0 || noise.least_dof == 0) return false;
+  const double variance = 2.0 / static_cast<double>(dof) + 2.0 / static_cast<double>(noise.least_dof);
+  return reduced_chi2 > 1.0 + deviations * std::sqrt(variance);
+}
+
+double depthOf(const Retract& retract) {
+  return retract.machine.slope.norm() * retract.probe_apex.norm() / retract.probe.slope.norm();
+}
+
+struct Selection {
+  const TouchQuestion& question;
+  AgreedTouches touches{};
+  std::size_t offered{};
+  std::size_t unknowns{};
+
+  void drop(const std::string& touch, const Refusal& why) {
+    std::erase_if(touches.retracts, [&](const Retract& retract) { return retract.plan.name == touch; });
+    touches.dropped.push_back({touch, why.name});
+    touches.refusals.push_back(why);
+  }
+  // One bad touch among many is left out; when every other one is bad the set-up is, and its name is the one that most
+  // of them have. So it is when what is left could hide another bad one.
+  std::optional<Refusal> tooManyDropped() const {
+    const auto& refusals = touches.refusals;
+    if (refusals.empty()) return std::nullopt;
+    if (2 * refusals.size() <= offered && touches.retracts.size() > unknowns) return std::nullopt;
+    const auto occurs = [&](const Refusal& one) { return std::ranges::count(refusals, one.name, &Refusal::name); };
+    const Refusal& usual = *std::ranges::max_element(refusals, {}, occurs);
+    return Refusal{usual.name, usual.reason + " (" + std::to_string(refusals.size()) + " of " +
+                                   std::to_string(offered) + " touches cannot be used)"};
+  }
+  std::optional<Refusal> refuseSpeedsLeft() const {
+    if (question.size_mm) return std::nullopt;
+    const auto [least, greatest] =
+        std::ranges::minmax(touches.retracts, {}, [](const Retract& retract) { return retract.machine.slope.norm(); });
+    return refuseSpeeds(least.machine.slope.norm(), greatest.machine.slope.norm());
+  }
+  std::optional<Refusal> insufficient() const {
+    if (auto refusal = tooManyDropped()) return refusal;
+    return refuseSpeedsLeft();
+  }
+};
+
+std::size_t unknownsOf(const std::vector<Touch>& touches, const TouchQuestion& question) {
+  Eigen::MatrixXd normals{static_cast<Eigen::Index>(touches.size()), 3};
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    normals.row(static_cast<Eigen::Index>(i)) = touches[i].plan.normal.transpose();
+  }
+  return static_cast<std::size_t>(spanOf(normals).cols() + question.delayCount() + (question.size_mm ? 0 : 1));
+}
+
+Outcome<Selection, Refusal> select(const std::vector<Touch>& touches, const TouchQuestion& question) {
+  Selection selection{.question = question, .offered = touches.size(), .unknowns = unknownsOf(touches, question)};
+  const StampJitter jitter = stampJitter(touches);
+  for (const auto& touch : touches) {
+    const auto retract = fitRetract(touch, jitter);
+    if (retract) {
+      selection.touches.retracts.push_back(retract.value());
+    } else if (retract.error().name == "truncated") {
+      return retract.error();  // lost rows: what else is missing?
+    } else {
+      selection.drop(touch.plan.name, retract.error());
+    }
+  }
+  for (const auto& noisy : noisyTouches(selection.touches.retracts)) {
+    selection.drop(noisy.name, {"residual-too-large", noisy.name + ": " + noisy.reason});
+  }
+  if (auto refusal = selection.insufficient()) return *refusal;
+  if (auto refusal = tooFewResiduals(selection.touches.retracts)) return *refusal;
+  return selection;
+}
+
+// Fits with one gain for all touches where their slopes agree, else each touch with its own.
+std::optional<Refusal> fitOnce(Selection& selection) {
+  AgreedTouches& touches = selection.touches;
+  TouchQuestion question = selection.question;
+  touches.noise = poolNoise(touches.retracts);
+  question.gain = Gain::common;
+  auto fit = fitTouches(touches.retracts, touches.noise, question);
+  if (!fit) return fit.error();
+  touches.gain_misfit = fit->slope_chi2;
+  touches.common_gain = !exceeds(fit->slope_chi2, fit->slope_dof, touches.noise, 6.0);
+  if (!touches.common_gain) {
+    question.gain = Gain::by_touch;
+    auto by_touch = fitTouches(touches.retracts, touches.noise, question);
+    if (!by_touch) return by_touch.error();
+    // Outliers are looked for in both: a slip may show in the slope alone.
+    for (std::size_t i = 0; i < by_touch->worst.size(); ++i) {
+      by_touch->worst[i] = std::max(by_touch->worst[i], fit->worst[i]);
+    }
+    fit = std::move(by_touch);
+  }
+  touches.fit = std::move(fit).value();
+  return std::nullopt;
+}
+
+std::vector<std::string> clipped(const AgreedTouches& touches) {
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
+    const double missing = std::abs(touches.fit.full_depth[static_cast<Eigen::Index>(i)]);
+    if (isClipped(missing, depthOf(touches.retracts[i]))) found.push_back(touches.retracts[i].plan.name);
+  }
+  return found;
+}
+
+std::optional<Refusal> dropClipped(Selection& selection) {
+  const auto names = clipped(selection.touches);
+  if (names.empty()) return std::nullopt;
+  for (const auto& name : names) selection.drop(name, clippedTouch(name));
+  if (auto refusal = selection.insufficient()) return refusal;
+  return fitOnce(selection);
+}
+
+// Leaves out the touch that disagrees most, as long as one does: it pulls others along, so one at a time. When a fifth
+// is gone and there is no agreement yet the model is at fault, not the touches: then all stay, and the sd tells.
+void dropOutliers(Selection& selection) {
+  Selection kept = selection;
+  while (true) {
+    const auto& worst = kept.touches.fit.worst;
+    const auto largest = std::ranges::max_element(worst);
+    if (*largest <= kOutlier) break;
+    const std::string name = kept.touches.retracts[static_cast<std::size_t>(largest - worst.begin())].plan.name;
+    kept.drop(name, {"residual-too-large", name + ": does not agree with the other touches (slip, dirt); touch again"});
+    if (5 * (kept.touches.dropped.size() - selection.touches.dropped.size()) > selection.offered) return;
+    if (kept.insufficient() || fitOnce(kept)) return;
+  }
+  selection.touches = std::move(kept.touches);
+}
+
+// A disagreement that is no longer a matter of micrometres is not answered with a wide sd.
+std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
+  for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
+    const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);
+    if (touches.fit.worst[i] <= kOutlier || misses_mm <= kGrossShare * depthOf(touches.retracts[i])) continue;
+    return Refusal{"residual-too-large", touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
+                                             " mm: look for a slip, dirt, a wrong size or a loose stylus, and touch "
+                                             "again"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool isClipped(double missing_mm, double depth_mm) {
+  return missing_mm > (1.0 - kLeastDepthShare) * (depth_mm + missing_mm);
+}
+
+Refusal clippedTouch(const std::string& name) {
+  return {"clipped",
+          name + ": the deflection stays behind the overtravel by more than 10 %; reduce the overtravel or the gain"};
+}
+
+bool AgreedTouches::disagree() const {
+  return exceeds(fit.radial_chi2, fit.dof, noise, 4.0);
+}
+
+Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question) {
+  auto selection = select(touches, question);
+  if (!selection) return selection.error();
+  if (auto refusal = fitOnce(selection.value())) return *refusal;
+  if (auto refusal = dropClipped(selection.value())) return *refusal;
+  dropOutliers(selection.value());
+  if (auto refusal = grossMisfit(selection->touches)) return *refusal;
+  return std::move(selection->touches);
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,170 @@
+#include "firmware/metrology/uncertainty/known_quantities.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/known_keys.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kReference_c = 20.0;  // ISO 1
+constexpr double kColdest_c = -30.0;
+constexpr double kWarmest_c = 70.0;
+constexpr double kLargestExpansion = 1e-3;  // per K; zinc has 3e-5
+
+constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
+
+double* numberIn(Dataset& dataset, std::string_view key, std::size_t part) {
+  const auto entry = dataset.config.find(key);
+  if (entry == dataset.config.end()) return nullptr;
+  if (auto* list = std::get_if<std::vector<double>>(&entry->second)) {
+    return part < list->size() ? &(*list)[part] : nullptr;
+  }
+  return part == 0 ? std::get_if<double>(&entry->second) : nullptr;
+}
+
+// Multiplies every known size of the method.
+void scaleSizes(Dataset& dataset, double factor) {
+  for (const auto& known : knownQuantities()) {
+    if (known.method != dataset.method || known.kind != KnownKind::size) continue;
+    for (std::size_t part = 0; double* size = numberIn(dataset, known.key, part); ++part) *size *= factor;
+  }
+}
+
+struct Temperature {
+  double above_k{};  // the reference
+  double expansion_per_k{};
+};
+
+// Nothing where the case states none that matters. Refuses what typeBInputs does of it.
+Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& dataset) {
+  const auto celsius = configNumber(dataset, "temperature_c");
+  if (!celsius) return celsius.error();
+  if (celsius.value() && (**celsius < kColdest_c || **celsius > kWarmest_c)) {
+    return Refusal{"bad-config", "config key 'temperature_c' is " + text(**celsius) +
+                                     ": give degrees Celsius, from -30 to 70, at which it was measured"};
+  }
+  if (!hasSize(dataset.method)) return std::optional<Temperature>{};
+  const auto expansion = configNumber(dataset, "expansion_per_k");
+  if (!expansion) return expansion.error();
+  if (expansion.value() && std::abs(**expansion) > kLargestExpansion) {
+    return Refusal{"bad-config", "config key 'expansion_per_k' is " + text(**expansion) +
+                                     ": give the share by which a kelvin lengthens the piece, such as 11.5e-6"};
+  }
+  for (const auto key : kTemperatureKeys) {
+    if (!dataset.config.contains(key) || (celsius.value() && expansion.value())) continue;
+    return Refusal{"missing-key", "config key '" + std::string{key} +
+                                      "' says nothing by itself: state temperature_c and expansion_per_k too"};
+  }
+  if (!expansion.value()) return std::optional<Temperature>{};
+  return std::optional{Temperature{**celsius - kReference_c, **expansion}};
+}
+
+std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
+  const auto temperature = temperatureOf(dataset);
+  if (!temperature) return temperature.error();
+  if (!temperature.value()) return std::nullopt;
+  const auto [above, expansion] = **temperature;
+  const double now = 1.0 + expansion * above;
+  const auto add = [&](std::string_view key, double per_unit) -> std::optional<Refusal> {
+    const auto sd = configPositive(dataset, key);
+    if (!sd) return sd.error();
+    if (!sd.value()) return std::nullopt;
+    const double share = per_unit * **sd / now;
+    inputs.push_back(
+        {std::string{key}, **sd, [share](Dataset& moved, double by) { scaleSizes(moved, 1 + share * by); }});
+    return std::nullopt;
+  };
+  if (auto refusal = add("sd_temperature_k", expansion)) return refusal;
+  return add("sd_expansion_per_k", above);
+}
+
+Refusal tooUncertain(std::string_view sd_key, double sd, std::string_view key) {
+  return {"bad-config", "config key '" + std::string{sd_key} + "' is " + text(sd) + ", as large as " +
+                            std::string{key} + " itself: give its standard uncertainty (k = 1) in the same unit"};
+}
+
+TypeBInput cellInput(std::string_view sd_key, std::string_view table, std::string_view column, std::size_t row,
+                     double sd) {
+  const auto move = [=](Dataset& moved, double by) {
+    for (auto& changed : moved.tables) {
+      const auto found = std::ranges::find(changed.columns, column, &Column::name);
+      if (changed.name == table && found != changed.columns.end()) found->values[row] += by * sd;
+    }
+  };
+  return {std::string{sd_key}, sd, move};
+}
+
+void addTable(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, double sd) {
+  const Table* table = dataset.table(known.key);
+  for (std::size_t row = 0; table != nullptr && row < table->rows(); ++row) {
+    for (const auto coordinate : kCoordinates) {
+      inputs.push_back(cellInput(known.sd_key, known.key, coordinate, row, sd));
+      inputs.back().in_sd = known.in_sd;
+    }
+  }
+}
+
+// A length that a store holds has its sd there too.
+void addStored(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, StoreReader store) {
+  const auto stored = known.in_sd && store != nullptr ? store(dataset, known.key) : std::nullopt;
+  if (!stored) return;
+  inputs.push_back(cellInput(known.sd_key, stored->table, stored->column, stored->row, stored->sd));
+  inputs.back().in_sd = true;
+}
+
+std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset,
+                                StoreReader store) {
+  const auto sd = configPositive(dataset, known.sd_key);
+  if (!sd) return sd.error();
+  if (!sd.value()) {
+    addStored(inputs, known, dataset, store);
+    return std::nullopt;
+  }
+  if (known.kind == KnownKind::table) {
+    addTable(inputs, known, dataset, **sd);
+    return std::nullopt;
+  }
+  Dataset looked_at{.method = dataset.method, .config = dataset.config, .tables = {}};
+  if (numberIn(looked_at, known.key, 0) == nullptr) {
+    if (known.in_sd) return std::nullopt;  // the method refuses what it needs, and only that
+    return Refusal{"missing-key", "config key '" + std::string{known.sd_key} + "' is stated without '" +
+                                      std::string{known.key} + "', whose uncertainty it is: state both"};
+  }
+  for (std::size_t part = 0; const double* value = numberIn(looked_at, known.key, part); ++part) {
+    if (known.kind == KnownKind::size && !(**sd < std::abs(*value))) return tooUncertain(known.sd_key, **sd, known.key);
+    const auto move = [key = known.key, part, width = **sd](Dataset& moved, double by) {
+      if (double* number = numberIn(moved, key, part)) *number += by * width;
+    };
+    inputs.push_back({std::string{known.sd_key}, **sd, move, known.in_sd});
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, StoreReader store) {
+  std::vector<TypeBInput> inputs;
+  for (const auto& known : knownQuantities()) {
+    if (known.method != dataset.method) continue;
+    if (auto refusal = addKnown(inputs, known, dataset, store)) return *refusal;
+  }
+  if (auto refusal = addTemperature(inputs, dataset)) return *refusal;
+  return inputs;
+}
+
+Dataset atTemperature(const Dataset& dataset) {
+  Dataset warm = dataset;
+  const auto temperature = temperatureOf(dataset);
+  if (temperature && temperature.value()) {
+    scaleSizes(warm, 1.0 + (*temperature)->expansion_per_k * (*temperature)->above_k);
+  }
+  return warm;
+}
+
+}  // namespace probebox::metrology

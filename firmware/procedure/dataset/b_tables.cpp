@@ -1,0 +1,131 @@
+#include "firmware/procedure/dataset/b_tables.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace probebox::procedure {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::array<std::string_view, 5> kTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kSwivelColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
+// Within the tolerance of a pose. Errors are told against B = 0, where they are none.
+constexpr double kLevel_rad = 2e-3;
+
+std::vector<double> listOf(const std::array<double, 3>& v) {
+  return {v.begin(), v.end()};
+}
+
+// Root mean square over the coordinates across the axis, of all readings.
+double sigmaAcross(const std::vector<Reading>& readings, const Vector3d& axis) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += axis.cross(reading.centre.sd_mm).squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// `other`: the angle that tells points apart.
+void addPoints(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& b,
+               double Reading::*other, std::span<const std::string_view> columns) {
+  const Vector3d axis = vectorOf(b.axis);
+  dataset.config["sigma_mm"] = sigmaAcross(readings, axis);
+  if (b.sigma_rad > 0) dataset.config["sigma_angle_rad"] = b.sigma_rad;
+  auto rows = metrology::Table::withColumns("readings", columns);
+  for (const auto& reading : readings) {
+    const auto& at = reading.centre.centre_mm;
+    rows.append({degrees(reading.b_rad), halfTurns_deg(reading.*other), at.x(), at.y(), at.z()});
+  }
+  dataset.tables.insert(dataset.tables.begin(), std::move(rows));
+}
+
+// The readings with one tool at one stop of B.
+struct Stop {
+  double b_rad{};
+  double length_mm{};
+  std::uint32_t tool{};
+  std::vector<const Reading*> readings{};
+
+  Vector3d meanOf(Vector3d metrology::BallCentre::*part) const {
+    Vector3d sum = Vector3d::Zero();
+    for (const auto* reading : readings) sum += reading->centre.*part;
+    return sum / static_cast<double>(readings.size());
+  }
+};
+
+std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& facts) {
+  std::vector<Stop> stops;
+  for (const auto& reading : readings) {
+    if (stops.empty() || stops.back().tool != reading.tool || std::abs(stops.back().b_rad - reading.b_rad) > 1e-2)
+      stops.push_back({.b_rad = reading.b_rad, .length_mm = facts.lengthOf(reading.tool), .tool = reading.tool});
+    stops.back().readings.push_back(&reading);
+  }
+  return stops;
+}
+
+// Of one coordinate of a mean, root mean square over all. A stop of B that is off moves the ball in one direction of
+// the two across the axis: half of the variance for each. Along the axis it does nothing.
+struct StopSigma {
+  double across_mm{};
+  double along_mm{};
+};
+
+StopSigma sigmaOfStops(const std::vector<Stop>& stops, const HeadFacts& head) {
+  double across = 0, along = 0;
+  for (const auto& stop : stops) {
+    double of_readings = 0;
+    for (const auto* reading : stop.readings) of_readings += reading->centre.sd_mm.squaredNorm();
+    const auto n = static_cast<double>(stop.readings.size());
+    const Vector3d axis = vectorOf(head.b.axis);
+    const Vector3d arm = Vector3d{0, 0, -stop.length_mm} - vectorOf(head.pivot_mm);
+    const double of_stop = axis.cross(arm).norm() * head.b.sigma_rad;
+    along += of_readings / (3 * n * n);
+    across += of_readings / (3 * n * n) + of_stop * of_stop / 2;
+  }
+  const auto count = static_cast<double>(stops.size());
+  return {std::sqrt(across / count), std::sqrt(along / count)};
+}
+
+}  // namespace
+
+Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm) {
+  const Vector3d pivot = vectorOf(head.pivot_mm);
+  return pivot + Eigen::AngleAxisd{b_rad, vectorOf(head.b.axis)} * (Vector3d{0, 0, -length_mm} - pivot);
+}
+
+void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table) {
+  addPoints(dataset, readings, table, &Reading::c_rad, kTiltColumns);
+  dataset.config["tilt_axis"] = listOf(table.axis);
+}
+
+void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head) {
+  addPoints(dataset, readings, head.b, &Reading::a_rad, kHeadColumns);
+  dataset.config["swivel_axis"] = listOf(head.b.axis);
+  if (!head.ball_mm) return;
+  dataset.config["ball_mm"] = listOf(*head.ball_mm);
+  if (head.sd_ball_mm) dataset.config["sd_ball_mm"] = *head.sd_ball_mm;
+}
+
+void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
+  const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
+  const auto stops = stopsOf(readings, facts);
+  dataset.config["swivel_axis"] = listOf(head.b.axis);
+  const StopSigma sigma = sigmaOfStops(stops, head);
+  dataset.config["sigma_mm"] = sigma.across_mm;
+  dataset.config["sigma_along_mm"] = sigma.along_mm;
+  auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
+  auto queries = metrology::Table::withColumns("queries", kQueryColumns);
+  for (const auto& stop : stops) {
+    const Vector3d at = stop.meanOf(&metrology::BallCentre::centre_mm) + nominalTip(head, stop.b_rad, stop.length_mm);
+    rows.append({degrees(stop.b_rad), stop.length_mm, at.x(), at.y(), at.z()});
+    if (std::abs(stop.b_rad) > kLevel_rad) queries.append({degrees(stop.b_rad), stop.length_mm});
+  }
+  dataset.tables.insert(dataset.tables.begin(), {std::move(rows), std::move(queries)});
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/metrology/touch/ball_centre.hpp"
+
+// What the tables of a run that reads balls are made of.
+namespace probebox::procedure {
+
+// One place of one ball, and what was found there.
+struct Reading {
+  double number{};
+  double ball{};
+  double a_rad{}, b_rad{}, c_rad{};
+  std::uint32_t tool{};  // that carried the probe
+  capture::RimStep rim{};
+  metrology::BallCentre centre;
+};
+
+// One touch with the shank, and the machine position at which it met the ball.
+struct ShankReading {
+  double number{};       // of the reading that it belongs to
+  Eigen::Vector3d side;  // from the ball, unit vector
+  double a_rad{}, b_rad{}, c_rad{};
+  Eigen::Vector3d at_mm;  // it counts along the side alone
+  double sd_mm{};         // k = 1
+};
+
+inline double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
+}
+
+// To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
+inline double halfTurns_deg(double angle_rad) {
+  return 180.0 * std::round(angle_rad / std::numbers::pi);
+}
+
+// Of one coordinate of one reading, X and Y together.
+inline double sigmaOf(const std::vector<Reading>& readings) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += reading.centre.sd_mm.head<2>().squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,23 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/procedure/dataset/ball_reading.hpp"
+#include "firmware/procedure/dataset/measured_case.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/step.hpp"
+
+// centreline-by-steps: a ball on the rim of a large part, loop by loop (docs/metrology.md B.11).
+namespace probebox::procedure {
+
+// Tables readings and stylus, and the keys.
+void addRimSteps(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
+
+// How a run goes on after what it has measured so far: with the ball at zero where the readings of the last loop are
+// level or there have been enough loops, else with one more loop from the zero that they tell (B26). Nothing when all
+// is done, or when no step follows from what was measured: it can be solved.
+std::optional<RimLoops> nextLoops(Method method, const capture::Recording& recording, const RunDataset& measured);
+
+}  // namespace probebox::procedure

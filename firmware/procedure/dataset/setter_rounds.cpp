@@ -1,0 +1,68 @@
+#include "firmware/procedure/dataset/setter_rounds.hpp"
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+
+#include "firmware/metrology/touch/switched_touch.hpp"
+#include "firmware/procedure/plan/methods.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+using metrology::Refusal;
+using metrology::SwitchedTouch;
+
+constexpr std::array<std::string_view, 7> kContactsColumns{"touch", "reading", "tool",  "x_mm",
+                                                           "y_mm",  "z_mm",    "late_s"};
+
+void add(const SwitchedTouch& touch, Round& round) {
+  Eigen::Index along = 0;
+  touch.normal.cwiseAbs().maxCoeff(&along);
+  const auto axis = static_cast<std::size_t>(along);
+  const bool from_above = touch.normal[along] > 0;
+  auto& mean = from_above ? round.from_above_mm[axis] : round.from_below_mm[axis];
+  auto& count = from_above ? round.above[axis] : round.below[axis];
+  ++count;
+  mean += (touch.at_mm[along] - mean) / count;
+}
+
+metrology::Table contactsOf(const std::vector<SwitchedTouch>& touches, const capture::Recording& recording) {
+  auto contacts = metrology::Table::withColumns("contacts", kContactsColumns);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    const auto& request = recording.touches()[i].request;
+    const auto& at = touches[i].at_mm;
+    contacts.append({static_cast<double>(request.step), static_cast<double>(request.reading),
+                     static_cast<double>(request.tool), at.x(), at.y(), at.z(), touches[i].late_s});
+  }
+  return contacts;
+}
+
+}  // namespace
+
+Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scales, Method method) {
+  Rounds found{{capture::edgeDataset(recording, scales, std::string{nameOf(method)}), {}, {}}, {}};
+  auto& [dataset, refusal, warnings] = found.run;
+  const auto& delay = recording.delay();
+  if (delay.result_id == 0) {
+    refusal = Refusal{"no-delay",
+                      "no system delay is in force, so the touches lie beside the surface by an unknown lag: "
+                      "calibrate the delay first, accept it, and measure again"};
+    return found;
+  }
+  dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
+  const auto touches = metrology::switchedTouches(dataset, delay.tau_s);
+  if (!touches) {
+    refusal = touches.error();
+    return found;
+  }
+  dataset.tables.push_back(contactsOf(*touches, recording));
+  for (std::size_t i = 0; i < touches->size(); ++i) {
+    const auto& request = recording.touches()[i].request;
+    if (request.reading >= found.rounds.size()) found.rounds.push_back({.tool = request.tool});
+    add((*touches)[i], found.rounds.back());
+  }
+  return found;
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,32 @@
+#pragma once
+#include <array>
+#include <vector>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/capture/touch_dataset.hpp"
+#include "firmware/procedure/dataset/measured_case.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/method.hpp"
+
+// Touches of a tool-setting device whose switch tells the contact, a round of all its faces at a time.
+namespace probebox::procedure {
+
+struct Round {
+  std::uint32_t tool{};  // 0: the probe
+  // Machine position along each axis, the mean of the touches from either side.
+  std::array<double, 3> from_above_mm{}, from_below_mm{};
+  std::array<int, 3> above{}, below{};  // how many
+
+  double middle_mm(std::size_t axis) const { return (from_above_mm[axis] + from_below_mm[axis]) / 2; }
+  double width_mm(std::size_t axis) const { return from_above_mm[axis] - from_below_mm[axis]; }
+};
+
+// A run of touches by edges as the dataset of a method, with tables machine, touches, edges and contacts. Refusal:
+// no-delay; what metrology::switchedTouches() refuses.
+struct Rounds {
+  RunDataset run;
+  std::vector<Round> rounds;  // none with a refusal
+};
+Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scales, Method method);
+
+}  // namespace probebox::procedure

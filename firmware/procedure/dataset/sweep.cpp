@@ -1,0 +1,168 @@
+#include "firmware/procedure/dataset/sweep.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "firmware/capture/touch_capture.hpp"
+#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/wording.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
+constexpr unsigned kUsualTurns = 4;
+constexpr unsigned kFewestTurns = 3;  // (D4)
+constexpr unsigned kMostTurns = 20;
+// At 3 rpm a sensor of 0.15 s takes 0.4 % off the second harmonic of the face.
+constexpr double kUsual_rpm = 3;
+// The table is used whole up to here (D5).
+constexpr double kWholeTable = 0.9;
+constexpr double kTurn_rad = 2 * std::numbers::pi;
+
+// As long as positions find room, less a minute for whoever marks begin and end.
+constexpr double kLongest_s = static_cast<double>(capture::Capacity{}.machine_rows) *
+                                  std::chrono::duration<double>{capture::kSweepInterval}.count() -
+                              60;
+
+// An axis that was driven to a place stands a little beside it.
+constexpr double kAtRest_mm = 0.01;
+
+std::string nameOfAxis(std::size_t axis) {
+  return std::string{"XYZ"[axis]};
+}
+
+// Never below: it is to be given as it is read.
+std::string roundedUp(double value) {
+  return number(std::ceil(value * 1e3) / 1e3);
+}
+
+std::optional<Error> whyTooLong(const ProcedureOptions& sweep) {
+  const double duration_s = sweep.travel_mm / sweep.speeds_mm_s[0];
+  if (duration_s <= kLongest_s) return std::nullopt;
+  return Error{"A way of " + number(sweep.travel_mm) + " mm at " + number(sweep.speeds_mm_s[0]) + " mm/s takes " +
+               number(duration_s) + " s, and a recording has room for " + number(kLongest_s) + " s: give at least " +
+               roundedUp(sweep.travel_mm / kLongest_s) + " mm/s, or fewer turns."};
+}
+
+// Positions of one motor over time.
+class Way {
+ public:
+  Way(std::span<const capture::MachineRow> rows, std::size_t axis, double mm_per_count, double offset_mm)
+      : rows_{rows}, axis_{axis}, mm_per_count_{mm_per_count}, offset_mm_{offset_mm} {}
+
+  // Linear between the rows on either side; nothing outside of them. Times may only rise.
+  std::optional<double> motor_mm(MonoTime at) {
+    if (at < rows_.front().at || at > rows_.back().at) return std::nullopt;
+    while (next_ + 1 < rows_.size() && rows_[next_].at < at) ++next_;
+    const auto& after = rows_[next_];
+    if (next_ == 0 || after.at <= at) return position(after);
+    const auto& before = rows_[next_ - 1];
+    const double share =
+        static_cast<double>((at - before.at).count()) / static_cast<double>((after.at - before.at).count());
+    return position(before) + share * (position(after) - position(before));
+  }
+
+ private:
+  double position(const capture::MachineRow& row) const {
+    return static_cast<double>(row.counts[axis_]) * mm_per_count_ + offset_mm_;
+  }
+
+  std::span<const capture::MachineRow> rows_;
+  std::size_t axis_;
+  double mm_per_count_;
+  double offset_mm_;
+  std::size_t next_{};
+};
+
+}  // namespace
+
+Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns, const Facts& facts) {
+  const std::string method{nameOf(Method::screw_calibration)};
+  if (options.axis < 1 || options.axis > kLinearAxes)
+    return Error{method + " is about one screw: say which axis it moves, X, Y or Z (--axis X)."};
+  const std::string axis = nameOfAxis(options.axis - 1U);
+  const auto& screw = facts.screws[options.axis - 1U];
+  if (!screw) {
+    return Error{"The screw of " + axis + " is not described: give [screw." + axis +
+                 "] in machine.toml, or choose an axis that has a sensor on its screw."};
+  }
+  if (turns == 0) turns = kUsualTurns;
+  if (turns < kFewestTurns || turns > kMostTurns) {
+    return Error{number(turns) + " turns are not possible: give " + number(kFewestTurns) + " to " + number(kMostTurns) +
+                 "; drift and face are told apart from 3 whole turns on."};
+  }
+  const double most_rpm = kWholeTable * screw->threshold_rpm;
+  if (options.speed_count == 0) {
+    options.speed_count = 1;
+    options.speeds_mm_s[0] = std::min(kUsual_rpm, most_rpm) * screw->pitch_mm / 60;
+  }
+  const double rpm = 60 * options.speeds_mm_s[0] / screw->pitch_mm;
+  if (rpm > most_rpm) {
+    return Error{number(options.speeds_mm_s[0]) + " mm/s turn the screw of " + axis + " at " + number(rpm) +
+                 " rpm, and its sensor follows the face up to " + number(most_rpm) +
+                 " (threshold_rpm of machine.toml): " + "give at most " + number(most_rpm * screw->pitch_mm / 60) +
+                 " mm/s."};
+  }
+  options.travel_mm = turns * screw->pitch_mm;
+  if (const auto error = whyTooLong(options)) return *error;
+  return options;
+}
+
+std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm, const Facts& facts) {
+  const auto& screw = facts.screws.at(sweep.axis - 1U);
+  if (!screw) return std::nullopt;
+  const std::string axis = nameOfAxis(sweep.axis - 1U);
+  const double last_mm = screw->travel_max_mm - sweep.travel_mm;
+  const std::string way = "The way of +" + number(sweep.travel_mm) + " mm";
+  if (last_mm < screw->travel_min_mm) {
+    return Error{way + " is longer than the axis " + axis + ", which goes from " + number(screw->travel_min_mm) +
+                 " to " + number(screw->travel_max_mm) + " mm: choose fewer turns."};
+  }
+  if (position_mm <= last_mm + kAtRest_mm) return std::nullopt;
+  return Error{way + " from " + number(position_mm) + " mm ends beyond the axis " + axis + ", at " +
+               number(screw->travel_max_mm) + " mm: drive it to a place between " + number(screw->travel_min_mm) +
+               " and " + number(last_mm) + " mm first."};
+}
+
+RunDataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts) {
+  metrology::Dataset dataset{.method = std::string{nameOf(Method::screw_calibration)}, .config = {}, .tables = {}};
+  auto face = metrology::Table::withColumns("sector_cal", kFaceColumns);
+  std::size_t readings = 0;
+  for (const auto& sweep : recording.touches()) {
+    const std::size_t axis = axisAlong(sweep.request.outward_normal);
+    const auto& screw = facts.screws[axis];
+    if (!screw) continue;
+    dataset.config["axis"] = nameOfAxis(axis);
+    dataset.config["screw_length_mm"] = screw->length_mm;
+    dataset.config["orgoff_mm"] = screw->offset_mm;
+    if (screw->reversed) dataset.config["axis_reversed"] = true;
+    dataset.config["sectors"] = static_cast<double>(kMostScrewSectors);
+    dataset.config["K"] = screw->gain;
+    Way way{recording.machineRows(sweep), axis, scales.mm_per_count[axis], recording.offset_mm()[axis]};
+    const auto rows = recording.driftRows(sweep);
+    readings += rows.size();
+    const double rate = capture::masterSecondsPerNs(sweep.map, scales.nominal_period);
+    for (const auto& row : rows) {
+      const auto motor_mm = way.motor_mm(row.at);
+      if (!motor_mm) continue;
+      face.append({static_cast<double>((row.at - rows.front().at).count()) * rate,
+                   kTurn_rad * (*motor_mm - screw->sector_zero_mm) / screw->pitch_mm, row.reading_nm * 1e-3});
+    }
+  }
+  RunDataset run{std::move(dataset), {}, {}};
+  if (face.rows() < readings) {
+    run.warnings.push_back(std::to_string(readings - face.rows()) + " of " + std::to_string(readings) +
+                           " readings of the screw's sensor have no position of the axis before or after them, and are "
+                           "left out");
+  }
+  run.dataset.tables.push_back(std::move(face));
+  return run;
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,82 @@
+#include "firmware/procedure/plan/holds.hpp"
+
+#include <array>
+#include <numbers>
+
+#include "firmware/procedure/plan/wording.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+// Of the range of a sensor: the middle of the ball is found by hand to within the rest.
+constexpr std::array<double, 4> kMoves{0.4, 0.2, -0.2, -0.4};
+
+Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) {
+  const capture::TouchRequest touch{.outward_normal = {0, 0, 1},
+                                    .retract_direction = {0, 0, 1},
+                                    .retract_speed_mm_s = usual::kHold_mm_s,
+                                    .rotary_angles_rad = pose.angles_rad,
+                                    .ball = pose.ball,
+                                    .tool = options.head_tool,
+                                    .holds = true,
+                                    .head_range_mm = options.head_range_mm};
+  return {.touch = touch, .feature = feature, .kind = Kind::hold, .turns = true};
+}
+
+// Every linear axis alone to either side of the middle, and the middle itself.
+void addMoves(Plan& plan, Step step) {
+  add(plan, step);
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    for (const double move : kMoves) {
+      std::array<double, 3> direction{};
+      direction[axis] = move > 0 ? 1 : -1;
+      step.touch.outward_normal = step.touch.retract_direction = direction;
+      step.touch.travel_mm = (move > 0 ? move : -move) * step.touch.head_range_mm;
+      step.touch.reading = static_cast<std::uint32_t>(plan.step_count);
+      add(plan, step);
+    }
+  }
+}
+
+std::string degrees(double angle_rad) {
+  return number(angle_rad * 180 / std::numbers::pi);
+}
+
+}  // namespace
+
+std::optional<Error> whyNoHolds(const ProcedureOptions& options) {
+  if (options.head_tool != 0 && options.head_range_mm > 0) return std::nullopt;
+  return Error{
+      "The box does not know which tool is the sensor head, and how far it reads: give [sensor_head] tool and "
+      "range_mm in machine.toml."};
+}
+
+std::size_t holdCount(const MethodRow& row, const Chosen& with) {
+  return row.kind == Kind::hold ? 1 + kLinearAxes * kMoves.size() : poseCount(row, with);
+}
+
+void addHolds(Plan& plan, const MethodRow& row, const Chosen& with, const ProcedureOptions& options) {
+  if (row.kind == Kind::hold) return addMoves(plan, holdAt({}, row.feature, options));
+  for (std::size_t reading = 0; reading < poseCount(row, with); ++reading) {
+    Step step = holdAt(poseOf(row, with, reading), row.feature, options);
+    step.touch.reading = static_cast<std::uint32_t>(reading);
+    add(plan, step);
+  }
+}
+
+std::string holdPrompt(const Step& step) {
+  const auto& touch = step.touch;
+  std::string text = "A at " + degrees(touch.rotary_angles_rad[0]) + " and C at " +
+                     degrees(touch.rotary_angles_rad[2]) + " deg; with tool " + std::to_string(touch.tool) +
+                     " in the spindle, hold its centre still ";
+  if (touch.travel_mm > 0) {
+    const std::size_t axis = axisAlong(touch.outward_normal);
+    text += number(touch.travel_mm) + " mm to " + (touch.outward_normal[axis] > 0 ? "+" : "-") + "XYZ"[axis] + " of ";
+  } else {
+    text += "in ";
+  }
+  text += "the middle of ";
+  return text + (step.feature == Feature::part_ball ? "ball " + std::to_string(touch.ball) : "the sphere");
+}
+
+}  // namespace probebox::procedure

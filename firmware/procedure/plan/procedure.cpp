@@ -1,0 +1,156 @@
+#include "firmware/procedure/plan/procedure.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace probebox::procedure {
+namespace {
+
+bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
+  if (!step.turns) return true;
+  for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
+    const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], 2 * std::numbers::pi);
+    if (!(std::abs(off) <= Procedure::kPoseTolerance_rad)) return false;
+  }
+  return true;
+}
+
+// The tool of the step's number, or whichever carries the probe: any that is not to be measured itself.
+bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
+  if (step.touch.tool != 0) return tool == step.touch.tool;
+  return plan.tool == 0 || tool != plan.tool;
+}
+
+// The machine may be slower than it was asked to be.
+Nanoseconds timeoutOf(const Step& step) {
+  const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
+  return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
+}
+
+}  // namespace
+
+void Procedure::start(const ProcedureStarted& started, const DelayActivated& delay,
+                      const std::array<double, kLinearAxes>& offset_mm) {
+  // A run is given up by abort only, and the worker may still be reading the recording.
+  const bool in_progress =
+      progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
+  if (in_progress) return;
+  const auto method = static_cast<Method>(started.method);
+  // Whoever starts a run has looked at the probe's limit.
+  if (whyRefused(method, started.options, std::numeric_limits<double>::infinity())) return;
+  options_ = started.options;
+  fill(plan_, method, options_);
+  capture_.clear(delay, offset_mm);
+  progress_ = Progress{};
+  progress_.run = started.run;
+  progress_.method = plan_.method;
+  progress_.state = State::waiting;
+  progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
+  progress_.rim = plan_.rim;
+}
+
+void Procedure::abort(const ProcedureAborted& aborted) {
+  const bool active = progress_.state == State::waiting || progress_.state == State::running;
+  if (!active || aborted.run != progress_.run) return;
+  capture_.abandon();
+  progress_.state = State::aborted;
+}
+
+void Procedure::mark(const Marker& marker, const TickMap& map) {
+  if (marker.procedure != progress_.run || marker.step != progress_.step) {
+    ++stray_markers_;
+    return;
+  }
+  if (progress_.state == State::waiting && marker.phase == MarkerPhase::begin) {
+    beginStep(marker);
+  } else if (progress_.state == State::running && marker.phase == MarkerPhase::end) {
+    endStep(map);
+  } else if (progress_.state == State::running && marker.phase == MarkerPhase::begin) {
+    // The machine has started the step again: what was recorded so far is half a touch.
+    beginStep(marker);
+  } else if (progress_.state == State::running) {
+    capture_.abandon();
+    progress_.state = State::waiting;
+  } else {
+    ++stray_markers_;
+  }
+}
+
+void Procedure::beginStep(const Marker& marker) {
+  const Step& step = plan_.steps[marker.step];
+  if (!standsIn(step, marker.rotary_angles_rad)) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::wrong_pose);
+  }
+  if (!holds(plan_, step, marker.tool)) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::wrong_tool);
+  }
+  if (step.kind == Kind::hold && !marker.at_rest) {
+    capture_.abandon();
+    return repeatStep(capture::TouchFault::moved);
+  }
+  capture::TouchRequest touch = step.touch;
+  touch.rotary_angles_rad = marker.rotary_angles_rad;
+  capture_.begin(touch);
+  progress_.state = State::running;
+  step_begun_ = marker.at;
+}
+
+void Procedure::endStep(const TickMap& map) {
+  if (const auto fault = capture_.end(map); fault != capture::TouchFault::none) {
+    repeatStep(fault);
+    return;
+  }
+  progress_.repeats = 0;
+  progress_.last_fault = capture::TouchFault::none;
+  progress_.timed_out = false;
+  ++progress_.step;
+  progress_.state = progress_.step == progress_.steps ? State::solving : State::waiting;
+  ready_to_solve_ = progress_.state == State::solving;
+}
+
+void Procedure::repeatStep(capture::TouchFault fault) {
+  progress_.last_fault = fault;
+  ++progress_.repeats;
+  progress_.state = progress_.repeats > kMostRepeats ? State::refused : State::waiting;
+}
+
+void Procedure::advance(MonoTime now) {
+  if (progress_.state != State::running || now - step_begun_ < timeoutOf(plan_.steps[progress_.step])) return;
+  capture_.abandon();
+  progress_.timed_out = true;
+  repeatStep(capture::TouchFault::none);
+}
+
+void Procedure::solved(const Solved& solved) {
+  if (progress_.state != State::solving || solved.run != progress_.run) return;
+  if (solved.loops != 0) return goOn(solved);
+  progress_.state = solved.refused ? State::refused : State::proposed;
+  progress_.result_id = solved.result_id;
+}
+
+// The steps that are done stay as they are.
+void Procedure::goOn(const Solved& solved) {
+  RimLoops loops = plan_.rim;
+  const bool next = solved.loops == loops.count + 1 && !solved.closes,
+             same = solved.loops == loops.count && solved.closes;
+  if (plan_.method != Method::centreline_by_steps || loops.closes || !(next || same) || solved.loops > kMostRimLoops)
+    return;
+  loops.count = solved.loops;
+  loops.zeros_rad[loops.count - 1] = solved.c_zero_rad;
+  loops.closes = solved.closes;
+  fill(plan_, plan_.method, options_, loops);
+  progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
+  progress_.rim = loops;
+  progress_.state = State::waiting;
+}
+
+bool Procedure::takeReadyToSolve() {
+  const bool ready = ready_to_solve_;
+  ready_to_solve_ = false;
+  return ready;
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,117 @@
+#include "firmware/procedure/plan/prompts.hpp"
+
+#include <array>
+#include <cstdio>
+#include <numbers>
+
+#include "firmware/procedure/plan/holds.hpp"
+#include "firmware/procedure/plan/method_table.hpp"
+#include "firmware/procedure/plan/wording.hpp"
+
+namespace probebox::procedure {
+
+namespace {
+
+double degrees(double angle_rad) {
+  return angle_rad * 180 / std::numbers::pi;
+}
+
+std::string surfaceOf(const Step& step) {
+  const auto& n = step.touch.outward_normal;
+  std::array<char, 80> along{};
+  std::snprintf(along.data(), along.size(), "(%.3f, %.3f, %.3f)", n[0], n[1], n[2]);
+  std::string side = along.data();
+  for (const Side& known : kSphereSides) {
+    if (known.outward_normal == step.touch.outward_normal) side = known.name;
+  }
+  switch (step.feature) {
+    case Feature::datum_sphere:
+      return side + " side of the sphere";
+    case Feature::plates:
+      return "the face of the gap that looks to " + side;
+    case Feature::part_ball:
+      return side + " side of ball " + std::to_string(step.touch.ball);
+    case Feature::tool_setter:
+      return side + " face of the tool-setting device";
+  }
+  return {};
+}
+
+std::string spindleOf(const Step& step) {
+  return step.touch.tool == 0 ? "the probe" : "tool " + std::to_string(step.touch.tool);
+}
+
+// The edges of the way in count as well.
+const char* motionOf(const Step& step) {
+  if (step.touch.by_edges) return "in and, after a rest, back at ";
+  return step.kind == Kind::in_out ? "in and at once back at " : "retract at ";
+}
+
+std::string approachOf(const Step& step) {
+  const auto& u = step.touch.retract_direction;
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), ", coming along (%.3f, %.3f, %.3f)", -u[0], -u[1], -u[2]);
+  return text.data();
+}
+
+std::string ofAll(const Plan& plan, std::size_t step) {
+  return std::to_string(step + 1) + " of " + std::to_string(plan.step_count) + ": ";
+}
+
+char axisOf(const capture::TouchRequest& touch) {
+  return "XYZ"[axisAlong(touch.outward_normal)];
+}
+
+std::string jogPrompt(const Plan& plan, std::size_t step) {
+  const auto& jog = plan.steps[step].touch;
+  const char axis = axisOf(jog);
+  return "step " + ofAll(plan, step) + "where nothing is in the way, jog " + axis + " alone by +" +
+         number(jog.travel_mm) + " mm, as the control shows it";
+}
+
+std::string sweepPrompt(const Plan& plan, std::size_t step) {
+  const auto& sweep = plan.steps[step].touch;
+  const char axis = axisOf(sweep);
+  return "step " + ofAll(plan, step) + "once the screw of " + axis +
+         " keeps its temperature, and where nothing is in the way, move " + axis + " alone by +" +
+         number(sweep.travel_mm) + " mm at " + number(sweep.retract_speed_mm_s) + " mm/s without a stop";
+}
+
+std::string pushPrompt(const Plan& plan, std::size_t step) {
+  const Step& wanted = plan.steps[step];
+  const char axis = axisOf(wanted.touch);
+  const std::string direction =
+      wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
+  return "step " + ofAll(plan, step) + "push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
+         " mm and let it go, by hand or against the " + surfaceOf(wanted);
+}
+
+}  // namespace
+
+std::string promptFor(const Plan& plan, std::size_t step) {
+  if (step >= plan.step_count) return {};
+  const Step& wanted = plan.steps[step];
+  if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
+  if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
+  if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
+  if (plan.method == Method::selftest) return pushPrompt(plan, step);
+  std::string text = "touch " + ofAll(plan, step);
+  if (wanted.turns) {
+    const auto& angles = wanted.touch.rotary_angles_rad;
+    if (wanted.touch.tool != 0 && !wanted.touch.by_edges) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
+    if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
+    if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
+    text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
+  }
+  if (wanted.touch.by_edges) text += "with " + spindleOf(wanted) + " in the spindle, ";
+  text += surfaceOf(wanted);
+  if (wanted.touch.shank_height_mm > 0)
+    text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the middle of the stylus' ball";
+  if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
+  text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
+          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
+          " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
+  return text;
+}
+
+}  // namespace probebox::procedure

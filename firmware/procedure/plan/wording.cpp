@@ -1,0 +1,20 @@
+#include "firmware/procedure/plan/wording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace probebox::procedure {
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+std::size_t axisAlong(const std::array<double, 3>& direction) {
+  const auto along = std::ranges::max_element(direction, {}, [](double c) { return std::abs(c); });
+  return static_cast<std::size_t>(along - direction.begin());
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,217 @@
+#include "firmware/app/results/result_events.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <numbers>
+
+#include "firmware/app/results/standing_keeper.hpp"
+#include "firmware/metrology/solve.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+
+// From what a solver found to what the core hears, by way of the solvers themselves.
+namespace probebox::app {
+namespace {
+
+constexpr MonoTime kNow{std::chrono::seconds{5}};
+
+store::Record recordOf(const metrology::Dataset& dataset) {
+  const auto solved = metrology::solve(dataset);
+  EXPECT_TRUE(solved) << (solved ? "" : solved.error().reason);
+  store::Record record{};
+  record.id = 12;
+  record.state = store::State::proposed;
+  record.binding.subject = subjectOf(dataset);
+  if (solved) record.content = *solved;
+  return record;
+}
+
+template <class T>
+T eventOf(const store::Record& record) {
+  const auto activation = activationOf(record, kNow);
+  EXPECT_TRUE(activation && !activation->empty()) << (activation ? "no event" : activation.error().what);
+  if (!activation || activation->empty()) return {};
+  const auto* event = std::get_if<T>(&activation->front());
+  EXPECT_NE(event, nullptr);
+  return event != nullptr ? *event : T{};
+}
+
+// Readings of a ball that a turning axis carries, which goes through `centre` at Z = 100 and leans by `slope`.
+metrology::Dataset alignment(const std::array<double, 2>& centre, const std::array<double, 2>& slope) {
+  metrology::Dataset dataset{.method = "c-axis-alignment", .config = {{"sigma_mm", 0.001}}, .tables = {}};
+  constexpr std::array<std::string_view, 5> kColumns{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+  auto table = metrology::Table::withColumns("readings", kColumns);
+  for (const double z : {50.0, 100.0, 150.0}) {
+    for (const double a : {0.0, std::numbers::pi}) {
+      for (const double c : {0.0, std::numbers::pi}) {
+        const double dz = z - 100;
+        table.append({z, a, c, centre[0] + slope[0] * dz + 20 * std::cos(c) - 0.01 * std::cos(a),
+                      centre[1] + slope[1] * dz + 20 * std::sin(c) - 0.01 * std::sin(a)});
+      }
+    }
+  }
+  dataset.tables.push_back(std::move(table));
+  return dataset;
+}
+
+TEST(ResultEvents, OfAnAlignmentTellTheTurningAxisOverZ) {
+  const auto record = recordOf(alignment({330.02, 199.97}, {2e-4, -3e-4}));
+  EXPECT_EQ(record.binding.subject, "centreline");
+  const auto event = eventOf<CentrelineActivated>(record);
+  EXPECT_EQ(event.result_id, 12U);
+  EXPECT_NEAR(event.slope[0], 2e-4, 1e-9);
+  EXPECT_NEAR(event.slope[1], -3e-4, 1e-9);
+  const double at_zero_x = event.centre_mm[0] - event.slope[0] * event.reference_z_mm;
+  EXPECT_NEAR(at_zero_x, 330.02 - 2e-4 * 100, 1e-6);
+  EXPECT_GT(event.sd_slope[0], 0);
+}
+
+// Reports of a ball by a head that swivels by B and is off by `x_mm` at 30 degrees alone, and 0.04 mm sin B everywhere.
+metrology::Dataset swivelling(double x_mm) {
+  metrology::Dataset dataset{
+      .method = "swivel-error",
+      .config = {{"swivel_axis", std::vector<double>{0, 1, 0}}, {"sigma_mm", 0.001}, {"model", std::string{"sine"}}},
+      .tables = {}};
+  constexpr std::array<std::string_view, 5> kColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
+  auto readings = metrology::Table::withColumns("readings", kColumns);
+  for (const double length : {100.0, 200.0}) {
+    for (const double b : {-90.0, -30.0, 0.0, 30.0, 90.0}) {
+      const double sine = std::sin(b * std::numbers::pi / 180);
+      readings.append({b, length, b == 30.0 ? x_mm : 0.0, 0.04 * sine, 0.0});
+    }
+  }
+  constexpr std::array<std::string_view, 2> kQueries{"B_deg", "L_mm"};
+  auto queries = metrology::Table::withColumns("queries", kQueries);
+  queries.append({30, 150});
+  dataset.tables = {std::move(readings), std::move(queries)};
+  return dataset;
+}
+
+TEST(ResultEvents, OfASwivelTellItsTermsAndWhatIsLeftByAngle) {
+  const auto record = recordOf(swivelling(0.006));
+  EXPECT_EQ(record.binding.subject, "swivel-b");
+  const auto head = eventOf<SwivelActivated>(record);
+  EXPECT_EQ(head.axis, RotaryAxis::b);
+  EXPECT_NEAR(head.terms[4], 0.04, 1e-9) << "Y: the factor of sin B";
+  const auto events = activationOf(record, kNow);
+  ASSERT_EQ(events->size(), 1U + head.rows);
+  ASSERT_EQ(head.rows, 5U);
+  const auto& last = std::get<ErrorsAtAngle>(events->back());
+  EXPECT_EQ(last.of, ErrorsOf::swivel);
+  EXPECT_EQ(last.result_id, 12U);
+  EXPECT_NEAR(last.angle_rad, std::numbers::pi / 2, 1e-12);
+}
+
+// A plate of four balls on C, whose axis passes X 100 and shifts the plate by 0.01 mm along Y where C is turned.
+metrology::Dataset turned(const char* axis) {
+  metrology::Dataset dataset{.method = "rotary-axis-errors",
+                             .config = {{"axis_point_mm", std::vector<double>{100, 0, 0}},
+                                        {"axis_direction", std::vector<double>{0, 0, 1}},
+                                        {"sigma_mm", 0.001}},
+                             .tables = {}};
+  if (*axis != 0) dataset.config["axis"] = std::string{axis};
+  constexpr std::array<std::string_view, 5> kFirst{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
+  auto first = metrology::Table::withColumns("first", kFirst);
+  auto second = metrology::Table::withColumns("second", std::span{kFirst}.last(4));
+  auto third = metrology::Table::withColumns("third", std::span{kFirst}.last(4));
+  for (int ball = 0; ball < 4; ++ball) {
+    const double at = ball * std::numbers::pi / 2, z = ball % 2 == 0 ? 40.0 : 60.0;
+    for (const double phi : {0.0, 1.0, 2.0, 4.0}) {
+      const double shift = phi == 0.0 ? 0.0 : 0.01;
+      first.append({phi, ball + 1.0, 100 + 80 * std::cos(at + phi), shift + 80 * std::sin(at + phi), z});
+    }
+    second.append({ball + 1.0, 100 + 80 * std::cos(at), 80 * std::sin(at), z});
+    third.append({ball + 1.0, 80 * std::cos(at), 80 * std::sin(at), z});
+  }
+  dataset.tables = {std::move(first), std::move(second), std::move(third)};
+  return dataset;
+}
+
+TEST(ResultEvents, OfATableTellTheAxisItsErrorsAndHowUncertainTheyAre) {
+  const auto record = recordOf(turned("C"));
+  EXPECT_EQ(record.binding.subject, "rotary-c");
+  const auto head = eventOf<RotaryActivated>(record);
+  EXPECT_EQ(head.axis, RotaryAxis::c);
+  EXPECT_EQ(head.point_mm, (std::array<double, 3>{100, 0, 0}));
+  EXPECT_EQ(head.direction, (std::array<double, 3>{0, 0, 1}));
+  const auto* six = record.result()->find("six_errors");
+  for (std::size_t e = 0; e < 6; ++e) {
+    for (std::size_t k = 0; k < 4; ++k) EXPECT_GE(head.sd[e], six->sd[6 * k + e]);
+    EXPECT_GT(head.sd[e], 0);
+  }
+  const auto events = activationOf(record, kNow);
+  ASSERT_EQ(events->size(), 5U);
+  const auto& row = std::get<ErrorsAtAngle>((*events)[3]);
+  EXPECT_EQ(row.of, ErrorsOf::rotary);
+  EXPECT_EQ(row.angle_rad, 2.0);
+  EXPECT_NEAR(row.errors[1], 0.01, 1e-6);
+}
+
+TEST(ResultEvents, OfAnAxisWithoutALetterChangeNothing) {
+  const auto record = recordOf(turned(""));
+  EXPECT_EQ(record.binding.subject, "rotary-axis-errors");
+  EXPECT_TRUE(activationOf(record, kNow)->empty());
+}
+
+TEST(ResultEvents, RefuseATableThatTheBoxCannotHold) {
+  auto record = recordOf(turned("C"));
+  auto& result = std::get<metrology::Result>(record.content);
+  for (auto& estimate : result.also) {
+    if (estimate.key == "angle_rad") estimate.values.resize(kMostErrorRows + 1);
+  }
+  const auto activation = activationOf(record, kNow);
+  ASSERT_FALSE(activation);
+  EXPECT_THAT(activation.error().what, testing::HasSubstr("72 angles"));
+}
+
+TEST(ResultEvents, SayWhenNothingIsInForceAnyMore) {
+  const auto none = noneInForce("delay", kNow);
+  ASSERT_TRUE(none);
+  EXPECT_EQ(std::get<DelayActivated>(*none).result_id, 0U);
+  EXPECT_EQ(std::get<ScrewActivated>(*noneInForce("screw-z", kNow)).axis, Axis::z);
+  EXPECT_EQ(std::get<RotaryActivated>(*noneInForce("rotary-b", kNow)).axis, RotaryAxis::b);
+  EXPECT_EQ(std::get<SwivelActivated>(*noneInForce("swivel-a", kNow)).axis, RotaryAxis::a);
+  EXPECT_FALSE(noneInForce("rotary-axis-errors", kNow));
+  EXPECT_FALSE(noneInForce("tool-assembly", kNow)) << "the core does not use it";
+}
+
+TEST(ResultEvents, GoBySubjectAndNotByMethod) {
+  EXPECT_EQ(subjectNamed("delay-plates"), "delay");
+  EXPECT_EQ(subjectNamed("delay"), "delay");
+  EXPECT_EQ(subjectNamed("c-axis-alignment"), "centreline");
+  metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
+  EXPECT_EQ(subjectOf(screw), "screw-y");
+  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
+  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter") << "of no tool's number";
+  EXPECT_EQ(subjectOf({.method = "tool-assembly", .config = {{"tool_id", 12.0}}, .tables = {}}), "assembly-12");
+  EXPECT_EQ(subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}), "sensor-head-5");
+  EXPECT_EQ(sensorHeadOf("sensor-head-calibration"), std::nullopt);
+  EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), std::nullopt) << "the case names no axis";
+}
+
+TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {
+  const support::TemporaryFolder folder;
+  auto store = store::Store::open(folder.file("results.db"));
+  ASSERT_TRUE(store) << store.error().what;
+  {
+    StandingKeeper keeper{*store};
+    EXPECT_FALSE(keeper.restore(kNow)) << "nothing was ever served";
+    corrections::Snapshot served{};
+    served.at = kNow;
+    served.correction_mm = {0.05, 0, -0.01};
+    keeper.look(served);
+    EXPECT_FALSE(StandingKeeper{*store}.restore(kNow)) << "what is not valid is applied by nobody";
+    served.valid = true;
+    keeper.look(served);
+    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, served.correction_mm);
+    const auto first_mm = served.correction_mm;
+    served.correction_mm[0] = 0.06;
+    served.at += std::chrono::milliseconds{100};
+    keeper.look(served);
+    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, first_mm) << "at most once a second";
+    keeper.finish(served);
+    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, served.correction_mm) << "the last word";
+  }
+}
+
+}  // namespace
+}  // namespace probebox::app

@@ -1,0 +1,165 @@
+#include "firmware/app/results/results_in_force.hpp"
+
+#include <gmock/gmock.h>
+#include <memory>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+namespace probebox::app {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Mounting kMounting{"P-1001", "mill 3", "spindle"};
+
+metrology::Result delayOf(double tau_s) {
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", tau_s, 4e-6)};
+  return result;
+}
+
+class InForce : public testing::Test {
+ protected:
+  // A box that follows no delay longer than the longest one.
+  ResultsInForce boxWith(double longest_s, const Mounting& mounting = kMounting) {
+    told_.clear();
+    return {store_, mounting, [] { return MonoTime{5s}; },
+            [longest_s](std::span<const Event> events) -> std::optional<Error> {
+              const auto* delay = std::get_if<DelayActivated>(&events.front());
+              if (delay == nullptr || delay->tau_s[0] <= longest_s) return std::nullopt;
+              return Error{"the delay is too long for the sources of this box"};
+            },
+            [this](const Event& event) { told_.push_back(event); }};
+  }
+
+  // No cut is on, and that has been known for long enough.
+  static void letChange(ResultsInForce& results) {
+    box::State state{};
+    state.events = 1;
+    results.look(state);
+    state.at = MonoTime{2s};
+    results.look(state);
+  }
+
+  store::Id propose(double tau_s) {
+    const store::Binding binding{"delay", kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    const auto id = store_.propose(binding, delayOf(tau_s), "", "2026-01-01T00:00:00Z");
+    EXPECT_TRUE(id);
+    return id ? *id : 0;
+  }
+
+  support::TemporaryFolder folder_;
+  store::Store store_ = store::Store::open(folder_.file("results.db")).value();
+  std::vector<Event> told_;
+};
+
+TEST_F(InForce, IsWhatThePersonAcceptedAndTheCoreFollows) {
+  auto results = boxWith(0.1);
+  EXPECT_THAT(results.restore(), IsEmpty());
+  letChange(results);
+  const auto id = propose(0.05);
+  EXPECT_THAT(results.active(), IsEmpty());
+  ASSERT_TRUE(results.accept(id, "Ada"));
+  EXPECT_THAT(results.active(), ElementsAre(id));
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_EQ(std::get<DelayActivated>(told_.front()).tau_s[0], 0.05);
+  auto restarted = boxWith(0.1);
+  EXPECT_EQ(restarted.restore().size(), 1U);
+  EXPECT_THAT(restarted.active(), ElementsAre(id));
+}
+
+TEST_F(InForce, NoResultIsThatFitsTheBoxNoMore) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  const auto id = propose(0.05);
+  ASSERT_TRUE(results.accept(id, "Ada"));
+  auto other_sources = boxWith(0.01);
+  EXPECT_THAT(other_sources.restore(), IsEmpty());
+  EXPECT_THAT(other_sources.active(), IsEmpty()) << "the store calls it active, but nothing follows it";
+  letChange(other_sources);
+  const auto refused = other_sources.accept(id, "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
+  ASSERT_TRUE(other_sources.rollBack(id, "Ada")) << "one can still go back from it";
+  EXPECT_THAT(other_sources.restore(), IsEmpty());
+}
+
+TEST_F(InForce, NoResultIsOfAnotherMounting) {
+  auto results = boxWith(0.1);
+  letChange(results);
+  ASSERT_TRUE(results.accept(propose(0.05), "Ada"));
+  auto elsewhere = boxWith(0.1, {"P-1001", "mill 3", "turret"});
+  EXPECT_THAT(elsewhere.restore(), IsEmpty());
+  EXPECT_THAT(elsewhere.active(), IsEmpty());
+}
+
+// A result of which the core hears nothing: the worker follows it.
+class HeadInForce : public InForce {
+ protected:
+  std::unique_ptr<ResultsInForce> started() {
+    auto results = std::make_unique<ResultsInForce>(
+        store_, kMounting, [] { return MonoTime{5s}; }, [](std::span<const Event>) { return std::optional<Error>{}; },
+        [this](const Event& event) { told_.push_back(event); });
+    results->restore();
+    letChange(*results);
+    return results;
+  }
+  store::Id proposeHead(std::vector<double> matrix, const std::string& subject = "sensor-head-5") {
+    metrology::Result result;
+    result.method = "sensor-head-calibration";
+    const std::vector<double> sd(matrix.size(), 1e-4);
+    result.estimates = {metrology::Estimate::matrix("sensor_matrix", 3, std::move(matrix), sd)};
+    const store::Binding binding{subject, kMounting.probe_serial_number, kMounting.machine, kMounting.mounting};
+    return store_.propose(binding, result, "", "2026-01-01T00:00:00Z").value();
+  }
+};
+
+TEST_F(HeadInForce, IsWhatThePersonAccepted) {
+  const auto results = started();
+  const auto id = proposeHead({1, 0, 0, 0, 1, 0, 0.5, 0, 1});
+  EXPECT_FALSE(results->sensorHead(5)) << "it is proposed";
+  ASSERT_TRUE(results->accept(id, "Ada"));
+  const auto head = results->sensorHead(5);
+  ASSERT_TRUE(head);
+  EXPECT_EQ(head->result_id, id);
+  EXPECT_EQ(head->tool, 5U);
+  EXPECT_EQ(head->matrix[2][0], 0.5);
+  EXPECT_EQ(head->sd[2][0], 1e-4);
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_TRUE(started()->sensorHead(5)) << "after a restart as well";
+  ASSERT_TRUE(results->rollBack("sensor-head-5", "Ada"));
+  EXPECT_FALSE(results->sensorHead(5));
+}
+
+TEST_F(HeadInForce, IsOfEachHeadItsOwn) {
+  const auto results = started();
+  const auto fifth = proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}),
+             seventh = proposeHead({2, 0, 0, 0, 2, 0, 0, 0, 2}, "sensor-head-7");
+  ASSERT_TRUE(results->accept(fifth, "Ada"));
+  EXPECT_FALSE(results->sensorHead(7)) << "another head is in the spindle";
+  ASSERT_TRUE(results->accept(seventh, "Ada"));
+  EXPECT_EQ(results->sensorHead(5)->result_id, fifth);
+  EXPECT_EQ(results->sensorHead(7)->result_id, seventh);
+}
+
+TEST_F(HeadInForce, CannotBeOfNobody) {
+  const auto results = started();
+  const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}, "sensor-head-calibration"), "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("does not say of which sensor head it is"));
+}
+
+TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {
+  const auto results = started();
+  const auto refused = results->accept(proposeHead({1, 0, 0, 0}), "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::not_possible_now);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("4 values of sensor_matrix, not 9"));
+  EXPECT_FALSE(results->sensorHead(5));
+}
+
+}  // namespace
+}  // namespace probebox::app

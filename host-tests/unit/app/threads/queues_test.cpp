@@ -1,0 +1,96 @@
+#include <array>
+#include <cstdint>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "firmware/app/threads/command_queue.hpp"
+#include "firmware/app/threads/spsc_queue.hpp"
+#include "firmware/app/threads/triple_buffer.hpp"
+
+namespace probebox::app {
+namespace {
+
+TEST(SpscQueue, KeepsOrderAndRefusesWhatDoesNotFit) {
+  SpscQueue<int> queue{3};
+  ASSERT_EQ(queue.capacity(), 4U);
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(queue.push(i));
+  EXPECT_FALSE(queue.push(4));
+  int value = -1;
+  ASSERT_TRUE(queue.pop(value));
+  EXPECT_EQ(value, 0);
+  EXPECT_TRUE(queue.push(5));
+  for (const int expected : {1, 2, 3, 5}) {
+    ASSERT_TRUE(queue.pop(value));
+    EXPECT_EQ(value, expected);
+  }
+  EXPECT_FALSE(queue.pop(value));
+}
+
+TEST(SpscQueue, HandsEveryValueFromOneThreadToTheOther) {
+  constexpr std::uint64_t kValues = 200'000;
+  SpscQueue<std::uint64_t> queue{64};
+  std::thread producer{[&queue] {
+    for (std::uint64_t i = 0; i < kValues; ++i) {
+      while (!queue.push(i)) std::this_thread::yield();
+    }
+  }};
+  std::uint64_t expected = 0;
+  while (expected < kValues) {
+    std::uint64_t value = 0;
+    if (!queue.pop(value)) {
+      std::this_thread::yield();
+      continue;
+    }
+    ASSERT_EQ(value, expected);
+    ++expected;
+  }
+  producer.join();
+}
+
+TEST(TripleBuffer, ShowsWholeValuesThatNeverGoBack) {
+  constexpr std::uint64_t kValues = 100'000;
+  using Value = std::array<std::uint64_t, 40>;  // larger than what a processor writes at once
+  TripleBuffer<Value> buffer;
+  std::thread writer{[&buffer] {
+    for (std::uint64_t i = 1; i <= kValues; ++i) {
+      Value value;
+      value.fill(i);
+      buffer.publish(value);
+    }
+  }};
+  std::uint64_t last = 0;
+  while (last < kValues) {
+    const Value& value = buffer.newest();
+    for (const auto part : value) ASSERT_EQ(part, value.front());
+    ASSERT_GE(value.front(), last);
+    last = value.front();
+  }
+  writer.join();
+}
+
+TEST(CommandQueue, TakesCommandsOfManyThreads) {
+  constexpr std::uint32_t kEach = 1000;
+  CommandQueue queue;
+  const auto command = [&queue](std::uint32_t who) {
+    for (std::uint32_t i = 0; i < kEach; ++i) {
+      while (!queue.push(ProcedureAborted{.run = who, .at = monoTime(i)})) std::this_thread::yield();
+    }
+  };
+  std::thread first{command, 0U};
+  std::thread second{command, 1U};
+  std::array<std::int64_t, 2> next{};
+  while (next[0] + next[1] < 2 * kEach) {
+    Event event;
+    if (!queue.pop(event)) {
+      std::this_thread::yield();
+      continue;
+    }
+    const auto& aborted = std::get<ProcedureAborted>(event);
+    EXPECT_EQ(toNs(aborted.at), next[aborted.run]++);  // in the order of each thread
+  }
+  first.join();
+  second.join();
+}
+
+}  // namespace
+}  // namespace probebox::app

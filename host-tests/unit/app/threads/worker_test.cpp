@@ -1,0 +1,59 @@
+#include "firmware/app/threads/worker.hpp"
+
+#include <atomic>
+#include <future>
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace probebox::app {
+namespace {
+
+TEST(Worker, RunsJobsInTheirOrderAndAllOfThemBeforeItEnds) {
+  std::vector<int> done;
+  {
+    Worker worker{[] {}};
+    for (int i = 0; i < 100; ++i) ASSERT_TRUE(worker.post([&done, i] { done.push_back(i); }));
+  }
+  ASSERT_EQ(done.size(), 100U);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
+}
+
+// What a cut has to hear must not wait behind what takes seconds.
+TEST(Worker, DoesPatientJobsWhenNothingElseWaits) {
+  std::promise<void> gate;
+  std::vector<int> done;
+  {
+    Worker worker{[] {}};
+    worker.post([opened = gate.get_future().share()] { opened.wait(); });
+    ASSERT_TRUE(worker.postPatient([&] { done.push_back(3); }));
+    ASSERT_TRUE(worker.post([&] { done.push_back(1); }));
+    ASSERT_TRUE(worker.post([&] { done.push_back(2); }));
+    gate.set_value();
+  }
+  EXPECT_EQ(done, (std::vector<int>{1, 2, 3}));
+}
+
+TEST(Worker, SaysWhenTooMuchIsWaiting) {
+  std::promise<void> gate;
+  Worker worker{[] {}};
+  worker.post([opened = gate.get_future().share()] { opened.wait(); });
+  int taken = 0;
+  while (worker.post([] {})) ASSERT_LT(++taken, 10'000);
+  EXPECT_GT(taken, 100);
+  gate.set_value();
+}
+
+TEST(Worker, LooksRoundWhenItIsNotified) {
+  std::promise<void> looked;
+  std::atomic<bool> first{true};
+  std::atomic<bool> armed{false};
+  Worker worker{[&] {
+    if (armed && first.exchange(false)) looked.set_value();
+  }};
+  armed = true;
+  worker.notify();
+  looked.get_future().wait();
+}
+
+}  // namespace
+}  // namespace probebox::app

@@ -1,0 +1,276 @@
+// The source's steps to the centre of a large chuck, as an operator goes through them on a machine.
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "firmware/metrology/centreline/limited_access.hpp"
+#include "host-tests/metrology/cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Chuck {
+  Vector2d centre{0.35, -0.62};
+  double radius{600.0};
+  double psi{0.9 * kDegree};
+  Vector2d stylus{0.0, 0.0};
+  double sigma{0.001};
+  double sigma_c{0.0};
+
+  // Machine position at the count C, clockwise from +Y; the spindle at zero.
+  Vector2d reading(double c, std::mt19937_64& random) const {
+    const double angle = c + psi + gauss(random, sigma_c);
+    return centre + radius * Vector2d{std::sin(angle), std::cos(angle)} - stylus +
+           Vector2d{gauss(random, sigma), gauss(random, sigma)};
+  }
+};
+
+Chuck randomChuck(std::mt19937_64& random) {
+  Chuck chuck;
+  chuck.centre = {uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5)};
+  chuck.radius = uniform(random, 300, 1200);
+  chuck.psi = uniform(random, -0.02, 0.02);
+  chuck.stylus = {uniform(random, -.05, .05), uniform(random, -.05, .05)};
+  chuck.sigma = uniform(random, 5e-4, 1.5e-3);
+  return chuck;
+}
+
+Dataset goThrough(const Chuck& chuck, double theta, std::mt19937_64& random) {
+  Dataset dataset{.method = "centreline-by-steps",
+                  .config = {{"sigma_mm", chuck.sigma}, {"sigma_C_rad", chuck.sigma_c}},
+                  .tables = {}};
+  Table stylus = Table::withColumns("stylus", std::array<std::string_view, 3>{"A_rad", "x_mm", "y_mm"});
+  for (const double a : {0.0, std::numbers::pi}) {
+    const Vector2d at = chuck.centre + chuck.radius * Vector2d{std::sin(chuck.psi), std::cos(chuck.psi)} -
+                        Eigen::Rotation2Dd{a} * chuck.stylus +
+                        Vector2d{gauss(random, chuck.sigma), gauss(random, chuck.sigma)};
+    stylus.append({a, at.x(), at.y()});
+  }
+  Table readings = Table::withColumns(
+      "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"});
+  double zero = 0.0;
+  for (double loop = 1.0; loop <= 5.0; ++loop) {
+    const Vector2d plus = chuck.reading(zero + theta, random);
+    const Vector2d minus = chuck.reading(zero - theta, random);
+    readings.append({loop, theta, plus.x(), plus.y()});
+    readings.append({loop, -theta, minus.x(), minus.y()});
+    if (std::abs(plus.y() - minus.y()) < 0.01) {
+      const Vector2d top = chuck.reading(zero, random);
+      readings.append({loop, 0.0, top.x(), top.y()});
+      break;
+    }
+    zero += remainingShift(plus + chuck.stylus, minus + chuck.stylus);
+  }
+  dataset.tables = {std::move(stylus), std::move(readings)};
+  return dataset;
+}
+
+TEST(CentrelineBySteps, FitStatesItsUncertaintyAndSoDoTheStepsWhereTheyCount) {
+  std::mt19937_64 random{1};
+  for (const bool trust : {true, false}) {
+    std::array<Moments, 3> pulls;
+    int refused = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+      Chuck chuck = randomChuck(random);
+      if (trial % 2 == 0) chuck.sigma_c = 1e-6;
+      Dataset dataset = goThrough(chuck, uniform(random, 30, 45) * kDegree, random);
+      dataset.config["trust_C_angles"] = trust;
+      const auto solved = solve(dataset);
+      if (!solved) {
+        EXPECT_EQ(solved.error().name, "steps-disagree");
+        ++refused;
+        continue;
+      }
+      for (std::size_t k = 0; k < 2; ++k) {
+        pulls[k].add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                     solved->find("centre_mm")->sd[k]);
+      }
+      pulls[2].add(solved->find("radius_mm")->value() - chuck.radius, solved->find("radius_mm")->sd[0]);
+    }
+    EXPECT_LE(refused, 2) << "of 2000 good ones";
+    for (const auto& pull : pulls) {
+      EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.87), testing::Lt(1.14)));
+      EXPECT_LT(std::abs(pull.bias()), 4.5);
+    }
+  }
+}
+
+TEST(CentrelineBySteps, StepsAndFitAgreeWithoutNoise) {
+  std::mt19937_64 random{2};
+  for (int trial = 0; trial < 30; ++trial) {
+    Chuck chuck = randomChuck(random);
+    chuck.sigma = 0.0;
+    const auto solved = solve(goThrough(chuck, 40 * kDegree, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_NEAR(solved->find("fit_centre_mm")->values[0], chuck.centre.x(), 1e-8);
+    EXPECT_NEAR(solved->find("fit_centre_mm")->values[1], chuck.centre.y(), 1e-8);
+    EXPECT_NEAR(solved->find("steps_centre_mm")->values[0], chuck.centre.x(), 1e-6);
+    EXPECT_NEAR(solved->find("steps_centre_mm")->values[1], chuck.centre.y(), 1e-6);
+    EXPECT_NEAR(solved->find("C_shift_rad")->value(), -chuck.psi, 1e-9);
+    EXPECT_NEAR(solved->find("stylus_offset_mm")->values[0], chuck.stylus.x(), 1e-9);
+  }
+}
+
+// A scale of C that is off by a thousandth: the fit believes the angles, the steps use that theta is the same twice.
+TEST(CentrelineBySteps, RefusesWhenTheAnglesOfCAreNotWhatTheySay) {
+  std::mt19937_64 random{3};
+  const Chuck chuck;
+  Dataset dataset = goThrough(chuck, 40 * kDegree, random);
+  for (double& c : columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")) c *= 1.001;
+  EXPECT_EQ(refusalOf(dataset), "steps-disagree");
+  dataset.config["trust_C_angles"] = false;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("so the steps count")));
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_NEAR(solved->find("centre_mm")->values[k], chuck.centre[static_cast<Eigen::Index>(k)],
+                5.0 * solved->find("centre_mm")->sd[k]);
+  }
+}
+
+// The angles of C being wrong says nothing against the steps, so what judges the fit does not stand beside them.
+TEST(CentrelineBySteps, TellsOfTheStepsAloneWhereTheAnglesAreNotTrusted) {
+  std::mt19937_64 random{5};
+  Dataset dataset = goThrough({}, 40 * kDegree, random);
+  for (double& c : columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")) c *= 1.001;
+  dataset.config["trust_C_angles"] = false;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_FALSE(solved->chi2_reduced);
+  EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("agree worse"))));
+  EXPECT_LT(solved->rms, 0.005) << "the fit leaves far more";
+  EXPECT_EQ(solved->dof, 1u);
+  EXPECT_THAT(solved->condition, testing::AllOf(testing::Gt(5.0), testing::Lt(500.0)));
+}
+
+TEST(CentrelineBySteps, SaysThatItDoesNotCompareWithoutSigma) {
+  std::mt19937_64 random{6};
+  for (const bool trust : {true, false}) {
+    Dataset dataset = goThrough({}, 40 * kDegree, random);
+    dataset.config.erase("sigma_mm");
+    dataset.config.erase("sigma_C_rad");
+    dataset.config["trust_C_angles"] = trust;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("not compared with the fit")));
+    EXPECT_EQ(solved->find("centre_mm")->sd.empty(), !trust);
+  }
+}
+
+// The spindle along Y or X: its half turn moves the stylus in z and one other coordinate, and tells nothing of the
+// third. What the stylus is off along the spindle is its length, which stays in the readings.
+Dataset lyingStylus(const Chuck& chuck, bool along_y, double off_z, std::mt19937_64& random) {
+  Dataset dataset = goThrough(chuck, 40 * kDegree, random);
+  Table& stylus = tableNamed(dataset, "stylus");
+  stylus.columns.erase(stylus.columns.begin() + (along_y ? 2 : 1));
+  stylus.columns.push_back({"z_mm", {}});
+  for (const double a : {0.0, std::numbers::pi}) {
+    stylus.columns.back().values.push_back(75.0 - std::cos(a) * off_z + gauss(random, chuck.sigma));
+  }
+  Table& readings = tableNamed(dataset, "readings");
+  readings.columns.push_back({"z_mm", {}});
+  auto& heights = readings.columns.back().values;
+  while (heights.size() < readings.columns[0].values.size())
+    heights.push_back(75.0 - off_z + gauss(random, chuck.sigma));
+  return dataset;
+}
+
+TEST(CentrelineBySteps, TakesTheOffsetOfAStylusThatLiesInTheXyPlaneOffXOrYAndZ) {
+  std::mt19937_64 random{8};
+  for (const bool along_y : {true, false}) {
+    std::array<Moments, 3> pulls;
+    for (int trial = 0; trial < 300; ++trial) {
+      Chuck chuck = randomChuck(random);
+      if (along_y) chuck.stylus.y() = 0.0;
+      if (!along_y) chuck.stylus.x() = 0.0;
+      const double off_z = uniform(random, -.05, .05);
+      if (trial == 0) chuck.sigma = 0.0;
+      Dataset dataset = lyingStylus(chuck, along_y, off_z, random);
+      if (trial == 0) dataset.config["sigma_mm"] = 0.001;
+      const auto solved = solve(dataset);
+      if (!solved) continue;  // four deviations
+      const auto& offset = *solved->find("stylus_offset_mm");
+      ASSERT_EQ(offset.values.size(), 3U);
+      const std::size_t across = along_y ? 0 : 1;
+      EXPECT_EQ(offset.values[1 - across], 0.0);
+      if (trial == 0) {
+        EXPECT_NEAR(offset.values[across], chuck.stylus[along_y ? 0 : 1], 1e-9);
+        EXPECT_NEAR(offset.values[2], off_z, 1e-9);
+        EXPECT_NEAR(solved->find("height_mm")->value(), 75.0, 1e-9);
+        EXPECT_NEAR(solved->find("centre_mm")->values[across], chuck.centre[along_y ? 0 : 1], 1e-9);
+        continue;
+      }
+      for (std::size_t k = 0; k < 2; ++k) {
+        pulls[k].add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                     solved->find("centre_mm")->sd[k]);
+      }
+      pulls[2].add(solved->find("height_mm")->value() - 75.0, solved->find("height_mm")->sd[0]);
+    }
+    for (const auto& pull : pulls) EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.87), testing::Lt(1.13)));
+  }
+}
+
+TEST(CentrelineBySteps, RefusesAStylusReadInThreeCoordinates) {
+  std::mt19937_64 random{9};
+  Dataset dataset = lyingStylus({}, true, 0.01, random);
+  tableNamed(dataset, "stylus").columns.push_back({"y_mm", {600.0, 600.0}});
+  EXPECT_EQ(refusalOf(dataset), "unknown-column") << "half a turn tells two";
+}
+
+// Another spindle angle in any row of the stylus' table, whatever stands before and after it.
+TEST(CentrelineBySteps, TakesNoStylusReadingAtAnotherSpindleAngle) {
+  std::mt19937_64 random{7};
+  const double half = std::numbers::pi;
+  const double quarter = half / 2.0;
+  for (const auto& order :
+       {std::array{quarter, 0.0, half}, std::array{0.0, quarter, half}, std::array{0.0, half, quarter}}) {
+    Dataset dataset = goThrough({}, 40 * kDegree, random);
+    Table& table = tableNamed(dataset, "stylus");
+    table.append({0.0, table.columns[1].values[0], table.columns[2].values[0]});
+    table.columns[0].values = {order.begin(), order.end()};
+    EXPECT_EQ(refusalOf(dataset), "not-opposite") << order[0] << " " << order[1] << " " << order[2];
+  }
+}
+
+TEST(CentrelineBySteps, RefusesByName) {
+  std::mt19937_64 random{4};
+  const auto refusal = [&](double theta, const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = goThrough({}, theta * kDegree, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keep = [](Dataset&) {};
+  const auto dropLast = [](Dataset& d) {
+    Table& table = tableNamed(d, "readings");
+    keepRows(table, [&](std::size_t row) { return row + 1 < table.rows(); });
+  };
+  EXPECT_EQ(refusal(40, keep), "");
+  EXPECT_EQ(refusal(14.9, keep), "arc-too-short");
+  EXPECT_EQ(refusal(40, dropLast), "missing-step");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { columnNamed(d, "readings", "loop")[0] = 3.0; }), "bad-loop");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { d.config["level_limit_mm"] = 1e-7; }), "not-level");
+  EXPECT_EQ(refusal(40, [](Dataset& d) { columnNamed(d, "stylus", "A_rad")[1] = 0.0; }), "not-opposite");
+  EXPECT_EQ(refusal(40,
+                    [](Dataset& d) {
+                      auto& y = columnNamed(d, "readings", "y_mm");
+                      y.back() = y[y.size() - 3];
+                    }),
+            "level-readings");
+  EXPECT_EQ(refusal(40,
+                    [](Dataset& d) {
+                      Table& table = tableNamed(d, "readings");
+                      for (double loop = 3.0; loop <= 6.0; ++loop) {
+                        table.append({loop, 0.7, 380.0, 460.0});
+                        table.append({loop, -0.7, -380.0, 450.0});
+                      }
+                    }),
+            "too-many-loops");
+}
+
+}  // namespace
+}  // namespace probebox::metrology

@@ -1,0 +1,161 @@
+#include "firmware/metrology/features/sphere_fit.hpp"
+
+#include <Eigen/LU>
+#include <array>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "firmware/metrology/solve.hpp"
+#include "host-tests/metrology/moments.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using testing::AllOf;
+using testing::Gt;
+using testing::HasSubstr;
+using testing::Lt;
+
+struct Ball {
+  Eigen::Vector3d centre;
+  double radius{};
+  std::vector<Eigen::Vector3d> normals;
+};
+
+double uniform(std::mt19937_64& random, double low, double high) {
+  return std::uniform_real_distribution<double>{low, high}(random);
+}
+
+Ball randomBall(std::mt19937_64& random) {
+  Ball ball{{uniform(random, -200, 200), uniform(random, -200, 200), uniform(random, -200, 200)},
+            uniform(random, 3, 30),
+            {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}};
+  for (int k = 0; k < 5; ++k) {
+    ball.normals.push_back(
+        Eigen::Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.1, 1)}.normalized());
+  }
+  return ball;
+}
+
+Dataset touched(const Ball& ball, double sigma, std::mt19937_64& random) {
+  std::normal_distribution<double> noise{0.0, 1.0};
+  constexpr std::array<std::string_view, 3> kNames{"x_mm", "y_mm", "z_mm"};
+  Dataset dataset{
+      .method = "sphere-fit", .config = {{"sigma_mm", sigma}}, .tables = {Table::withColumns("points", kNames)}};
+  for (const auto& normal : ball.normals) {
+    Eigen::Vector3d point = ball.centre + ball.radius * normal;
+    for (double& component : point) component += sigma * noise(random);
+    dataset.tables[0].append({point.x(), point.y(), point.z()});
+  }
+  return dataset;
+}
+
+TEST(SphereFit, ReachesTheCramerRaoBoundAndSaysSo) {
+  std::mt19937_64 random{1};
+  Moments normalised;
+  Moments radius;
+  double bounds = 0.0;
+  double squares = 0.0;
+  double chi2 = 0.0;
+  constexpr int kTrials = 1000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Ball ball = randomBall(random);
+    const double sigma = uniform(random, 1e-4, 3e-3);
+    const auto solved = solve(touched(ball, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+    for (const auto& n : ball.normals) {
+      const Eigen::Vector4d row{-n.x(), -n.y(), -n.z(), -1.0};
+      information += row * row.transpose() / (sigma * sigma);
+    }
+    const Eigen::Matrix4d bound = information.inverse();
+    const auto& centre = *solved->find("centre_mm");
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const double error = centre.values[k] - ball.centre[at];
+      normalised.add(error, centre.sd[k]);
+      squares += error * error / bound(at, at);
+      ++bounds;
+    }
+    radius.add(solved->find("radius_mm")->value() - ball.radius, solved->find("radius_mm")->sd[0]);
+    chi2 += *solved->chi2_reduced / kTrials;
+  }
+  EXPECT_THAT(bounds / squares, AllOf(Gt(0.93), Lt(1.08)));
+  EXPECT_THAT(normalised.pull(), AllOf(Gt(0.92), Lt(1.08)));
+  EXPECT_THAT(radius.pull(), AllOf(Gt(0.87), Lt(1.14)));
+  EXPECT_THAT(chi2, AllOf(Gt(0.94), Lt(1.06)));
+}
+
+TEST(SphereFit, IsExactWithoutNoise) {
+  std::mt19937_64 random{2};
+  for (int trial = 0; trial < 50; ++trial) {
+    const Ball ball = randomBall(random);
+    const auto solved = solve(touched(ball, 0.0, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_NEAR(solved->find("radius_mm")->value(), ball.radius, 1e-10);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(solved->find("centre_mm")->values[k], ball.centre[static_cast<Eigen::Index>(k)], 1e-10);
+    }
+  }
+}
+
+TEST(SphereFit, TakesTheResidualsWhereNoSigmaIsStated) {
+  std::mt19937_64 random{3};
+  Moments pull;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Ball ball = randomBall(random);
+    Dataset dataset = touched(ball, 0.002, random);
+    dataset.config.clear();
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok());
+    EXPECT_EQ(solved->dof, 6U);
+    pull.add(solved->find("centre_mm")->values[0] - ball.centre.x(), solved->find("centre_mm")->sd[0]);
+  }
+  // Student's t with 6 degrees of freedom has the variance 6/4.
+  EXPECT_THAT(pull.pull(), AllOf(Gt(1.1), Lt(2.0)));
+}
+
+TEST(SphereFit, HasNoSdWithoutSigmaAndWithoutResiduals) {
+  std::mt19937_64 random{4};
+  Ball ball = randomBall(random);
+  ball.normals = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Dataset dataset = touched(ball, 0.001, random);
+  dataset.config.clear();
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok());
+  EXPECT_TRUE(solved->find("centre_mm")->sd.empty());
+  EXPECT_THAT(solved->warnings, testing::Contains(HasSubstr("no sd")));
+}
+
+TEST(SphereFit, NeedsOnlyThreePointsOfAKnownSphereOnAKnownSide) {
+  std::mt19937_64 random{5};
+  Ball ball = randomBall(random);
+  ball.normals = {{0.8, 0, 0.6}, {-0.8, 0, 0.6}, {0, 0.8, 0.6}};
+  Dataset dataset = touched(ball, 0.0, random);
+  dataset.config["radius_mm"] = ball.radius;
+  EXPECT_EQ(solve(dataset).error().name, "coplanar");
+  dataset.config["approximate_centre_mm"] =
+      std::vector<double>{ball.centre.x() + 0.3, ball.centre.y(), ball.centre.z() - 0.3};
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("centre_mm")->values[2], ball.centre.z(), 1e-9);
+  EXPECT_EQ(solved->find("radius_mm"), nullptr);
+}
+
+TEST(SphereFit, DropsAGrossErrorByNameWhenAsked) {
+  std::mt19937_64 random{6};
+  const Ball ball = randomBall(random);
+  Dataset dataset = touched(ball, 0.001, random);
+  dataset.tables[0].columns[2].values[6] += 0.3;
+  EXPECT_EQ(solve(dataset).error().name, "residual-too-large");
+  dataset.config["robust"] = true;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok());
+  ASSERT_THAT(solved->dropped, testing::Not(testing::IsEmpty()));
+  EXPECT_THAT(solved->dropped, testing::Contains(testing::Field(&Dropped::name, "point 7")));
+  EXPECT_NEAR(solved->find("centre_mm")->values[0], ball.centre.x(), 0.01);
+}
+
+}  // namespace
+}  // namespace probebox::metrology

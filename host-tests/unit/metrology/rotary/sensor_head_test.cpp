@@ -1,0 +1,155 @@
+// The sensor head that reads a ball plate.
+#include "firmware/metrology/rotary/sensor_head.hpp"
+
+#include <Eigen/LU>
+#include <array>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "host-tests/metrology/cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+Vector3d anywhere(std::mt19937_64& random, double size) {
+  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
+}
+
+// Three sensors that look along their own directions at a ball, in volts.
+struct Sensors {
+  Matrix3d matrix;
+  Vector3d zero;
+};
+
+Sensors randomSensors(std::mt19937_64& random) {
+  Sensors sensors;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double around = kTurn * static_cast<double>(k) / 3.0;
+    const Vector3d along{std::cos(around), std::sin(around), 0.8};
+    sensors.matrix.row(k) = (along.normalized() + 0.1 * anywhere(random, 1.0)).transpose() * uniform(random, 1, 3);
+  }
+  sensors.zero = anywhere(random, 0.5);
+  return sensors;
+}
+
+Dataset headDataset(const Sensors& sensors, double reach, double sigma, std::mt19937_64& random,
+                    const std::vector<Vector3d>& balls) {
+  Dataset dataset{.method = "sensor-head-calibration", .config = {{"sigma_sensor", sigma}}, .tables = {}};
+  Table moves =
+      Table::withColumns("moves", std::array<std::string_view, 6>{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"});
+  const auto read = [&](const Vector3d& u) {
+    return Vector3d{sensors.zero + sensors.matrix * u +
+                    Vector3d{gauss(random, sigma), gauss(random, sigma), gauss(random, sigma)}};
+  };
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    for (const double way : {-1.0, -0.6, -0.2, 0.2, 0.6, 1.0}) {
+      const Vector3d u = way * reach * Vector3d::Unit(axis);
+      const Vector3d s = read(u);
+      moves.append({u.x(), u.y(), u.z(), s.x(), s.y(), s.z()});
+    }
+  }
+  Table readings =
+      Table::withColumns("readings", std::array<std::string_view, 6>{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"});
+  for (const auto& ball : balls) {
+    const Vector3d machine = ball - anywhere(random, reach);
+    const Vector3d s = read(ball - machine);
+    readings.append({machine.x(), machine.y(), machine.z(), s.x(), s.y(), s.z()});
+  }
+  dataset.tables = {std::move(moves)};
+  if (!balls.empty()) dataset.tables.push_back(std::move(readings));
+  return dataset;
+}
+
+TEST(SensorHead, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{6};
+  Judgement matrix;
+  Moments balls;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Sensors sensors = randomSensors(random);
+    const double sigma = uniform(random, 1e-4, 1e-3);
+    const std::vector<Vector3d> truth{anywhere(random, 100), anywhere(random, 100)};
+    const auto solved = solve(headDataset(sensors, 0.3, sigma, random, truth));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& found = *solved->find("sensor_matrix");
+    // Six symmetric places an axis: sum u^2 = 2 (1 + .36 + .04) reach^2.
+    const double bound = sigma / std::sqrt(2.8 * 0.09);
+    for (std::size_t k = 0; k < 9; ++k) {
+      const double real = sensors.matrix(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3));
+      matrix.add(found.values[k] - real, found.sd[k], bound);
+    }
+    const auto& at = *solved->find("ball_mm");
+    for (std::size_t k = 0; k < 6; ++k) {
+      balls.add(at.values[k] - truth[k / 3][static_cast<Eigen::Index>(k % 3)], at.sd[k]);
+    }
+  }
+  expectHonest(matrix);
+  EXPECT_THAT(balls.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+}
+
+TEST(SensorHead, SaysThatAReadingIsInTheUnitOfTheSensors) {
+  std::mt19937_64 random{11};
+  const auto solved = solve(headDataset(randomSensors(random), 0.3, 1e-4, random, {}));
+  EXPECT_EQ(solved->design_per, "one sensor, units of the sensors");
+  EXPECT_EQ(solved->residuals.unit, "units of the sensors");
+}
+
+TEST(SensorHead, FindsTheBallWithoutNoise) {
+  std::mt19937_64 random{7};
+  const Sensors sensors = randomSensors(random);
+  Dataset dataset = headDataset(sensors, 0.3, 0.0, random, {{10, 20, 30}});
+  dataset.config["tool_vector_mm"] = std::vector<double>{1, 2, 3};
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_THAT(solved->find("ball_mm")->values,
+              testing::ElementsAre(testing::DoubleNear(11, 1e-9), testing::DoubleNear(22, 1e-9),
+                                   testing::DoubleNear(33, 1e-9)));
+}
+
+TEST(SensorHead, TellsWhereTheMachineStandsWhenAllSensorsReadZero) {
+  std::mt19937_64 random{13};
+  Moments moments;
+  for (int trial = 0; trial < 150; ++trial) {
+    const Sensors sensors = randomSensors(random);
+    Dataset dataset = headDataset(sensors, 0.3, uniform(random, 1e-4, 1e-3), random, {});
+    dataset.config["reference_mm"] = std::vector<double>{100, 200, -50};
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_THAT(solved->warnings, testing::Each(testing::Not(testing::HasSubstr("reference_mm"))));
+    // The machine moves by m, and the ball goes to -m: zero + matrix * -m has to be nothing.
+    const Vector3d truth = Vector3d{100, 200, -50} + sensors.matrix.inverse() * sensors.zero;
+    const auto& centred = *solved->find("centred_mm");
+    for (std::size_t k = 0; k < 3; ++k)
+      moments.add(centred.values[k] - truth[static_cast<Eigen::Index>(k)], centred.sd[k]);
+  }
+  EXPECT_THAT(moments.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+}
+
+TEST(SensorHead, RefusesByName) {
+  std::mt19937_64 random{8};
+  const Sensors good = randomSensors(random);
+  const auto refusal = [&](const Sensors& sensors, double reach, const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = headDataset(sensors, reach, 0.001, random, {});
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keep = [](Dataset&) {};
+  EXPECT_EQ(refusal(good, 0.3, keep), "");
+  EXPECT_EQ(refusal(good, 1e-4, keep), "moves-too-small");
+  Sensors one_side = good;
+  one_side.matrix.row(1) = one_side.matrix.row(0) + 0.01 * one_side.matrix.row(1);
+  EXPECT_EQ(refusal(one_side, 0.3, keep), "sensors-dependent");
+  const auto twoAxes = [](Dataset& d) { keepRows(tableNamed(d, "moves"), [](std::size_t row) { return row < 12; }); };
+  EXPECT_EQ(refusal(good, 0.3, twoAxes), "dependent-directions");
+  const auto few = [](Dataset& d) { keepRows(tableNamed(d, "moves"), [](std::size_t row) { return row < 3; }); };
+  EXPECT_EQ(refusal(good, 0.3, few), "too-few-readings");
+  EXPECT_EQ(refusal(good, 0.3, [](Dataset& d) { columnNamed(d, "moves", "s2")[0] = std::nan(""); }), "not-finite");
+}
+
+}  // namespace
+}  // namespace probebox::metrology

@@ -1,0 +1,302 @@
+// screw-calibration and screw-compensation against a screw that is heated, turned and read by a slow sensor.
+#include <array>
+#include <cmath>
+#include <complex>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "firmware/metrology/live/screw_model.hpp"
+#include "host-tests/metrology/cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using testing::AllOf;
+using testing::Gt;
+using testing::Lt;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+// A screw whose temperature rises by some degrees everywhere, and whose end face is not plane.
+struct Screw {
+  double length_mm{820.0};
+  double offset_mm{60.0};
+  double sensor_share{0.93};  // how much of the true extension the sensor misses: the gain is its inverse
+  std::array<std::complex<double>, 2> face{std::polar(3.0, -0.4), std::polar(0.8, -1.9)};  // um, harmonics 1 and 2
+  std::size_t sectors{24};
+
+  double waviness(double angle) const {
+    return (face[0] * std::polar(1.0, angle) + face[1] * std::polar(1.0, 2.0 * angle)).real();
+  }
+  // Mean of the waviness over a sector, summed finely.
+  double sectorMean(std::size_t sector) const {
+    constexpr int kSteps = 4000;
+    double sum = 0.0;
+    for (int k = 0; k < kSteps; ++k) {
+      sum += waviness(kTurn * (static_cast<double>(sector) + (k + 0.5) / kSteps) / static_cast<double>(sectors));
+    }
+    return sum / kSteps;
+  }
+  // Shift of the nut: expansion summed piece by piece from the fixed bearing.
+  double nutShiftUm(double position_mm, double kelvin) const {
+    constexpr int kPieces = 500;
+    double shift = 0.0;
+    for (int k = 0; k < kPieces; ++k) shift += 11.5e-6 * kelvin * (position_mm + offset_mm) / kPieces * 1e3;
+    return shift;
+  }
+  double sensorUm(double kelvin) const { return 11.5e-6 * kelvin * length_mm * 1e3 * sensor_share; }
+};
+
+Screw randomScrew(std::mt19937_64& random) {
+  return {.length_mm = uniform(random, 400, 1500),
+          .offset_mm = uniform(random, 20, 120),
+          .sensor_share = uniform(random, 0.8, 1.2),
+          .face = {std::polar(uniform(random, 0.5, 4), uniform(random, -3, 3)),
+                   std::polar(uniform(random, 0.1, 1), uniform(random, -3, 3))},
+          .sectors = std::uniform_int_distribution<std::size_t>{6, 24}(random)};
+}
+
+struct Rotation {
+  double period_s{10.0};
+  double rate_hz{60.0};
+  double seconds{60.0};
+  double sigma_um{0.2};
+  double drift_um_s{0.002};
+};
+
+Dataset calibration(const Screw& screw, const Rotation& rotation, double sigma_error_um, std::mt19937_64& random) {
+  Dataset dataset{.method = "screw-calibration",
+                  .config = {{"screw_length_mm", screw.length_mm},
+                             {"orgoff_mm", screw.offset_mm},
+                             {"sectors", static_cast<double>(screw.sectors)}},
+                  .tables = {}};
+  Table gain = Table::withColumns("gain_cal", std::array<std::string_view, 3>{"x_mm", "ext_um", "error_um"});
+  for (const double kelvin : {1.0, 2.5, 4.0, 5.5}) {
+    for (const double share : {0.0, 0.3, 0.6, 0.85}) {
+      const double x = share * screw.length_mm - 0.5 * screw.offset_mm;
+      gain.append({x, screw.sensorUm(kelvin), screw.nutShiftUm(x, kelvin) + gauss(random, sigma_error_um)});
+    }
+  }
+  Table face = Table::withColumns("sector_cal", std::array<std::string_view, 3>{"t_s", "phi_rad", "sensor_um"});
+  const int samples = static_cast<int>(rotation.seconds * rotation.rate_hz);
+  for (int k = 0; k < samples; ++k) {
+    const double t = k / rotation.rate_hz;
+    const double angle = kTurn * t / rotation.period_s + 0.3;
+    face.append({t, std::fmod(angle, kTurn),
+                 12.0 + rotation.drift_um_s * t + screw.waviness(angle) + gauss(random, rotation.sigma_um)});
+  }
+  dataset.tables = {std::move(gain), std::move(face)};
+  return dataset;
+}
+
+TEST(ScrewCalibration, MeasuresTheFaceAloneWhereTheGainThatStaysIsStated) {
+  std::mt19937_64 random{5};
+  const Dataset both = calibration({}, {}, 0.1, random);
+  Dataset face = both;
+  face.tables.erase(face.tables.begin());
+  EXPECT_EQ(solve(face).error().name, "missing-table");
+  face.config["K"] = 1.02;
+  face.config["axis"] = std::string{"X"};
+  const auto solved = solve(face);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->find("K"), nullptr);
+  EXPECT_EQ(solved->find("sector_table_um")->values, solve(both)->find("sector_table_um")->values);
+  EXPECT_EQ(solved->find("sector_table_um")->sd, solve(both)->find("sector_table_um")->sd);
+  EXPECT_TRUE(solved->warnings.empty());
+  face.config["K"] = std::string{"-1"};
+  EXPECT_EQ(solve(face).error().name, "bad-config");
+  Dataset stated = both;
+  stated.config["K"] = 1.02;
+  EXPECT_NE(solve(stated)->find("K")->value(), 1.02) << "measured, not believed";
+  EXPECT_FALSE(solve(stated)->warnings.empty()) << "the key was not used";
+}
+
+TEST(ScrewCalibration, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{1};
+  Judgement gain;
+  Judgement table;
+  Judgement drift;
+  for (int trial = 0; trial < 150; ++trial) {
+    const Screw screw = randomScrew(random);
+    const Rotation rotation{.sigma_um = uniform(random, 0.05, 0.5), .drift_um_s = uniform(random, -0.01, 0.01)};
+    const double sigma_error = uniform(random, 0.05, 0.5);
+    const Dataset dataset = calibration(screw, rotation, sigma_error, random);
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    double levers = 0.0;
+    for (const double kelvin : {1.0, 2.5, 4.0, 5.5}) {
+      for (const double share : {0.0, 0.3, 0.6, 0.85}) {
+        levers += std::pow((share + 0.5 * screw.offset_mm / screw.length_mm) * screw.sensorUm(kelvin), 2);
+      }
+    }
+    const auto& k = *solved->find("K");
+    gain.add(k.value() - 1.0 / screw.sensor_share, k.sd[0], sigma_error / std::sqrt(levers));
+    const auto& sectors = *solved->find("sector_table_um");
+    const double n = static_cast<double>(screw.sectors);
+    const double bound = rotation.sigma_um * std::sqrt((1.0 - 1.0 / n) * n / 3600.0);
+    for (std::size_t sector = 0; sector < screw.sectors; ++sector) {
+      table.add(sectors.values[sector] - screw.sectorMean(sector), sectors.sd[sector], bound);
+    }
+    drift.add(solved->find("drift_um_s")->value() - rotation.drift_um_s, solved->find("drift_um_s")->sd[0], 1.0);
+  }
+  EXPECT_GT(gain.efficiency(), 0.8);
+  EXPECT_LT(std::abs(gain.pulls.bias()), 4.0);
+  EXPECT_THAT(gain.pulls.pull(), AllOf(Gt(0.75), Lt(1.6))) << "Student's t with 15 degrees of freedom: 1.15";
+  EXPECT_GT(table.efficiency(), 0.9);
+  EXPECT_THAT(table.pulls.pull(), AllOf(Gt(0.9), Lt(1.1)));
+  EXPECT_THAT(drift.pulls.pull(), AllOf(Gt(0.7), Lt(1.35)));
+}
+
+TEST(ScrewCalibration, IsExactWithoutNoise) {
+  std::mt19937_64 random{2};
+  for (int trial = 0; trial < 20; ++trial) {
+    const Screw screw = randomScrew(random);
+    const auto solved = solve(calibration(screw, {.rate_hz = 200.0, .sigma_um = 0.0}, 0.0, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    EXPECT_NEAR(solved->find("K")->value(), 1.0 / screw.sensor_share, 1e-12);
+    const auto& table = solved->find("sector_table_um")->values;
+    double sum = 0.0;
+    for (std::size_t sector = 0; sector < screw.sectors; ++sector) {
+      EXPECT_NEAR(table[sector], screw.sectorMean(sector), 1e-3) << "um: a nanometre";
+      sum += table[sector];
+    }
+    EXPECT_NEAR(sum, 0.0, 1e-12);
+  }
+}
+
+TEST(ScrewCalibration, GivesTheMeansOfTheWorkedExample) {
+  std::mt19937_64 random{3};
+  Screw screw;
+  screw.sectors = 8;
+  const auto solved = solve(calibration(screw, {.rate_hz = 200.0, .sigma_um = 0.0}, 0.0, random));
+  const std::array<double, 8> printed{3.240705,  2.728851,  -0.295953, -2.698666,
+                                      -2.606112, -1.435657, -0.338641, 1.405473};
+  for (std::size_t k = 0; k < 8; ++k) EXPECT_NEAR(solved->find("sector_table_um")->values[k], printed[k], 1e-3);
+}
+
+TEST(ScrewCalibration, TakesASensorThatIsReadAtOneAngleASector) {
+  std::mt19937_64 random{4};
+  const Screw screw{.sectors = 12};
+  const auto solved = solve(calibration(screw, {.period_s = 12.0, .rate_hz = 1.0, .seconds = 240.0}, 0.1, random));
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->dof, 240U - 13U);
+  EXPECT_NEAR(solved->find("sector_table_um")->values[2], screw.waviness(0.3 + kTurn * 2.0 / 12.0), 0.3);
+}
+
+TEST(ScrewCalibration, RefusesByName) {
+  std::mt19937_64 random{5};
+  const Screw screw;
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = calibration(screw, {}, 0.1, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refusal([](Dataset&) {}), "");
+  const auto phi = [](Dataset& d) { return columnNamed(d, "sector_cal", "phi_rad"); };
+  EXPECT_EQ(refusal([&](Dataset& d) {
+              const auto angles = phi(d);
+              keepRows(tableNamed(d, "sector_cal"), [&](std::size_t k) { return sectorAt(angles[k], 24) != 7; });
+            }),
+            "empty-sector");
+  EXPECT_EQ(refusal([&](Dataset& d) {
+              const auto angles = phi(d);
+              int kept = 0;
+              keepRows(tableNamed(d, "sector_cal"),
+                       [&](std::size_t k) { return sectorAt(angles[k], 24) != 7 || ++kept < 10; });
+            }),
+            "too-few-samples");
+  EXPECT_EQ(refusal([](Dataset& d) { keepRows(tableNamed(d, "sector_cal"), [](std::size_t k) { return k < 1500; }); }),
+            "too-few-turns");
+  EXPECT_EQ(refusal([](Dataset& d) {
+              for (double& ext : columnNamed(d, "gain_cal", "ext_um")) ext = 30.0 + 0.05 * ext;
+            }),
+            "extension-span-too-small");
+  EXPECT_EQ(refusal([](Dataset& d) {
+              const auto times = columnNamed(d, "sector_cal", "t_s");
+              auto& sensor = columnNamed(d, "sector_cal", "sensor_um");
+              for (std::size_t k = 0; k < times.size(); ++k) sensor[k] += 0.2 * times[k];
+            }),
+            "not-steady");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["sectors"] = 7.5; }), "bad-sectors");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["sectors"] = 1000.0; }), "bad-sectors");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("screw_length_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["screw_length_mm"] = 0.0; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { d.tables.pop_back(); }), "missing-table");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "gain_cal", "error_um")[3] = std::nan(""); }), "not-finite");
+}
+
+// A calibrated screw in use: what is left of the nut's shift once the answer is added.
+TEST(ScrewCompensation, TakesAwayTheShiftOfAHeatedScrewAtLowAndAtHighSpeed) {
+  std::mt19937_64 random{6};
+  for (int trial = 0; trial < 20; ++trial) {
+    Screw screw = randomScrew(random);
+    screw.sectors = 24;
+    constexpr double kTimeConstant = 0.15;
+    Dataset dataset{.method = "screw-compensation",
+                    .config = {{"screw_length_mm", screw.length_mm},
+                               {"orgoff_mm", screw.offset_mm},
+                               {"K", -1.0 / screw.sensor_share},
+                               {"threshold_rpm", thresholdRpm(1, kTimeConstant)}},
+                    .tables = {}};
+    Table cycle = Table::withColumns("cycle", std::array<std::string_view, 4>{"x_mm", "phi_rad", "rpm", "sensor_um"});
+    Table table = Table::withColumns("sector_table", std::array<std::string_view, 2>{"sector", "T_um"});
+    for (std::size_t sector = 24; sector-- > 0;) table.append({static_cast<double>(sector), screw.sectorMean(sector)});
+    std::vector<double> shifts;
+    for (int row = 0; row < 40; ++row) {
+      const double rpm = row % 2 == 0 ? uniform(random, 0.0, 4.0) : uniform(random, 2500.0, 3500.0);
+      const double omega = rpm / 60.0 * kTurn;
+      const double angle = uniform(random, 0.0, kTurn);
+      const double x = uniform(random, 0.0, 0.9) * screw.length_mm;
+      const double kelvin = uniform(random, -1.0, 6.0);
+      double wave = 0.0;  // through the lag of the sensor
+      for (std::size_t h = 0; h < 2; ++h) {
+        const double harmonic = static_cast<double>(h + 1);
+        wave += (screw.face[h] * std::polar(1.0, harmonic * angle) /
+                 std::complex<double>{1.0, harmonic * omega * kTimeConstant})
+                    .real();
+      }
+      cycle.append({x, angle, rpm, screw.sensorUm(kelvin) + wave});
+      shifts.push_back(screw.nutShiftUm(x, kelvin));
+    }
+    dataset.tables = {std::move(cycle), std::move(table)};
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto& compensation = *solved->find("comp_um");
+    EXPECT_TRUE(compensation.sd.empty());
+    for (std::size_t row = 0; row < shifts.size(); ++row) {
+      // A sector of 15 degrees, the lag of the slow sensor, and the ripple that a fast one lets through.
+      EXPECT_NEAR(compensation.values[row] + shifts[row], 0.0, 1.4) << "row " << row;
+    }
+  }
+}
+
+TEST(ScrewCompensation, RefusesByName) {
+  Dataset good{.method = "screw-compensation",
+               .config = {{"screw_length_mm", 820.0}, {"orgoff_mm", 60.0}, {"K", -0.97}, {"threshold_rpm", 64.0}},
+               .tables = {}};
+  Table cycle = Table::withColumns("cycle", std::array<std::string_view, 4>{"x_mm", "phi_rad", "rpm", "sensor_um"});
+  cycle.append({350.0, 0.0, 5.0, 56.58});
+  Table table = Table::withColumns("sector_table", std::array<std::string_view, 2>{"sector", "T_um"});
+  table.append({0.0, 0.5});
+  table.append({1.0, -0.5});
+  good.tables = {cycle, table};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = good;
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  ASSERT_TRUE(solve(good).ok());
+  EXPECT_NEAR(solve(good)->find("comp_um")->values[0], -27.4413 + 0.97 * 0.5 * 0.5, 1e-9);
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "sector_table", "sector")[1] = 0.0; }), "bad-sectors");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "sector_table", "sector")[1] = 2.0; }), "bad-sectors");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["extension_max_um"] = 50.0; }), "extension-out-of-limits");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("K"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "cycle", "rpm")[0] = std::nan(""); }), "not-finite");
+  Dataset stated = good;
+  stated.config["sigma_um"] = 0.2;
+  EXPECT_NEAR(solve(stated)->find("comp_um")->sd[0], 0.97 * 0.5 * 0.2, 1e-12);
+}
+
+}  // namespace
+}  // namespace probebox::metrology

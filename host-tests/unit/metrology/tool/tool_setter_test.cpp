@@ -1,0 +1,120 @@
+// Tools against a setting device: machine coordinates at contact, worked out from where things are.
+#include <Eigen/Core>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "host-tests/metrology/setter_cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(ToolSetter, ReachesTheBoundAndStatesItsUncertainty) {
+  std::mt19937_64 random{3};
+  Judgement tool;
+  Judgement device;
+  for (int trial = 0; trial < 500; ++trial) {
+    Setter setter;
+    setter.at = {uniform(random, -200, 200), uniform(random, -200, 200), uniform(random, -200, 200)};
+    setter.tool = {uniform(random, -5, 5), uniform(random, -5, 5), uniform(random, 80, 150)};
+    const double sigma = uniform(random, 5e-4, 5e-3);
+    const int repetitions = 1 + trial % 3;
+    const auto solved = solve(setterDataset(setter, repetitions, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const double bound = sigma / std::sqrt(repetitions);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      tool.add(solved->find("tool_offset_mm")->values[k] - setter.tool[at], solved->find("tool_offset_mm")->sd[k],
+               bound * std::numbers::sqrt2);
+      device.add(solved->find("setter_mm")->values[k] - setter.at[at], solved->find("setter_mm")->sd[k], bound);
+    }
+  }
+  expectHonest(tool);
+  expectHonest(device);
+}
+
+TEST(ToolSetter, AddsTheUncertaintyOfTheProbeAndNoticesAMovedDevice) {
+  std::mt19937_64 random{4};
+  const Setter setter;
+  Dataset dataset = setterDataset(setter, 1, 0.0, random);
+  dataset.config["sigma_mm"] = 0.003;
+  dataset.config["sd_probe_offset_mm"] = 0.004;
+  const auto solved = solve(dataset);
+  EXPECT_NEAR(solved->find("setter_mm")->sd[1], 0.005, 1e-12);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(solved->find("tool_offset_mm")->values[k], setter.tool[static_cast<Eigen::Index>(k)], 1e-9);
+  }
+  dataset.config["accepted_setter_mm"] = std::vector<double>{-193.0, 23.0, 17.05};
+  dataset.config["setter_limit_mm"] = 0.04;
+  EXPECT_EQ(refusalOf(dataset), "setter-moved");
+  dataset.config["setter_limit_mm"] = 0.06;
+  EXPECT_EQ(refusalOf(dataset), "");
+}
+
+TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
+  std::mt19937_64 random{23};
+  Moments tool;
+  Moments device;
+  for (int trial = 0; trial < 300; ++trial) {
+    Setter setter;
+    setter.tool = {uniform(random, -5, 5), uniform(random, -5, 5), uniform(random, 80, 150)};
+    const double sigma = trial == 0 ? 0.0 : 0.002;
+    Dataset dataset = faceDataset(setter, sigma, random);
+    dataset.config["sigma_mm"] = 0.002;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const double error = solved->find("tool_offset_mm")->values[k] - setter.tool[at];
+      if (trial > 0) {
+        tool.add(error, solved->find("tool_offset_mm")->sd[k]);
+        device.add(solved->find("setter_mm")->values[k] - setter.at[at], solved->find("setter_mm")->sd[k]);
+      } else {
+        EXPECT_NEAR(error, 0.0, 1e-9);
+      }
+    }
+    if (trial > 0) continue;
+    EXPECT_NEAR(solved->find("setter_mm")->sd[1], 0.002, 1e-12) << "one face tells y";
+  }
+  EXPECT_THAT(tool.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  EXPECT_THAT(device.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  EXPECT_LT(std::abs(tool.bias()), 4.0);
+}
+
+TEST(ToolSetter, RefusesFacesThatOnlyOneOfThemTouched) {
+  std::mt19937_64 random{24};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = faceDataset({}, 0.001, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  const auto keep = [](const std::function<bool(std::size_t)>& which) {
+    return [which](Dataset& d) { keepRows(tableNamed(d, "touches"), which); };
+  };
+  EXPECT_EQ(refusal([](Dataset&) {}), "");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row != 9; })), "faces-differ");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "half_width_mm")[6] = 11.0; }), "faces-differ");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row % 5 != 2; })), "missing-face");
+  EXPECT_EQ(refusal(keep([](std::size_t row) { return row < 5; })), "tool-not-measured");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "nx")[0] = 0.5; }), "bad-direction");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "touches", "radius_mm")[0] = -1.0; }), "bad-config");
+}
+
+TEST(ToolSetter, RefusesByName) {
+  std::mt19937_64 random{5};
+  const auto refusal = [&](const std::function<void(Dataset&)>& damage) {
+    Dataset dataset = setterDataset({}, 2, 0.001, random);
+    damage(dataset);
+    return refusalOf(dataset);
+  };
+  EXPECT_EQ(refusal([](Dataset& d) { d.config.erase("probe_offset_mm"); }), "missing-key");
+  EXPECT_EQ(refusal([](Dataset& d) { d.config["probe_offset_mm"] = std::vector<double>{1.0, 2.0}; }), "bad-config");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool")[0] = 0.5; }), "bad-flag");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {0, 0, 0, 0}; }), "tool-not-measured");
+  EXPECT_EQ(refusal([](Dataset& d) { columnNamed(d, "readings", "is_tool") = {1, 1, 1, 1}; }), "probe-not-measured");
+}
+
+}  // namespace
+}  // namespace probebox::metrology

@@ -1,0 +1,20 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace probebox::codec {
+
+enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
+
+// How a channel's values look in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1 here.
+struct ChannelFormat {
+  std::uint8_t bytes{4};  // 1, 2, 4 or 8
+  bool is_signed{true};
+
+  friend constexpr bool operator==(const ChannelFormat&, const ChannelFormat&) = default;
+};
+
+inline constexpr std::size_t kMaxChannels = 255;
+inline constexpr std::size_t kMostFastSamples = 2048;  // that a block of profile fast is made of here
+
+}  // namespace probebox::codec

@@ -1,0 +1,80 @@
+#include "tools/probebox/cli/console.hpp"
+
+#include <ostream>
+
+namespace probebox::command {
+namespace {
+
+constexpr std::string_view kRedraw = "\r\x1b[K";  // to the start of the line, and clear it
+
+// Text may come from a box or a file and is not UTF-8 by right.
+std::string dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// A terminal obeys control characters: what a box or a file calls itself must not draw on it.
+std::string harmless(std::string_view text) {
+  std::string clean{text};
+  for (auto& c : clean) {
+    const auto code = static_cast<unsigned char>(c);
+    if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7f) c = '?';
+  }
+  return clean;
+}
+
+}  // namespace
+
+Trouble outputGone() {
+  return {ExitStatus::usage, "not-written",
+          "the standard output cannot be written any further; is the disk full, or has its reader gone?"};
+}
+
+void Console::object(const Json& json) {
+  Json versioned{{"schema_version", kSchemaVersion}};
+  versioned.update(json);
+  *answers_ << dump(versioned) << '\n' << std::flush;
+}
+
+void Console::line(std::string_view text) {
+  endLiveLines();
+  *answers_ << harmless(text) << '\n' << std::flush;
+}
+
+void Console::live(std::string_view text) {
+  if (!streams_.out_is_terminal) return line(text);
+  streams_.out << kRedraw << fitting(text) << std::flush;
+  live_drawn_ = true;
+}
+
+void Console::note(std::string_view text) {
+  endLiveLines();
+  streams_.err << harmless(text) << '\n' << std::flush;
+}
+
+void Console::progress(std::string_view text) {
+  if (!streams_.err_is_terminal) return;
+  streams_.err << kRedraw << fitting(text) << std::flush;
+  progress_drawn_ = true;
+}
+
+ExitStatus Console::fail(const Trouble& trouble) {
+  note("probebox: " + trouble.what);
+  if (json_) {
+    object({{"error", trouble.name}, {"what", trouble.what}, {"exit_status", static_cast<int>(trouble.status)}});
+  }
+  return trouble.status;
+}
+
+// A line that wraps could not be drawn over.
+std::string Console::fitting(std::string_view text) const {
+  const auto columns = streams_.terminal_columns;
+  return harmless(columns > 1 && text.size() >= columns ? text.substr(0, columns - 1) : text);
+}
+
+void Console::endLiveLines() {
+  if (live_drawn_) streams_.out << '\n' << std::flush;
+  if (progress_drawn_) streams_.err << kRedraw << std::flush;
+  live_drawn_ = progress_drawn_ = false;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,20 @@
+#pragma once
+#include <span>
+#include <string>
+#include <variant>
+
+#include "tools/probebox/cli/exit_status.hpp"
+#include "tools/probebox/cli/request.hpp"
+
+namespace probebox::command {
+
+// The command line itself was the question (--help), or cannot be understood.
+struct Answer {
+  ExitStatus status{};
+  std::string text;
+};
+
+// arguments: without the program's name.
+std::variant<Request, Answer> parse(std::span<const std::string> arguments);
+
+}  // namespace probebox::command

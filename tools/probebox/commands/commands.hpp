@@ -1,0 +1,30 @@
+#pragma once
+#include "tools/probebox/cli/console.hpp"
+#include "tools/probebox/cli/request.hpp"
+
+namespace probebox::command {
+
+// One command each, in commands/<name>.cpp. uri: what -u gave, or empty.
+ExitStatus run(const List& options, const std::string& uri, Console& console);
+ExitStatus run(const Info& options, const std::string& uri, Console& console);
+ExitStatus run(const Status& options, const std::string& uri, Console& console);
+ExitStatus run(const Watch& options, const std::string& uri, Console& console);
+ExitStatus run(const Record& options, const std::string& uri, Console& console);
+ExitStatus run(const Export& options, const std::string& uri, Console& console);
+ExitStatus run(const Verify& options, const std::string& uri, Console& console);
+ExitStatus run(const Replay& options, const std::string& uri, Console& console);
+ExitStatus run(const Pack& options, const std::string& uri, Console& console);
+ExitStatus run(const Unpack& options, const std::string& uri, Console& console);
+ExitStatus run(const Clock& options, const std::string& uri, Console& console);
+ExitStatus run(const Solve& options, const std::string& uri, Console& console);
+ExitStatus run(const Report& options, const std::string& uri, Console& console);
+ExitStatus run(const Calibrate& options, const std::string& uri, Console& console);
+ExitStatus run(const Plan& options, const std::string& uri, Console& console);
+ExitStatus run(const Selftest& options, const std::string& uri, Console& console);
+ExitStatus run(const Propose& options, const std::string& uri, Console& console);
+ExitStatus run(const Accept& options, const std::string& uri, Console& console);
+ExitStatus run(const Rollback& options, const std::string& uri, Console& console);
+ExitStatus run(const History& options, const std::string& uri, Console& console);
+ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
+
+}  // namespace probebox::command

@@ -1,0 +1,79 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/sample_tally.hpp"
+
+namespace probebox::command {
+
+// The samples of one box over as many links as it takes. When a link breaks (a pulled cable, a box that restarts), that
+// is said, the box is waited for where it was, and the stream goes on after the last sample: the box keeps the last
+// seconds, or says what is missing.
+class LastingStream : private link::StreamListener {
+ public:
+  struct Options {
+    messages::Policy policy{};
+    messages::Profile profile{};  // raw from a box that does not send this one
+    milliseconds patience{};      // with a box that has gone
+    bool triggers{};              // those too
+  };
+
+  // `listener` hears what every link brings; it and `console` outlive the stream.
+  LastingStream(link::Uri uri, const Options& options, link::StreamListener& listener, Console& console);
+
+  // The first link, and START. Why there is none.
+  std::optional<Trouble> open();
+  // Lets the link, or the search for a new one, do its work for a short while. False when it is all over: trouble().
+  bool round();
+
+  // Null while there is no link.
+  link::Client* box() { return box_.get(); }
+  const SampleTally& tally() const { return tally_; }
+  // Over all links.
+  const link::TriggerAccount& triggers() const { return triggers_; }
+  std::uint64_t reconnections() const { return reconnections_; }
+  const std::optional<Trouble>& trouble() const { return trouble_; }
+  // What became of the last link.
+  const std::string& loss() const { return loss_; }
+
+ private:
+  void onFrame(const frame::Frame& frame) override { listener_.onFrame(frame); }
+  void onWelcome(const messages::Welcome& welcome) override;
+  void onDescriptor(const messages::Descriptor& descriptor) override { listener_.onDescriptor(descriptor); }
+  void onBlock(const link::DecodedBlock& block) override;
+  void onGap(const messages::Gap& gap) override;
+  void onHole(const messages::Gap& hole) override;
+  void onTrigger(const messages::Trigger& trigger) override;
+  void onTriggerGap(const messages::TriggerGap& gap) override;
+  void onTriggerHole(const messages::TriggerGap& hole) override;
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
+
+  std::optional<Trouble> connect(milliseconds limit);
+  void start();
+  bool startAgain();
+  bool fallBack();
+  void lose();
+  bool search();
+
+  link::Uri uri_;
+  Options options_;
+  link::StreamListener& listener_;
+  Console& console_;
+  SampleTally tally_;
+  link::TriggerAccount triggers_;
+  std::uint32_t next_trigger_{};  // 0: whichever comes next
+  std::optional<messages::BootId> boot_id_;
+  Box box_;
+  std::optional<Trouble> trouble_;
+  std::string loss_;
+  std::string obstacle_;  // what keeps this user from a box that is there again
+  MonoTime obstacle_since_{};
+  bool obstacle_said_{};
+  MonoTime deadline_{};  // of the search
+  int refusals_{};
+  std::uint64_t reconnections_{};
+};
+
+}  // namespace probebox::command

@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/probebox/tables/row_writer.hpp"
+#include "tools/probebox/tables/scale.hpp"
+
+namespace probebox::command {
+
+// The beginning of a structured array. types: the fields as numpy writes them, "('sample', '<i8'), ". The same length
+// whatever the number of rows; data begin at a multiple of 64. Beyond 64 kB no reader takes it.
+std::string npyHeader(const std::string& types, std::uint64_t rows);
+
+// Rows as a structured array of NumPy (.npy, format 1.0), which numpy.load() reads without pickle: sample and time_ns
+// i8, channels whose unit is one count as integers of their width, others f8 in their unit, then the delay in force:
+// delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8. A channel of one of these names gets a _ behind it. Little endian.
+// The number of rows is filled in at the end, so the output must be a file.
+class NpyRows : public RowWriter {
+ public:
+  explicit NpyRows(const TableJob& job) : job_{job} {}
+
+  void begin(const messages::Descriptor& descriptor) override;
+  void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override;
+  void end() override;
+  const std::optional<std::string>& failure() const override { return failure_; }
+
+ private:
+  void writeHeader();
+  template <class T>
+  void put(T value);
+
+  const TableJob& job_;
+  std::ofstream file_;
+  std::optional<std::string> failure_;
+  std::string types_;  // of the fields, as numpy writes them
+  std::vector<Scale> scales_;
+  std::string row_;
+  std::uint64_t rows_{};
+};
+
+}  // namespace probebox::command

@@ -1,0 +1,30 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "tools/link/recording.hpp"
+
+namespace probebox::command {
+
+// Writes rows in some format.
+class RowWriter {
+ public:
+  virtual ~RowWriter() = default;
+
+  // Before the first row: what is no recording overwrites no table.
+  virtual void begin(const messages::Descriptor& descriptor) = 0;
+  virtual void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) = 0;
+  virtual void end() = 0;
+  // Why no more can be written.
+  virtual const std::optional<std::string>& failure() const = 0;
+};
+
+struct TableJob {
+  std::string input;  // "-" is the standard input
+  std::string output;
+  bool force{};
+  std::string triggers{};  // where they go; empty: nowhere
+};
+
+}  // namespace probebox::command

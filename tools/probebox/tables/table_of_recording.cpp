@@ -1,0 +1,248 @@
+#include "tools/probebox/tables/table_of_recording.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "tools/probebox/cli/output.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/tables/scale.hpp"
+#include "tools/probebox/tables/trigger_table.hpp"
+
+namespace probebox::command {
+namespace {
+
+constexpr std::size_t kGapsNoted = 10;
+
+std::vector<std::string> columnNames(const messages::Descriptor& descriptor) {
+  std::vector<std::string> names;
+  for (const auto& channel : descriptor.channels) names.push_back(columnName(channel));
+  return names;
+}
+
+// Blocks into rows, each sample once.
+class Rows : public link::StreamListener {
+ public:
+  Rows(RowWriter& writer, Console& console) : writer_{writer}, console_{console} {}
+
+  void onWelcome(const messages::Welcome& welcome) override {
+    if (boot_id_ && *boot_id_ != welcome.boot_id) {
+      next_.reset();  // sample indices begin anew, and so do numbers of triggers
+      next_trigger_ = 0;
+      ++restarts_;
+    }
+    boot_id_ = welcome.boot_id;
+  }
+  void onDescriptor(const messages::Descriptor& descriptor) override {
+    const auto names = columnNames(descriptor);
+    if (!begun_ && !writer_.failure()) {
+      begun_ = true;
+      writer_.begin(descriptor);
+      names_ = names;
+    } else if (names != names_) {
+      channels_changed_ = true;
+    }
+  }
+  void onBlock(const link::DecodedBlock& block) override {
+    if (channels_changed_ || writer_.failure() || console_.interrupted()) return;
+    if (delays_.empty() || delays_.back().delay.result_id != block.descriptor.delay.result_id)
+      delays_.push_back({block.header.first.index, block.descriptor.delay});
+    for (std::size_t k = 0; k < block.header.count; ++k) {
+      const SampleIndex sample = block.header.first + static_cast<std::int64_t>(k);
+      if (next_ && sample > *next_) remember({*next_, static_cast<std::uint64_t>(sample - *next_), {}}, "not_recorded");
+      if (next_ && sample < *next_) continue;  // a resumed stream repeats what came before
+      writer_.row(block, k, sample);
+      ++rows_;
+      next_ = sample + 1;
+    }
+  }
+  void onGap(const messages::Gap& gap) override { remember(gap, messages::nameOf(gap.reason)); }
+  void onHole(const messages::Gap& hole) override { remember(hole, "lost_on_link"); }
+
+  void onTrigger(const messages::Trigger& trigger) override {
+    if (trigger.number < next_trigger_) return;
+    next_trigger_ = trigger.number + 1;
+    triggers_.push_back(trigger);
+  }
+  void onTriggerGap(const messages::TriggerGap& gap) override { missing_triggers_ += gap.count; }
+  void onTriggerHole(const messages::TriggerGap& hole) override { missing_triggers_ += hole.count; }
+  const std::vector<messages::Trigger>& triggers() const { return triggers_; }
+  std::uint64_t missingTriggers() const { return missing_triggers_; }
+
+  struct Missing {
+    std::int64_t first{};
+    std::uint64_t count{};
+    std::string reason;
+  };
+  // The delay in force from a sample on.
+  struct Delay {
+    std::int64_t first{};
+    messages::DelayInForce delay;
+  };
+  const std::vector<Missing>& missing() const { return missing_; }
+  const std::vector<Delay>& delays() const { return delays_; }
+  std::uint64_t missingSamples() const {
+    std::uint64_t all = 0;
+    for (const auto& gap : missing_) all += gap.count;
+    return all;
+  }
+  std::uint64_t rows() const { return rows_; }
+  std::uint64_t restarts() const { return restarts_; }
+  bool channelsChanged() const { return channels_changed_; }
+  bool begun() const { return begun_; }
+
+ private:
+  void remember(const messages::Gap& gap, std::string_view reason) {
+    missing_.push_back({gap.first.index, gap.count, std::string{reason}});
+    next_ = gap.first + static_cast<std::int64_t>(gap.count);
+  }
+
+  RowWriter& writer_;
+  Console& console_;
+  std::optional<messages::BootId> boot_id_;
+  std::vector<std::string> names_;
+  std::vector<Missing> missing_;
+  std::vector<Delay> delays_;
+  std::vector<messages::Trigger> triggers_;
+  std::uint32_t next_trigger_{};
+  std::uint64_t missing_triggers_{};
+  std::optional<SampleIndex> next_;
+  std::uint64_t rows_{};
+  std::uint64_t restarts_{};
+  bool begun_{};
+  bool channels_changed_{};
+};
+
+std::string sentence(const Rows::Missing& gap) {
+  return "  " + std::to_string(gap.count) + " from sample " + std::to_string(gap.first) + " on: " + gap.reason;
+}
+
+void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
+  const auto& missing = table.missing();
+  if (!missing.empty()) {
+    console.note(std::to_string(table.missingSamples()) + " samples are missing, in " + std::to_string(missing.size()) +
+                 " places; they have no row:");
+  }
+  for (std::size_t i = 0; i < missing.size() && i < kGapsNoted; ++i) console.note(sentence(missing[i]));
+  if (missing.size() > kGapsNoted) console.note("  and so on; --json names them all");
+  if (end.frames.bad() > 0) console.note(std::to_string(end.frames.bad()) + " frames of the recording are damaged");
+  if (end.cut_bytes > 0) {
+    console.note("the recording is cut off in the middle of a frame, which begins at byte " +
+                 std::to_string(end.bytes - end.cut_bytes));
+  }
+  if (!end.closed) {
+    console.note("the recording ends before its stream did: what came from sample " + std::to_string(end.next.index) +
+                 " on is unknown");
+  }
+  if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
+}
+
+void noteTriggers(const TableJob& job, const Rows& table, Console& console) {
+  if (table.missingTriggers() > 0) console.note(std::to_string(table.missingTriggers()) + " triggers are missing");
+  if (!job.triggers.empty()) {
+    console.note(std::to_string(table.triggers().size()) + " triggers in " + job.triggers);
+  } else if (!table.triggers().empty()) {
+    console.note(std::to_string(table.triggers().size()) +
+                 " triggers are in the recording; --triggers FILE writes them");
+  }
+}
+
+Json describe(const Rows& table) {
+  Json delays = Json::array();
+  for (const auto& [first, delay] : table.delays()) {
+    delays.push_back({{"first_sample", first},
+                      {"calibrated", delay.calibrated},
+                      {"result_id", delay.result_id},
+                      {"tau_s", delay.tau_s},
+                      {"tau_sd_s", delay.sd_s}});
+  }
+  return delays;
+}
+
+Json summary(const TableJob& job, const Rows& table, const link::RecordingEnd& end) {
+  Json gaps = Json::array();
+  for (const auto& gap : table.missing()) {
+    gaps.push_back({{"first_sample", gap.first}, {"count_samples", gap.count}, {"reason", gap.reason}});
+  }
+  return {{"recording", job.input},
+          {"table", job.output},
+          {"rows", table.rows()},
+          {"missing_samples", table.missingSamples()},
+          {"gaps", gaps},
+          {"delays", describe(table)},
+          {"trigger_table", job.triggers},
+          {"triggers", table.triggers().size()},
+          {"missing_triggers", table.missingTriggers()},
+          {"damaged_frames", end.frames.bad()},
+          {"cut_bytes", end.cut_bytes},
+          {"end_known", end.closed},
+          {"box_restarts", table.restarts()}};
+}
+
+ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, const link::RecordingEnd& end,
+                  Console& console) {
+  if (table.begun()) writer.end();
+  if (writer.failure()) return console.fail({ExitStatus::usage, "not-written", *writer.failure()});
+  if (!table.begun() && !console.interrupted()) {
+    return console.fail({ExitStatus::usage, "no-descriptor",
+                         job.input + " does not say what its channels are: its beginning is cut off"});
+  }
+  if (console.interrupted()) return ExitStatus::interrupted;
+  if (!job.triggers.empty()) {
+    if (const auto failure = writeTriggers(job.triggers, job.force, table.triggers()))
+      return console.fail({ExitStatus::usage, "not-written", *failure});
+  }
+  note(table, end, console);
+  noteTriggers(job, table, console);
+  if (console.json()) {
+    console.object(summary(job, table, end));
+  } else {
+    console.note(std::to_string(table.rows()) + " rows in " + (job.output == "-" ? "the standard output" : job.output));
+  }
+  if (table.channelsChanged()) {
+    return console.fail(
+        {ExitStatus::failed, "channels-changed",
+         "the box changed its channels after row " + std::to_string(table.rows()) + "; the rest is not in the table"});
+  }
+  return ExitStatus::ok;
+}
+
+// Said before the table is begun, so that a wrong name overwrites nothing.
+std::optional<std::string> objectionTo(const TableJob& job) {
+  if (job.input == "-") return std::nullopt;
+  if (!std::ifstream{job.input}) return job.input + " cannot be read: " + std::strerror(errno);
+  std::error_code different;
+  if (std::filesystem::equivalent(job.input, job.output, different)) {
+    return job.output + " is the recording itself; name another file for the table";
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> objectionToTriggers(const TableJob& job) {
+  if (job.triggers.empty()) return std::nullopt;
+  if (job.triggers == "-" || job.triggers == job.output || job.triggers == job.input)
+    return "--triggers " + job.triggers + ": triggers need a file of their own";
+  return Output::objectionTo(job.triggers, job.force);
+}
+
+}  // namespace
+
+ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console) {
+  if (job.output == "-") console.keepOutputForData();
+  if (const auto objection = objectionTo(job)) {
+    return console.fail({ExitStatus::usage, "unreadable-recording", *objection});
+  }
+  if (const auto objection = Output::objectionTo(job.output, job.force)) return console.fail(usage(*objection));
+  if (const auto objection = objectionToTriggers(job)) return console.fail(usage(*objection));
+  Rows table{writer, console};
+  const auto end = readThrough(job.input, table, console, {.shows_progress = job.input != "-"});
+  // What came until Ctrl-C is a whole table.
+  if (!end && console.interrupted()) return finish(job, writer, table, {}, console);
+  if (!end) return console.fail(end.error());
+  return finish(job, writer, table, *end, console);
+}
+
+}  // namespace probebox::command

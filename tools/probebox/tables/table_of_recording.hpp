@@ -1,0 +1,18 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/link/recording.hpp"
+#include "tools/probebox/cli/console.hpp"
+#include "tools/probebox/tables/row_writer.hpp"
+
+// A recording as a table: one row a sample that was received. Samples that are missing have no row; where they are
+// missing is said.
+namespace probebox::command {
+
+// Reads the recording, has its rows written, and says what is missing.
+ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console);
+
+}  // namespace probebox::command

@@ -1,0 +1,59 @@
+#pragma once
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+#include "protocol/units/time.hpp"
+#include "tools/probebox/cli/console.hpp"
+
+// What the box says, once for programs (units in the keys) and once for people.
+namespace probebox::command {
+
+Json describe(const messages::Descriptor& descriptor);
+Json describe(const messages::Status::Answer& status);
+Json describe(const messages::Corrections::Answer& corrections);
+Json describe(const messages::ProcedureStatus::Answer& procedure);
+Json describe(const messages::ResultSummary& result);
+Json describe(const messages::EdgeCounters& edges);
+Json describe(const messages::ResultTransition& transition);
+Json describe(const messages::Trigger& trigger);
+
+std::string page(const messages::Descriptor& descriptor);
+std::string page(const messages::Status::Answer& status);
+
+// How the box was at the end of a recording. Of what no recording holds there is nothing, in words and in JSON.
+struct RecordedStatus {
+  std::string recording;  // its path
+  std::optional<messages::Descriptor> descriptor;
+  std::optional<messages::Heartbeat> beat;
+  std::optional<TickMap> map;  // of the last samples
+};
+Json describe(const RecordedStatus& status);
+std::string page(const RecordedStatus& status);
+std::string page(const messages::ResultSummary& result);
+// "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
+std::string line(const messages::ResultSummary& result);
+std::string line(const messages::Corrections::Answer& corrections);
+std::string page(const messages::Corrections::Answer& corrections);
+std::string line(const messages::ResultTransition& transition);
+
+// What became of a result that was accepted just now.
+void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+                  Console& console);
+
+// "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
+std::string readable(const messages::NamedValue& value);
+
+// "12.5 us", "830 ns": a duration with three or more digits before its unit changes.
+std::string readableNs(double ns);
+
+std::string printed(const char* format, auto... values) {
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, format, values...);
+  return text;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,365 @@
+#include <array>
+#include <initializer_list>
+
+#include "tools/case/readable.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using std::to_string;
+
+std::string text(std::string_view view) {
+  return std::string{view};
+}
+
+Json channelsOf(const messages::Descriptor& descriptor) {
+  Json channels = Json::array();
+  for (const auto& channel : descriptor.channels) {
+    channels.push_back({{"name", channel.name},
+                        {"unit", channel.unit},
+                        {"unit_per_count", channel.scale},
+                        {"width_bytes", channel.bytes},
+                        {"signed", channel.is_signed},
+                        {"about", channel.doc}});
+  }
+  return channels;
+}
+
+std::string row(const std::string& name, const std::string& value) {
+  return printed("%-18s %s\n", name.c_str(), value.c_str());
+}
+
+std::string channelRow(const messages::ChannelDescription& channel) {
+  const std::string unit = channel.unit.empty() ? "-" : printed("%g %s", channel.scale, channel.unit.c_str());
+  return printed("  %-16s %-10s %s\n", channel.name.c_str(), unit.c_str(), channel.doc.c_str());
+}
+
+// Null where no receiver that counts its samples has sent one.
+Json receiverOf(const messages::ReceiverStatus& r) {
+  if (r.samples == 0) return nullptr;
+  return {{"state", text(messages::nameOf(r.state))},
+          {"sigma_ns", r.sigma_ns},
+          {"frequency_ppb", r.frequency_ppb},
+          {"arrived_samples", r.samples},
+          {"missing_samples", r.missing},
+          {"unstamped_samples", r.unstamped},
+          {"restarts", r.restarts},
+          {"relocks", r.relocks},
+          {"refused_frequency", r.refused_frequency},
+          {"bad_packets", r.bad_packets}};
+}
+
+std::string receiverText(const messages::ReceiverStatus& r) {
+  std::string all = text(messages::nameOf(r.state));
+  const bool is_good = r.state == ClockState::locked || r.state == ClockState::holdover;
+  if (is_good) all += ", sigma " + readableNs(r.sigma_ns) + printed(", %+.3f ppm", r.frequency_ppb * 1e-3);
+  all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
+         " before it could say when";
+  if (r.bad_packets > 0) all += ", " + to_string(r.bad_packets) + " bad packets";
+  const bool never_locked = r.samples == r.unstamped;
+  if (never_locked && r.refused_frequency > 0) all += "; is rate_hz in probe.toml the receiver's?";
+  return all;
+}
+
+std::string delayOf(const messages::DelayInForce& delay) {
+  if (!delay.calibrated) return "not calibrated (probebox calibrate)";
+  const auto tau = casefolder::labelOf("tau_s");
+  std::string all;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    all += "XYZ"[axis] + (" " + casefolder::withSd(tau, delay.tau_s[axis], delay.sd_s[axis]) + "  ");
+  }
+  return all + "(result " + to_string(delay.result_id) + ")";
+}
+
+std::string edgesOf(const messages::EdgeCounters& edges) {
+  return to_string(edges.accepted) + " accepted, " + to_string(edges.missing) + " missing, " +
+         to_string(edges.doubled) + " doubled, " + to_string(edges.spurious) + " spurious, " + to_string(edges.lost) +
+         " lost by the kernel, " + to_string(edges.unlocked) + " before the lock";
+}
+
+std::uint64_t badFrames(const messages::LinkCounters& link) {
+  return link.bad_crc + link.bad_cobs + link.bad_length + link.oversize;
+}
+
+std::string samplesOf(const messages::Ledger& ledger) {
+  return to_string(ledger.produced) + " produced, " + to_string(ledger.lost_at_source + ledger.lost_in_queue) +
+         " of them lost: " + to_string(ledger.lost_at_source) + " at the source, " + to_string(ledger.lost_in_queue) +
+         " on the way out";
+}
+
+std::string hostsOf(const messages::LinkCounters& link) {
+  return to_string(link.frames) + " good frames, " + to_string(badFrames(link)) + " bad ones, " +
+         to_string(link.discarded_bytes) + " bytes of garbage";
+}
+
+std::string duration(std::uint64_t ms) {
+  const auto s = ms / 1000;
+  if (s < 60) return to_string(s) + " s";
+  if (s < 3600) return to_string(s / 60) + " min " + to_string(s % 60) + " s";
+  return to_string(s / 3600) + " h " + to_string(s / 60 % 60) + " min";
+}
+
+Json sourcesOf(const std::vector<messages::SourceStatus>& sources) {
+  Json all = Json::array();
+  for (const auto& source : sources)
+    all.push_back({{"name", source.name}, {"problem", source.problem}, {"unusable_messages", source.unusable}});
+  return all;
+}
+
+Json linesOf(const std::vector<messages::LineStatus>& lines) {
+  constexpr std::array kRoles{"sync", "trigger", "index", "skip", "inhibit"};
+  Json all = Json::array();
+  for (const auto& line : lines) {
+    const char* const role = line.role < kRoles.size() ? kRoles[line.role] : "unknown";
+    all.push_back({{"name", line.name},
+                   {"role", role},
+                   {"line", line.line},
+                   {"received_edges", line.edges},
+                   {"lost_edges", line.lost}});
+  }
+  return all;
+}
+
+Json cncLinesOf(const std::vector<messages::CncLineStatus>& lines) {
+  Json all = Json::array();
+  for (const auto& line : lines) {
+    all.push_back({{"name", line.name},
+                   {"answered_requests", line.answered},
+                   {"refused_requests", line.refused},
+                   {"bad_frames", line.bad_frames},
+                   {"skipped_bytes", line.skipped_bytes},
+                   {"unsent_answers", line.unsent},
+                   {"reopened", line.reopened}});
+  }
+  return all;
+}
+
+std::string cncLineText(const messages::CncLineStatus& line) {
+  return line.name + ": " + to_string(line.answered) + " requests answered, " + to_string(line.refused) + " refused, " +
+         to_string(line.bad_frames) + " bad frames of " + to_string(line.skipped_bytes) + " bytes, " +
+         to_string(line.unsent) + " answers not sent, opened again " + to_string(line.reopened) + " times";
+}
+
+Json usbPortsOf(const std::vector<messages::UsbPortStatus>& ports) {
+  Json all = Json::array();
+  for (const auto& port : ports) {
+    all.push_back({{"problem", port.problem},
+                   {"connections", port.connections},
+                   {"suspensions", port.suspensions},
+                   {"discarded_bytes", port.discarded_bytes},
+                   {"failed_transfers", port.failed_transfers},
+                   {"stalled_requests", port.stalled_requests}});
+  }
+  return all;
+}
+
+std::string usbPortText(const messages::UsbPortStatus& port) {
+  if (!port.problem.empty()) return "not on the bus: " + port.problem;
+  return to_string(port.connections) + " connections, " + to_string(port.suspensions) + " times asleep, " +
+         to_string(port.failed_transfers) + " failed transfers, " + to_string(port.discarded_bytes) +
+         " bytes discarded as hosts left";
+}
+
+// Empty when nothing was: a page names what is wrong.
+std::string unusedText(const messages::UnusedEvents& unused) {
+  std::string all;
+  const auto add = [&all](std::uint64_t count, const char* what) {
+    if (count != 0) all += (all.empty() ? "" : ", ") + to_string(count) + " " + what;
+  };
+  add(unused.late, "late");
+  add(unused.disordered, "disordered");
+  add(unused.overwritten, "overwritten");
+  add(unused.incomplete_rows, "rows without all axes");
+  add(unused.stray_markers, "stray markers");
+  return all;
+}
+
+std::string resultsOf(const std::vector<std::uint64_t>& ids) {
+  std::string all;
+  for (const auto id : ids) all += (all.empty() ? "" : ", ") + to_string(id);
+  return all.empty() ? "none" : all;
+}
+
+// As much of an answer as a recording holds.
+messages::Status::Answer answerOf(const RecordedStatus& r) {
+  messages::Status::Answer s;
+  if (r.descriptor) {
+    s.board = r.descriptor->board;
+    s.firmware_version = r.descriptor->firmware_version;
+  }
+  if (r.map) {
+    s.clock.tick = r.map->tick;
+    s.clock.state = r.map->state;
+    s.clock.sigma_ns = r.map->sigma_ns;
+  }
+  if (r.beat) {
+    s.uptime_ms = r.beat->uptime_ms;
+    s.clock.state = r.beat->clock_state;
+    s.clock.sigma_ns = r.beat->clock_sigma_ns;
+    s.clock.edges = r.beat->edges;
+    s.ledger = {r.beat->produced, r.beat->lost_at_source, r.beat->lost_in_queue};
+    s.deadline_misses = r.beat->deadline_misses;
+    s.from_hosts = r.beat->link;
+  }
+  return s;
+}
+
+}  // namespace
+
+std::string readableNs(double ns) {
+  if (ns < 1e4) return printed("%.0f ns", ns);
+  if (ns < 1e7) return printed("%.1f us", ns * 1e-3);
+  if (ns < 1e10) return printed("%.1f ms", ns * 1e-6);
+  return printed("%.1f s", ns * 1e-9);
+}
+
+Json describe(const messages::EdgeCounters& edges) {
+  return {{"accepted_edges", edges.accepted}, {"missing_edges", edges.missing}, {"doubled_edges", edges.doubled},
+          {"spurious_edges", edges.spurious}, {"lost_edges", edges.lost},       {"unlocked_edges", edges.unlocked}};
+}
+
+Json describe(const messages::Descriptor& d) {
+  return {{"board", d.board},
+          {"serial_number", d.serial_number},
+          {"firmware_version", d.firmware_version},
+          {"machine", d.machine},
+          {"probe", d.probe},
+          {"nominal_tick_period_ns", d.nominal_tick_period_ns},
+          {"samples_per_tick", d.samples_per_tick},
+          {"gain_nm_per_nm", d.gain},
+          {"delay",
+           {{"calibrated", d.delay.calibrated},
+            {"tau_s", d.delay.tau_s},
+            {"sd_s", d.delay.sd_s},
+            {"result_id", d.delay.result_id}}},
+          {"channels", channelsOf(d)}};
+}
+
+std::string page(const messages::Descriptor& d) {
+  const double rate_hz = 1e9 / static_cast<double>(d.nominal_tick_period_ns) * d.samples_per_tick;
+  std::string all = row("board", d.board) + row("serial number", d.serial_number) +
+                    row("firmware", d.firmware_version) + row("machine", d.machine) + row("probe", d.probe);
+  all += row("master clock", printed("%g us a tick, %u samples a tick: %g samples a second",
+                                     static_cast<double>(d.nominal_tick_period_ns) * 1e-3,
+                                     static_cast<unsigned>(d.samples_per_tick), rate_hz));
+  all += row("system delay", delayOf(d.delay)) + "channels\n";
+  for (const auto& channel : d.channels) all += channelRow(channel);
+  all.pop_back();
+  return all;
+}
+
+Json describe(const messages::Status::Answer& s) {
+  return {{"board", s.board},
+          {"firmware_version", s.firmware_version},
+          {"uptime_ms", s.uptime_ms},
+          {"clock",
+           {{"state", text(messages::nameOf(s.clock.state))},
+            {"sigma_ns", s.clock.sigma_ns},
+            {"frequency_ppb", s.clock.frequency_ppb},
+            {"tick", s.clock.tick.index},
+            {"edges", describe(s.clock.edges)}}},
+          {"receiver", receiverOf(s.receiver)},
+          {"ledger",
+           {{"produced_samples", s.ledger.produced},
+            {"lost_at_source_samples", s.ledger.lost_at_source},
+            {"lost_in_queue_samples", s.ledger.lost_in_queue}}},
+          {"queue_high_water_events", s.queue_high_water},
+          {"deadline_misses", s.deadline_misses},
+          {"events",
+           {{"received_events", s.events.received},
+            {"lost_events", s.events.lost},
+            {"lost_in_queue_events", s.events.lost_in_queue},
+            {"late_events", s.unused_events.late},
+            {"disordered_events", s.unused_events.disordered},
+            {"overwritten_events", s.unused_events.overwritten},
+            {"incomplete_rows", s.unused_events.incomplete_rows},
+            {"stray_markers", s.unused_events.stray_markers},
+            {"lost_journal_events", s.journal_lost},
+            {"sources_gone", s.events.sources_gone}}},
+          {"sources", sourcesOf(s.sources)},
+          {"lines", linesOf(s.lines)},
+          {"procedure", s.procedure},
+          {"active_result_ids", s.active_results},
+          {"links", s.links},
+          {"from_hosts",
+           {{"frames", s.from_hosts.frames},
+            {"bad_frames", badFrames(s.from_hosts)},
+            {"unexpected_frames", s.from_hosts.unexpected},
+            {"discarded_bytes", s.from_hosts.discarded_bytes}}},
+          {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}},
+          {"cnc_lines", cncLinesOf(s.cnc_lines)},
+          {"usb_ports", usbPortsOf(s.usb_ports)}};
+}
+
+std::string page(const messages::Status::Answer& s) {
+  std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " + duration(s.uptime_ms));
+  all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns) +
+                                 printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
+                                 to_string(s.clock.tick.index));
+  all += row("sync edges", edgesOf(s.clock.edges));
+  if (s.receiver.samples > 0) all += row("probe receiver", receiverText(s.receiver));
+  all += row("samples", samplesOf(s.ledger));
+  all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
+                           to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +
+                           to_string(s.queue_high_water) + " deep");
+  if (const auto unused = unusedText(s.unused_events); !unused.empty()) all += row("unused events", unused);
+  if (s.journal_lost != 0) all += row("journal", to_string(s.journal_lost) + " events are missing in it");
+  for (const auto& source : s.sources) {
+    if (!source.problem.empty()) all += row("nothing from", source.name + ": " + source.problem);
+    if (source.unusable != 0) all += row("unusable", source.name + ": " + to_string(source.unusable) + " messages");
+  }
+  if (s.events.sources_gone != 0) all += row("sources gone", to_string(s.events.sources_gone) + " times");
+  for (const auto& line : s.lines) {
+    all += row("line", line.name + ": " + to_string(line.edges) + " edges, " + to_string(line.lost) + " lost");
+  }
+  all += row("late ticks", to_string(s.deadline_misses));
+  all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
+  all += row("results in force", resultsOf(s.active_results));
+  all += row("links", to_string(s.links) + " connected");
+  for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
+  all += row("from hosts", hostsOf(s.from_hosts));
+  if (s.cnc_lines.empty())
+    all += row("modbus",
+               to_string(s.modbus.requests) + " requests answered, " + to_string(s.modbus.bad_frames) + " bad frames");
+  for (const auto& line : s.cnc_lines) all += row("controller", cncLineText(line));
+  all.pop_back();
+  return all;
+}
+
+Json describe(const RecordedStatus& r) {
+  const auto answer = answerOf(r);
+  Json all = describe(answer);
+  const auto not_recorded = [&all](std::initializer_list<const char*> keys) {
+    for (const auto* key : keys) all[key] = nullptr;
+  };
+  not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
+                "links", "modbus", "cnc_lines", "usb_ports", "newest_results"});
+  all["clock"]["frequency_ppb"] = nullptr;
+  if (!r.map) all["clock"]["tick"] = nullptr;
+  if (!r.beat) all["clock"]["edges"] = nullptr;
+  if (!r.beat) not_recorded({"uptime_ms", "ledger", "deadline_misses", "from_hosts"});
+  if (!r.beat && !r.map) not_recorded({"clock"});
+  if (!r.descriptor) not_recorded({"board", "firmware_version"});
+  all["delay"] = r.descriptor ? describe(*r.descriptor)["delay"] : Json(nullptr);
+  all["recording"] = r.recording;
+  return all;
+}
+
+std::string page(const RecordedStatus& r) {
+  const auto s = answerOf(r);
+  std::string all = row("recording", r.recording);
+  if (r.descriptor) all += row("box", s.board + ", firmware " + s.firmware_version);
+  if (r.beat || r.map)
+    all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns));
+  if (r.beat) {
+    all += row("up", duration(s.uptime_ms)) + row("sync edges", edgesOf(s.clock.edges)) +
+           row("samples", samplesOf(s.ledger)) + row("late ticks", to_string(s.deadline_misses)) +
+           row("from this host", hostsOf(s.from_hosts));
+  }
+  if (r.descriptor) all += row("system delay", delayOf(r.descriptor->delay));
+  all.pop_back();
+  return all;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,119 @@
+#include <array>
+
+#include "tools/case/readable.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+std::string text(std::string_view view) {
+  return std::string{view};
+}
+
+}  // namespace
+
+std::string readable(const messages::NamedValue& value) {
+  const auto label = casefolder::labelOf(value.key);
+  const auto sd = value.has_sd ? std::optional{value.sd} : std::nullopt;
+  return label.name + " " + casefolder::withSd(label, value.value, sd);
+}
+
+Json describe(const messages::ResultSummary& result) {
+  Json values = Json::object(), sd = Json::object();
+  for (const auto& value : result.values) {
+    values[value.key] = value.value;
+    sd[value.key] = value.has_sd ? Json(value.sd) : Json(nullptr);
+  }
+  return {{"id", result.id},
+          {"state", text(nameOf(result.state))},
+          {"method", result.method},
+          {"result", values},
+          {"sd", sd},
+          {"rms_mm", result.rms},
+          {"dof", result.dof},
+          {"condition", result.condition},
+          {"chi2_reduced", result.chi2_reduced},
+          {"warnings", result.warnings},
+          {"probe", result.probe},
+          {"machine", result.machine},
+          {"mounting", result.mounting},
+          {"proposed_utc", result.proposed_utc},
+          {"accepted_utc", result.accepted_utc},
+          {"accepted_by", result.accepted_by},
+          {"retired_utc", result.retired_utc},
+          {"subject", result.subject},
+          {"waiting_for_cut", result.waiting_for_cut}};
+}
+
+std::string page(const messages::ResultSummary& result) {
+  std::string all = "result " + std::to_string(result.id) + ", " + result.method + ", " + text(nameOf(result.state));
+  for (const auto& value : result.values) all += "\n  " + readable(value);
+  all += printed("\n  residual rms %.3g mm, %u degrees of freedom, condition %.3g", result.rms,
+                 static_cast<unsigned>(result.dof), result.condition);
+  for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
+  return all;
+}
+
+std::string line(const messages::ResultSummary& result) {
+  std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
+                    printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
+  if (!result.values.empty()) all += "  " + readable(result.values.front());
+  if (!result.accepted_by.empty()) all += ", accepted by " + result.accepted_by;
+  return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;
+}
+
+Json describe(const messages::ResultTransition& transition) {
+  return {{"number", transition.number},    {"id", transition.result_id}, {"state", text(nameOf(transition.state))},
+          {"utc", transition.utc},          {"by", transition.by},        {"method", transition.method},
+          {"subject", transition.subject},  {"probe", transition.probe},  {"machine", transition.machine},
+          {"mounting", transition.mounting}};
+}
+
+std::string line(const messages::ResultTransition& transition) {
+  const std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
+                          printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
+  return transition.by.empty() ? all : all + "  by " + transition.by;
+}
+
+void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
+                  Console& console) {
+  if (console.json()) {
+    return console.object({{"accepted_id", id},
+                           {"accepted_by", by},
+                           {"state", text(nameOf(answer.state))},
+                           {"waiting_for_cut", answer.waiting_for_cut}});
+  }
+  const std::string which = "result " + std::to_string(id);
+  if (answer.waiting_for_cut) {
+    console.line(which + " is accepted by " + by + "; a cut is on, and it comes into force when that is over");
+  } else {
+    console.line(which + " is in force, accepted by " + by);
+  }
+}
+
+Json describe(const messages::ProcedureStatus::Answer& p) {
+  return {{"run", p.run},
+          {"method", p.method},
+          {"state", text(nameOf(p.state))},
+          {"step", p.step},
+          {"steps", p.steps},
+          {"prompt", p.prompt},
+          {"outward_normal", p.outward_normal},
+          {"retract_direction", p.retract_direction},
+          {"overtravel_mm", p.overtravel_mm},
+          {"clearance_mm", p.clearance_mm},
+          {"nominal_speed_mm_s", p.nominal_speed_mm_s},
+          {"kind", text(nameOf(p.kind))},
+          {"feature", text(nameOf(p.feature))},
+          {"ball", p.ball},
+          {"rotary_angles_rad", p.rotary_angles_rad},
+          {"tool", p.tool},
+          {"shank_height_mm", p.shank_height_mm},
+          {"b_moves", text(nameOf(p.b_moves))},
+          {"approach_direction", p.approach_direction},
+          {"run_out_mm", p.run_out_mm},
+          {"refusal", p.refusal},
+          {"result_id", p.result_id}};
+}
+
+}  // namespace probebox::command
