@@ -69,11 +69,11 @@ preset_folder() { # PRESET
 
 # build_preset PRESET [TARGET...]: configures when needed, then builds.
 build_preset() {
-  local preset=$1 folder todo
+  local preset=$1 folder
   shift
   folder=$(preset_folder "$preset")
   configure_once "$folder" "$(build_inputs)" cmake --preset "$preset" || return 1
-  todo=$(ninja -C "$folder" -n ${@:+"$@"} 2>/dev/null | grep -c '^\[' || true)
-  if [[ $todo -gt 3 ]]; then echo "Building $preset: $todo steps ..."; fi
+  # How many steps there are ninja cannot say beforehand: it has to look for new sources first.
+  echo "Building $preset${*:+ ($*)} ..."
   run_quietly "$folder/setup.log" cmake --build "$folder" ${@:+--target "$@"}
 }
