@@ -8,8 +8,8 @@
 namespace probebox::box {
 namespace {
 
-corrections::CalibrationState calibrationState(procedure::State state) {
-  using corrections::CalibrationState;
+published::CalibrationState calibrationState(procedure::State state) {
+  using published::CalibrationState;
   switch (state) {
     case procedure::State::idle:
       return CalibrationState::idle;
@@ -25,6 +25,17 @@ corrections::CalibrationState calibrationState(procedure::State state) {
       return CalibrationState::aborted;
   }
   return CalibrationState::idle;
+}
+
+published::CalibrationProgress calibrationOf(const procedure::Progress& progress,
+                                             const published::DelayInForce& delay) {
+  const bool in_force = progress.result_id != 0 && delay.result_id == progress.result_id;
+  return {.calibration = in_force ? published::CalibrationState::accepted : calibrationState(progress.state),
+          .calibration_method = static_cast<std::uint16_t>(progress.method),
+          .calibration_run = progress.run,
+          .calibration_step = progress.step,
+          .calibration_steps = progress.steps,
+          .calibration_result_id = progress.result_id};
 }
 
 std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
@@ -75,18 +86,18 @@ capture::Scales Box::scales() const {
   return {config_.mm_per_count, config_.clock.nominal_period};
 }
 
-corrections::DelayInForce Box::delayInSamples() const {
-  return state_.delay_applied ? corrections_.snapshot().delay : corrections::DelayInForce{};
+published::DelayInForce Box::delayInSamples() const {
+  return state_.delay_applied ? corrections_.state().delay : published::DelayInForce{};
 }
 
 void Box::push(const Event& event) {
   ++state_.events;
-  if (corrections_.snapshot().inhibited && changesCorrections(event)) {
+  if (corrections_.state().inhibited && changesCorrections(event)) {
     if (!parked_.push(event)) ++state_.lost.queue_events;
     return;
   }
   handle(event);
-  if (!corrections_.snapshot().inhibited && !parked_.empty()) parked_.release([this](const Event& e) { handle(e); });
+  if (!corrections_.state().inhibited && !parked_.empty()) parked_.release([this](const Event& e) { handle(e); });
   giveTriggers();
   if (procedure_.takeReadyToSolve()) outputs_.solve(procedure_.progress().run);
 }
@@ -174,7 +185,7 @@ void Box::take(const Deflection& deflection) {
 }
 
 void Box::on(const ProcedureStarted& started) {
-  const auto& delay = corrections_.snapshot().delay;
+  const auto& delay = corrections_.state().delay;
   std::array<double, kLinearAxes> offset_mm{};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
     offset_mm[axis] = corrections_.reference(axis).position_mm(0.0).value_or(0.0);
@@ -267,15 +278,7 @@ void Box::publish(MonoTime now) {
        .lost_in_queue = lost_in_queue_samples_});
   const auto& progress = procedure_.progress();
   state_.at = now;
-  state_.snapshot = corrections_.snapshot();
-  state_.snapshot.calibration = calibrationState(progress.state);
-  const bool in_force = progress.result_id != 0 && state_.snapshot.delay.result_id == progress.result_id;
-  if (in_force) state_.snapshot.calibration = corrections::CalibrationState::accepted;
-  state_.snapshot.calibration_method = static_cast<std::uint16_t>(progress.method);
-  state_.snapshot.calibration_run = progress.run;
-  state_.snapshot.calibration_step = progress.step;
-  state_.snapshot.calibration_steps = progress.steps;
-  state_.snapshot.calibration_result_id = progress.result_id;
+  state_.snapshot = {corrections_.state(), calibrationOf(progress, corrections_.state().delay)};
   state_.map = clock_.map();
   state_.clock_offset_ppm = clock_.offsetPpm();
   state_.clock = clock_.counters();

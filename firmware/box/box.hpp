@@ -53,7 +53,7 @@ class Box {
   const capture::Recording& recording() const { return procedure_.recording(); }
   capture::Scales scales() const;
   // What the samples of the block that is being given have been moved by; not calibrated when by nothing.
-  corrections::DelayInForce delayInSamples() const;
+  published::DelayInForce delayInSamples() const;
   // Of the first trigger that may still come out: all before it did, or never will.
   std::uint32_t nextTrigger() const { return corrections_.nextTriggerNumber(); }
 

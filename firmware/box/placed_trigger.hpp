@@ -8,7 +8,7 @@ namespace probebox::box {
 
 // A trigger on the master clock: the last tick before it, and what of the next one had passed.
 struct PlacedTrigger {
-  corrections::TriggerStamp stamp;
+  published::TriggerStamp stamp;
   Tick tick{};
   std::uint32_t phase_q32{};
   std::uint32_t sigma_ns{};

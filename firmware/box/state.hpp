@@ -5,9 +5,9 @@
 
 #include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
-#include "firmware/corrections/snapshot.hpp"
 #include "firmware/latch/latch.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::box {
@@ -45,7 +45,7 @@ struct ProbeClock {
 // Where the box stands: plain, published whole after every event batch, read by links and registers.
 struct State {
   MonoTime at{};
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   TickMap map;
   double clock_offset_ppm{};
   clock::ClockCounters clock;

@@ -2,9 +2,12 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/published/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {
+
+using published::ReferenceFault;
 
 // How the counts of an axis become a machine position.
 enum class ReferenceBy : std::uint8_t {
@@ -21,14 +24,6 @@ struct ReferenceConfig {
   double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
   double index_tolerance_mm{0.02};
   double maximum_speed_mm_s{1000};  // of the axis; faster is an error of the encoder
-};
-
-// What took a reference away, the last time that it happened.
-enum class ReferenceFault : std::uint8_t {
-  none = 0,
-  impossible_speed = 1,  // the counts moved faster than the axis can
-  wrong_index = 2,       // a mark came where the counts say that none is
-  encoder_lost = 3,      // the encoder went away
 };
 
 // The reference of one incremental axis (of a rotary one, degrees stand wherever mm is written): nothing until the

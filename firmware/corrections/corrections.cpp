@@ -115,7 +115,8 @@ void Corrections::push(const PoseTold& pose) {
 }
 
 void Corrections::push(const DelayActivated& activated) {
-  snapshot_.delay = DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
+  state_.delay =
+      published::DelayInForce{activated.result_id != 0, activated.result_id, activated.tau_s, activated.sd_s};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const double sd_s = activated.result_id != 0 ? activated.sd_s[axis] : 0;
     references_[axis].setDelay(activated.tau_s[axis], sd_s);
@@ -128,7 +129,7 @@ void Corrections::push(const CutInhibit& inhibit_now) {
 }
 
 void Corrections::inhibit() {
-  snapshot_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
+  state_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
 }
 
 void Corrections::push(const SourcesEnabled& enabled) {
@@ -197,30 +198,30 @@ Corrections::Sum Corrections::sum() const {
 }
 
 void Corrections::serve(MonoTime now, const Sum& sum) {
-  snapshot_.valid = output_.valid();
-  was_valid_ = was_valid_ || snapshot_.valid;
-  snapshot_.saturated = output_.saturated();
-  snapshot_.settled = snapshot_.valid && output_.arrived();
-  const bool frozen = was_valid_ && !snapshot_.valid;
-  snapshot_.degraded = sum.any_held || (snapshot_.valid && snapshot_.saturated) || frozen;
-  snapshot_.mask = mask_;
-  snapshot_.health = sum.health;
+  state_.valid = output_.valid();
+  was_valid_ = was_valid_ || state_.valid;
+  state_.saturated = output_.saturated();
+  state_.settled = state_.valid && output_.arrived();
+  const bool frozen = was_valid_ && !state_.valid;
+  state_.degraded = sum.any_held || (state_.valid && state_.saturated) || frozen;
+  state_.mask = mask_;
+  state_.health = sum.health;
   const Nanometres value_nm = nanometres(output_.value_mm());
   const Served& last = history_.newest();
   const bool changed = value_nm != last.correction_nm;
-  if (changed) ++snapshot_.sequence;
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) snapshot_.correction_mm[axis] = value_nm[axis] * 1e-6;
+  if (changed) ++state_.sequence;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) state_.correction_mm[axis] = value_nm[axis] * 1e-6;
   const Served served{.from = now,
                       .correction_nm = value_nm,
-                      .sequence = snapshot_.sequence,
+                      .sequence = state_.sequence,
                       .mask = mask_,
-                      .valid = snapshot_.valid,
-                      .degraded = snapshot_.degraded};
+                      .valid = state_.valid,
+                      .degraded = state_.degraded};
   const bool told_otherwise =
       changed || served.valid != last.valid || served.degraded != last.degraded || served.mask != last.mask;
   if (told_otherwise) history_.push(served);
   if (tick_since_advance_ && !sum.any_invalid && !sum.any_held) fresh_at_ = now;
-  snapshot_.age_ms =
+  state_.age_ms =
       static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(now - fresh_at_).count());
 }
 
@@ -228,7 +229,7 @@ void Corrections::beat(MonoTime now) {
   // A beat whose period brought no record is skipped, not made up for later.
   while (now - heartbeat_at_ >= kHeartbeat) {
     heartbeat_at_ += kHeartbeat;
-    if (tick_since_heartbeat_) ++snapshot_.heartbeat;
+    if (tick_since_heartbeat_) ++state_.heartbeat;
     tick_since_heartbeat_ = false;
   }
 }
@@ -254,17 +255,17 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
   tick_since_advance_ = false;
   describeAxes();
   describeRotary(now);
-  snapshot_.at = now;
-  snapshot_.last_trigger = triggers_.newest();
-  snapshot_.unplaced_triggers = triggers_.unplaced();
-  snapshot_.refused_homings = refused_homings_;
-  snapshot_.clock_state = map.state;
-  snapshot_.clock_sigma_ns = map.sigma_ns;
-  snapshot_.clock_locked = map.state == ClockState::locked;
-  snapshot_.produced_samples = ledger.produced;
-  snapshot_.lost_at_source_samples = ledger.lost_at_source;
-  snapshot_.lost_in_queue_samples = ledger.lost_in_queue;
-  snapshot_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
+  state_.at = now;
+  state_.last_trigger = triggers_.newest();
+  state_.unplaced_triggers = triggers_.unplaced();
+  state_.refused_homings = refused_homings_;
+  state_.clock_state = map.state;
+  state_.clock_sigma_ns = map.sigma_ns;
+  state_.clock_locked = map.state == ClockState::locked;
+  state_.produced_samples = ledger.produced;
+  state_.lost_at_source_samples = ledger.lost_at_source;
+  state_.lost_in_queue_samples = ledger.lost_in_queue;
+  state_.loss_seen = ledger.lost_at_source != 0 || ledger.lost_in_queue != 0;
 }
 
 void Corrections::describeAxes() {
@@ -274,22 +275,22 @@ void Corrections::describeAxes() {
     const auto& screw = screws_[axis];
     any_screw = any_screw || screw.fitted();
     all_good = all_good && (!screw.fitted() || screw.sensorGood());
-    snapshot_.axes[axis] = {.referenced = reference.referenced(),
-                            .position_mm = reference.position_mm().value_or(0),
-                            .last_fault = reference.lastFault(),
-                            .reference_losses = reference.losses(),
-                            .unused_indexes = reference.unusedIndexes(),
-                            .has_screw = screw.fitted(),
-                            .sensor_fault = screw.fault(),
-                            .extension_um = screw.extension_um(),
-                            .screw_offset_mm = screw.offset_mm(),
-                            .screw_slope = screw.slope()};
+    state_.axes[axis] = {.referenced = reference.referenced(),
+                         .position_mm = reference.position_mm().value_or(0),
+                         .last_fault = reference.lastFault(),
+                         .reference_losses = reference.losses(),
+                         .unused_indexes = reference.unusedIndexes(),
+                         .has_screw = screw.fitted(),
+                         .sensor_fault = screw.fault(),
+                         .extension_um = screw.extension_um(),
+                         .screw_offset_mm = screw.offset_mm(),
+                         .screw_slope = screw.slope()};
   }
-  snapshot_.screw_sensors_good = any_screw && all_good;
-  snapshot_.referenced = neededAxesReferenced() && neededAnglesKnown();
-  snapshot_.centreline_calibrated = centreline_.calibrated();
+  state_.screw_sensors_good = any_screw && all_good;
+  state_.referenced = neededAxesReferenced() && neededAnglesKnown();
+  state_.centreline_calibrated = centreline_.calibrated();
   const auto z_mm = references_[static_cast<std::size_t>(Axis::z)].position_mm();
-  snapshot_.centreline = {
+  state_.centreline = {
       .result = centreline_.inForce(),
       .has_z = z_mm.has_value(),
       .here_mm = centreline_.calibrated() && z_mm ? centreline_.centreAt(*z_mm) : std::array<double, 2>{}};
@@ -302,7 +303,7 @@ void Corrections::describeRotary(MonoTime now) {
     const auto stands = angle.at(now);
     const auto& in_force = rotary_.inForce(named);
     const auto errors = rotary_.errorsAt(named, stands.rad);
-    auto& state = snapshot_.rotary[axis];
+    auto& state = state_.rotary[axis];
     state = {.described = angle.described(),
              .known = angle.known(),
              .doubtful = stands.doubtful,
@@ -318,11 +319,11 @@ void Corrections::describeRotary(MonoTime now) {
   }
   const auto health = swivel_.held().health();
   const bool says = health == Health::good || health == Health::held;
-  snapshot_.swivel = {.result_id = swivel_.resultId(),
-                      .error_mm = says ? swivel_.held().value() : Vector{},
-                      .tool = tool_.number(),
-                      .has_tool_length = tool_.length_mm().has_value(),
-                      .tool_length_mm = tool_.length_mm().value_or(0)};
+  state_.swivel = {.result_id = swivel_.resultId(),
+                   .error_mm = says ? swivel_.held().value() : Vector{},
+                   .tool = tool_.number(),
+                   .has_tool_length = tool_.length_mm().has_value(),
+                   .tool_length_mm = tool_.length_mm().value_or(0)};
 }
 
 // Where no source needs any, all axes count.

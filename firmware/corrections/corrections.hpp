@@ -11,14 +11,19 @@
 #include "firmware/corrections/rotary_source.hpp"
 #include "firmware/corrections/screw_source.hpp"
 #include "firmware/corrections/served.hpp"
-#include "firmware/corrections/snapshot.hpp"
 #include "firmware/corrections/swivel_source.hpp"
 #include "firmware/corrections/tool_in_spindle.hpp"
 #include "firmware/corrections/trigger_log.hpp"
 #include "firmware/latch/record.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::corrections {
+
+using published::bitOf;
+using published::CorrectionsState;
+using published::kSourceKinds;
+using published::SourceKind;
 
 // Samples since start: every index that the latch has passed is either recorded or declared lost at its source.
 struct Ledger {
@@ -80,7 +85,7 @@ class Corrections {
   // reads changes here alone.
   void advance(MonoTime now, const TickMap& map, const Ledger& ledger);
 
-  const Snapshot& snapshot() const { return snapshot_; }
+  const CorrectionsState& state() const { return state_; }
   // The triggers, one after the other, as soon as the machine's position at them is known.
   std::optional<TriggerStamp> nextTrigger() { return triggers_.next(); }
   std::uint32_t nextTriggerNumber() const { return triggers_.nextNumber(); }
@@ -130,7 +135,7 @@ class Corrections {
   std::uint32_t inhibit_lines_{};  // a bit per line that is active
   bool inhibit_said_{};            // by the controller
   std::uint32_t refused_homings_{};
-  Snapshot snapshot_;
+  CorrectionsState state_;
   MonoTime heartbeat_at_{};
   MonoTime fresh_at_{};
   bool started_{};

@@ -2,20 +2,14 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {
 
-// mm, machine axes X Y Z, radius.
-using Vector = std::array<double, kLinearAxes>;
-
-enum class Health : std::uint8_t {
-  off = 0,  // not configured
-  good = 1,
-  held = 2,     // doubtful: the last good value stands for it, for a while
-  invalid = 3,  // without an input that it needs, or in doubt for too long: it says nothing
-};
+using published::Health;
+using published::Vector;
 
 // What one source says, through times of doubt: the last good value for its T_hold, and nothing after that.
 class HeldSource {

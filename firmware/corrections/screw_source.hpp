@@ -5,9 +5,12 @@
 #include "firmware/corrections/held_source.hpp"
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::corrections {
+
+using published::SensorFault;
 
 // The screw of one linear axis and the sensor at its free end, as machine.toml describes them.
 struct ScrewConfig {
@@ -19,9 +22,6 @@ struct ScrewConfig {
   Nanoseconds stale{std::chrono::seconds{1}};  // a reading that is older is no reading
   Nanoseconds hold{std::chrono::seconds{5}};   // T_hold
 };
-
-// Why a screw's sensor is not believed.
-enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
 
 // Extension of one screw to the correction of its axis, at every tick (CN101394969, (D1) to (D6)).
 class ScrewSource {

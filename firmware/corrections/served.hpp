@@ -3,22 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::corrections {
 
-using Nanometres = std::array<std::int32_t, kLinearAxes>;
-
-// What was served to the CNC, from when on.
-struct Served {
-  MonoTime from{};
-  Nanometres correction_nm{};
-  std::uint16_t sequence{};
-  std::uint16_t mask{};
-  bool valid{};
-  bool degraded{};
-};
+using published::Nanometres;
+using published::Served;
 
 // The last values, so that an edge that arrives late still finds the one that was active at its stamp.
 class ServedHistory {

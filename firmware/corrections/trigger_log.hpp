@@ -5,21 +5,12 @@
 
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::corrections {
 
-// A trigger, where the machine was at it, and the correction that was active then: whoever measures with it and then
-// corrects by it would correct twice without the last.
-struct TriggerStamp {
-  std::uint32_t number{};  // from 1; 0: there was none
-  std::uint8_t line{};
-  std::uint32_t line_sequence{};
-  MonoTime at{};
-  std::array<bool, kLinearAxes> has_position{};
-  std::array<double, kLinearAxes> position_mm{};  // machine position, the correction in it
-  Served served;
-};
+using published::TriggerStamp;
 
 // Finds the ticks on both sides of each trigger and interpolates between them. Edges and ticks come in any order.
 class TriggerLog {

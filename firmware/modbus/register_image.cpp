@@ -12,7 +12,7 @@ double modulo32(std::uint64_t counter) {
   return static_cast<double>(counter & 0xFFFFFFFFU);
 }
 
-std::uint16_t statusOf(const corrections::Snapshot& s) {
+std::uint16_t statusOf(const published::Snapshot& s) {
   unsigned status = 0;
   if (s.valid) status |= kValid;
   if (s.clock_locked) status |= kClockLocked;
@@ -41,7 +41,7 @@ void RegisterImage::putTriple(std::size_t address, const std::array<double, 3>& 
   for (std::size_t axis = 0; axis < values.size(); ++axis) put(address + axis * step, values[axis] * factor);
 }
 
-void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order) {
+void RegisterImage::fill(const published::Snapshot& snapshot, WordOrder order) {
   order_ = order;
   put(address::magic, kMagic);
   put(address::map_version, kMapVersion);
@@ -60,10 +60,10 @@ void RegisterImage::fill(const corrections::Snapshot& snapshot, WordOrder order)
   putState(snapshot);
 }
 
-void RegisterImage::putSources(const corrections::Snapshot& snapshot) {
-  using corrections::Health;
+void RegisterImage::putSources(const published::Snapshot& snapshot) {
+  using published::Health;
   unsigned good = 0, held = 0, invalid = 0;
-  for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
+  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
     const unsigned bit = 1U << kind;
     if (snapshot.health[kind] == Health::good) good |= bit;
     if (snapshot.health[kind] == Health::held) held |= bit;
@@ -77,7 +77,7 @@ void RegisterImage::putSources(const corrections::Snapshot& snapshot) {
   put(address::refused_homings, snapshot.refused_homings & 0xFFFFU);
 }
 
-void RegisterImage::putCentreline(const corrections::CentrelineInForce& centreline) {
+void RegisterImage::putCentreline(const published::CentrelineInForce& centreline) {
   const auto& result = centreline.result;
   const auto putPair = [this](std::size_t address, const std::array<double, 2>& values) {
     put(address, values[0]);
@@ -91,7 +91,7 @@ void RegisterImage::putCentreline(const corrections::CentrelineInForce& centreli
   put(address::centreline_result, modulo32(result.result_id));
 }
 
-void RegisterImage::putAxes(const corrections::Snapshot& snapshot) {
+void RegisterImage::putAxes(const published::Snapshot& snapshot) {
   unsigned referenced = 0;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const auto& state = snapshot.axes[axis];
@@ -106,7 +106,7 @@ void RegisterImage::putAxes(const corrections::Snapshot& snapshot) {
   put(address::axes_referenced, referenced);
 }
 
-void RegisterImage::putRotary(const corrections::Snapshot& snapshot) {
+void RegisterImage::putRotary(const published::Snapshot& snapshot) {
   unsigned known = 0, doubtful = 0, with_errors = 0;
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
     const auto& state = snapshot.rotary[axis];
@@ -132,7 +132,7 @@ void RegisterImage::putRotary(const corrections::Snapshot& snapshot) {
   putTriple(address::swivel_error, swivel.error_mm, 1);
 }
 
-void RegisterImage::putTrigger(const corrections::TriggerStamp& trigger) {
+void RegisterImage::putTrigger(const published::TriggerStamp& trigger) {
   const auto& served = trigger.served;
   unsigned state = served.valid ? 1U : 0U;
   if (served.degraded) state |= 2U;
@@ -146,7 +146,7 @@ void RegisterImage::putTrigger(const corrections::TriggerStamp& trigger) {
   put(address::trigger_sequence, served.sequence);
 }
 
-void RegisterImage::putCorrections(const corrections::Snapshot& snapshot) {
+void RegisterImage::putCorrections(const published::Snapshot& snapshot) {
   unsigned status = statusOf(snapshot);
   for (std::size_t axis = 0; axis < served_mm_.size(); ++axis) {
     const double wanted = snapshot.correction_mm[axis];
@@ -164,8 +164,8 @@ void RegisterImage::putCorrections(const corrections::Snapshot& snapshot) {
   putTriple(address::correction_i32, served_mm_, 1e6);
 }
 
-void RegisterImage::putDelay(const corrections::DelayInForce& delay) {
-  const auto in_force = delay.calibrated ? delay : corrections::DelayInForce{};
+void RegisterImage::putDelay(const published::DelayInForce& delay) {
+  const auto in_force = delay.calibrated ? delay : published::DelayInForce{};
   putTriple(address::delay_f32, in_force.tau_s, 1e3);
   putTriple(address::delay_sd_f32, in_force.sd_s, 1e3);
   putTriple(address::delay_i32, in_force.tau_s, 1e9);
@@ -173,7 +173,7 @@ void RegisterImage::putDelay(const corrections::DelayInForce& delay) {
   put(address::delay_result, modulo32(in_force.result_id));
 }
 
-void RegisterImage::putState(const corrections::Snapshot& snapshot) {
+void RegisterImage::putState(const published::Snapshot& snapshot) {
   put(address::calibration_state, static_cast<double>(snapshot.calibration));
   put(address::calibration_method, snapshot.calibration_method);
   put(address::calibration_run, snapshot.calibration_run);

@@ -10,10 +10,10 @@
 #include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
 #include "firmware/app/threads/wake_up.hpp"
-#include "firmware/corrections/snapshot.hpp"
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/rtu_requests.hpp"
 #include "firmware/modbus/writable_registers.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::app {
@@ -40,7 +40,7 @@ class ModbusServer {
  public:
   // All three are called on the thread of run().
   struct Faces {
-    std::function<corrections::Snapshot()> snapshot;  // what the next answer shows, as a whole
+    std::function<published::Snapshot()> snapshot;   // what the next answer shows, as a whole
     std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
     std::function<void(const std::string&)> report;  // the line was lost, or is back
   };

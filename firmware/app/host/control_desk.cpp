@@ -39,12 +39,11 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
 
 // A source that machine.toml does not describe can never be good.
 std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
-  using corrections::SourceKind;
-  constexpr auto kKnown = static_cast<std::uint16_t>((1U << corrections::kSourceKinds) - 1);
+  using published::SourceKind;
+  constexpr auto kKnown = static_cast<std::uint16_t>((1U << published::kSourceKinds) - 1);
   if ((mask & ~kKnown) != 0) return Error{"Sources are bit 0 screw, 1 swivel, 2 rotary, 3 centreline."};
   const auto absent = [&](SourceKind kind) {
-    return (mask & bitOf(kind)) != 0 &&
-           state.snapshot.health[static_cast<std::size_t>(kind)] == corrections::Health::off;
+    return (mask & bitOf(kind)) != 0 && state.snapshot.health[static_cast<std::size_t>(kind)] == published::Health::off;
   };
   if (absent(SourceKind::swivel)) return Error{"machine.toml describes no head that swivels: add [swivel]."};
   if (absent(SourceKind::rotary)) return Error{"machine.toml describes no table that turns: add [rotary_table]."};

@@ -247,7 +247,7 @@ void LinkService::passOnReplies() {
 void LinkService::advance() {
   const MonoTime now = time_.now();
   const box::State& state = states_.newest();
-  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : corrections::DelayInForce{});
+  if (!a_block_has_come_) describe(state.delay_applied ? state.snapshot.delay : published::DelayInForce{});
   if (std::exchange(state_seen_, state.at) != state.at) ++counters_.progress.links;
   const stream::Vitals of_box{.uptime_ms = uptimeMs(),
                               .clock_state = state.map.state,
@@ -274,7 +274,7 @@ bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
 }
 
 // The delay that is in the samples stands in the descriptor: blocks from here on go under it.
-void LinkService::describe(const corrections::DelayInForce& delay) {
+void LinkService::describe(const published::DelayInForce& delay) {
   if (delay.result_id == described_result_) return;
   described_result_ = delay.result_id;
   auto descriptor = options_.descriptor;

@@ -92,7 +92,7 @@ class LinkService {
   void passOn(const stream::EncodedBlock& block);
   void passOnReplies();
   void advance();
-  void describe(const corrections::DelayInForce& delay);
+  void describe(const published::DelayInForce& delay);
   void dropClosed();
   void close(Link& link);
   static bool hasNothingToSay(const Link& link, MonoTime now);

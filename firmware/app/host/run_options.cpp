@@ -40,12 +40,12 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
 }
 
 // The angle of the screw comes from the position of its axis.
-std::optional<Error> whyNoSweepNow(const corrections::AxisState& axis, char name) {
+std::optional<Error> whyNoSweepNow(const published::AxisState& axis, char name) {
   if (!axis.referenced) {
     return Error{std::string{"The angle of a screw counts from a machine position, and the axis "} + name +
                  " is not referenced: home it, or drive it over its mark."};
   }
-  if (axis.sensor_fault == corrections::SensorFault::none) return std::nullopt;
+  if (axis.sensor_fault == published::SensorFault::none) return std::nullopt;
   return Error{std::string{"The sensor of the screw of "} + name +
                " says nothing that can be believed: probebox corrections tells why."};
 }

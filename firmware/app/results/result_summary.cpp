@@ -54,7 +54,7 @@ void appendAll(const metrology::Result& result, const std::string& subject, std:
   }
 }
 
-messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
+messages::AxisStatus axisStatus(const published::AxisState& axis) {
   return {.referenced = axis.referenced,
           .position_mm = axis.position_mm,
           .last_fault = static_cast<std::uint8_t>(axis.last_fault),
@@ -67,7 +67,7 @@ messages::AxisStatus axisStatus(const corrections::AxisState& axis) {
           .unused_indexes = axis.unused_indexes};
 }
 
-messages::RotaryAxisStatus rotaryStatus(const corrections::RotaryAxisState& axis) {
+messages::RotaryAxisStatus rotaryStatus(const published::RotaryAxisState& axis) {
   return {.described = axis.described,
           .known = axis.known,
           .doubtful = axis.doubtful,
@@ -80,7 +80,7 @@ messages::RotaryAxisStatus rotaryStatus(const corrections::RotaryAxisState& axis
           .sd_errors = axis.sd_errors};
 }
 
-messages::StampedTrigger stampedTrigger(const corrections::TriggerStamp& trigger) {
+messages::StampedTrigger stampedTrigger(const published::TriggerStamp& trigger) {
   messages::StampedTrigger stamped{.number = trigger.number,
                                    .has_position = {},
                                    .position_mm = trigger.position_mm,
@@ -172,7 +172,7 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state) {
   answer.settled = snapshot.settled;
   answer.referenced = snapshot.referenced;
   answer.inhibited = snapshot.inhibited;
-  for (std::size_t kind = 0; kind < corrections::kSourceKinds; ++kind) {
+  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
     answer.sources.push_back({.bit = static_cast<std::uint8_t>(kind),
                               .health = static_cast<std::uint8_t>(snapshot.health[kind]),
                               .summed = (unsigned{snapshot.mask} >> kind & 1U) != 0});

@@ -29,18 +29,18 @@ std::optional<StandingRestored> StandingKeeper::restore(MonoTime now) {
   return StandingRestored{.correction_mm = *kept_mm_, .at = now};
 }
 
-void StandingKeeper::look(const corrections::Snapshot& snapshot) {
+void StandingKeeper::look(const published::Snapshot& snapshot) {
   if (!snapshot.valid) return;
   if (kept_mm_ && largestChange(*kept_mm_, snapshot.correction_mm) <= kLeastChange_mm) return;
   if (tried_at_ && snapshot.at - *tried_at_ < kLeastInterval) return;
   keep(snapshot);
 }
 
-void StandingKeeper::finish(const corrections::Snapshot& snapshot) {
+void StandingKeeper::finish(const published::Snapshot& snapshot) {
   if (snapshot.valid && kept_mm_ != snapshot.correction_mm) keep(snapshot);
 }
 
-void StandingKeeper::keep(const corrections::Snapshot& snapshot) {
+void StandingKeeper::keep(const published::Snapshot& snapshot) {
   tried_at_ = snapshot.at;
   if (const auto kept = store_.keepStanding(snapshot.correction_mm, utcNow()); !kept)
     return logError("The correction that is served could not be kept: " + kept.error().what);

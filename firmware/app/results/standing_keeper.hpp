@@ -2,7 +2,7 @@
 #include <array>
 #include <optional>
 
-#include "firmware/corrections/snapshot.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 
@@ -22,12 +22,12 @@ class StandingKeeper {
   std::optional<StandingRestored> restore(MonoTime now);
 
   // Writes when it must. A correction that is not valid is not applied by anybody: what was kept stays.
-  void look(const corrections::Snapshot& snapshot);
+  void look(const published::Snapshot& snapshot);
   // The last word: writes what has not been written yet.
-  void finish(const corrections::Snapshot& snapshot);
+  void finish(const published::Snapshot& snapshot);
 
  private:
-  void keep(const corrections::Snapshot& snapshot);
+  void keep(const published::Snapshot& snapshot);
 
   store::Store& store_;
   std::optional<std::array<double, kLinearAxes>> kept_mm_;

@@ -6,8 +6,8 @@
 #include "firmware/app/threads/spsc_queue.hpp"
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/placed_trigger.hpp"
-#include "firmware/corrections/snapshot.hpp"
 #include "firmware/latch/record.hpp"
+#include "firmware/published/snapshot.hpp"
 #include "protocol/messages/types.hpp"
 #include "protocol/units/time.hpp"
 
@@ -22,8 +22,8 @@ struct FeedItem {
   SampleIndex first{};
   std::uint64_t count{};
   std::uint32_t size{};
-  corrections::DelayInForce delay;  // in the samples of the block
-  std::uint32_t next_trigger{};     // with a block: those before it were given to the links, or are lost
+  published::DelayInForce delay;  // in the samples of the block
+  std::uint32_t next_trigger{};   // with a block: those before it were given to the links, or are lost
   box::PlacedTrigger trigger;
   std::array<std::byte, box::BlockBuilder::kMostBytes> bytes{};
 };

@@ -9,7 +9,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using corrections::Health;
+using published::Health;
 using world::FaultKind;
 
 world::Config warmingUp() {
@@ -30,7 +30,7 @@ class Screws : public testing::Test {
     const double error_mm = scenario.world().screws().nutError_mm(axis, position_mm, scenario.now());
     return error_mm + scenario.state().snapshot.correction_mm[axis];
   }
-  const corrections::Snapshot& served() const { return scenario.state().snapshot; }
+  const published::Snapshot& served() const { return scenario.state().snapshot; }
 
   Scenario scenario{warmingUp()};
 };

@@ -253,7 +253,7 @@ TEST(Hosts, BeginAnewAfterTheBoxWasRestartedInMidCalibration) {
   auto& after = office.add();
   office.run(4s);
   expectComplete(office, after);
-  EXPECT_EQ(office.scenario().state().snapshot.calibration, corrections::CalibrationState::idle);
+  EXPECT_EQ(office.scenario().state().snapshot.calibration, published::CalibrationState::idle);
 }
 
 }  // namespace

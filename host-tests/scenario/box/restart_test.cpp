@@ -27,7 +27,7 @@ class Restart : public testing::Test {
   Restart() { boot_.emplace(office_, file_); }
 
   Scenario& scenario() { return office_.scenario(); }
-  const corrections::Snapshot& served() { return scenario().state().snapshot; }
+  const published::Snapshot& served() { return scenario().state().snapshot; }
 
   // Nobody says anything before it dies: no signal, no last word.
   void dieAndComeBack() {

@@ -14,7 +14,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using corrections::Health;
+using published::Health;
 using world::FaultKind;
 using world::Vector3;
 using world::operator+;
@@ -25,7 +25,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kAngles = 12;
 constexpr std::size_t kBalls = 8;
 constexpr double kSigma_mm = 0.0005;
-constexpr auto kRotary = static_cast<std::size_t>(corrections::SourceKind::rotary);
+constexpr auto kRotary = static_cast<std::size_t>(published::SourceKind::rotary);
 
 world::Config turningWorld() {
   auto config = usualWorld();
@@ -91,7 +91,7 @@ class TurningTable : public testing::Test {
     ASSERT_TRUE(events && events->size() == kAngles + 1);
     ASSERT_FALSE(box::whyUnfit(usualBox(config), *events));
     for (const auto& event : *events) scenario.push(event);
-    scenario.push(SourcesEnabled{.mask = corrections::bitOf(corrections::SourceKind::rotary), .at = scenario.now()});
+    scenario.push(SourcesEnabled{.mask = published::bitOf(published::SourceKind::rotary), .at = scenario.now()});
   }
   void turnTo(double c_rad) {
     ASSERT_TRUE(scenario.world().machine().turnTo({.c_rad = c_rad}, scenario.now()));
@@ -116,7 +116,7 @@ class TurningTable : public testing::Test {
     }
     return all;
   }
-  const corrections::Snapshot& served() const { return scenario.state().snapshot; }
+  const published::Snapshot& served() const { return scenario.state().snapshot; }
 
   world::Config config;
   Scenario scenario;

@@ -66,7 +66,7 @@ class ModbusOnCable : public ::testing::Test {
     return output;
   }
 
-  void show(const corrections::Snapshot& snapshot) {
+  void show(const published::Snapshot& snapshot) {
     const std::lock_guard lock{mutex_};
     snapshot_ = snapshot;
   }
@@ -111,7 +111,7 @@ class ModbusOnCable : public ::testing::Test {
   std::optional<serial::EmulatedCable> cable_;
   std::mutex cable_mutex_;
   std::mutex mutex_;
-  corrections::Snapshot snapshot_;
+  published::Snapshot snapshot_;
   std::vector<Marker> markers_;
   std::jthread server_thread_;
   std::jthread cable_thread_;

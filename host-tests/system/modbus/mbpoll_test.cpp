@@ -14,8 +14,8 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-corrections::Snapshot snapshotOf(double x_mm, double y_mm, double z_mm) {
-  corrections::Snapshot snapshot;
+published::Snapshot snapshotOf(double x_mm, double y_mm, double z_mm) {
+  published::Snapshot snapshot;
   snapshot.valid = true;
   snapshot.clock_locked = true;
   snapshot.correction_mm = {x_mm, y_mm, z_mm};

@@ -65,7 +65,7 @@ class MachineOnADesk {
   }
   // What the screw adds to X now, in the ideal case.
   double wanted_x_mm() const { return -(position_mm[0] + 100) / 800 * extension_um * 1e-3; }
-  const Snapshot& snapshot() const { return corrections.snapshot(); }
+  const published::CorrectionsState& snapshot() const { return corrections.state(); }
 
   Corrections corrections;
   MonoTime now{monoTime(1'000'000'000)};

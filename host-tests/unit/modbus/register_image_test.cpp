@@ -15,7 +15,7 @@ double shown(const RegisterImage& image, std::size_t address) {
   return decode(*find(static_cast<std::uint16_t>(address)), WordOrder::high_first, image.registers());
 }
 
-RegisterImage imageOf(const corrections::Snapshot& snapshot) {
+RegisterImage imageOf(const published::Snapshot& snapshot) {
   RegisterImage image;
   image.fill(snapshot, WordOrder::high_first);
   return image;
@@ -28,7 +28,7 @@ rc::Gen<double> anyCorrection() {
 }
 
 RC_GTEST_PROP(RegisterImage, SaysTheSameInAllFormatsToTheirResolutionAndNeverWraps, ()) {
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   snapshot.valid = true;
   bool beyond = false;
   for (auto& correction : snapshot.correction_mm) {
@@ -49,7 +49,7 @@ RC_GTEST_PROP(RegisterImage, SaysTheSameInAllFormatsToTheirResolutionAndNeverWra
 
 TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber) {
   RegisterImage image;
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   snapshot.valid = true;
   snapshot.correction_mm = {0.1, -0.2, 0.3};
   image.fill(snapshot, WordOrder::high_first);
@@ -62,9 +62,9 @@ TEST(RegisterImage, HoldsTheServedValueAndDropsValidWhenACorrectionIsNotANumber)
 }
 
 TEST(RegisterImage, ShowsEachStatusBitInItsPlace) {
-  corrections::Snapshot none;
+  published::Snapshot none;
   EXPECT_EQ(imageOf(none)[address::status], 0);
-  const std::vector<std::pair<Status, std::function<void(corrections::Snapshot&)>>> bits{
+  const std::vector<std::pair<Status, std::function<void(published::Snapshot&)>>> bits{
       {Status{1}, [](auto& s) { s.valid = true; }},
       {Status{2}, [](auto& s) { s.clock_locked = true; }},
       {Status{4}, [](auto& s) { s.delay.calibrated = true; }},
@@ -75,14 +75,14 @@ TEST(RegisterImage, ShowsEachStatusBitInItsPlace) {
       {Status{128}, [](auto& s) { s.referenced = true; }},
   };
   for (const auto& [bit, set] : bits) {
-    corrections::Snapshot snapshot;
+    published::Snapshot snapshot;
     set(snapshot);
     EXPECT_EQ(imageOf(snapshot)[address::status], bit);
   }
 }
 
 TEST(RegisterImage, SaturatesTheAgeAndWrapsTheCounters) {
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   snapshot.age_ms = 6'553'400;
   EXPECT_EQ(imageOf(snapshot)[11], 65534);
   snapshot.age_ms = std::numeric_limits<std::uint64_t>::max();
@@ -92,7 +92,7 @@ TEST(RegisterImage, SaturatesTheAgeAndWrapsTheCounters) {
 }
 
 TEST(RegisterImage, ShowsTheDelayInForceInBothUnitsAndNoneWithoutOne) {
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   snapshot.delay = {true, 12, {0.0052, -0.001, 0.00385}, {3e-6, 4e-6, 5e-6}};
   const auto image = imageOf(snapshot);
   EXPECT_NEAR(shown(image, 64), 5.2, 1e-6);
@@ -107,7 +107,7 @@ TEST(RegisterImage, ShowsTheDelayInForceInBothUnitsAndNoneWithoutOne) {
 }
 
 TEST(RegisterImage, ShowsTheErrorsOfRotaryAxesAtThePresentAngleAndWhatTheHeadAdds) {
-  corrections::Snapshot snapshot;
+  published::Snapshot snapshot;
   auto& c = snapshot.rotary[2];
   c = {.described = true,
        .known = true,

@@ -195,7 +195,7 @@ TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {
   {
     StandingKeeper keeper{*store};
     EXPECT_FALSE(keeper.restore(kNow)) << "nothing was ever served";
-    corrections::Snapshot served{};
+    published::Snapshot served{};
     served.at = kNow;
     served.correction_mm = {0.05, 0, -0.01};
     keeper.look(served);

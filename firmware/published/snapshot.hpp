@@ -1,15 +1,58 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
-#include "firmware/corrections/axis_reference.hpp"
-#include "firmware/corrections/held_source.hpp"
-#include "firmware/corrections/screw_source.hpp"
-#include "firmware/corrections/trigger_log.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
-namespace probebox::corrections {
+// What the box publishes about itself at every tick: plain values that its servers read. Box alone writes a Snapshot.
+namespace probebox::published {
+
+// mm, machine axes X Y Z, radius.
+using Vector = std::array<double, kLinearAxes>;
+
+using Nanometres = std::array<std::int32_t, kLinearAxes>;
+
+enum class Health : std::uint8_t {
+  off = 0,  // not configured
+  good = 1,
+  held = 2,     // doubtful: the last good value stands for it, for a while
+  invalid = 3,  // without an input that it needs, or in doubt for too long: it says nothing
+};
+
+// What took a reference away, the last time that it happened.
+enum class ReferenceFault : std::uint8_t {
+  none = 0,
+  impossible_speed = 1,  // the counts moved faster than the axis can
+  wrong_index = 2,       // a mark came where the counts say that none is
+  encoder_lost = 3,      // the encoder went away
+};
+
+// Why a screw's sensor is not believed.
+enum class SensorFault : std::uint8_t { none = 0, silent = 1, out_of_range = 2, lost = 3 };
+
+// What was served to the CNC, from when on.
+struct Served {
+  MonoTime from{};
+  Nanometres correction_nm{};
+  std::uint16_t sequence{};
+  std::uint16_t mask{};
+  bool valid{};
+  bool degraded{};
+};
+
+// A trigger, where the machine was at it, and the correction that was active then: whoever measures with it and then
+// corrects by it would correct twice without the last.
+struct TriggerStamp {
+  std::uint32_t number{};  // from 1; 0: there was none
+  std::uint8_t line{};
+  std::uint32_t line_sequence{};
+  MonoTime at{};
+  std::array<bool, kLinearAxes> has_position{};
+  std::array<double, kLinearAxes> position_mm{};  // machine position, the correction in it
+  Served served;
+};
 
 // Bits of the mask of sources, fixed for ever.
 enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
@@ -70,7 +113,6 @@ struct SwivelState {
   double tool_length_mm{};
 };
 
-// The last calibration, for a controller that has no screen of its own.
 enum class CalibrationState : std::uint16_t {
   idle = 0,
   running = 1,
@@ -80,9 +122,9 @@ enum class CalibrationState : std::uint16_t {
   aborted = 5
 };
 
-// Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of
-// another. Corrections are in machine axes, radius, mm, to be ADDED to the commanded position.
-struct Snapshot {
+// What the corrections are, and what they rest on. Corrections are in machine axes, radius, mm, to be ADDED to the
+// commanded position.
+struct CorrectionsState {
   bool valid{};
   bool degraded{};
   bool saturated{};
@@ -112,13 +154,21 @@ struct Snapshot {
   std::uint64_t produced_samples{};
   std::uint64_t lost_at_source_samples{};
   std::uint64_t lost_in_queue_samples{};
+  MonoTime at{};
+};
+
+// The last calibration run, for a controller that has no screen of its own.
+struct CalibrationProgress {
   CalibrationState calibration{};
   std::uint16_t calibration_method{};  // number of the method, as procedure lists them
   std::uint32_t calibration_run{};
   std::uint32_t calibration_step{};
   std::uint32_t calibration_steps{};
   std::uint64_t calibration_result_id{};
-  MonoTime at{};
 };
 
-}  // namespace probebox::corrections
+// Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of
+// another.
+struct Snapshot : CorrectionsState, CalibrationProgress {};
+
+}  // namespace probebox::published
