@@ -47,7 +47,7 @@ Outcome<bool> EmulatedCable::plug(End end) {
   std::array<char, 64> name{};
   if (!controller || grantpt(controller.get()) != 0 || unlockpt(controller.get()) != 0 ||
       ptsname_r(controller.get(), name.data(), name.size()) != 0) {
-    return Error{std::string{"no pseudo terminal to be had: "} + std::strerror(errno)};
+    return Error{std::string{"no pseudo terminal available: "} + std::strerror(errno)};
   }
   io::Descriptor device{::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC)};
   if (!device) return Error{std::string{name.data()} + ": " + std::strerror(errno)};

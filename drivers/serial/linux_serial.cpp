@@ -137,14 +137,16 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
 Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const Settings& settings) {
   const auto speed = speedOf(settings.baud);
   if (!speed)
-    return Error{path + ": " + std::to_string(settings.baud) + " baud is no standard rate; take 9600, 19200 or 115200"};
+    return Error{path + ": " + std::to_string(settings.baud) +
+                 " baud is not a standard rate; use 9600, 19200 or 115200"};
   io::Descriptor line{::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
   if (!line) return openFailure(path, errno);
   if (isatty(line.get()) == 0)
-    return Error{path + ": this is no serial line; name a terminal device such as /dev/ttyS1"};
+    return Error{path + ": this is not a serial line; name a terminal device such as /dev/ttyS1"};
   if (!claim(line.get())) return openFailure(path, EBUSY);
   if (!configure(line.get(), settings, *speed)) {
-    return Error{path + ": the line does not take " + describe(settings) + "; choose a speed and format that it has"};
+    return Error{path + ": the line does not support " + describe(settings) +
+                 "; choose a speed and format that it supports"};
   }
   return std::unique_ptr<io::BytePipe>{std::make_unique<SerialPipe>(std::move(line), path)};
 }

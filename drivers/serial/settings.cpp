@@ -51,7 +51,7 @@ Outcome<Address> parseAddress(std::string_view text, const Settings& usual) {
     const bool good = equals != std::string_view::npos &&
                       apply(option.substr(0, equals), option.substr(equals + 1), address.settings);
     if (good) continue;
-    return Error{"'" + std::string{option} + "' is no setting of " + address.path +
+    return Error{"'" + std::string{option} + "' is not a setting of " + address.path +
                  ": known are baud=RATE, parity=none|even|odd, data=7|8, stop=1|2"};
   }
   return address;

@@ -5,7 +5,7 @@
 namespace probebox::tcp {
 
 Outcome<Address> parseAddress(std::string_view text) {
-  const Error malformed{"'" + std::string{text} + "' is no TCP address: write HOST:PORT, such as 127.0.0.1:7627"};
+  const Error malformed{"'" + std::string{text} + "' is not a TCP address: write HOST:PORT, such as 127.0.0.1:7627"};
   const auto colon = text.rfind(':');
   if (colon == std::string_view::npos) return malformed;
   auto host = text.substr(0, colon);

@@ -100,13 +100,13 @@ int waitForConnection(int socket, std::chrono::milliseconds patience) {
 std::string remedy(int code) {
   switch (code) {
     case EADDRINUSE:
-      return "; another process listens there, stop it or take another port";
+      return "; another process listens there, stop it or use another port";
     case EADDRNOTAVAIL:
-      return "; this machine does not have that address, take 127.0.0.1 or 0.0.0.0";
+      return "; this machine does not have that address, use 127.0.0.1 or 0.0.0.0";
     case EACCES:
-      return "; ports below 1024 need rights, take a higher one";
+      return "; ports below 1024 need privileges, use a higher one";
     case ECONNREFUSED:
-      return "; nobody listens there, start probeboxd or check the port";
+      return "; nothing listens there, start probeboxd or check the port";
     case EAFNOSUPPORT:
       return "; this process may not open network sockets, let a socket unit of its service listen there";
     case ETIMEDOUT:

@@ -171,7 +171,7 @@ Outcome<PortAddress> parsePort(std::string_view text) {
   PortAddress address;
   if (text.empty()) return address;
   const Error bad{"'usb" + std::string{text} +
-                  "' is no USB port: write usb, or usb:controller=NAME, or usb:mount=DIR,gadget=DIR"};
+                  "' is not a USB port: write usb, or usb:controller=NAME, or usb:mount=DIR,gadget=DIR"};
   if (!text.starts_with(':')) return bad;
   text.remove_prefix(1);
   while (!text.empty()) {

@@ -17,7 +17,7 @@ constexpr long kAtOnce = 32;
 Outcome<std::unique_ptr<AioQueue>> AioQueue::open(int most_in_flight) {
   io_context_t context = nullptr;
   if (const int code = io_setup(most_in_flight, &context); code != 0) {
-    return Error{std::string{"asynchronous transfers cannot be had: "} + std::strerror(-code) +
+    return Error{std::string{"asynchronous transfers are not available: "} + std::strerror(-code) +
                  "; is /proc/sys/fs/aio-max-nr used up?"};
   }
   io::Descriptor completions{eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};

@@ -92,7 +92,8 @@ std::string remedyFor(Access access) {
     case Access::no_permission:
       if (installed(rule)) {
         return rule +
-               " gives it to who sits at this computer and to the group plugdev: log in there, or join that group";
+               " gives access to the local user of this computer and to the group plugdev: log in locally, or join "
+               "that group";
       }
       return "copy tools/link/" + rule + " to /etc/udev/rules.d, run `udevadm control --reload`, and plug it in again";
     case Access::busy:

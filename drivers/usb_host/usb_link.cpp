@@ -97,7 +97,7 @@ Outcome<io::Connection, OpenError> openUsbLink(std::string_view name) {
   const auto& device = (*claimed)->device();
   if (!hasTheFourEndpoints(device)) {
     return OpenError{OpenError::Kind::failed,
-                     "usb:" + device.name() + ": not the endpoints of a probebox; is its firmware of another age?"};
+                     "usb:" + device.name() + ": not the endpoints of a probebox; its firmware version may not match"};
   }
   const auto link = std::make_shared<Link>(std::move(*claimed));
   return io::Connection{std::make_unique<Lane>(link, link->data_in, link->data_out),

@@ -94,9 +94,9 @@ Outcome<bool, OpenError> LinuxReceiver::connect() {
   if (!claimed) return claimed.error();
   const auto& endpoints = (*claimed)->device().endpoints;
   if (endpoints.empty() || !endpoints.front().in) {
-    return OpenError{OpenError::Kind::failed, "usb:" + (*claimed)->device().name() +
-                                                  " has no bulk IN endpoint where a probe receiver has one; is its "
-                                                  "firmware of another age?"};
+    return OpenError{OpenError::Kind::failed,
+                     "usb:" + (*claimed)->device().name() +
+                         " has no bulk IN endpoint where a probe receiver has one; its firmware version may not match"};
   }
   connection_ = std::make_unique<Connection>(std::move(*claimed));
   at_connect_ = decoder_.counters();
@@ -138,7 +138,7 @@ void LinuxReceiver::judge() {
   if (is_understood) {
     problem_.clear();
   } else if (counters.bad_version > at_connect_.bad_version) {
-    problem_ = "it sends packets of a version that this firmware does not know; bring both to the same age";
+    problem_ = "it sends packets of a version that this firmware does not know; update the older of the two";
   }
 }
 

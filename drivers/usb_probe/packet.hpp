@@ -23,10 +23,11 @@ struct PacketHeader {
   static constexpr void fields(auto& self, auto&& field) {
     field("magic", self.magic, "the four letters PRX1");
     field("version", self.version, "1");
-    field("run", self.run, "+1 every time that the counter begins anew; the receiver may start with any value");
+    field("run", self.run, "+1 each time the counter restarts; may start with any value");
     field("count", self.count, "samples in this packet, 1 to 512");
-    field("first", self.first,
-          "counter of the first sample; the others follow without a gap. +1 every sample taken, sent or not; wraps");
+    field(
+        "first", self.first,
+        "counter of the first sample; the others follow without a gap. +1 for every sample taken, sent or not; wraps");
   }
   friend constexpr bool operator==(const PacketHeader&, const PacketHeader&) = default;
 };
@@ -41,7 +42,7 @@ struct Sample {
   std::uint16_t status{};
   static constexpr void fields(auto& self, auto&& field) {
     field("channels_nm", self.channels_nm, "nm at unit gain, channels a, b, c");
-    field("status", self.status, "bit 0: a channel is at the end of its range; the others are 0");
+    field("status", self.status, "bit 0: a channel is at the end of its range; other bits are 0");
   }
   friend constexpr bool operator==(const Sample&, const Sample&) = default;
 };

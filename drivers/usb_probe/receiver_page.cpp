@@ -48,32 +48,32 @@ std::string interfaceClass() {
 std::string page() {
   return R"(# A probe receiver on USB
 
-For those who build receivers. Generated from the field lists in drivers/usb_probe/packet.hpp by
+How to build a probe receiver that the box understands. Generated from the field lists in drivers/usb_probe/packet.hpp by
 `cmake --build build --target receiver-page`; do not edit.
 
 The box finds a receiver by the class of an interface, )" +
          interfaceClass() +
          R"( (class/subclass/protocol), never by vendor and product numbers. That
-interface has one bulk IN endpoint. A serial number string tells two receivers apart: `probe = "usb:SERIAL"` in box.toml.
+interface has one bulk IN endpoint. A serial number string distinguishes two receivers: `probe = "usb:SERIAL"` in box.toml.
 
 ## Packet
-Header, `count` samples, and the CRC-32C (Castagnoli) of all of that as u32. All numbers are little endian, and nothing is padded.
+A header, `count` samples, and the CRC-32C (Castagnoli) of both as u32. All numbers are little endian, without padding.
 
 )" + table<PacketHeader>() +
          "Each of the samples has " + std::to_string(kSampleBytes) + " bytes:\n\n" + table<Sample>() +
          R"(## Rules
 - The counter counts every sample on the receiver's own oscillator, which must be within 200 ppm of `rate_hz` in probe.toml. A
-  sample that is not sent, whyever, is counted all the same: the gap tells the box how many are missing.
-- Send a packet at once when its last sample has been taken, and end the USB transfer there (with a zero-length packet where its
-  size is a multiple of the endpoint's). When a transfer arrives is all that the box knows about time: a constant delay is found
-  by the system-delay calibration, a varying one is noise. Packets of 1 to 8 ms are a good choice.
-- Some buses ask a device at fixed times only (every 125 us, or every ms of a full-speed one). Let the packet period be no
-  multiple of that: at 1999 Hz the waiting times of packets of 10 average out and the samples' times are right to 0.2 us, at
-  2000 Hz they creep from 0 to 125 us within minutes, the box's clock follows them and its sigma cannot tell.
-- Several packets may share a transfer, and a packet may run over several; then only the last sample of a transfer tells
-  about time, and only where a packet ends with it.
-- SET_INTERFACE with alternate setting 0 means that a new host listens: drop what is queued. The counter goes on.
-- When nobody reads, drop packets rather than keep them: what is more than 100 ms old is of no use.
+  sample that is not sent is counted nevertheless: the gap tells the box how many are missing.
+- Send a packet as soon as its last sample has been taken, and end the USB transfer there (with a zero-length packet if its
+  size is a multiple of the endpoint's). The box knows only the arrival time of a transfer: a constant delay is found by the
+  system-delay calibration, a varying one is noise. Packets of 1 to 8 ms are a good choice.
+- USB polls a device at fixed times (every 125 us, or every ms at full speed). The packet period should not be a multiple of
+  that. At 1999 Hz the waiting times of packets of 10 samples average out and sample times are right to 0.2 us. At 2000 Hz the
+  waiting time drifts from 0 to 125 us within minutes; the box's clock follows it, and its sigma does not show the error.
+- A transfer may hold several packets, and a packet may span several transfers. Only the last sample of a transfer then gives
+  a time, and only if a packet ends with it.
+- SET_INTERFACE with alternate setting 0 means that a new host listens: discard what is queued. The counter continues.
+- When no host reads, drop packets instead of queueing them: samples older than 100 ms are useless.
 )";
 }
 

@@ -28,23 +28,22 @@ void describe(CLI::App& command, probebox::app::Options& options) {
       .add_option("--board", options.board,
                   "sim (the emulated machine), or a folder with box.toml, machine.toml, probe.toml, service.toml")
       ->capture_default_str();
-  command.add_option("--state", options.state, "folder of what must survive a restart, such as results");
-  command.add_option("--config", options.config, "folder of descriptions that stand in for the board's own");
+  command.add_option("--state", options.state, "folder for data that must survive a restart, such as results");
+  command.add_option("--config", options.config, "folder of descriptions to use instead of the board's own");
   command
       .add_option("--link", options.links,
-                  "where hosts come in: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; again for more")
+                  "a link for hosts: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; repeat it for more")
       ->allow_extra_args(false);
   command
       .add_option("--cnc", options.cnc,
-                  "a line to the CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; again for more")
+                  "a Modbus RTU line to the CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; repeat it for more")
       ->allow_extra_args(false);
   command.add_option("--journal", options.journal, "write every event that reaches the core to this new file");
-  command
-      .add_option("--time-scale", options.time_scale,
-                  "with the emulated machine: how many times faster than real time it runs")
+  command.add_option("--time-scale", options.time_scale, "speed of the emulated machine, as a multiple of real time")
       ->check(CLI::Range(0.01, 100.0));
-  command.add_flag("--check", options.check, "read all descriptions, say what is wrong with them, and stop");
-  command.add_flag("--usb-identity", options.usb_identity, "print what probebox-usb-setup needs to know, and stop");
+  command.add_flag("--check", options.check, "check all descriptions, report errors, and exit");
+  command.add_flag("--usb-identity", options.usb_identity,
+                   "print the USB identity that probebox-usb-setup needs, and exit");
 }
 
 // One name and one value a line; the descriptions allow plain ASCII only.
@@ -60,7 +59,7 @@ void sayLoopBack(const probebox::board::Box& box) {
     std::printf("Loop-back: from %s to %s.\n", describe(box.loop_back->output).c_str(),
                 describe(box.loop_back->input).c_str());
   } else {
-    std::puts("Loop-back: none; how late this board stamps edges cannot be measured.");
+    std::puts("Loop-back: none; the latency of this board's edge stamps cannot be measured.");
   }
 }
 
@@ -143,8 +142,8 @@ int run(const probebox::app::Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App command{
-      "probeboxd: the box between a scanning probe and a CNC controller.\n"
-      "It taps signals and advises: no motion stop may depend on it."};
+      "probeboxd: the box between a scanning probe and a CNC controller.\nIt only taps signals: no motion stop may "
+      "depend on it."};
   command.footer(
       "Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627 --cnc modbus:/dev/ttyS2");
   command.name("probeboxd");

@@ -31,25 +31,23 @@ const char* explain(TouchFault fault) {
     case TouchFault::clock_not_locked:
       return "the master clock was not locked: check the sync line";
     case TouchFault::recording_full:
-      return "the recording is full: move faster between the markers of begin and end";
+      return "the recording is full: move faster between the begin and end markers";
     case TouchFault::wrong_pose:
-      return "the rotary axes do not stand where the step needs them: turn them as the prompt says, and say so in the "
-             "marker";
+      return "the rotary axes are not at the angles that the step needs: turn them as the prompt says, and give their "
+             "angles in the marker";
     case TouchFault::wrong_tool:
-      return "another tool is in the spindle than the step needs: change it as the prompt says, and say so in the "
+      return "the step needs another tool in the spindle: change it as the prompt says, and give its number in the "
              "marker";
     case TouchFault::head_out_of_range:
-      return "a sensor of the head stands at the end of its range: bring the ball nearer to the middle of the head";
+      return "a sensor of the head is at the end of its range: move the ball closer to the centre of the head";
     case TouchFault::moved:
-      return "the machine moved while it had to stand still: begin the step when it has come to rest, and end it "
-             "before "
+      return "the machine moved during a standstill measurement: begin the step when it has stopped, and end it before "
              "it moves on";
     case TouchFault::no_drift_rows:
       return "no readings of the screw's sensor arrived: check its cable, and [devices] drift in box.toml";
     case TouchFault::screw_unknown:
-      return "the sensor of a warm screw is silent, so nobody knows where the tool was: repair it (`probebox "
-             "corrections` "
-             "names it), or take its [screw] out of machine.toml";
+      return "the sensor of a warm screw delivers no readings, so the tool position is unknown: repair it (`probebox "
+             "corrections` names it), or remove its [screw] from machine.toml";
     case TouchFault::no_edges:
       return "the tool-setting device gave no edge at contact and at release: check its cable, and [tool_setter] "
              "trigger in machine.toml";

@@ -20,7 +20,7 @@ std::optional<Error> whyRefused(const ClockConfig& config) {
   }
   if (config.jitter.count() < 1 || config.jitter.count() > period_ns / 3) {
     return Error{"jitter " + std::to_string(config.jitter.count()) +
-                 " ns is not between 1 ns and a third of the period: ticks could not be told apart"};
+                 " ns is not between 1 ns and a third of the period: ticks could not be distinguished"};
   }
   if (!isWithin(config.phase_wander_ns_per_sqrt_s, 0, 1e6) ||
       !isWithin(config.frequency_wander_ppb_per_sqrt_s, 0, 1e5)) {

@@ -28,20 +28,21 @@ std::optional<Error> whyRefused(const CorrectionsConfig& config) {
       return Error{"The screw of " + name + " needs a length and a pitch above 0: change [screw." + name +
                    "] in machine.toml."};
     if (!(config.limits[axis].size_mm >= 0 && config.limits[axis].rate_mm_s >= 0))
-      return Error{"The limits of the correction of " + name + " cannot be negative: change [axis." + name +
+      return Error{"The correction limits of " + name + " cannot be negative: change [axis." + name +
                    "] in machine.toml."};
   }
   const bool any_screw = config.screws[0].fitted || config.screws[1].fitted || config.screws[2].fitted;
   if ((config.mask & bitOf(SourceKind::screw)) != 0 && !any_screw)
-    return Error{"sources names \"screw\", and machine.toml describes no screw: add [screw.X], or leave it out."};
+    return Error{
+        "sources names \"screw\", but machine.toml describes no screw: add [screw.X], or remove it from sources."};
   if ((config.mask & bitOf(SourceKind::swivel)) != 0 && !config.swivel.fitted)
     return Error{
-        "sources names \"swivel\", and machine.toml describes no head that swivels: add [swivel], or leave it "
-        "out."};
+        "sources names \"swivel\", but machine.toml describes no swivelling head: add [swivel], or remove it from "
+        "sources."};
   if ((config.mask & bitOf(SourceKind::rotary)) != 0 && !config.rotary.fitted())
     return Error{
-        "sources names \"rotary\", and machine.toml describes no table that turns: add [rotary_table], or "
-        "leave it out."};
+        "sources names \"rotary\", but machine.toml describes no rotary table: add [rotary_table], or remove it from "
+        "sources."};
   return std::nullopt;
 }
 

@@ -26,7 +26,7 @@ std::optional<Error> RotarySource::whyUnfit(const RotaryConfig& config, const Ro
                                             std::span<const Event> rows) {
   if (!config.fitted()) return std::nullopt;
   if (!config.turnsBy(activated.axis)) {
-    return Error{std::string{"The result is about the axis "} + "ABC"[static_cast<std::size_t>(activated.axis)] +
+    return Error{std::string{"The result is for the axis "} + "ABC"[static_cast<std::size_t>(activated.axis)] +
                  ", which the chain of [rotary_table] in machine.toml does not name."};
   }
   IncomingTable<6> table;

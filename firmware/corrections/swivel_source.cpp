@@ -25,8 +25,8 @@ std::optional<Error> SwivelSource::whyUnfit(const SwivelConfig& config, const Sw
   if (!config.fitted) return std::nullopt;
   if (activated.axis != config.axis) {
     const auto letter = [](RotaryAxis axis) { return std::string{"ABC"[static_cast<std::size_t>(axis)]}; };
-    return Error{"The result is about a head that swivels by " + letter(activated.axis) +
-                 ", and [swivel] of machine.toml says " + letter(config.axis) + ": one of the two is wrong."};
+    return Error{"The result is for a head that swivels by " + letter(activated.axis) +
+                 ", but [swivel] of machine.toml says " + letter(config.axis) + ": correct the one that is wrong."};
   }
   if (!config.by_angle) return std::nullopt;
   IncomingTable<3> table;

@@ -20,7 +20,7 @@ Nanoseconds longestDelay(const LatchConfig& config) {
 std::optional<Error> whyRefused(const SourceConfig& source, const std::string& name) {
   if (source.interval.count() < 0) return Error{name + ": the interval between stamps cannot be negative"};
   if (source.interval.count() > 0 && source.interval < kShortestInterval)
-    return Error{name + ": more than a million stamps a second cannot be kept"};
+    return Error{name + ": more than a million stamps per second cannot be stored"};
   return std::nullopt;
 }
 
@@ -34,7 +34,7 @@ std::optional<Error> whyRefused(const LatchConfig& config) {
   if (config.maximum_wait.count() <= 0 || config.maximum_wait > second) return Error{"maximum_wait must be up to 1 s"};
   if (longestDelay(config) > kLongestDelay) {
     return Error{"a delay beyond " + std::to_string(kLongestDelay.count() / 1'000'000) +
-                 " ms is none of a probe: samples would have to wait for it"};
+                 " ms is outside the range of a probe's delay: samples would have to wait for it"};
   }
   if (auto refused = whyRefused(config.probe, "probe")) return refused;
   for (const SourceConfig& axis : config.axes) {

@@ -62,7 +62,7 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::marker_at_rest] > 1) return refuse("at rest is 0 or 1");
   if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
   if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");
-  if (words[address::pose_told] > 15) return refuse("what a pose tells are bits 0 to 3");
+  if (words[address::pose_told] > 15) return refuse("the content of a pose is bits 0 to 3");
   return std::nullopt;
 }
 
@@ -90,7 +90,7 @@ std::optional<WriteRefusal> WritableRegisters::checkPose(const Words& words) {
   if (words[address::pose_commit] == 0)
     return WriteRefusal{ExceptionCode::illegal_value, "a pose is committed by a number from 1 to 65535"};
   if (words[address::pose_told] == 0)
-    return WriteRefusal{ExceptionCode::illegal_value, "register 246 says that the pose tells nothing"};
+    return WriteRefusal{ExceptionCode::illegal_value, "register 246 is 0: the pose contains no values"};
   const double length_mm = valueAt(address::pose_tool_length, words);
   if (length_mm < 0 || length_mm > kMostToolLength_mm)
     return WriteRefusal{ExceptionCode::illegal_value, "the length of a tool is from 0 to 2000 mm"};

@@ -18,8 +18,8 @@ Failure notAcceptable(const Record& record) {
                                           record.refusal()->reason + "); calibrate again"};
   }
   return {Reason::not_possible_now, which(record) + " is " + std::string{name(record.state)} +
-                                        ", and only a proposed one can be accepted; calibrate again, or go back to the "
-                                        "result before with `probebox rollback`"};
+                                        ", and only a proposed one can be accepted; calibrate again, or return to the "
+                                        "previous result with `probebox rollback`"};
 }
 
 Failure notWaiting(const Record& record) {
@@ -122,7 +122,7 @@ Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string
   if (!before) return before.error();
   if (!*present && !*before) {
     return Failure{Reason::not_possible_now, "no result about '" + binding.subject +
-                                                 "' has ever been in force here; there is nothing to go back to"};
+                                                 "' has been in force before; there is no result to return to"};
   }
   if (*present) {
     if (const auto done = retire(*database_, (*present)->id, utc, by); !done) return done.error();

@@ -44,12 +44,12 @@ std::span<const std::byte> ControlChannel::receive(const RequestView& request) {
   for (const auto& done : remembered_) {
     if (done.request.ticket == 0 || done.request.id != request.id) continue;
     if (done.request.same(known)) return std::span{done.payload}.first(done.size);
-    return refuse(request, ErrorCode::malformed, "this id belongs to another request; use a new id for each");
+    return refuse(request, ErrorCode::malformed, "this id is used by another request; use a new id for each");
   }
   for (const auto& open : pending_) {
     if (open.ticket == 0 || open.id != request.id) continue;
     if (open.same(known)) return {};
-    return refuse(request, ErrorCode::malformed, "this id belongs to another request; use a new id for each");
+    return refuse(request, ErrorCode::malformed, "this id is used by another request; use a new id for each");
   }
   const auto place = std::ranges::find(pending_, 0U, &Known::ticket);
   const Waiting waiting{known.ticket, request.operation, request.body};
@@ -83,7 +83,7 @@ std::span<const std::byte> ControlChannel::answer(std::uint64_t ticket, ErrorCod
     written = write(kept.payload, {kept.request.id,
                                    kept.request.operation,
                                    ErrorCode::too_large,
-                                   "the answer is larger than one frame; ask for less at once",
+                                   "the answer is larger than one frame; ask for less at a time",
                                    {}});
   }
   kept.size = written.size();

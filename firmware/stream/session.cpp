@@ -136,7 +136,7 @@ void Session::begin(const frame::Frame& received) {
     auto running = start_;
     running.credit_bytes = start->credit_bytes;
     if (running == *start) return;
-    return refuse(ErrorCode::wrong_state, MessageType::start, "samples are flowing already; send STOP first");
+    return refuse(ErrorCode::wrong_state, MessageType::start, "samples are already being sent; send STOP first");
   }
   if (!history_.has(start->profile)) {
     return refuse(ErrorCode::refused, MessageType::start,

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, 6> kKindNames{"u16", "i16", "i16 + 32768"
 
 constexpr std::string_view kIntroduction =
     R"(# Modbus registers of the box
-This page is made from the table in protocol/modbus/map.cpp; `cmake --build build --target modbus-page` writes it anew.
+This page is made from the table in protocol/modbus/map.cpp; `cmake --build build --target modbus-page` regenerates it.
 
 Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
 registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below
@@ -20,14 +20,14 @@ registers marked `write`. Addresses count from 0, as on the wire. All registers 
 
 constexpr std::string_view kRules = R"(
 Rules for the master:
-- The box advises. It never sits between probe, skip and motion stop, and no motion stop may depend on it.
-- Use a correction only while status bit 0 is set and the heartbeat moves. A silent box is a box without a value.
+- The box only advises. It is not part of the path probe -> skip input -> motion stop, and no motion stop may depend on it.
+- Use a correction only while status bit 0 is set and the heartbeat increases. If the box does not answer, it has no valid correction.
 - Corrections are in machine axes, radius, to be added to the commanded position. They saturate at +-3.2767 mm with status bit 5
-  set, and never wrap. When a source fails the value is held with bit 5 set; later bit 0 drops and the value stays frozen. It
-  never jumps to 0.
-- 32-bit values are high word first until register 128 says otherwise.
-- Refused: an address outside of the map, a write to a register that is not marked `write` (exception 2, illegal data address), a
-  value outside of its range, and any write that service.toml does not allow (exception 3, illegal data value). A refused write
+  set, and never wrap. When a source fails, its last value is held with bit 5 set; after the hold time bit 0 is cleared and the
+  value stays frozen. It never jumps to 0.
+- 32-bit values are high word first unless register 128 is 1.
+- Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
+  Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow. A refused write
   changes nothing.
 )";
 
@@ -46,8 +46,8 @@ void row(std::ostream& out, const Register& entry) {
 
 std::string referencePage() {
   std::ostringstream out;
-  out << kIntroduction << kRegisterCount << " that are not listed read 0 and are kept for later versions. Map version "
-      << kMapVersion << ".\n"
+  out << kIntroduction << kRegisterCount
+      << " that are not listed read 0 and are reserved for later versions. Map version " << kMapVersion << ".\n"
       << kRules << "\n| address | name | kind | one count is | access | meaning |\n|---|---|---|---|---|---|\n";
   for (const auto& entry : registers()) row(out, entry);
   return out.str();

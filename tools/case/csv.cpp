@@ -75,7 +75,7 @@ std::optional<Refusal> readRow(std::string_view line, const Place& at, Table& ta
       return Refusal{"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"};
     }
     if (!std::isfinite(value)) {
-      return Refusal{"not-finite", where + "is not a finite number; leave the reading out or measure it again"};
+      return Refusal{"not-finite", where + "is not a finite number; omit the reading or measure it again"};
     }
     table.columns[k].values.push_back(value);
   }

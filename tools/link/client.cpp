@@ -38,10 +38,10 @@ Outcome<messages::Welcome, Failure> Client::connect(const Wait& wait) {
   if (reader_.welcome()) {
     return Failure{Failure::Kind::no_protocol,
                    {},
-                   "the box answered but its test pattern did not come through; the line is not clean for all 256 byte "
-                   "values: switch off software flow control and set 8 data bits"};
+                   "the box answered but its test pattern was damaged: the line must pass all 256 byte values; switch "
+                   "off software flow control and set 8 data bits"};
   }
-  return Failure{Failure::Kind::timed_out, {}, "no box answered; is this its address, and its speed?"};
+  return Failure{Failure::Kind::timed_out, {}, "no box answered; check address and baud rate"};
 }
 
 Outcome<Balance, Failure> Client::finish(const Wait& wait) {
@@ -51,7 +51,7 @@ Outcome<Balance, Failure> Client::finish(const Wait& wait) {
   }
   if (state_ == LinkState::lost) return *failure_;
   if (const auto& balance = reader_.ledger().balance()) return *balance;
-  return Failure{Failure::Kind::box_refused, {}, "the stream never began; was START refused?"};
+  return Failure{Failure::Kind::box_refused, {}, "the stream did not start; check whether START was refused"};
 }
 
 void Client::start(messages::Start start) {
@@ -122,7 +122,7 @@ void Client::duties() {
     return;
   }
   if (now_ - last_heard_ > options_.silence) {
-    return lose({Failure::Kind::link_lost, {}, std::string{connection_.data->name()} + ": the box has gone silent"});
+    return lose({Failure::Kind::link_lost, {}, std::string{connection_.data->name()} + ": the box stopped answering"});
   }
   for (auto& [id, asked] : requests_) {
     if (asked.answer || now_ - asked.last_sent < options_.retry_period) continue;
@@ -258,7 +258,7 @@ void Client::onRefusal(const messages::Refusal& refusal) {
     failure_ = Failure{Failure::Kind::box_refused, refusal.code, refusal.text};
   } else if (refusal.code == ErrorCode::wrong_state && state_ == LinkState::ready) {
     lose({Failure::Kind::link_lost, refusal.code,
-          "the box has forgotten this link; it was restarted or heard nothing for too long"});
+          "the box has closed this session: it was restarted, or received nothing for too long"});
   }
   if (listener_ != nullptr) listener_->onRefusal(refusal);
 }

@@ -50,8 +50,9 @@ Outcome<Uri> parseUri(std::string_view text) {
     return Uri{FileAddress{std::string{rest}}, std::string{text}};
   }
   if (scheme == "usb") return Uri{UsbAddress{std::string{rest}}, std::string{text}};
-  return Error{"'" + std::string{text} +
-               "' is no address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
+  return Error{
+      "'" + std::string{text} +
+      "' is not the address of a box; write tcp:HOST:PORT, serial:DEVICE[,baud=N], usb:SERIAL or file:REC.pbx"};
 }
 
 Outcome<Uri, OpenFailure> settled(const Uri& uri) {

@@ -111,7 +111,7 @@ bool touchesOnly(const procedure::Plan& plan) {
 
 Refusal notForecast(Method method) {
   return {"not-forecast", std::string{procedure::nameOf(method)} +
-                              " does more than touch, and how precise that is depends on the machine: run it"};
+                              " does more than touch, and its precision depends on the machine: run it"};
 }
 
 double firstSd(const Forecast& forecast) {
@@ -123,8 +123,8 @@ Outcome<Forecast, Refusal> forecastOf(Method method, const ProcedureOptions& opt
                                       std::uint64_t runs) {
   if (method == Method::centreline_by_steps) {
     return Refusal{"not-forecast",
-                   "the later steps of centreline-by-steps follow from what the earlier ones measure: "
-                   "centreline-limited-access reads the same ball, and its forecast tells how well that can be"};
+                   "the later steps of centreline-by-steps follow from earlier measurements: use the forecast of "
+                   "centreline-limited-access, which reads the same ball"};
   }
   const bool does_more = procedure::needsOf(method) == procedure::Needs::screw || procedure::measuresATool(method) ||
                          procedure::needsHead(method);

@@ -233,7 +233,7 @@ SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std:
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     if (!run.touch(plan.steps[i]))
       return {metrology::Refusal{"recording-full",
-                                 "the box cannot record so much in one run: choose fewer or faster touches"},
+                                 "the run exceeds the recording capacity of the box: choose fewer or faster touches"},
               run.duration()};
   }
   const capture::Scales scales{.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},

@@ -66,7 +66,7 @@ Outcome<ModbusOptions> parseModbusOptions(std::string_view text) {
     const auto number = part.substr(5);
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), options.unit);
     if (error != std::errc{} || end != number.data() + number.size() || options.unit < 1 || options.unit > 247) {
-      return Error{"'" + std::string{part} + "' is no Modbus unit: write unit=1 to unit=247"};
+      return Error{"'" + std::string{part} + "' is not a Modbus unit: write unit=1 to unit=247"};
     }
   }
   auto address = serial::parseAddress(line, kUsual);
@@ -137,7 +137,7 @@ void ModbusServer::lost() {
   // A new master starts from power-on settings.
   writable_ = {};
   was_lost_ = true;
-  faces_.report(options_.line.path + ": the line hung up; opening it again");
+  faces_.report(options_.line.path + ": the line was closed; opening it again");
 }
 
 void ModbusServer::receive() {

@@ -45,8 +45,8 @@ std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
   const auto absent = [&](SourceKind kind) {
     return (mask & bitOf(kind)) != 0 && state.snapshot.health[static_cast<std::size_t>(kind)] == published::Health::off;
   };
-  if (absent(SourceKind::swivel)) return Error{"machine.toml describes no head that swivels: add [swivel]."};
-  if (absent(SourceKind::rotary)) return Error{"machine.toml describes no table that turns: add [rotary_table]."};
+  if (absent(SourceKind::swivel)) return Error{"machine.toml describes no swivelling head: add [swivel]."};
+  if (absent(SourceKind::rotary)) return Error{"machine.toml describes no rotary table: add [rotary_table]."};
   return std::nullopt;
 }
 
@@ -62,7 +62,7 @@ std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
   if (marker.procedure == progress.run && marker.step == progress.step) return std::nullopt;
   return Error{"The box is at step " + std::to_string(progress.step) + " of run " + std::to_string(progress.run) +
                ", not at step " + std::to_string(marker.step) + " of run " + std::to_string(marker.procedure) +
-               ": ask for its status and follow it."};
+               ": read its status and send the marker for that step."};
 }
 
 }  // namespace
@@ -159,7 +159,7 @@ std::string ControlDesk::procedureInWords(const box::State& state) const {
     case procedure::State::waiting:
     case procedure::State::running: {
       std::string text = procedure::promptFor(plan_, progress.step);
-      if (progress.timed_out) text += " (again: the end of the step never came)";
+      if (progress.timed_out) text += "(again: the end marker of the step never came)";
       if (progress.last_fault != capture::TouchFault::none)
         text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
       return text;
@@ -263,7 +263,7 @@ Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& s
   if (!access_.allow_marker) return notPermitted("allow_marker");
   const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
   if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= board::kMostToolLength_mm))
-    return refused(ErrorCode::malformed, "An angle is no number, or a tool's length is not from 0 to 2000 mm.");
+    return refused(ErrorCode::malformed, "An angle is not a number, or a tool length is outside 0 to 2000 mm.");
   const PoseTold told{.axes = request->axes,
                       .angles_rad = request->angles_rad,
                       .has_tool = request->has_tool,
@@ -280,7 +280,8 @@ Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::Sta
   if (!access_.allow_accept) return notPermitted("allow_accept");
   if (const auto error = whyNotSummed(request->mask, state)) return refused(ErrorCode::refused, error->what);
   if (state.snapshot.inhibited)
-    return refused(ErrorCode::wrong_state, "A cut is on, and nothing changes meanwhile: try again when it is over.");
+    return refused(ErrorCode::wrong_state,
+                   "A cut is in progress, and results cannot change: try again when it is over.");
   if (!with_.commands.push(SourcesEnabled{.mask = request->mask, .at = with_.time.now()}))
     return refused(ErrorCode::busy, "The box is busy: send the request again.");
   return ok(messages::Nothing{});
@@ -306,9 +307,9 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
   if (procedure::findsAPlace(*method)) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (state.snapshot.axes[axis].referenced) continue;
-      return refused(ErrorCode::wrong_state, std::string{"This method finds a place of the machine, and the axis "} +
+      return refused(ErrorCode::wrong_state, std::string{"This method measures machine positions, and the axis "} +
                                                  "XYZ"[axis] +
-                                                 " is not referenced: home it, or drive it over its mark.");
+                                                 " is not referenced: home it, or move it over its reference mark.");
     }
   }
   const bool starting = last_run_ > state.procedure.run;
@@ -344,7 +345,7 @@ Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::St
   }
   if (!starting && state.procedure.state == procedure::State::solving)
     return refused(ErrorCode::wrong_state,
-                   "All touches are done and being solved: wait for the result, and do not accept it.");
+                   "All touches are done and are being solved: wait for the result, and do not accept it.");
   const ProcedureAborted aborted{.run = run, .at = with_.time.now()};
   if (!with_.commands.push(aborted)) return refused(ErrorCode::busy, "The box is busy: try again.");
   return ok(messages::Nothing{});
@@ -366,13 +367,13 @@ std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::Pe
     return reply;
   };
   if (request.operation != Operation::loop_back)
-    return with_.worker.post(job) ? std::nullopt : std::optional{busy("Too much is waiting already: try again.")};
+    return with_.worker.post(job) ? std::nullopt : std::optional{busy("Too many requests are waiting: try again.")};
   // It takes seconds: one after the other, hosts would lose patience.
   if (with_.loop_back.begin()) {
     if (with_.worker.postPatient(job)) return std::nullopt;
     with_.loop_back.end();
   }
-  return busy("The loop-back is being measured already, or too much is waiting: try again in a few seconds.");
+  return busy("The loop-back is already being measured, or too many requests are waiting: try again in a few seconds.");
 }
 
 }  // namespace probebox::app

@@ -107,8 +107,8 @@ void LinkService::turnAway() {
   const MonoTime now = time_.now();
   if (now - turned_away_said_ < kRetry) return;
   turned_away_said_ = now;
-  logWarning(std::to_string(turned_away_) + " hosts were turned away so far: " + std::to_string(options_.most_links) +
-             " links are open already.");
+  logWarning(std::to_string(turned_away_) + " hosts have been refused: " + std::to_string(options_.most_links) +
+             " links are already open.");
 }
 
 bool LinkService::Door::mayTry(MonoTime now) {

@@ -29,14 +29,13 @@ Reply LoopBackDesk::measured(std::span<const std::byte> body) {
   if (!request) return malformed(Question::kOperation);
   if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
   if (!lines_) {
-    return refused(
-        ErrorCode::not_found,
-        "This box has no loop-back: join one of its outputs to one of its inputs by a wire, and name both in "
-        "[loop_back] of box.toml.");
+    return refused(ErrorCode::not_found,
+                   "This box has no loop-back: connect one of its outputs to one of its inputs with a wire, and name "
+                   "both in [loop_back] of box.toml.");
   }
   const std::uint32_t pulses = request->pulses == 0 ? kUsualPulses : request->pulses;
   if (pulses < kFewestPulses || pulses > Question::kMostPulses) {
-    return refused(ErrorCode::refused, std::to_string(pulses) + " pulses are not possible: ask for " +
+    return refused(ErrorCode::refused, std::to_string(pulses) + " pulses are out of range: ask for " +
                                            std::to_string(kFewestPulses) + " to " +
                                            std::to_string(Question::kMostPulses) + ".");
   }

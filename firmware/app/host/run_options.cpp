@@ -42,12 +42,12 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
 // The angle of the screw comes from the position of its axis.
 std::optional<Error> whyNoSweepNow(const published::AxisState& axis, char name) {
   if (!axis.referenced) {
-    return Error{std::string{"The angle of a screw counts from a machine position, and the axis "} + name +
-                 " is not referenced: home it, or drive it over its mark."};
+    return Error{std::string{"The angle of a screw follows from a machine position, and the axis "} + name +
+                 " is not referenced: home it, or move it over its reference mark."};
   }
   if (axis.sensor_fault == published::SensorFault::none) return std::nullopt;
   return Error{std::string{"The sensor of the screw of "} + name +
-               " says nothing that can be believed: probebox corrections tells why."};
+               " delivers no valid readings: `probebox corrections` shows why."};
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
                                                 const procedure::Facts& facts, const box::State& state) {
   const auto options = optionsOf(request);
   if (!options)
-    return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away.");
+    return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some.");
   if (request.head) {
     if (const auto error = procedure::whyNoHead(method, facts)) return refused(ErrorCode::wrong_state, error->what);
   }
@@ -71,7 +71,7 @@ Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
   }
   if (procedure::needsOf(method) != procedure::Needs::screw) {
     if (request.turns != 0)
-      return refused(ErrorCode::refused, request.method + " takes no axis and turns: leave that option away.");
+      return refused(ErrorCode::refused, request.method + " has no options axis and turns: omit them.");
     if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
       return refused(ErrorCode::refused, error->what);
     if (const auto error = procedure::whyUnknownTool(method, options->tool, facts))

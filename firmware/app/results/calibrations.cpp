@@ -47,8 +47,8 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
     const auto stated = dataset.config.find(key);
     const auto* text = stated == dataset.config.end() ? nullptr : std::get_if<std::string>(&stated->second);
     if (text == nullptr || *text == value) continue;
-    return Error{std::string{"The case was measured with the "} + key + " '" + *text + "', and this box describes '" +
-                 value + "': propose it where it belongs."};
+    return Error{std::string{"The case was measured with the "} + key + " '" + *text + "', but this box describes '" +
+                 value + "': propose it to the box where it was measured."};
   }
   return std::nullopt;
 }

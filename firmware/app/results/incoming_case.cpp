@@ -8,7 +8,7 @@ namespace probebox::app {
 namespace {
 
 Outcome<metrology::Value> valueOf(const messages::CaseEntry& entry) {
-  const Error wrong{"The entry '" + entry.key + "' of the case has no value of its kind."};
+  const Error wrong{"The entry '" + entry.key + "' of the case has no value of its type."};
   const auto& numbers = entry.numbers;
   using Kind = messages::CaseValue;
   switch (entry.kind) {
@@ -53,7 +53,7 @@ Outcome<std::optional<metrology::Dataset>> IncomingCase::add(const messages::Pro
     dataset_ = {};
     dataset_.method = piece.method;
   }
-  if (number_ != piece.number) return Error{"Another case came in between: send all of this one again."};
+  if (number_ != piece.number) return Error{"The upload was interrupted by another case: send the whole case again."};
   if (auto error = append(piece)) {
     number_.reset();
     dataset_ = {};

@@ -28,14 +28,15 @@ Reply ok(const Answer& answer) {
 }
 
 inline Reply malformed(messages::Operation operation) {
-  return refused(messages::ErrorCode::malformed, "The request " + std::string{messages::nameOf(operation)} +
-                                                     " ends within a field: is it encoded by this protocol version?");
+  return refused(messages::ErrorCode::malformed,
+                 "The request " + std::string{messages::nameOf(operation)} +
+                     " ends inside a field: check that it is encoded with this protocol version.");
 }
 
 // key: of [access] in service.toml.
 inline Reply notPermitted(const char* key) {
-  return refused(messages::ErrorCode::not_permitted,
-                 std::string{"This is off on this box: set "} + key + " = true in [access] of service.toml.");
+  return refused(messages::ErrorCode::not_permitted, std::string{"This operation is disabled on this box: set "} + key +
+                                                         " = true in [access] of service.toml.");
 }
 
 }  // namespace probebox::app

@@ -60,7 +60,7 @@ struct Values {
 Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, std::size_t count) {
   const metrology::Estimate* found = result.find(key);
   const std::string whose = "The result of " + result.method;
-  if (found == nullptr) return Error{whose + " says nothing about " + std::string{key} + "."};
+  if (found == nullptr) return Error{whose + " has no value for " + std::string{key} + "."};
   if (count != 0 && found->values.size() != count) {
     return Error{whose + " has " + std::to_string(found->values.size()) + " values of " + std::string{key} + ", not " +
                  std::to_string(count) + "."};
@@ -127,7 +127,7 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
   const auto table = valuesOf(result, "sector_table_um", 0);
   if (!table) return table.error();
   if (table->values.size() > kMostScrewSectors) {
-    return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, and this result has " +
+    return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, but this result has " +
                  std::to_string(table->values.size()) + ": calibrate again with fewer."};
   }
   event.sectors = static_cast<std::uint8_t>(table->values.size());
@@ -142,7 +142,7 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
 
 std::optional<Error> tooManyRows(std::size_t rows) {
   if (rows <= kMostErrorRows) return std::nullopt;
-  return Error{"The box holds a table of " + std::to_string(kMostErrorRows) + " angles, and this result has " +
+  return Error{"The box holds a table of " + std::to_string(kMostErrorRows) + " angles, but this result has " +
                std::to_string(rows) + ": leave some out."};
 }
 
@@ -263,7 +263,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   if (subject == kDelay) return delay(*result, record.id, now);
   if (subject == kCentreline) return centreline(*result, record.id, now);
   if (subject == kHeadMethod)
-    return Error{named(record) + " does not say of which sensor head it is: give its case the config key 'tool'."};
+    return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
   if (sensorHeadOf(subject)) {
     // The worker follows it, and the core hears nothing of it.
     const auto head = calibratedHeadOf(record);

@@ -142,7 +142,7 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
   const std::string& all = calibrations_.dataset(request->run);
   if (all.empty()) {
     return refused(ErrorCode::not_found, "The data of run " + std::to_string(request->run) +
-                                             " are not here: only those of the latest run that was solved are kept.");
+                                             " are not available: only those of the latest solved run are kept.");
   }
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
   return ok(messages::GetDataset::Answer{
@@ -167,7 +167,7 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body) {
   if (!request) return malformed(Operation::set_inhibit);
   if (!access_.allow_marker) return notPermitted("allow_marker");
   if (!core_.tellAndSee(CutInhibit{.active = request->active, .at = time_.now()}))
-    return refused(ErrorCode::busy, "The box is busy: say it again.");
+    return refused(ErrorCode::busy, "The box is busy: send it again.");
   calibrations_.look(core_.newest());
   return ok(messages::Nothing{});
 }

@@ -20,7 +20,7 @@ std::string named(store::Id id) {
 }
 
 store::Failure cutIsOn(const std::string& what) {
-  return {store::Reason::cut_is_on, "A cut is on, and nothing may change while it is: " + what};
+  return {store::Reason::cut_is_on, "A cut is in progress, and results cannot change: " + what};
 }
 
 }  // namespace
@@ -96,10 +96,11 @@ bool ResultsInForce::mayChange() const {
 std::optional<store::Failure> ResultsInForce::otherBinding(const store::Record& record) const {
   const auto& binding = record.binding;
   if (binding == bindingFor(binding.subject)) return std::nullopt;
-  return store::Failure{store::Reason::other_binding,
-                        named(record.id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting +
-                            " of " + binding.machine +
-                            ", which is not what this box describes now: change the descriptions, or calibrate again."};
+  return store::Failure{
+      store::Reason::other_binding,
+      named(record.id) + " is for probe " + binding.probe_serial_number + " in " + binding.mounting + " of " +
+          binding.machine +
+          ", which differs from what this box describes now: correct the descriptions, or calibrate again."};
 }
 
 std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& record) const {
@@ -167,11 +168,11 @@ void ResultsInForce::activateWaiting() {
   for (const auto id : waiting) {
     const auto activated = store_.activate(id, utcNow());
     if (!activated) {
-      logError(named(id) + " waits and cannot come into force: " + activated.error().what);
+      logError(named(id) + " is waiting and cannot come into force: " + activated.error().what);
       patient_until_ = now_() + kPatience;
       continue;
     }
-    logInfo("no cut is on: result " + std::to_string(id) + ", which waited, is in force, accepted by " +
+    logInfo("the cut is over: result " + std::to_string(id) + " is now in force, accepted by " +
             activated->accepted_by);
     tell(*activated);
   }

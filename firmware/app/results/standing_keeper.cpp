@@ -21,7 +21,7 @@ double largestChange(const Correction& a, const Correction& b) {
 std::optional<StandingRestored> StandingKeeper::restore(MonoTime now) {
   const auto standing = store_.standing();
   if (!standing) {
-    logError("The correction that was served last could not be read: " + standing.error().what);
+    logError("The last correction sent to the CNC could not be read: " + standing.error().what);
     return std::nullopt;
   }
   if (!*standing) return std::nullopt;
@@ -43,7 +43,7 @@ void StandingKeeper::finish(const published::Snapshot& snapshot) {
 void StandingKeeper::keep(const published::Snapshot& snapshot) {
   tried_at_ = snapshot.at;
   if (const auto kept = store_.keepStanding(snapshot.correction_mm, utcNow()); !kept)
-    return logError("The correction that is served could not be kept: " + kept.error().what);
+    return logError("The correction sent to the CNC could not be stored: " + kept.error().what);
   kept_mm_ = snapshot.correction_mm;
 }
 

@@ -35,8 +35,8 @@ void keepMemoryResident() {
   mallopt(M_ARENA_MAX, 1);
   if (!lockMemory()) {
     logInfo(
-        "Memory is not locked, so that a page may have to be fetched first (allow it with LimitMEMLOCK=infinity); "
-        "counters tell if that matters.");
+        "Memory is not locked, so page faults may delay the box (allow locking with LimitMEMLOCK=infinity); the late "
+        "ticks in `probebox status` show whether that matters.");
   }
 }
 
@@ -44,8 +44,8 @@ void askForRealTime() {
   const sched_param priority{.sched_priority = 50};
   if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) != 0) {
     logInfo(
-        "The capture thread runs without real-time priority (allow it with LimitRTPRIO=50); counters tell if that "
-        "matters.");
+        "The capture thread runs without real-time priority (allow it with LimitRTPRIO=50); the late ticks in "
+        "`probebox status` show whether that matters.");
   }
 }
 

@@ -17,7 +17,7 @@ void SourceTable::tell(std::size_t row, std::string_view problem) {
   if (problem.empty()) {
     logInfo(name + " is there.");
   } else {
-    logWarning(name + " gives nothing: " + known + ". The box goes on without it, and keeps trying.");
+    logWarning(name + " gives nothing: " + known + ". The box continues without it and keeps trying.");
   }
 }
 

@@ -56,7 +56,7 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
   if (isEmulated(descriptions)) {
     if (descriptions.world) return std::nullopt;
     return Error{
-        "box.toml asks for the emulated machine (sim), but there is no world.toml beside it: add one, such as that of "
+        "box.toml asks for the emulated machine (sim), but its folder has no world.toml: add one, such as the one in "
         "board/sim."};
   }
   const bool knows_probe = devices.probe == "none" || receiverOf(devices);

@@ -132,7 +132,7 @@ struct Daemon::Parts {
     Event event;
     while (journal_queue->pop(event)) {
       if (journal->write(event)) continue;
-      logError("The journal cannot be written any more: is the disk full? The box goes on without it.");
+      logError("The journal can no longer be written: check whether the disk is full. The box continues without it.");
       journal.reset();
       return;
     }
@@ -286,11 +286,11 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
   for (const auto stage : finding.standing_still)
     standing_still.append(standing_still.empty() ? "" : ", ").append(stage);
   if (standing_still.empty()) {
-    if (finding.changed) logErrorAtOnce("All stages of the chain go on again.");
+    if (finding.changed) logErrorAtOnce("All stages of the chain are running again.");
     return {.goes_on = finding.all_went_on, .in_words = inWords(state_for_watch.newest(), counters.links)};
   }
-  const std::string text = "Standing still, the first is the cause: " + standing_still + ".";
-  if (finding.changed) logErrorAtOnce(text + " The watchdog is not fed until all go on.");
+  const std::string text = "Stages not progressing, the first is the cause: " + standing_still + ".";
+  if (finding.changed) logErrorAtOnce(text + " The watchdog is not triggered until all are running.");
   return {.goes_on = finding.all_went_on, .in_words = text};
 }
 
@@ -303,7 +303,7 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
     if (const auto line = CncLine::parse(text); !line) return line.error();
   }
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
-    return Error{"--time-scale is for the emulated machine: real edges come at the kernel's time."};
+    return Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."};
   return whyUnsupported(descriptions);
 }
 

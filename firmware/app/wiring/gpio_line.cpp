@@ -19,7 +19,7 @@ std::size_t GpioLine::read(std::span<Event> into, MonoTime now) {
     held_ = acquired.ok();
     problem_ = acquired ? std::string{} : acquired.error().what;
   } else if (problem_.empty()) {
-    problem_ = "its gpio chip comes and goes; see whether it is loose";
+    problem_ = "its gpio chip keeps disappearing; check its connection";
   }
   return count;
 }

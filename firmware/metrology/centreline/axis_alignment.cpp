@@ -63,10 +63,8 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
         "the spindle stood still: centre_mm is that of the tip, not of the spindle axis; the slope is not affected");
   }
   answer.result().convention =
-      by_slide
-          ? "x and y of the chuck's slide per mm of Z: its squareness and straightness; of the direction of C it says "
-            "nothing"
-          : "x and y of the axis per mm of Z; straightness of the Z slide is part of it";
+      by_slide ? "x and y of the chuck's slide per mm of Z: its squareness and straightness, not the direction of C"
+               : "x and y of the axis per mm of Z; straightness of the Z slide is part of it";
   return std::move(answer).take(true);
 }
 

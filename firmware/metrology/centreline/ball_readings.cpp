@@ -35,7 +35,7 @@ std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
 }
 
 Refusal tooClose(const std::string& which) {
-  return {"angles-too-close", "the angles of the readings are equal or too close to tell " + which +
+  return {"angles-too-close", "the angles of the readings are equal or too close together to separate " + which +
                                   ": turn the axis by 180 degrees between readings, by at least 6"};
 }
 
@@ -43,14 +43,13 @@ std::optional<Refusal> slopeHidden(const BallModel& model, Turned turned) {
   if (!model.sloped) return std::nullopt;
   if (turned == Turned::c_only && model.stylus_per_set) {
     return Refusal{"spindle-not-turned",
-                   "the spindle stood still: what its tips are off the axis cannot be told from a tilt; read with the "
-                   "spindle at 0 and 180 degrees"};
+                   "the spindle stood still: the offset of its tips from the axis cannot be separated from a tilt; "
+                   "read with the spindle at 0 and 180 degrees"};
   }
   if (turned == Turned::spindle_only && model.arm_per_set) {
-    return Refusal{
-        "c-not-turned",
-        "the C axis stood still: what the balls are off the axis cannot be told from a tilt; read with C at 0 "
-        "and 180 degrees"};
+    return Refusal{"c-not-turned",
+                   "the C axis stood still: the offset of the balls from the axis cannot be separated from a tilt; "
+                   "read with C at 0 and 180 degrees"};
   }
   return std::nullopt;
 }

@@ -32,7 +32,8 @@ double spread(std::span<const RotationReading> readings) {
 
 std::optional<Refusal> badAngles(std::span<const RotationReading> readings) {
   if (readings.size() < 2) {
-    return Refusal{"too-few-readings", "one reading tells no centre: read the feature at two or more angles"};
+    return Refusal{"too-few-readings",
+                   "one reading does not determine the centre: read the feature at two or more angles"};
   }
   const double least = readings.size() == 2 ? kLeastHalfSine * kLeastHalfSine : 1.0 - kFarthestMean;
   if (spread(readings) >= least) return std::nullopt;
@@ -148,7 +149,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   if (noise->stated && fit->parameters.tail<2>().norm() < 5.0 * noise->noise.position) {
     answer.warn("the feature lies within 5 sigma of the centre: the readings cannot confirm the angles");
   }
-  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it needs sigma_mm beside it");
+  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);

@@ -109,10 +109,10 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
                        Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
   compareWithSource(answer, rim, fit->parameters.head<2>(), noise.value());
-  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it needs sigma_mm beside it");
+  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
-  answer.result().convention = "C clockwise from +Y; psi0 is where the ball stands at C = 0";
+  answer.result().convention = "C clockwise from +Y; psi0 is the angle of the ball at C = 0";
   return std::move(answer).take(true);
 }
 

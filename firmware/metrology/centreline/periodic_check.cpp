@@ -124,7 +124,7 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
     means.columns.push_back(parameters);
     parameters += 1 + (quantity.ball ? 1 : 0) + (quantity.stylus ? 1 : 0);
   }
-  if (rows.empty()) return Refusal{"missing-orientation", "no reading is at the angle that its table is for"};
+  if (rows.empty()) return Refusal{"missing-orientation", "no reading is at the angle for which its table is named"};
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters);
   Eigen::VectorXd values{design.rows()};
   for (Eigen::Index k = 0; k < design.rows(); ++k) {
@@ -157,7 +157,8 @@ Outcome<Ball, Refusal> ballOf(const Dataset& dataset) {
   const auto expected = requiredNumber(dataset, "expected_ball_centre_z_mm");
   if (!expected) return expected.error();
   if (!dataset.config.contains("x_is_radius")) {
-    return Refusal{"missing-key", "config.json has no key 'x_is_radius': say true, or false where X counts diameters"};
+    return Refusal{"missing-key",
+                   "config.json has no key 'x_is_radius': give true, or false when X is programmed in diameter"};
   }
   const auto x_is_radius = configSwitch(dataset, "x_is_radius");
   if (!x_is_radius) return x_is_radius.error();

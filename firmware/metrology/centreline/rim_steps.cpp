@@ -103,7 +103,7 @@ Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& 
     }
     if (loop > kMostLoops) {
       return Refusal{"too-many-loops",
-                     "the zero of C does not settle within 5 loops: is the ball loose, or the drive?"};
+                     "the zero of C does not converge within 5 loops: check the ball and the drive for looseness"};
     }
     loops.resize(std::max(loops.size(), static_cast<std::size_t>(loop)));
     loops[static_cast<std::size_t>(loop) - 1].push_back({value(1), Vector2d{value(2), value(3)} + stylus});
@@ -317,7 +317,7 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
     const auto entries = covariance.reshaped();
     result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};
   } else {
-    result.warnings.emplace_back("no sd: the steps are uncertain by what sigma_mm says, which is not stated");
+    result.warnings.emplace_back("no sd: the uncertainty of the steps needs sigma_mm, which is not stated");
   }
   return result;
 }
@@ -351,7 +351,7 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   const auto found = turnedRimCentre(steps);
   if (!plain || !found) {
     return Refusal{"level-readings",
-                   "the readings at 0 and at theta are equally high: they tell no radius; turn further"};
+                   "the readings at 0 and at theta have the same height and do not determine the radius: turn further"};
   }
   const auto fit = fitOf(measured);
   if (!fit) return fit.error();

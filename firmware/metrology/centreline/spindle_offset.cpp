@@ -26,14 +26,14 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   auto ball = fitBall(table->readings, {}, sigma->value);
   if (!ball) return ball.error();
   if (ball->turned == Turned::c_only) {
-    return Refusal{
-        "spindle-not-turned",
-        "the spindle stood still: its axis cannot be told from the stylus; read with the spindle at 0 and 180 "
-        "degrees"};
+    return Refusal{"spindle-not-turned",
+                   "the spindle stood still: the offset of the stylus cannot be separated from the spindle axis; read "
+                   "with the spindle at 0 and 180 degrees"};
   }
   if (ball->turned == Turned::spindle_only) {
     return Refusal{"c-not-turned",
-                   "the C axis stood still: it cannot be told from the ball; read with C at 0 and 180 degrees"};
+                   "the C axis stood still: the offset of the ball cannot be separated from the C axis; read with C at "
+                   "0 and 180 degrees"};
   }
   Answer answer{dataset, ball->fit, sigma.value()};
   answer.readings(*dataset.table("readings"), kBallParts, "C_rad");
@@ -58,8 +58,8 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
   const BallFit& ball = offset->ball;
   if (ball.turned != Turned::both) {
     return Refusal{"dependent-angles",
-                   "spindle and C turned together only: the stylus cannot be told from the ball; read all four "
-                   "combinations of 0 and 180 degrees, or use spindle-offset-four"};
+                   "spindle and C turned together only: the offsets of stylus and ball cannot be separated; read all "
+                   "four combinations of 0 and 180 degrees, or use spindle-offset-four"};
   }
   const auto& parameters = ball.fit.parameters;
   const auto rows = [&](Eigen::Index first) { return pick(first, 2, parameters.size()); };

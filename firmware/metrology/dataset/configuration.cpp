@@ -41,7 +41,7 @@ std::optional<Refusal> wrongNumbers(const Table& table) {
     if (bad != column.values.end()) {
       return Refusal{"not-finite", "table '" + table.name + "', column '" + column.name + "', row " +
                                        std::to_string(bad - column.values.begin() + 1) +
-                                       ": not a finite number; leave the reading out or measure it again"};
+                                       ": not a finite number; omit the reading or measure it again"};
     }
   }
   return std::nullopt;
@@ -63,8 +63,8 @@ Outcome<std::optional<std::array<double, size>>, Refusal> configList(const Datas
 }
 
 Refusal missing(const Dataset& dataset, std::string_view key) {
-  return {"missing-key", "config.json has no key '" + std::string{key} + "', which method " + dataset.method +
-                             " cannot do without: add it"};
+  return {"missing-key",
+          "config.json has no key '" + std::string{key} + "', which method " + dataset.method + " requires: add it"};
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ std::vector<std::string> equalRows(const Table& table) {
     const auto [first, added] = seen.emplace(std::move(values), row);
     if (!added) {
       sentences.push_back("table '" + table.name + "', rows " + std::to_string(first->second + 1) + " and " +
-                          std::to_string(row + 1) + " are equal to the last digit: a copy is not a reading");
+                          std::to_string(row + 1) + " are equal in every digit: a copied reading is not independent");
     }
   }
   return sentences;

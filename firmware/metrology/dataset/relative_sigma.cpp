@@ -6,7 +6,7 @@ Outcome<RelativeSigma, Refusal> relativeSigma(const Dataset& dataset, std::strin
   const auto stated = configPositive(dataset, key);
   if (!stated) return stated.error();
   if (!stated.value()) return RelativeSigma{};
-  if (!usual.stated) return RelativeSigma{1.0, {std::string{key} + " is not used: it needs sigma_mm beside it"}};
+  if (!usual.stated) return RelativeSigma{1.0, {std::string{key} + " is not used: it also needs sigma_mm"}};
   return RelativeSigma{*stated.value() / usual.value, {}};
 }
 

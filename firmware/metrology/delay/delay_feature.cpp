@@ -63,12 +63,12 @@ std::optional<Refusal> badSpeeds(const FeatureQuestion& question, const FeatureM
 Refusal oneSided(const FeatureQuestion& question) {
   if (question.own_article) {
     return {"one-sided",
-            "the touches do not tell the delay of the machine, that of the article and the place of the feature apart: "
-            "touch opposite sides at several velocities of the article"};
+            "the touches cannot separate the delay of the machine, the delay of the article and the position of the "
+            "feature: touch opposite sides at several velocities of the article"};
   }
   return {"one-sided",
-          "the touched sides do not tell delay and place of the feature apart: touch opposite sides of it, or at "
-          "several speeds"};
+          "the touched sides cannot separate the delay from the position of the feature: touch opposite sides of it, "
+          "or at several speeds"};
 }
 
 Outcome<Fit, Refusal> fitFeature(const FeatureQuestion& question, const FeatureModel& model) {
@@ -94,9 +94,9 @@ std::optional<Refusal> misses(const FeatureModel& model, const Fit& fit, std::sp
     const double weighted = std::abs(fit.residuals[static_cast<Index>(i)]);
     const double off_mm = weighted / weights[static_cast<Index>(i)];
     if (weighted <= kOutlier || off_mm <= kGrossShare * points[i].depth_mm) continue;
-    return Refusal{"residual-too-large", points[i].name + " misses the feature by " + text(off_mm) +
-                                             " mm: look for a slip, dirt, a wrong size or a loose stylus, and touch "
-                                             "again"};
+    return Refusal{"residual-too-large",
+                   points[i].name + " misses the feature by " + text(off_mm) +
+                       " mm: check for slip, dirt, a wrong size or a loose stylus, and touch again"};
   }
   return std::nullopt;
 }
@@ -184,8 +184,8 @@ double widening(const Fit& fit, Result& result) {
   const auto dof = static_cast<double>(fit.dof);
   result.chi2_reduced = fit.sumOfSquares() / dof;
   if (*result.chi2_reduced <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return 1.0;
-  result.warnings.push_back("the touches agree worse than their samples promise (reduced chi-square " +
-                            text(*result.chi2_reduced) + "): sd widened; look for dirt, stiction or a loose stylus");
+  result.warnings.push_back("the touches scatter more than the noise of their samples explains (reduced chi-square " +
+                            text(*result.chi2_reduced) + "): sd widened; check for dirt, stiction or a loose stylus");
   return *result.chi2_reduced;
 }
 

@@ -177,7 +177,7 @@ Outcome<Contact, Refusal> findContact(const Touch& touch) {
   contact.probe = project(touch.probe, -direction.normalized());
   const double sigma = std::sqrt(sampleVariance(contact.probe, Interpolation::linear));
   if (highest < std::max(20.0 * sigma, 100.0 * kResolution)) {
-    return refusal(contact.name, "no-contact", "the probe was never deflected clearly; check that it was touched");
+    return refusal(contact.name, "no-contact", "no clear deflection of the probe was found; check that it touched");
   }
   const double limit = -std::max(5.0 * sigma, 10.0 * kResolution);
   const auto& depth = contact.probe.values;
@@ -203,15 +203,15 @@ std::optional<Refusal> findApexes(Contact& contact) {
   if (flat > kFlatShare + kApexShare) {
     return refusal(contact.name, "flat-apex",
                    "the machine rests on the surface for " + text(100.0 * flat) +
-                       " % of the contact, 20 % are allowed; drive back without a dwell");
+                       " % of the contact, 20 % are allowed; retract without a dwell");
   }
   if (apexShare(contact.probe, (contact.from + contact.until) / 2.0, half) > flat + 0.15) {
     return refusal(contact.name, "clipped",
-                   "the deflection stays at its limit while the machine moves; drive less far");
+                   "the deflection stays at its limit while the machine moves; reduce the overtravel");
   }
   if (!in_machine || !in_probe) {
     return refusal(contact.name, "too-few-samples",
-                   "fewer than three samples on the way in or out; drive more slowly, or further, or sample faster");
+                   "fewer than three samples on the way in or out; move more slowly or further, or sample faster");
   }
   contact.machine_apex_s = in_machine->time;
   contact.probe_apex_s = in_probe->time;
@@ -221,7 +221,8 @@ std::optional<Refusal> findApexes(Contact& contact) {
   const double start = contact.machine_apex_s - contact.probe_apex_s;
   if (!complete(contact.probe, contact.from, contact.until) ||
       !complete(contact.machine, contact.from + start, contact.until + start)) {
-    return refusal(contact.name, "gap", "samples of the contact are missing; find out why, and measure it again");
+    return refusal(contact.name, "gap",
+                   "samples of the contact are missing; find the cause of the loss and measure again");
   }
   return std::nullopt;
 }
@@ -284,9 +285,9 @@ Outcome<Matched, Refusal> matchContacts(std::vector<WaveformPair> records, doubl
   if (!settled) return whole ? Outcome<Matched, Refusal>{Matched{std::move(whole).value()}} : settled.error();
   const bool is_better = isCalm(settled.value()) || (whole && widenedSd(settled.value()) <= widenedSd(whole.value()));
   if (whole && !is_better) return Matched{std::move(whole).value()};
-  return Matched{std::move(settled).value(),
-                 "the stylus bounced at contact: the time right after it is left out, and the standard deviation is "
-                 "larger for it"};
+  return Matched{
+      std::move(settled).value(),
+      "the stylus bounced at contact: the samples right after it are omitted, which increases the standard deviation"};
 }
 
 // What rings in the stylus since its contact is taken out where the time right after it is not all that it spoils: how
@@ -311,7 +312,7 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
   if (!matched) return plain;
   if (matched->warning.empty()) {
     matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
-                       text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: that is taken out";
+                       text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: the ringing is fitted and removed";
   }
   return matched;
 }

@@ -22,10 +22,9 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
   if (!measured) return measured.error();
   // A gain of each touch assumes that the deflection follows the motion: a tip that slides off it would pass unseen.
   if (measured->touches().gain_misfit > kSlip) {
-    return Refusal{
-        "tip-slip",
-        "no gain matrix explains the deflections of all touches: the tip slid over the surface; touch nearer "
-        "to the normal, or a rougher surface"};
+    return Refusal{"tip-slip",
+                   "no gain matrix fits the deflections of all touches: the tip slid on the surface; touch closer to "
+                   "the normal, or on a rougher surface"};
   }
   return measured->onSphere(kKeys);
 }

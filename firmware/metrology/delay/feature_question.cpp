@@ -30,7 +30,7 @@ std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& questi
                             : "config key 'size_axis_mm' is for a box only");
   }
   if (size->has_value() && !question.sized())
-    return badConfig("config key 'size_mm' says nothing of a " + question.shape);
+    return badConfig("config key 'size_mm' does not describe a " + question.shape);
   question.size_mm = size.value();
   if (is_box) question.box_mm = Vector3d::Map((*box)->data());
   if (is_box && !(question.box_mm.minCoeff() > 0.0)) return badConfig("config key 'size_axis_mm': sizes are positive");
@@ -47,7 +47,7 @@ Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
   const auto axis = configDirection(dataset, "axis_direction");
   if (!axis) return axis.error();
   if (axis->has_value() != (question.shape == "cylinder")) {
-    return badConfig("config key 'axis_direction' is needed for a cylinder, and for nothing else");
+    return badConfig("config key 'axis_direction' is required for a cylinder and not allowed for other shapes");
   }
   question.axis = axis->value_or(question.axis);
   if (auto bad = readSizes(dataset, question)) return *bad;

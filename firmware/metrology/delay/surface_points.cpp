@@ -133,8 +133,9 @@ Outcome<Crossing, Refusal> crossingOf(const Touch& touch, const Retract& retract
   const double least = std::max(kLeastThreshold * sigma, a_sample);
   if (level < least || level > kHighestThreshold * deepest) {
     return Refusal{"bad-threshold", touch.plan.name + ": threshold_mm is " + text(level) + " mm; between " +
-                                        text(least) + " mm (" + (least > a_sample ? "noise" : "the way of one sample") +
-                                        ") and " + text(kHighestThreshold * deepest) + " mm (ramp) it tells a point"};
+                                        text(least) + " mm (" +
+                                        (least > a_sample ? "noise" : "the travel of one sample") + ") and " +
+                                        text(kHighestThreshold * deepest) + " mm (ramp) it determines a point"};
   }
   std::size_t k = size.values.size() - 1;
   while (k > 0 && size.values[k] < level) --k;
@@ -205,7 +206,9 @@ Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article, const
   Reduced reduced{.touch = touch, .retract = {}, .article_velocity = Vector3d::Zero()};
   if (article) reduced.touch.machine = relativeTo(article->machine, touch.machine);
   if (reduced.touch.machine.times.size() < 5) {
-    return Refusal{"gap", touch.plan.name + ": machine and article have no samples in common; record both at once"};
+    return Refusal{
+        "gap",
+        touch.plan.name + ": the records of machine and article do not overlap in time; record both simultaneously"};
   }
   auto retract = fitRetract(reduced.touch, jitter);
   if (!retract) return retract.error();

@@ -54,9 +54,9 @@ std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
   if (auto refusal = equalPoints(points)) return refusal;
   const Eigen::VectorXd widths = widthsOf(points);
   if (widths[0] >= kStraight * widths[1]) return std::nullopt;
-  return Refusal{"arc-too-short",
-                 "the points lie nearly on a straight line: they do not tell where the centre is; touch further around "
-                 "the circle"};
+  return Refusal{
+      "arc-too-short",
+      "the points lie nearly on a straight line and do not determine the centre: touch further around the circle"};
 }
 
 std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {

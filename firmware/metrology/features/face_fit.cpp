@@ -119,8 +119,8 @@ VectorXd widthsOf(const Face& face) {
 
 Refusal collinear(const std::string& face) {
   return {"collinear", "the points of " + face +
-                           " lie nearly on one spot or one line, or together far from the corner: they do not tell how "
-                           "the face stands; spread them out"};
+                           " lie close to one point or one line, or together far from the corner: they do not "
+                           "determine the direction of the face; spread them out"};
 }
 
 std::optional<Refusal> badFace(const Face& face, double name) {
@@ -166,7 +166,7 @@ Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const
   std::size_t used = 0;
   for (const auto& face : corner.faces) used += face.rows.size();
   if (used != of_point.size())
-    return Refusal{"bad-face", "a point's face is not in table 'faces', or stands there twice"};
+    return Refusal{"bad-face", "the face of a point is not in table 'faces', or is in it twice"};
   return corner;
 }
 
@@ -225,16 +225,15 @@ Outcome<Meeting, Refusal> meet(const Corner& corner, const VectorXd& parameters,
     leans.push_back(leaning(face, parameters.segment(n * f, n)));
     if (leans.back().normal.dot(face.normal) < kNominal) {
       return Refusal{"bad-direction", "row " + std::to_string(f + 1) +
-                                          " of table 'faces': the points lie more than 30 degrees off its normal; are "
-                                          "faces mixed up?"};
+                                          " of table 'faces': the points lie more than 30 degrees off its normal; "
+                                          "check whether faces are exchanged"};
     }
     normals.row(f) = leans.back().normal.transpose();
     distances[f] = leans.back().normal.dot(face.mean()) + parameters[n * f + n - 1] - stylus;
   }
   if (std::abs(normals.determinant()) < kLeastVolume) {
-    return Refusal{
-        "faces-parallel",
-        "the faces are nearly parallel and do not meet in a corner: touch faces that stand across each other"};
+    return Refusal{"faces-parallel",
+                   "the faces are nearly parallel and form no corner: touch faces at a larger angle to each other"};
   }
   const MatrixXd inverse = normals.inverse();
   Meeting meeting{inverse * distances, MatrixXd::Zero(n, n * n), 0.0, Eigen::RowVectorXd::Zero(n * n)};
@@ -294,7 +293,7 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
   answer.alsoScalar("square_error_rad", meeting->square, meeting->square_slopes);
   for (auto& warning : unusedKeys(dataset, kCornerKeys)) answer.warn(std::move(warning));
   answer.result().convention =
-      "square error: angle between the outward normals of the first two faces less a right one";
+      "square error: angle between the outward normals of the first two faces minus 90 degrees";
   return std::move(answer).take(true);
 }
 

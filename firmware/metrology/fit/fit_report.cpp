@@ -32,8 +32,8 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
   if (!sigma.stated) return std::sqrt(chi2);
   result.chi2_reduced = chi2;
   if (chi2 <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return 1.0;
-  result.warnings.push_back("the readings agree worse than the stated sigma promises (reduced chi-square " +
-                            text(chi2) + "): the sd is widened by its root; look for a bad reading");
+  result.warnings.push_back("the readings scatter more than the stated sigma explains (reduced chi-square " +
+                            text(chi2) + "): the sd is multiplied by its square root; look for an outlier");
   return std::sqrt(chi2);
 }
 

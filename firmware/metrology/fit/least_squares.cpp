@@ -55,7 +55,7 @@ Model without(const Model& model, const std::vector<std::size_t>& rows) {
 
 std::optional<Refusal> unusable(const Linearised& at) {
   if (!at.residuals.allFinite() || !at.jacobian.allFinite()) {
-    return Refusal{"not-finite", "the fit left the finite numbers: look for a gross error in the readings"};
+    return Refusal{"not-finite", "the fit diverged: look for a gross error in the readings"};
   }
   if (at.residuals.size() < at.jacobian.cols()) {
     return Refusal{"too-few-readings", std::to_string(at.residuals.size()) + " equations for " +
@@ -65,7 +65,7 @@ std::optional<Refusal> unusable(const Linearised& at) {
 }
 
 Refusal illConditioned(double condition) {
-  return {"ill-conditioned", "the readings do not determine the answer (condition number " + text(condition) +
+  return {"ill-conditioned", "the readings do not determine the result (condition number " + text(condition) +
                                  "): spread them out further"};
 }
 
@@ -126,7 +126,7 @@ Outcome<Fit, Refusal> iterate(const Model& model, const Eigen::VectorXd& start) 
   fit.residuals = model(fit.parameters).residuals;
   // Rounding may hold the step above 1e-12; a step that still matters may not.
   if (!(step->length <= 1e-6 * (1.0 + fit.residuals.norm()) + step->rounding)) {
-    return Refusal{"no-convergence", "the fit does not settle: look for a gross error in the readings"};
+    return Refusal{"no-convergence", "the fit does not converge: look for a gross error in the readings"};
   }
   return fit;
 }

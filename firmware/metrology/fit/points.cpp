@@ -23,8 +23,9 @@ std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     for (Eigen::Index k = i + 1; k < points.rows(); ++k) {
       if (points.row(i) == points.row(k)) {
-        return Refusal{"duplicated-reading", "points " + std::to_string(i + 1) + " and " + std::to_string(k + 1) +
-                                                 " are equal to the last digit: a copy is not a reading; remove it"};
+        return Refusal{"duplicated-reading",
+                       "points " + std::to_string(i + 1) + " and " + std::to_string(k + 1) +
+                           " are equal in every digit: a copied reading is not independent; remove it"};
       }
     }
   }

@@ -14,14 +14,15 @@ constexpr double kLine = 1e-6;
 Outcome<RigidMotion, Refusal> registerRigid(const Eigen::MatrixX3d& from, const Eigen::MatrixX3d& to) {
   if (from.rows() < 3) {
     return Refusal{"too-few-balls",
-                   std::to_string(from.rows()) + " balls do not fix six errors: measure three or more"};
+                   std::to_string(from.rows()) + " balls do not determine six errors: measure three or more"};
   }
   const Eigen::RowVector3d from_mean = from.colwise().mean();
   const Eigen::RowVector3d to_mean = to.colwise().mean();
   const Eigen::MatrixXd centred = from.rowwise() - from_mean;
   const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
   if (!(widths[1] > kLine * widths[0])) {
-    return Refusal{"collinear", "the balls lie on one line, about which they tell no rotation: use one more beside it"};
+    return Refusal{"collinear",
+                   "the balls lie on one line and do not determine the rotation about it: add a ball beside the line"};
   }
   const Eigen::Matrix3d moment = (to.rowwise() - to_mean).transpose() * centred;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd{moment, Eigen::ComputeFullU | Eigen::ComputeFullV};

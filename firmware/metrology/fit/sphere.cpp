@@ -26,11 +26,10 @@ std::optional<Refusal> badGeometry(const Eigen::Ref<const Rows3>& points, const 
   const Eigen::VectorXd widths = widthsOf(points);
   const bool side_known = radius_known && question.approximate_centre;
   if (widths[side_known ? 1 : 0] < kFlat * widths[2]) {
-    return Refusal{
-        "coplanar",
-        "the points lie in one plane or on a small cap: they do not tell where the centre is; touch the sphere "
-        "from more sides" +
-            std::string{radius_known ? ", or give approximate_centre_mm" : ""}};
+    return Refusal{"coplanar",
+                   "the points lie in one plane or on a small cap and do not determine the centre: touch the sphere "
+                   "from more sides" +
+                       std::string{radius_known ? ", or give approximate_centre_mm" : ""}};
   }
   return std::nullopt;
 }

@@ -41,7 +41,7 @@ Outcome<Leg, Refusal> legOf(const VectorXd& row, const std::string& name) {
           .direction = row.segment<3>(8),
           .pivot = row.segment<3>(11)};
   if ((leg.upper - leg.lower).norm() < kShortest_mm) {
-    return Refusal{"bad-legs", name + "its two ends are at one place: give those of the platform's reference pose"};
+    return Refusal{"bad-legs", name + "its two ends coincide: give their positions in the platform's reference pose"};
   }
   if (leg.kind == LegKind::strut) return leg;
   if (std::abs(leg.direction.norm() - 1.0) > 1e-3) {
@@ -94,8 +94,9 @@ Outcome<ParallelKinematics, Refusal> ParallelKinematics::read(const Dataset& dat
   VectorXd reference{machine.size()};
   for (Index k = 0; k < machine.size(); ++k) reference[k] = machine.legs_[static_cast<std::size_t>(k)].q;
   if (!machine.reached(reference)) {
-    return Refusal{"bad-legs",
-                   "the legs do not hold the platform in its reference pose: their directions depend on each other"};
+    return Refusal{
+        "bad-legs",
+        "the legs do not constrain the platform in its reference pose: their directions are linearly dependent"};
   }
   return machine;
 }

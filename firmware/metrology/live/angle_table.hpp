@@ -62,13 +62,13 @@ std::optional<Refusal> AngleTable<kWidth>::bad(std::span<const double> angles, s
     return Refusal{"too-few-readings", "a table by angle needs two angles or more, with their errors"};
   }
   if (angles.size() > kMostAngles) {
-    return Refusal{"too-many-angles", "a table by angle holds up to 72 angles: leave some out"};
+    return Refusal{"too-many-angles", "a table by angle holds up to 72 angles: omit some"};
   }
   for (std::size_t k = 0; k < angles.size(); ++k) {
     if (!std::isfinite(angles[k]) || !rows[k].allFinite()) {
       return Refusal{"not-finite",
                      "row " + std::to_string(k + 1) +
-                         " of the table by angle is not a finite number: measure that angle again, or leave it out"};
+                         " of the table by angle is not a finite number: measure that angle again, or omit it"};
     }
   }
   return std::nullopt;

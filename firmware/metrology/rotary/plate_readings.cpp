@@ -135,7 +135,7 @@ class PlateReader {
     const auto ball = balls_.find(name);
     if (ball != balls_.end()) return ball->second;
     return Refusal{"missing-ball", "ball " + text(name) + " of table '" + table.name +
-                                       "' is not in table 'third': give its certified coordinates, or leave it out"};
+                                       "' is not in table 'third': give its certified coordinates, or omit it"};
   }
 
   Tables tables_;

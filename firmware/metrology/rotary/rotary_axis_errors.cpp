@@ -80,8 +80,9 @@ Outcome<Motion, Refusal> motionOf(const Station& station) {
   motion.information = design.transpose() * design;
   motion.condition = scaledCondition(motion.information);
   if (!(motion.condition <= kConditionLimit)) {
-    return Refusal{"collinear", "at " + text(station.angle * 360.0 / kTurn) +
-                                    " degrees the balls do not fix six errors: measure three that are not on one line"};
+    return Refusal{"collinear",
+                   "at " + text(station.angle * 360.0 / kTurn) +
+                       " degrees the balls do not determine six errors: measure three that are not on one line"};
   }
   return motion;
 }
@@ -100,7 +101,7 @@ Outcome<Balls, Refusal> ballsOf(const Table& table) {
 
 Refusal missingBall(double ball, const char* table) {
   return {"missing-ball", "ball " + text(ball) + " of table '" + table +
-                              "' is not in table 'third': give its certified coordinates, or leave it out"};
+                              "' is not in table 'third': give its certified coordinates, or omit it"};
 }
 
 // Second against third: where the plate is with the axis at zero.
@@ -339,9 +340,8 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   addNominalAxis(answer.result(), bench->axis);
   if (!zero_agrees) {
     answer.warn(
-        "the first coordinates at phi = 0 disagree with the second ones, so they are left out of the plate's place: "
-        "did "
-        "the axis return to zero?");
+        "the first coordinates at phi = 0 disagree with the second ones and are not used for the position of the "
+        "plate: check that the axis returned to zero");
   }
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);

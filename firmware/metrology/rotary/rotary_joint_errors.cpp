@@ -77,7 +77,8 @@ Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
   if (!offset) return offset.error();
   for (const char* key : kOtherSigmas) {
     if (dataset.config.contains(key) && !sigma->stated)
-      return Refusal{"missing-key", std::string{key} + " needs sigma_mm beside it: which of the two weighs more?"};
+      return Refusal{"missing-key",
+                     std::string{key} + " needs sigma_mm as well: without it the weights of the two are unknown"};
   }
   if (third.value() && dataset.config.contains("sd_certificate_mm")) {
     return Refusal{"bad-config",
@@ -118,10 +119,9 @@ std::optional<Refusal> findStations(PlateReadings& stack, const NominalAxis& axi
       least = std::min(least, off);
     }
     if (least <= radius) continue;
-    return Refusal{"not-at-station", "row " + std::to_string(k - stack.second_count + 1) +
-                                         " of table 'first' was read " + text(least) +
-                                         " mm from any station: turn by multiples of the pitch, or leave "
-                                         "station_correction out"};
+    return Refusal{"not-at-station",
+                   "row " + std::to_string(k - stack.second_count + 1) + " of table 'first' was read " + text(least) +
+                       " mm from any station: turn by multiples of the pitch, or omit station_correction"};
   }
   return std::nullopt;
 }
@@ -137,8 +137,8 @@ std::optional<Refusal> badRank(const PlateReadings& stack, const NominalAxis& ax
     }
     if (design.rows() >= 6 && scaledCondition(design.transpose() * design) <= kConditionLimit) continue;
     return Refusal{"rank-too-small", "at " + text(stack.angles[k] * kDegrees) +
-                                         " degrees the balls of all mounts do not fix six errors: read three that are "
-                                         "not on one line, in one mount or in several"};
+                                         " degrees the balls of all mounts do not determine six errors: read three "
+                                         "that are not on one line, in one mount or in several"};
   }
   return std::nullopt;
 }

@@ -39,7 +39,7 @@ Outcome<Fit, Refusal> fitHead(const MatrixXd& moves, double sigma) {
   }
   auto fit = linearLeastSquares(design / sigma, values / sigma);
   if (fit || fit.error().name != "ill-conditioned") return fit;
-  return Refusal{"dependent-directions", "the moves do not span space: move the machine along X, Y and Z"};
+  return Refusal{"dependent-directions", "the moves do not span three dimensions: move the machine along X, Y and Z"};
 }
 
 // noise: of one sensor.
@@ -54,7 +54,7 @@ std::optional<Refusal> badHead(const Matrix3d& matrix, const MatrixXd& moves, do
   const Vector3d widths = Eigen::JacobiSVD<Matrix3d>{matrix}.singularValues();
   if (!(widths[0] <= kWorstHead * widths[2])) {
     return Refusal{"sensors-dependent",
-                   "the sensors look from nearly the same side: the condition of their matrix is " +
+                   "the sensors measure in nearly the same direction: the condition number of their matrix is " +
                        text(widths[0] / widths[2]) + ", more than 50; mount them at larger angles to each other"};
   }
   return std::nullopt;
@@ -156,8 +156,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
   for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention =
-      "sensors = zero + matrix * place of the ball from the head's reference; rms in the unit of "
-      "the sensors";
+      "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
   answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
   Result result = std::move(answer).take(true);
   if (dataset.table("readings")) addReadingNoise(result, head.matrix.inverse() * noise.value_or(0.0));

@@ -65,8 +65,7 @@ std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan
   }
   if (std::ranges::is_sorted(points.times, std::ranges::less_equal{})) return std::nullopt;
   return Refusal{"time-not-rising", scan + " in table '" + table +
-                                        "': the stamps do not rise; give every sample once, "
-                                        "in the order of time"};
+                                        "': the time stamps do not increase; give every sample once, in order of time"};
 }
 
 // Directions in which the normals of a scan differ, and by how much (mean square), rising: an error of the feature's
@@ -189,8 +188,8 @@ std::optional<Refusal> unusable(const ContourScan& scan, const ScanQuestion& que
   }
   if (looksLikeAPlace(scan)) {
     return Refusal{"one-sided", scan.name +
-                                    " does not tell the delay from the feature's place: at constant speed to be late "
-                                    "looks like a feature that stands elsewhere; change distance, direction or speed"};
+                                    " cannot separate the delay from the position of the feature: at constant speed a "
+                                    "delay looks like a displaced feature; change distance, direction or speed"};
   }
   const double lasts_s = question.in_circles ? 2.0 * std::numbers::pi * scan.distance.values.front() / scan.speed_mm_s
                                              : scan.distance.times.back() - scan.distance.times.front();
@@ -208,7 +207,7 @@ std::optional<Refusal> unlisted(const Table& table, const std::vector<double>& i
     if (id == known) continue;
     if (std::ranges::count(ids, id) != 1) {
       return Refusal{"unknown-scan", "scan " + text(id) + " of table '" + table.name +
-                                         "' does not stand once in table 'scans'; correct it there"};
+                                         "' must be in table 'scans' exactly once; correct the table"};
     }
     known = id;
   }
@@ -312,8 +311,8 @@ Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, con
     scan.speed_mm_s = speed;
     for (const auto& other : scans) {
       if (other.distance.values != scan.distance.values || other.deflection.values != scan.deflection.values) continue;
-      return Refusal{"duplicated-reading",
-                     other.name + " and " + name + " hold the same samples: a copy is not a scan; remove it"};
+      return Refusal{"duplicated-reading", other.name + " and " + name +
+                                               " hold the same samples: a copied scan is not independent; remove it"};
     }
     if (auto refusal = unusable(scan, question)) return *refusal;
     scans.push_back(std::move(scan));
@@ -338,13 +337,15 @@ Outcome<double, Refusal> coarseDelay(const std::vector<ContourScan>& scans, doub
   }
   const auto top = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
   if (top == 0 || top + 1 == sums.size() || !(sums[top] > 0.0)) {
-    return Refusal{"no-peak", "machine and probe do not match within search_window_s; widen it, or check the records"};
+    return Refusal{"no-peak",
+                   "no match of machine and probe was found within search_window_s; widen it, or check the records"};
   }
   const double rival = rivalOf(sums, top);
   if (rival > kRival * sums[top]) {
-    return Refusal{"rival-peak", "another delay fits " + text(rival / sums[top]) +
-                                     " times as well: the steps repeat; scan with arcs of different lengths, or narrow "
-                                     "search_window_s"};
+    return Refusal{
+        "rival-peak",
+        "another delay fits " + text(rival / sums[top]) +
+            " times as well because the steps repeat; scan with arcs of different lengths, or narrow search_window_s"};
   }
   const double curvature = sums[top - 1] - 2.0 * sums[top] + sums[top + 1];
   const double fraction = 0.5 * (sums[top - 1] - sums[top + 1]) / curvature;

@@ -38,7 +38,7 @@ std::optional<Refusal> gapIn(const WaveformPair& record, const Signal& signal, d
     const auto covers = [&](const auto& range) { return range.first <= from && range.second >= until; };
     if (std::ranges::any_of(record.skipped, covers)) continue;
     return Refusal{"gap", record.name + ": the " + stream + " has no samples for " + text(until - from) +
-                              " s; find out why samples are lost and measure again"};
+                              " s; find the cause of the loss and measure again"};
   }
   return std::nullopt;
 }
@@ -55,10 +55,9 @@ Outcome<double, Refusal> settle(std::vector<ResampledPair>& grids, double tau) {
     double information = 0.0;
     for (auto& grid : grids) {
       if (!grid.settleAt(tau)) {
-        return Refusal{
-            "ill-conditioned",
-            grid.record().name +
-                " does not show a motion that tells the delay: move the probe faster while both are recorded"};
+        return Refusal{"ill-conditioned",
+                       grid.record().name +
+                           " shows no motion that determines the delay: move the probe faster while both are recorded"};
       }
       const double weight = weightOf(grid);
       score += weight * grid.score();
@@ -167,9 +166,8 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
     if (auto refusal = gapIn(record, *record.probe, start, "probe")) return *refusal;
     grids.emplace_back(record, interpolation);
     if (grids.back().size() < kLeast) {
-      return Refusal{"too-few-samples", record.name +
-                                            " has too few samples of the common motion: sample faster, or "
-                                            "move more slowly"};
+      return Refusal{"too-few-samples",
+                     record.name + " has too few samples of the common motion: sample faster or move more slowly"};
     }
   }
   auto tau = settle(grids, start);
@@ -196,7 +194,7 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
   if (match.dropped_share <= dropped_share && match.rms_mm <= 3.0 * match.expected_mm + kRounding) return std::nullopt;
   return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
-                                           " mm where their noise promises " + text(match.expected_mm) +
+                                           " mm where their noise explains " + text(match.expected_mm) +
                                            " mm (slip, bounce); measure again"};
 }
 
@@ -217,8 +215,9 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
   result.warnings = unusedKeys(dataset, keys);
   const double sd = widenedSd(match);
   if (match.rms_mm > kWorse * match.expected_mm && match.expected_mm > 0.0) {
-    result.warnings.push_back("machine and probe differ by more than their noise (" + text(match.rms_mm) + " mm, not " +
-                              text(match.expected_mm) + "): sd widened; look for stiction or a loose stylus");
+    result.warnings.push_back("machine and probe differ by more than their noise explains (" + text(match.rms_mm) +
+                              " mm, not " + text(match.expected_mm) +
+                              "): sd widened; check for stiction or a loose stylus");
   }
   for (const auto& name : match.dropped) result.dropped.push_back({name, "off the other samples by 4.5 deviations"});
   Estimate delay = Estimate::scalar("tau_s", previous[0] + match.tau_s, sd);

@@ -92,7 +92,7 @@ std::optional<Refusal> tooLittle(const Face& face, const std::vector<double>& an
   const double step = std::abs(turned) / static_cast<double>(angles.size() - 1);
   if (std::abs(turned) + 1.5 * step < kLeastTurns) {
     return Refusal{"too-few-turns", "the screw turned " + text(std::abs(turned)) +
-                                        " times: drift and face are told apart from 3 whole turns on"};
+                                        " times: separating the drift from the face run-out needs 3 whole turns"};
   }
   return std::nullopt;
 }
@@ -216,7 +216,8 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   const double drift = fit->parameters[sectors];
   if (std::abs(drift) > config->drift_limit_um_s) {
     return Refusal{"not-steady", "the sensor drifts by " + text(drift) + " um/s, more than " +
-                                     text(config->drift_limit_um_s) + ": wait until the screw keeps its temperature"};
+                                     text(config->drift_limit_um_s) +
+                                     ": wait until the temperature of the screw is stable"};
   }
   Answer answer{dataset, fit.value(), {}};
   answer.readingIs(*gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
@@ -232,7 +233,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
   if (!*gain) keys.emplace_back(kStandingGain);
   for (auto& warning : unusedKeys(dataset, keys)) result.warnings.push_back(std::move(warning));
   result.convention = *gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
-                            : "K was not measured and stays as it is; rms in um";
+                            : "K was not measured and is unchanged; rms in um";
   return result;
 }
 

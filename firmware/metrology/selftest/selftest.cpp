@@ -140,29 +140,29 @@ Finding judgeJog(const Step& step) {
   const char name = kAxes[axis], other = kAxes[moved];
   if (step.moved_mm.cwiseAbs().maxCoeff() < kFewestMoved_mm)
     return {false, "axis-stood",
-            printed("%c was to move by %g mm, and no encoder saw it: check the encoder's cable and input of %c, or jog "
-                    "it again.",
+            printed("%c should have moved by %g mm, and no encoder counted: check the encoder's cable and input of %c, "
+                    "or jog it again.",
                     name, travel_mm, name)};
   if (moved != axis)
     return {false, "axes-exchanged",
-            printed("%c was to move, and %c counted %+.3f mm: the encoder inputs of %c and %c are exchanged, or the "
-                    "other axis was jogged.",
+            printed("%c should have moved, but %c counted %+.3f mm: the encoder inputs of %c and %c are exchanged, or "
+                    "the other axis was jogged.",
                     name, other, step.moved_mm[moved], name, other)};
   if (by_mm < 0)
     return {false, "sense-wrong",
-            printed("%c moved up by %g mm, and counts say %+.3f mm: change the sign of sense in [axis.%c] of "
+            printed("%c moved in + by %g mm, but its counts give %+.3f mm: change the sign of sense in [axis.%c] of "
                     "machine.toml.",
                     name, travel_mm, by_mm, name)};
   Vector3d others = step.moved_mm;
   others[axis] = 0;
   if (others.cwiseAbs().maxCoeff() > kOthers_mm)
     return {false, "not-alone",
-            printed("%c was to move alone, and %c moved %+.3f mm as well: jog one axis only.", name,
+            printed("%c should have moved alone, but %c moved %+.3f mm as well: jog one axis only.", name,
                     kAxes[largest(others)], others[largest(others)])};
   if (std::abs(by_mm / travel_mm - 1) > kScale)
     return {false, "scale-wrong",
-            printed("%c moved by %g mm, and counts say %.3f mm: multiply counts_per_mm in [axis.%c] of machine.toml by "
-                    "%.6g, or jog by exactly %g mm.",
+            printed("%c moved by %g mm, but its counts give %.3f mm: multiply counts_per_mm in [axis.%c] of "
+                    "machine.toml by %.6g, or jog by exactly %g mm.",
                     name, travel_mm, by_mm, name, by_mm / travel_mm, travel_mm)};
   return {true, "", printed("%c counts up as it moves up: %+.3f mm of %g mm.", name, by_mm, travel_mm)};
 }
@@ -174,8 +174,8 @@ Finding judgePush(const Step& step) {
   const double depth_mm = step.deflected_mm.norm();
   if (depth_mm < kDeflected_mm)
     return {false, "not-deflected",
-            printed("The stylus was to be pushed towards %c%c, and the probe says %.3f mm: check its cable and its "
-                    "receiver, or push it further.",
+            printed("The stylus should have been pushed towards %c%c, but the probe measured %.3f mm: check its cable "
+                    "and its receiver, or push it further.",
                     sign, name, depth_mm)};
   const Vector3d direction = step.deflected_mm / depth_mm;
   const double along = std::clamp(direction.dot(step.towards.normalized()), -1.0, 1.0);
@@ -183,17 +183,16 @@ Finding judgePush(const Step& step) {
   const auto seen =
       printed("(%+.3f, %+.3f, %+.3f) mm", step.deflected_mm[0], step.deflected_mm[1], step.deflected_mm[2]);
   if (aside_rad <= kAside_rad)
-    return {true, "", printed("The probe shows a push towards %c%c as %s.", sign, name, seen.c_str())};
+    return {true, "", printed("The probe measures a push towards %c%c as %s.", sign, name, seen.c_str())};
   if (std::numbers::pi - aside_rad <= kAside_rad)
     return {false, "probe-sign-wrong",
-            printed("The stylus was pushed towards %c%c, and the probe says %s: change the signs in row %c of gain in "
-                    "probe.toml.",
+            printed("The stylus was pushed towards %c%c, but the probe measured %s: change the signs in row %c of gain "
+                    "in probe.toml.",
                     sign, name, seen.c_str(), name)};
-  return {
-      false, "probe-direction-wrong",
-      printed("The stylus was pushed towards %c%c, and the probe says %s: put the rows of gain in probe.toml in the "
-              "order X Y Z of the machine, or push it again, straight.",
-              sign, name, seen.c_str())};
+  return {false, "probe-direction-wrong",
+          printed("The stylus was pushed towards %c%c, but the probe measured %s: put the rows of gain in probe.toml "
+                  "in the order X Y Z of the machine, or push it again, straight.",
+                  sign, name, seen.c_str())};
 }
 
 }  // namespace
@@ -229,7 +228,8 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
   }
   result.estimates.push_back(Estimate::matrix("moved_mm", 3, std::move(moved), std::move(moved_sd)));
   result.estimates.push_back(Estimate::matrix("deflected_mm", 3, std::move(deflected), std::move(deflected_sd)));
-  result.convention = "one row a step, columns X Y Z of the machine; deflection of the stylus ball against the probe";
+  result.convention =
+      "one row per step, columns X Y Z of the machine; deflection of the stylus ball relative to the probe body";
   return result;
 }
 

@@ -68,11 +68,10 @@ std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, cons
   const Vector2d checked{tilted.x() - std::copysign(r, tilted.x() - pivot.x()),
                          flat.y() - std::copysign(r, flat.y() - pivot.y())};
   if ((checked - pivot).norm() <= 1e-6 * (1.0 + r)) return std::nullopt;
-  return Refusal{
-      "pivot-check-disagrees",
-      "the half sums of the readings at -90 and 0 put the pivot " + text((checked - pivot).norm()) +
-          " mm away: the C axis misses the pivot by more than the ball's height; measure at a third tilt, or "
-          "with the ball further out"};
+  return Refusal{"pivot-check-disagrees", "the half sums of the readings at -90 and 0 locate the pivot " +
+                                              text((checked - pivot).norm()) +
+                                              " mm away: the C axis is further from the pivot than the ball's height; "
+                                              "measure at a third tilt, or with the ball further out"};
 }
 
 Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltReadings& tilts, const Fit& fit,

@@ -142,7 +142,7 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   promise("lean_" + plane.name() + "_rad", 2);
   answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
   for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
-  answer.result().convention = "where the axis passes along_mm, and its way across per mm along the machine axis";
+  answer.result().convention = "where the axis passes along_mm, and its lateral change per mm along the machine axis";
   return std::move(answer).take(true);
 }
 

@@ -81,11 +81,11 @@ void explain(Chosen& chosen, const Candidates& candidates, double sigma, bool st
   const Kind kind = chosen.model.kind;
   if (kind == Kind::sine) {
     chosen.warnings.emplace_back(
-        "the sine rule leaves out 1 - cos B: between the measured angles it may be wrong by tens of um; use rigid");
+        "the sine model omits 1 - cos B: between the measured angles its error can reach tens of um; use rigid");
   } else if (kind == Kind::rigid && !chosen.model.one_minus_cosine) {
     chosen.warnings.emplace_back(
-        "one swivel angle cannot tell sin B from 1 - cos B along the axis, which is taken as sin B; its sd holds that "
-        "all of it may be the other: measure at 45 degrees too");
+        "one swivel angle cannot separate sin B from 1 - cos B along the axis; sin B is assumed, and its sd covers the "
+        "other case: measure at 45 degrees too");
   }
   if (chosen.recommended != Kind::free) return;
   if (!stated) {
@@ -235,8 +235,8 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   if (!readings) return readings.error();
   if (readings->byShank() && stated.value().value_or(Kind::rigid) != Kind::rigid) {
     return Refusal{"bad-config",
-                   "a shank tells nothing along the tool, so it goes with model \"rigid\" alone: leave "
-                   "'model' away, or read with tips of two lengths"};
+                   "a shank does not measure along the tool, so it needs model \"rigid\": omit 'model', or read with "
+                   "tips of two lengths"};
   }
   const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
   if (!of_shank) return of_shank.error();

@@ -70,18 +70,18 @@ bool opposed(const std::vector<ShankTouch>& touches) {
 std::optional<Refusal> badShank(const SwivelReadings& readings, const SwivelPlane& plane) {
   if (plane.axis == kTool) {
     return Refusal{"bad-axis",
-                   "a head that swivels about Z does not move a tool along Z: state swivel_axis along X or "
-                   "Y where a shank touched"};
+                   "a head that swivels about Z does not displace a tool along Z: give swivel_axis along X or Y when a "
+                   "shank is used"};
   }
   const auto isOther = [&](const auto& reading) { return reading.length_mm != readings.tips.front().length_mm; };
   if (std::ranges::any_of(readings.tips, isOther)) {
-    return Refusal{"several-tips", "beside a shank there are tips of several lengths: give those of its own tool"};
+    return Refusal{"several-tips",
+                   "a case with a shank has tips of several lengths: give only those of the shank's own tool"};
   }
   if (!opposed(readings.shank)) {
-    return Refusal{
-        "not-opposed",
-        "the shank touched nowhere from opposite sides, so the radii cannot be told from the place: touch the "
-        "ball from both sides at one angle of B at least"};
+    return Refusal{"not-opposed",
+                   "the shank never touched from opposite sides, so its radius cannot be separated from the position: "
+                   "touch the ball from both sides at one angle of B at least"};
   }
   return std::nullopt;
 }

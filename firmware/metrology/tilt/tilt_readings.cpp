@@ -81,7 +81,7 @@ Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset) {
   const auto angle = configSigma(dataset, "sigma_angle_rad");
   if (!angle) return angle.error();
   if (!angle->stated) return TiltNoise{*position, 0.0, {}};
-  if (!position->stated) return TiltNoise{*position, 0.0, {"sigma_angle_rad is not used: it needs sigma_mm beside it"}};
+  if (!position->stated) return TiltNoise{*position, 0.0, {"sigma_angle_rad is not used: it also needs sigma_mm"}};
   return TiltNoise{*position, angle->value, {}};
 }
 
@@ -144,7 +144,7 @@ Outcome<Fit, Refusal> refuseUncertainPivot(Outcome<Fit, Refusal> fit, std::size_
   // Two readings 20 degrees apart make the pivot 4 times less certain than they are; 20 times is a span that is none.
   if (fit && inflation(fit->cofactor.diagonal().head<2>().maxCoeff() / (sigma * sigma), readings) <= 400.0) return fit;
   return Refusal{"tilt-span-too-small",
-                 "no point was read at tilts that differ enough: read each angle of the other axis at two or more "
+                 "no point was read at sufficiently different tilts: read each angle of the other axis at two or more "
                  "tilts, 20 degrees apart or more"};
 }
 

@@ -57,7 +57,7 @@ std::optional<Refusal> emptyId(const Dataset& dataset) {
     const auto* name = std::get_if<std::string>(&entry->second);
     if (name && name->empty()) {
       return Refusal{"missing-id", "config key '" + std::string{key} +
-                                       "' is empty: lengths in store belong to a holder and a tool; name them"};
+                                       "' is empty: stored lengths belong to a holder and a tool; name both"};
     }
   }
   return std::nullopt;
@@ -112,7 +112,7 @@ std::optional<Refusal> wrongFace(const Dataset& dataset) {
     return Refusal{"wrong-face", std::string{"the "} + "XYZ"[static_cast<std::size_t>(axes[row])] +
                                      " axis touched face " + text(touched[row]) + ", not face " +
                                      text(configured[row]) +
-                                     " that part_mm is stated for: touch that one, or correct the configuration"};
+                                     " for which part_mm is stated: touch that one, or correct the configuration"};
   }
   return std::nullopt;
 }
@@ -120,8 +120,9 @@ std::optional<Refusal> wrongFace(const Dataset& dataset) {
 std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3d& plain, double touched) {
   const Vector3d spread = plain.colwise().maxCoeff() - plain.colwise().minCoeff();
   if (spread.maxCoeff() > lengths.spread_limit) {
-    return Refusal{"spread-too-large", "the repetitions spread by " + text(spread.maxCoeff()) +
-                                           " mm: is the tool clamped, and part_mm right? Measure again"};
+    return Refusal{"spread-too-large",
+                   "the repetitions spread by " + text(spread.maxCoeff()) +
+                       " mm: check that the tool is clamped and part_mm is right, then measure again"};
   }
   const double assembled = touched - lengths.holder;
   if (touched <= 0.0 || assembled <= 0.0) {
@@ -135,8 +136,8 @@ std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3
   const double compensation = touched - lengths.tool;
   if (std::abs(compensation) > lengths.compensation_limit) {
     return Refusal{"compensation-too-large", "L4 is " + text(compensation) +
-                                                 " mm: the tool in store is not the one that was measured, or raise "
-                                                 "compensation_limit_mm"};
+                                                 " mm: another tool was measured than the stored one; measure the "
+                                                 "right tool, or raise compensation_limit_mm"};
   }
   return std::nullopt;
 }
@@ -185,7 +186,7 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   sds.head<2>() << lengths->holder_sd, lengths->tool_sd;
   widen(result, slopes, sds);
   result.convention =
-      "Z positive along the tool, X and Y as the machine counts; add the compensation to the lengths in store";
+      "Z positive along the tool, X and Y as the machine counts; add the compensation to the stored lengths";
   addStoreRecords(result, dataset);
   return result;
 }

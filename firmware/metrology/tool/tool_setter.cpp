@@ -75,7 +75,7 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   if (device.angles_deg.size() > kMostAngles) {
     return Refusal{"too-many-angles", "the device was measured at " + std::to_string(device.angles_deg.size()) +
                                           " angles of B, " + std::to_string(kMostAngles) +
-                                          " fit into a case: make two of it"};
+                                          " fit into a case: split it into two"};
   }
   std::ranges::sort(device.angles_deg);
   for (std::size_t row = 0; row < b.size(); ++row) device.angle[row] = angleAt(device.angles_deg, b[row]);
@@ -119,7 +119,7 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
   const auto& b = *table.value()->column("B_deg");
   for (std::size_t row = 0; row < b.size(); ++row) {
     if (angleAt(b, b[row]) == row) continue;
-    return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: keep one"};
+    return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: remove one"};
   }
   const MatrixXd offered = columnsOf(*table.value(), std::span{kOffsetColumns}.last(3));
   MatrixX3d offsets{static_cast<Index>(device.angles()), 3};
@@ -214,7 +214,7 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
     if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{spread}.eigenvalues()[0] < 0.1) {
       return Refusal{"missing-face", std::string{"the faces that the "} + (group % 2 == 1 ? "tool" : "probe") +
                                          " touched" + device.at(group / 2) +
-                                         " do not tell all three coordinates: touch one more"};
+                                         " do not determine all three coordinates: touch one more"};
     }
   }
   return std::nullopt;
@@ -312,7 +312,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   const auto link = accepted(dataset, "accepted_link_mm", device, 2);
   if (!link) return link.error();
   if (link.value() && !limit.value()) {
-    return Refusal{"missing-key", "accepted_link_mm is stated without setter_limit_mm: what it may have changed by"};
+    return Refusal{"missing-key", "accepted_link_mm needs setter_limit_mm, the largest change that is accepted"};
   }
   if (!limit.value()) return std::nullopt;
   const auto compare = [&](const MatrixXd& now, const MatrixXd& then, const std::string& from) {
@@ -322,7 +322,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
       if (off <= **limit) continue;
       refusal =
           Refusal{"setter-moved", "the setting device" + device.at(static_cast<std::size_t>(k)) + " lies " + text(off) +
-                                      " mm from where it was accepted" + from + ": calibrate its place again"};
+                                      " mm from where it was accepted" + from + ": calibrate its position again"};
     }
     return refusal;
   };

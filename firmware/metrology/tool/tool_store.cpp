@@ -31,13 +31,13 @@ Outcome<std::size_t, Refusal> rowOf(const Table& table, const Store& store, doub
     if (ids[row] != id) continue;
     if (found) {
       return Refusal{"duplicated-id", "table '" + table.name + "' has " + std::string{store.id} + " " + text(id) +
-                                          " twice: which length is right?"};
+                                          " twice: keep the row with the right length"};
     }
     found = row;
   }
   if (found) return *found;
   return Refusal{"missing-id", "table '" + table.name + "' has no " + std::string{store.id} + " " + text(id) +
-                                   ": measure it and write its length into the store first"};
+                                   ": measure it and store its length first"};
 }
 
 std::optional<Refusal> fillFrom(const Store& store, const Dataset& dataset, Dataset& filled) {
@@ -52,8 +52,8 @@ std::optional<Refusal> fillFrom(const Store& store, const Dataset& dataset, Data
   }
   for (const auto key : {store.length, store.sd}) {
     if (dataset.config.contains(key)) {
-      return Refusal{"bad-config", "config key '" + std::string{key} + "' stands beside table '" +
-                                       std::string{store.table} + "': keep one of the two"};
+      return Refusal{"bad-config", "config key '" + std::string{key} + "' is given together with table '" +
+                                       std::string{store.table} + "': keep only one of the two"};
     }
   }
   const auto row = rowOf(**table, store, **id);

@@ -74,7 +74,7 @@ std::optional<Refusal> tooRough(const Seen& seen, const Steady& steady) {
   if (rms <= 3.0 * (1.0 + 1.0 / dof) * sigma && !many_spikes) return std::nullopt;
   return aboutTouch(seen.touch, "residual-too-large",
                     "the " + seen.name + " samples lie " + text(rms) +
-                        " about their line where the record's noise is " + text(sigma) +
+                        " about the fitted line, where the record's noise is " + text(sigma) +
                         " (slip or bounce); touch again");
 }
 
@@ -91,10 +91,10 @@ Refusal aboutTouch(const Touch& touch, std::string name, const std::string& what
 std::optional<Refusal> tooSparse(const Seen& seen, Run run) {
   const auto times = seen.stream.timesOf(run);
   if (times.size() < kLeastSamples) {
-    return aboutTouch(seen.touch, "too-few-samples",
-                      std::to_string(times.size()) + " " + seen.name +
-                          " samples at constant speed, three are needed; retract slower, or "
-                          "further, or sample faster");
+    return aboutTouch(
+        seen.touch, "too-few-samples",
+        std::to_string(times.size()) + " " + seen.name +
+            " samples at constant speed, three are needed; retract more slowly or further, or sample faster");
   }
   double widest = 0.0;
   for (std::size_t k = 1; k < times.size(); ++k) widest = std::max(widest, times[k] - times[k - 1]);

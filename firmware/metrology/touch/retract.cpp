@@ -73,7 +73,7 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
       std::min(localDeviation(touch.probe.times, deflection, Trim::heavy), deviationAboutZero(deflection));
   if (highest <= 10.0 * std::max(noise, kResolution)) {
     return aboutTouch(touch, "no-contact",
-                      "the probe was never deflected clearly; check that the touch reached the surface");
+                      "no clear deflection of the probe was found; check that the touch reached the surface");
   }
   const Eigen::VectorXd share = values * found.apex / found.apex.squaredNorm();
   for (Eigen::Index k = 0; k < share.size(); ++k) {
@@ -83,7 +83,8 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
   while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kSourceLowest)
     ++found.parted;
   if (found.parted == touch.probe.times.size()) {
-    return aboutTouch(touch, "truncated", "the probe's record ends before it parts from the surface; measure it again");
+    return aboutTouch(touch, "truncated",
+                      "the probe's record ends before the stylus leaves the surface; measure it again");
   }
   return found;
 }
@@ -106,7 +107,7 @@ Outcome<Line, Refusal> roughLine(const Seen& probe, const Deflected& contact) {
   const Line line = fitLine(touch.probe.timesOf(falling), touch.probe.valuesOf(falling));
   if (!(line.slope.dot(contact.apex) < 0.0)) {
     return aboutTouch(touch, "deflection-not-falling",
-                      "the deflection does not fall during the retract; measure it again");
+                      "the deflection does not decrease during the retract; measure it again");
   }
   return line;
 }
@@ -134,7 +135,7 @@ Outcome<Steady, Refusal> fitProbe(const Seen& probe, const Deflected& contact, c
   const Run of_source = between(times, timeAt(std::min(kSourceHighest, highest)), timeAt(kSourceLowest));
   if (interrupted(probe.stream, of_source, steady->used)) {
     return aboutTouch(probe.touch, "residual-too-large",
-                      "the deflection does not fall along one line during the retract (slip or bounce); touch again");
+                      "the deflection does not decrease linearly during the retract (slip or bounce); touch again");
   }
   return steady;
 }
@@ -177,8 +178,7 @@ Outcome<Retreat, Refusal> fitMachine(const Seen& machine, std::size_t apex, cons
   const Touch& touch = machine.touch;
   if (*std::max_element(travel.begin() + static_cast<std::ptrdiff_t>(apex), travel.end()) < overtravel_mm) {
     return aboutTouch(touch, "truncated",
-                      "the machine's record ends before the probe can have parted from the surface; "
-                      "measure it again");
+                      "the machine's record ends before the stylus can have left the surface; measure it again");
   }
   const auto last_below = [&](double limit) {
     std::size_t k = apex;
@@ -195,9 +195,11 @@ Outcome<Retreat, Refusal> fitMachine(const Seen& machine, std::size_t apex, cons
   const double ramp_mm = rampOf(machine, apex, travel, steady.value());
   const bool late = ramp_mm > kLatestRamp * overtravel_mm;
   if (late || travel[steady->used.end - 1] < overtravel_mm) {
-    return aboutTouch(touch, "speed-not-constant",
-                      late ? "the machine still gathers speed when the probe parts; drive deeper, or slower"
-                           : "the machine's speed changes before the probe parts; retract further at constant feed");
+    return aboutTouch(
+        touch, "speed-not-constant",
+        late ? "the machine still accelerates when the stylus leaves the surface; increase the overtravel or reduce "
+               "the speed"
+             : "the machine's speed changes before the stylus leaves the surface; retract further at constant feed");
   }
   return Retreat{std::move(steady).value(), ramp_mm};
 }

@@ -60,7 +60,7 @@ Outcome<Vector3d, Refusal> placeAt(double edge_s, double sense, const Positions&
   const double speed = speedOf(line);
   if (!(std::abs(speed - planned.speed_mm_s) <= kNominal * planned.speed_mm_s)) {
     return refuse("speed-differs", "the machine moves at " + text(speed) + " mm/s, not at " + text(planned.speed_mm_s) +
-                                       ": does the feed override stand at 100 %?");
+                                       ": check that the feed override is at 100 %");
   }
   // That of the halves: a bend would hide in the noise of the whole.
   const double scatter = first.scatterAlong(planned.retract) + last.scatterAlong(planned.retract);

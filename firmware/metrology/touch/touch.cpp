@@ -28,8 +28,7 @@ std::optional<Refusal> group(const Table& table, std::span<const std::string_vie
   for (std::size_t row = 0; row < ids.size(); ++row) {
     if (!streams.contains(ids[row])) {
       return Refusal{"unknown-touch", "table '" + table.name + "', row " + std::to_string(row + 1) + ": " +
-                                          nameOf(ids[row]) +
-                                          " is not in table 'touches'; add it there or leave it out"};
+                                          nameOf(ids[row]) + " is not in table 'touches'; add it there or omit it"};
     }
     rows[ids[row]].push_back(row);
   }
@@ -75,11 +74,10 @@ std::optional<Refusal> wrongStamps(const Stream& stream, const std::string& tabl
     const std::string at = touch + " in table '" + table + "': ";
     if (std::find(stream.times.begin(), stream.times.begin() + static_cast<std::ptrdiff_t>(k), stream.times[k]) !=
         stream.times.begin() + static_cast<std::ptrdiff_t>(k)) {
-      return Refusal{"duplicated-sample", at + "two samples at " + text(stream.times[k]) +
-                                              " s; every sample may occur once: remove the copy"};
+      return Refusal{"duplicated-sample", at + "two samples at " + text(stream.times[k]) + " s; remove the duplicate"};
     }
-    return Refusal{"time-not-rising", at + "the time goes back from " + text(stream.times[k - 1]) + " to " +
-                                          text(stream.times[k]) + " s; give the samples in the order of time"};
+    return Refusal{"time-not-rising", at + "the time decreases from " + text(stream.times[k - 1]) + " to " +
+                                          text(stream.times[k]) + " s; give the samples in order of time"};
   }
   return std::nullopt;
 }
@@ -104,8 +102,9 @@ std::optional<Refusal> copied(const std::vector<Touch>& touches) {
       const auto& b = touches[k];
       if (a.machine.times == b.machine.times && a.probe.times == b.probe.times &&
           a.machine.values == b.machine.values && a.probe.values == b.probe.values) {
-        return Refusal{"duplicated-reading", a.plan.name + " and " + b.plan.name +
-                                                 " hold the same samples: a copy is not a reading; remove it"};
+        return Refusal{"duplicated-reading",
+                       a.plan.name + " and " + b.plan.name +
+                           " hold the same samples: a copied touch is not independent; remove it"};
       }
     }
   }

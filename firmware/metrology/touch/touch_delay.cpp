@@ -118,12 +118,12 @@ void TouchDelay::addWarnings(Result& result) const {
     const double speed = retract.machine.slope.norm();
     if (std::abs(speed - retract.plan.speed_mm_s) <= 0.02 * retract.plan.speed_mm_s) continue;
     result.warnings.push_back(retract.plan.name + " ran at " + text(speed) + " mm/s, not " +
-                              text(retract.plan.speed_mm_s) + ": is the feed override at 100 %?");
+                              text(retract.plan.speed_mm_s) + ": check that the feed override is at 100 %");
   }
   if (touches_.disagree()) {
-    result.warnings.push_back("the touches agree worse than their samples promise (reduced chi-square " +
+    result.warnings.push_back("the touches scatter more than the noise of their samples explains (reduced chi-square " +
                               text(touches_.fit.radial_chi2) +
-                              "): sd widened; look for dirt, stiction or a loose stylus");
+                              "): sd widened; check for dirt, stiction or a loose stylus");
   }
 }
 

@@ -181,20 +181,20 @@ std::optional<Refusal> TouchModel::dependentDelays() const {
     if (!oneSided(carried)) return std::nullopt;
     return Refusal{"one-sided",
                    "the touched normals do not determine the delay of every axis: touch both sides on x, y and z, or "
-                   "at two speeds what has no other side"};
+                   "at two speeds where there is no opposite side"};
   }
   for (Index k = 0; k < carried.cols(); ++k) {
     const double most = carried.col(k).cwiseAbs().maxCoeff();
     if (most < kLeastJoint) {
       return Refusal{"joint-not-moved", "joint " + std::to_string(k + 1) +
-                                            " hardly moves the tip in any touch, so its delay cannot be told: touch "
+                                            " hardly moves the tip in any touch, so its delay is not determined: touch "
                                             "where it has to move, or ask for one common delay"};
     }
     carried.col(k) /= most;
   }
   if (!oneSided(carried)) return std::nullopt;
   return Refusal{"one-sided",
-                 "the touches do not tell the delays of the joints apart: touch opposite sides of the sphere, at two "
+                 "the touches cannot separate the delays of the joints: touch opposite sides of the sphere, at two "
                  "speeds, or where the machine stands otherwise"};
 }
 

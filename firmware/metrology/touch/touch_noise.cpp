@@ -164,10 +164,10 @@ std::optional<Refusal> tooFewResiduals(std::span<const Retract> retracts) {
       residuals += (touch.*line).n - 2;
     }
     if (residuals >= kLeastResiduals) continue;
-    return Refusal{"too-few-samples", std::to_string(samples) + " " + stream + " samples at constant speed in " +
-                                          std::to_string(retracts.size()) +
-                                          " touches do not tell their noise; retract slower, or further, or sample "
-                                          "faster"};
+    return Refusal{"too-few-samples",
+                   std::to_string(samples) + " " + stream + " samples at constant speed in " +
+                       std::to_string(retracts.size()) +
+                       " touches do not determine their noise; retract more slowly or further, or sample faster"};
   }
   return std::nullopt;
 }

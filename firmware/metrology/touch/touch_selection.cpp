@@ -140,7 +140,7 @@ void dropOutliers(Selection& selection) {
     const auto largest = std::ranges::max_element(worst);
     if (*largest <= kOutlier) break;
     const std::string name = kept.touches.retracts[static_cast<std::size_t>(largest - worst.begin())].plan.name;
-    kept.drop(name, {"residual-too-large", name + ": does not agree with the other touches (slip, dirt); touch again"});
+    kept.drop(name, {"residual-too-large", name + ": disagrees with the other touches (slip or dirt); touch again"});
     if (5 * (kept.touches.dropped.size() - selection.touches.dropped.size()) > selection.offered) return;
     if (kept.insufficient() || fitOnce(kept)) return;
   }
@@ -152,9 +152,9 @@ std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);
     if (touches.fit.worst[i] <= kOutlier || misses_mm <= kGrossShare * depthOf(touches.retracts[i])) continue;
-    return Refusal{"residual-too-large", touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
-                                             " mm: look for a slip, dirt, a wrong size or a loose stylus, and touch "
-                                             "again"};
+    return Refusal{"residual-too-large",
+                   touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
+                       " mm: check for slip, dirt, a wrong size or a loose stylus, and touch again"};
   }
   return std::nullopt;
 }
@@ -167,7 +167,7 @@ bool isClipped(double missing_mm, double depth_mm) {
 
 Refusal clippedTouch(const std::string& name) {
   return {"clipped",
-          name + ": the deflection stays behind the overtravel by more than 10 %; reduce the overtravel or the gain"};
+          name + ": the deflection is more than 10 % smaller than the overtravel; reduce the overtravel or the gain"};
 }
 
 bool AgreedTouches::disagree() const {

@@ -44,8 +44,8 @@ Outcome<std::vector<double>, Refusal> effectOf(const Dataset& dataset, Solver so
   const auto below = valuesWith(dataset, solver, input, -kStep, here.size());
   if (!above && !below) {
     return Refusal{"no-convergence", "the effect of " + input.name +
-                                         " cannot be worked out: the case is refused a tenth of it higher and lower; "
-                                         "leave the key out, or look for readings at a limit"};
+                                         " cannot be evaluated: the case is refused when the value is changed by a "
+                                         "tenth of it; omit the key, or look for readings at a limit"};
   }
   const double width = (above ? kStep : 0.0) + (below ? kStep : 0.0);
   const auto& high = above ? *above : here;

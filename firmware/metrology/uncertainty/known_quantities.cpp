@@ -54,12 +54,12 @@ Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& datase
   if (!expansion) return expansion.error();
   if (expansion.value() && std::abs(**expansion) > kLargestExpansion) {
     return Refusal{"bad-config", "config key 'expansion_per_k' is " + text(**expansion) +
-                                     ": give the share by which a kelvin lengthens the piece, such as 11.5e-6"};
+                                     ": give the relative expansion of the piece per kelvin, such as 11.5e-6"};
   }
   for (const auto key : kTemperatureKeys) {
     if (!dataset.config.contains(key) || (celsius.value() && expansion.value())) continue;
-    return Refusal{"missing-key", "config key '" + std::string{key} +
-                                      "' says nothing by itself: state temperature_c and expansion_per_k too"};
+    return Refusal{"missing-key",
+                   "config key '" + std::string{key} + "' needs temperature_c and expansion_per_k as well"};
   }
   if (!expansion.value()) return std::optional<Temperature>{};
   return std::optional{Temperature{**celsius - kReference_c, **expansion}};
@@ -134,7 +134,7 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
   if (numberIn(looked_at, known.key, 0) == nullptr) {
     if (known.in_sd) return std::nullopt;  // the method refuses what it needs, and only that
     return Refusal{"missing-key", "config key '" + std::string{known.sd_key} + "' is stated without '" +
-                                      std::string{known.key} + "', whose uncertainty it is: state both"};
+                                      std::string{known.key} + "', the value that it belongs to: state both"};
   }
   for (std::size_t part = 0; const double* value = numberIn(looked_at, known.key, part); ++part) {
     if (known.kind == KnownKind::size && !(**sd < std::abs(*value))) return tooUncertain(known.sd_key, **sd, known.key);

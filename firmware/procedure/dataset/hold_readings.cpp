@@ -175,7 +175,7 @@ RunDataset holdsDataset(Method method, const capture::Recording& recording, cons
   const auto& head = facts.sensor_head;
   if (!head || !head->calibrated) {
     run.refusal = Refusal{"no-sensor-head",
-                          "no calibration of the sensor head is in force, so nobody knows what its readings mean: "
+                          "no calibration of the sensor head is in force, so its readings cannot be converted: "
                           "calibrate it first, accept it, and measure again"};
     return run;
   }

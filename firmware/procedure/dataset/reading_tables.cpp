@@ -248,8 +248,8 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Metho
   const auto& delay = recording.delay();
   if (delay.result_id == 0) {
     return metrology::Refusal{"no-delay",
-                              "no system delay is in force, so the touches lie beside the surface by an unknown "
-                              "lag: calibrate the delay first, accept it, and measure again"};
+                              "no system delay is in force, so the touches are displaced from the surface by an "
+                              "unknown lag: calibrate the delay first, accept it, and measure again"};
   }
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
   auto found = readingsOf(dataset, recording);

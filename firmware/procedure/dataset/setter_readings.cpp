@@ -23,9 +23,9 @@ std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSe
       const double found = round.width_mm(axis);
       if (std::abs(found - stated) <= kWidthTolerance_mm) continue;
       return Refusal{"setter-width-wrong",
-                     std::string{"along "} + "XYZ"[axis] + " the probe finds the device and its ball " +
-                         std::to_string(found) + " mm wide together, and " + std::to_string(stated) +
-                         " is stated: look at [tool_setter] half_width_mm and the stylus ball's diameter"};
+                     std::string{"along "} + "XYZ"[axis] + " the probe measures device plus stylus ball as " +
+                         std::to_string(found) + " mm wide, but " + std::to_string(stated) +
+                         " is stated: check [tool_setter] half_width_mm and the stylus ball's diameter"};
     }
   }
   return std::nullopt;

@@ -46,7 +46,7 @@ Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scal
   const auto& delay = recording.delay();
   if (delay.result_id == 0) {
     refusal = Refusal{"no-delay",
-                      "no system delay is in force, so the touches lie beside the surface by an unknown lag: "
+                      "no system delay is in force, so the touches are displaced from the surface by an unknown lag: "
                       "calibrate the delay first, accept it, and measure again"};
     return found;
   }

@@ -51,11 +51,11 @@ std::optional<metrology::Refusal> wrongRadius(double effective_mm, const std::ve
   for (const auto& reading : readings) of_tip_mm += reading.centre.radius_mm / static_cast<double>(readings.size());
   const double radius_mm = effective_mm - (of_tip_mm - facts.stylus_ball_diameter_mm / 2);
   if (std::abs(radius_mm - facts.probe_shank->radius_mm) <= kRadiusTolerance_mm) return std::nullopt;
-  return metrology::Refusal{"shank-radius-wrong",
-                            "what touched beside the tip has a radius of " + std::to_string(radius_mm) + " mm, and " +
-                                std::to_string(facts.probe_shank->radius_mm) +
-                                " is stated: look at [probe_shank] radius_mm and height_mm, and at the stylus ball's "
-                                "diameter"};
+  return metrology::Refusal{
+      "shank-radius-wrong",
+      "the shank is measured with a radius of " + std::to_string(radius_mm) + " mm, and " +
+          std::to_string(facts.probe_shank->radius_mm) +
+          " is stated: check [probe_shank] radius_mm and height_mm, and the stylus ball's diameter"};
 }
 
 // How far from the middle of its side a touch was made, across the tool: the touches of the sides to either hand tell
@@ -102,7 +102,8 @@ std::optional<metrology::Refusal> centreTouches(std::vector<ShankReading>& touch
                                                 const std::vector<Reading>& readings, const Facts& facts) {
   if (touches.empty()) return std::nullopt;
   if (!facts.probe_shank)
-    return metrology::Refusal{"no-shank", "a shank touched, and none is described: give [probe_shank] in machine.toml"};
+    return metrology::Refusal{"no-shank",
+                              "the run uses a shank, but none is described: give [probe_shank] in machine.toml"};
   const auto radius_mm = effectiveRadius(touches);
   if (!radius_mm || readings.empty()) return std::nullopt;
   if (auto refusal = wrongRadius(*radius_mm, readings, facts)) return refusal;

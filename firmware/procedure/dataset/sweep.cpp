@@ -46,7 +46,7 @@ std::optional<Error> whyTooLong(const ProcedureOptions& sweep) {
   const double duration_s = sweep.travel_mm / sweep.speeds_mm_s[0];
   if (duration_s <= kLongest_s) return std::nullopt;
   return Error{"A way of " + number(sweep.travel_mm) + " mm at " + number(sweep.speeds_mm_s[0]) + " mm/s takes " +
-               number(duration_s) + " s, and a recording has room for " + number(kLongest_s) + " s: give at least " +
+               number(duration_s) + " s, but a recording holds at most " + number(kLongest_s) + " s: give at least " +
                roundedUp(sweep.travel_mm / kLongest_s) + " mm/s, or fewer turns."};
 }
 
@@ -85,7 +85,7 @@ class Way {
 Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns, const Facts& facts) {
   const std::string method{nameOf(Method::screw_calibration)};
   if (options.axis < 1 || options.axis > kLinearAxes)
-    return Error{method + " is about one screw: say which axis it moves, X, Y or Z (--axis X)."};
+    return Error{method + " measures one screw: name its axis, X, Y or Z (--axis X)."};
   const std::string axis = nameOfAxis(options.axis - 1U);
   const auto& screw = facts.screws[options.axis - 1U];
   if (!screw) {
@@ -95,7 +95,7 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
   if (turns == 0) turns = kUsualTurns;
   if (turns < kFewestTurns || turns > kMostTurns) {
     return Error{number(turns) + " turns are not possible: give " + number(kFewestTurns) + " to " + number(kMostTurns) +
-                 "; drift and face are told apart from 3 whole turns on."};
+                 "; separating the drift from the face run-out needs 3 whole turns."};
   }
   const double most_rpm = kWholeTable * screw->threshold_rpm;
   if (options.speed_count == 0) {
@@ -104,8 +104,8 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
   }
   const double rpm = 60 * options.speeds_mm_s[0] / screw->pitch_mm;
   if (rpm > most_rpm) {
-    return Error{number(options.speeds_mm_s[0]) + " mm/s turn the screw of " + axis + " at " + number(rpm) +
-                 " rpm, and its sensor follows the face up to " + number(most_rpm) +
+    return Error{number(options.speeds_mm_s[0]) + " mm/s turns the screw of " + axis + " at " + number(rpm) +
+                 " rpm, but its sensor can follow the face only up to " + number(most_rpm) +
                  " (threshold_rpm of machine.toml): " + "give at most " + number(most_rpm * screw->pitch_mm / 60) +
                  " mm/s."};
   }
@@ -126,8 +126,8 @@ std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm
   }
   if (position_mm <= last_mm + kAtRest_mm) return std::nullopt;
   return Error{way + " from " + number(position_mm) + " mm ends beyond the axis " + axis + ", at " +
-               number(screw->travel_max_mm) + " mm: drive it to a place between " + number(screw->travel_min_mm) +
-               " and " + number(last_mm) + " mm first."};
+               number(screw->travel_max_mm) + " mm: move it to between " + number(screw->travel_min_mm) + " and " +
+               number(last_mm) + " mm first."};
 }
 
 RunDataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts) {
@@ -157,9 +157,9 @@ RunDataset sweepDataset(const capture::Recording& recording, const capture::Scal
   }
   RunDataset run{std::move(dataset), {}, {}};
   if (face.rows() < readings) {
-    run.warnings.push_back(std::to_string(readings - face.rows()) + " of " + std::to_string(readings) +
-                           " readings of the screw's sensor have no position of the axis before or after them, and are "
-                           "left out");
+    run.warnings.push_back(
+        std::to_string(readings - face.rows()) + " of " + std::to_string(readings) +
+        " readings of the screw's sensor have no axis position before or after them and are omitted");
   }
   run.dataset.tables.push_back(std::move(face));
   return run;

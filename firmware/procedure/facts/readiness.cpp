@@ -11,29 +11,29 @@ namespace probebox::procedure {
 namespace {
 
 constexpr const char* kNoShank =
-    " with the shank needs one that is described: give [probe_shank] tool, radius_mm, from_mm, to_mm and height_mm in "
+    " with the shank needs its description: give [probe_shank] tool, radius_mm, from_mm, to_mm and height_mm in "
     "machine.toml, and the length of that [[tool]].";
 
 constexpr const char* kNoSensorHead =
     " needs a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml.";
 
 constexpr const char* kNoLengths =
-    " needs the probe in tools of two lengths, 10 mm apart or more: give [probe_tools] numbers in machine.toml, and "
+    " needs the probe in tools whose lengths differ by 10 mm or more: give [probe_tools] numbers in machine.toml, and "
     "[[tool]] with the length of each.";
 
 // As the solvers want them.
 constexpr double kLeastLengths_mm = 10;
 
 constexpr const char* kNoHead =
-    " needs a head that swivels: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml.";
+    " needs a swivelling head: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml.";
 
 const char* missingOfTheHead(Needs needs, const Facts& facts, ReadBy by) {
   const bool swivels = needs == Needs::swivel_head || needs == Needs::swivel_lengths;
   if (swivels && !facts.swivel_head) return kNoHead;
   if (needs == Needs::swivel_head) {
     return facts.swivel_head->ball_mm ? nullptr
-                                      : " needs to know where the datum sphere stands: give [swivel_head] ball_mm in "
-                                        "machine.toml, in the positions of what the pivot is to be told from.";
+                                      : " needs the position of the datum sphere: give [swivel_head] ball_mm in "
+                                        "machine.toml, relative to the reference from which the pivot is wanted.";
   }
   return by != ReadBy::shank && facts.probe_tools.span_mm() < kLeastLengths_mm ? kNoLengths : nullptr;
 }
@@ -50,36 +50,36 @@ const char* missingFact(Needs needs, const Facts& facts, ReadBy by) {
                                       : " needs the size of the sphere: give [datum_sphere] diameter_mm in "
                                         "machine.toml, or use delay-multi-speed, which finds it.";
     case Needs::plates_gap:
-      return facts.gap_mm ? nullptr : " needs the distance of the plates: give [datum_plates] gap_mm in machine.toml.";
+      return facts.gap_mm ? nullptr
+                          : " needs the distance between the plates: give [datum_plates] gap_mm in machine.toml.";
     case Needs::checked_ball:
       return facts.checked_ball ? nullptr
-                                : " needs the ball that it reads: give [periodic_check] ball_diameter_mm and "
+                                : " needs a description of the ball: give [periodic_check] ball_diameter_mm and "
                                   "ball_centre_z_mm in machine.toml.";
     case Needs::rim_ball:
       return facts.rim_ball ? nullptr
-                            : " needs to know how C stands with the ball above the middle, along +Y: give [rim_ball] "
+                            : " needs the angle of C at which the ball is above the axis, along +Y: give [rim_ball] "
                               "c_deg in machine.toml.";
     case Needs::ball_plate:
-      return facts.ball_plate ? nullptr
-                              : " needs to know where a certificate has the balls: give [ball_plate] and its balls in "
-                                "machine.toml.";
-    case Needs::tilting_table:
-      return facts.tilting_table
+      return facts.ball_plate
                  ? nullptr
-                 : " needs a table that tilts: give [tilting_table] axis and tilts_deg in machine.toml.";
+                 : " needs the certified positions of the balls: give [ball_plate] and its balls in machine.toml.";
+    case Needs::tilting_table:
+      return facts.tilting_table ? nullptr
+                                 : " needs a tilting table: give [tilting_table] axis and tilts_deg in machine.toml.";
     case Needs::swivel_lengths:
     case Needs::swivel_head:
     case Needs::probe_lengths:
       return missingOfTheHead(needs, facts, by);
     case Needs::tool_setter:
       return facts.tool_setter ? nullptr
-                               : " needs the device that tools are set on: give [tool_setter] in machine.toml, and its "
-                                 "line as a [[trigger]] in box.toml.";
+                               : " needs a tool-setting device: give [tool_setter] in machine.toml, and its line as a "
+                                 "[[trigger]] in box.toml.";
     case Needs::measuring_unit:
       return facts.tool_setter && facts.tool_setter->accepted_mm
                  ? nullptr
-                 : " needs a device with a known place to touch: give [tool_setter] with accepted_mm in machine.toml; "
-                   "tool-setter finds it (setter_mm of its result).";
+                 : " needs a tool-setting device at a known position: give [tool_setter] with accepted_mm in "
+                   "machine.toml; tool-setter finds it (setter_mm of its result).";
     case Needs::sensor_head:
       return facts.sensor_head ? nullptr : kNoSensorHead;
   }
@@ -99,18 +99,17 @@ std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in
 
 std::optional<Error> whyNoHead(Method method, const Facts& facts) {
   const std::string name{nameOf(method)};
-  if (!canReadByHead(method)) return Error{name + " takes no sensor head: leave that option away."};
-  if (!facts.sensor_head) return Error{name + " by a sensor head" + kNoSensorHead};
+  if (!canReadByHead(method)) return Error{name + " does not use a sensor head: omit that option."};
+  if (!facts.sensor_head) return Error{name + " with a sensor head" + kNoSensorHead};
   if (needsHead(method) || facts.sensor_head->calibrated) return std::nullopt;
-  return Error{
-      name +
-      " by a sensor head needs the calibration of the head, and none is in force: calibrate it first (probebox "
-      "calibrate sensor-head-calibration) and accept it."};
+  return Error{name +
+               " with a sensor head needs the calibration of the head, and none is in force: calibrate it first "
+               "(probebox calibrate sensor-head-calibration) and accept it."};
 }
 
 std::optional<Error> whyNoShank(Method method, const Facts& facts) {
   const std::string name{nameOf(method)};
-  if (!canTouchByShank(method)) return Error{name + " takes no shank: leave that option away."};
+  if (!canTouchByShank(method)) return Error{name + " does not use a shank: omit that option."};
   if (!facts.probe_shank) return Error{name + kNoShank};
   // Lower down the stylus' ball would come to the ball as well.
   const bool of_part = needsOf(method) == Needs::probe_lengths;
@@ -119,7 +118,7 @@ std::optional<Error> whyNoShank(Method method, const Facts& facts) {
   const double least_mm = (ball_mm + facts.stylus_ball_diameter_mm) / 2;
   if (facts.probe_shank->height_mm > least_mm) return std::nullopt;
   return Error{name + " with the shank: " + number(facts.probe_shank->height_mm) +
-               " mm above it the stylus' ball would come to the ball as well: choose [probe_shank] height_mm above " +
+               " mm above its ball the stylus ball would touch as well: choose [probe_shank] height_mm above " +
                number(least_mm) + " in machine.toml."};
 }
 
@@ -127,8 +126,8 @@ std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& option
   if (needsOf(method) != Needs::ball_plate || !facts.ball_plate) return std::nullopt;
   const std::size_t known = facts.ball_plate->balls_mm.size();
   if (options.balls <= known) return std::nullopt;
-  return Error{"[ball_plate] of machine.toml has " + std::to_string(known) + " balls, and " +
-               std::to_string(options.balls) + " are to be read: describe the others, or read fewer."};
+  return Error{"[ball_plate] of machine.toml has " + std::to_string(known) + " balls, but " +
+               std::to_string(options.balls) + " are to be measured: describe the others, or measure fewer."};
 }
 
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, ReadBy by) {
@@ -167,9 +166,8 @@ std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Fac
                  (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
   }
   if (needsOf(method) != Needs::measuring_unit || found->holder) return std::nullopt;
-  return Error{"Nobody knows what tool " + std::to_string(tool) +
-               " is put together with: give its [[tool]] in machine.toml a holder, and that a [[holder]] with its "
-               "length."};
+  return Error{"The holder of tool " + std::to_string(tool) +
+               " is unknown: name it in its [[tool]] in machine.toml, and add a [[holder]] with its length."};
 }
 
 bool findsAPlace(Method method) {

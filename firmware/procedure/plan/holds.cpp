@@ -46,9 +46,7 @@ std::string degrees(double angle_rad) {
 
 std::optional<Error> whyNoHolds(const ProcedureOptions& options) {
   if (options.head_tool != 0 && options.head_range_mm > 0) return std::nullopt;
-  return Error{
-      "The box does not know which tool is the sensor head, and how far it reads: give [sensor_head] tool and "
-      "range_mm in machine.toml."};
+  return Error{"The sensor head is not described: give [sensor_head] tool and range_mm in machine.toml."};
 }
 
 std::size_t holdCount(const MethodRow& row, const Chosen& with) {

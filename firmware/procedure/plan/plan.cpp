@@ -31,7 +31,7 @@ double degrees(double angle_rad) {
 std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit) {
   if (value >= from && value <= to) return std::nullopt;
   std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "%s of %g %s is not possible: give %g to %g %s.", what, value, unit, from, to,
+  std::snprintf(text.data(), text.size(), "%s of %g %s is out of range: give %g to %g %s.", what, value, unit, from, to,
                 unit);
   return Error{text.data()};
 }
@@ -39,7 +39,7 @@ std::optional<Error> outside(const char* what, double value, double from, double
 // An option that the method would pass over in silence.
 std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& options) {
   const auto leave_away = [&](const char* what) {
-    return Error{std::string{row.name} + " takes no " + what + ": leave that option away."};
+    return Error{std::string{row.name} + " takes no " + what + ": omit that option."};
   };
   if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
   if (options.angles != 0 && !countsAngles(row)) return leave_away("rotary angles");
@@ -52,7 +52,7 @@ std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& option
   if (options.head_tool != 0 && !canReadByHead(row.method)) return leave_away("sensor head");
   if (options.shank_height_mm != 0 && !canTouchByShank(row.method)) return leave_away("shank");
   const bool sweeps = row.kind == Kind::sweep, holds = options.head_tool != 0;
-  if (options.speed_count != 0 && holds) return leave_away("speeds where a sensor head reads");
+  if (options.speed_count != 0 && holds) return leave_away("speeds when a sensor head measures");
   if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (sweeps || holds))
     return leave_away("overtravel and clearance");
@@ -67,7 +67,7 @@ std::optional<Error> whyNotB(const Chosen& with, const ProcedureOptions& options
   }
   const auto& [x, y, z] = with.b_axis;
   if (z == 0 && std::abs(x) + std::abs(y) == 1 && x * y == 0) return std::nullopt;
-  return Error{"The axis of B is neither along X nor along Y: give one of these."};
+  return Error{"The axis of B is along neither X nor Y: give one of these."};
 }
 
 std::optional<Error> whyNoTouches(const Chosen& with, double deflection_limit_mm) {
@@ -96,7 +96,7 @@ std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
 
 // The lines about each edge need their way at constant speed.
 std::optional<Error> whyNoTool(const ProcedureOptions& options, const Chosen& with) {
-  if (options.tool == 0) return Error{"Say which tool is measured: give its number (--tool)."};
+  if (options.tool == 0) return Error{"The tool to measure is missing: give its number (--tool)."};
   if (auto error = outside("An overtravel", with.overtravel_mm, kLeastWay_mm, 100, "mm")) return error;
   return outside("A clearance", with.clearance_mm, kLeastWay_mm, 10, "mm");
 }
@@ -131,7 +131,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   if (row == nullptr) return Error{"There is no method with this number."};
   if (auto error = unused(*row, options)) return error;
   if (options.speed_count > kMostSpeeds)
-    return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away."};
+    return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some."};
   if (row->kind == Kind::sweep) return whyNoSweep(options);
   Chosen with = chosen(*row, options);
   with.loops = {.count = kMostRimLoops, .zeros_rad = {}, .closes = true};
@@ -158,7 +158,7 @@ std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, 
   }
   const std::size_t steps = holds ? holdCount(*row, with) : touchCount(*row, with);
   if (steps <= kMostSteps) return std::nullopt;
-  return Error{"That would be " + std::to_string(steps) + (holds ? " holds" : " touches") + ", and a run has up to " +
+  return Error{"That would be " + std::to_string(steps) + (holds ? " holds" : " touches") + ", but a run has at most " +
                std::to_string(kMostSteps) + ": choose fewer speeds, angles, balls or tools."};
 }
 

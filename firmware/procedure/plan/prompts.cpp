@@ -28,7 +28,7 @@ std::string surfaceOf(const Step& step) {
     case Feature::datum_sphere:
       return side + " side of the sphere";
     case Feature::plates:
-      return "the face of the gap that looks to " + side;
+      return "the face of the gap whose normal points to " + side;
     case Feature::part_ball:
       return side + " side of ball " + std::to_string(step.touch.ball);
     case Feature::tool_setter:
@@ -43,14 +43,14 @@ std::string spindleOf(const Step& step) {
 
 // The edges of the way in count as well.
 const char* motionOf(const Step& step) {
-  if (step.touch.by_edges) return "in and, after a rest, back at ";
-  return step.kind == Kind::in_out ? "in and at once back at " : "retract at ";
+  if (step.touch.by_edges) return "in, pause, and back at ";
+  return step.kind == Kind::in_out ? "in and back without a pause at " : "retract at ";
 }
 
 std::string approachOf(const Step& step) {
   const auto& u = step.touch.retract_direction;
   std::array<char, 80> text{};
-  std::snprintf(text.data(), text.size(), ", coming along (%.3f, %.3f, %.3f)", -u[0], -u[1], -u[2]);
+  std::snprintf(text.data(), text.size(), ", approaching along (%.3f, %.3f, %.3f)", -u[0], -u[1], -u[2]);
   return text.data();
 }
 
@@ -65,16 +65,16 @@ char axisOf(const capture::TouchRequest& touch) {
 std::string jogPrompt(const Plan& plan, std::size_t step) {
   const auto& jog = plan.steps[step].touch;
   const char axis = axisOf(jog);
-  return "step " + ofAll(plan, step) + "where nothing is in the way, jog " + axis + " alone by +" +
-         number(jog.travel_mm) + " mm, as the control shows it";
+  return "step " + ofAll(plan, step) + "with free space around the probe, jog " + axis + " alone by +" +
+         number(jog.travel_mm) + " mm on the control's display";
 }
 
 std::string sweepPrompt(const Plan& plan, std::size_t step) {
   const auto& sweep = plan.steps[step].touch;
   const char axis = axisOf(sweep);
-  return "step " + ofAll(plan, step) + "once the screw of " + axis +
-         " keeps its temperature, and where nothing is in the way, move " + axis + " alone by +" +
-         number(sweep.travel_mm) + " mm at " + number(sweep.retract_speed_mm_s) + " mm/s without a stop";
+  return "step " + ofAll(plan, step) + "when the temperature of the screw of " + axis +
+         " is stable and its travel is clear, move " + axis + " alone by +" + number(sweep.travel_mm) + " mm at " +
+         number(sweep.retract_speed_mm_s) + " mm/s without stopping";
 }
 
 std::string pushPrompt(const Plan& plan, std::size_t step) {
@@ -83,7 +83,7 @@ std::string pushPrompt(const Plan& plan, std::size_t step) {
   const std::string direction =
       wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
   return "step " + ofAll(plan, step) + "push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
-         " mm and let it go, by hand or against the " + surfaceOf(wanted);
+         " mm and release it, by hand or against the " + surfaceOf(wanted);
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (wanted.touch.by_edges) text += "with " + spindleOf(wanted) + " in the spindle, ";
   text += surfaceOf(wanted);
   if (wanted.touch.shank_height_mm > 0)
-    text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the middle of the stylus' ball";
+    text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the centre of the stylus ball";
   if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
   text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
           number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +

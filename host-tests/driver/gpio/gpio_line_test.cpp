@@ -65,9 +65,9 @@ TEST_F(GpioLineOnAChip, GetsNoMoreThanATryASecondFromAChipThatComesAndGoes) {
   chip_->unplug(0);
   chip_->plugIn();
   EXPECT_EQ(lossesAt(10'300ms), 1);
-  EXPECT_THAT(line_->problem(), HasSubstr("comes and goes"));
+  EXPECT_THAT(line_->problem(), HasSubstr("keeps disappearing"));
   lossesAt(10'999ms);
-  EXPECT_THAT(line_->problem(), HasSubstr("comes and goes"));
+  EXPECT_THAT(line_->problem(), HasSubstr("keeps disappearing"));
   lossesAt(11s);
   EXPECT_THAT(line_->problem(), IsEmpty());
 }

@@ -156,7 +156,7 @@ TEST_F(SerialLine, IsRefusedWithARemedy) {
   EXPECT_THAT(refusal("a", {12345, Parity::none, 8, 1}), HasSubstr("12345 baud is no standard rate"));
   EXPECT_THAT(refusal("nothing"), HasSubstr("check the cable and the name"));
   std::ofstream{folder_ / "file"} << "text";
-  EXPECT_THAT(refusal("file"), HasSubstr("this is no serial line"));
+  EXPECT_THAT(refusal("file"), HasSubstr("this is not a serial line"));
 }
 
 TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {

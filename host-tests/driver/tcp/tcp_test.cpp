@@ -109,7 +109,7 @@ TEST_F(TcpConnection, IsRefusedWithARemedy) {
   EXPECT_THAT(Listener::open({"203.0.113.1", 0}).error().what, HasSubstr("does not have that address"));
   const auto gone = listener_->address();
   listener_.reset();
-  EXPECT_THAT(connectTcp(gone, kConnectPatience).error().what, HasSubstr("nobody listens there"));
+  EXPECT_THAT(connectTcp(gone, kConnectPatience).error().what, HasSubstr("nothing listens there"));
 }
 
 TEST_F(TcpConnection, GetsItsPortBackAtOnceAfterARestart) {

@@ -203,7 +203,7 @@ TEST(SweepOptions, SayWhatCannotBeTurned) {
     return sweep ? std::string{} : sweep.error().what;
   };
   const auto says = [](const std::string& text, const char* what) { return text.find(what) != std::string::npos; };
-  EXPECT_TRUE(says(refusal({}), "say which axis it moves"));
+  EXPECT_TRUE(says(refusal({}), "name its axis"));
   EXPECT_TRUE(says(refusal({.axis = 1}, 2), "2 turns are not possible: give 3 to 20"));
   // 12 mm/s of a pitch of 10 mm.
   EXPECT_TRUE(says(refusal({.speed_count = 1, .speeds_mm_s = {12}, .axis = 1}), "at 72 rpm"));
@@ -213,7 +213,7 @@ TEST(SweepOptions, SayWhatCannotBeTurned) {
   EXPECT_TRUE(says(procedure::sweepOptions({.axis = 2}, 0, facts).error().what, "give [screw.Y] in machine.toml"));
   // 98304 positions, one every 10 ms, less a minute: 200 mm in 923 s.
   const std::string slow = refusal({.speed_count = 1, .speeds_mm_s = {0.1}, .axis = 1}, 20);
-  EXPECT_TRUE(says(slow, "takes 2000 s, and a recording has room for 923.04 s: give at least 0.217 mm/s")) << slow;
+  EXPECT_TRUE(says(slow, "takes 2000 s, but a recording holds at most 923.04 s: give at least 0.217 mm/s")) << slow;
   EXPECT_EQ(refusal({.speed_count = 1, .speeds_mm_s = {0.217}, .axis = 1}, 20), "");
   const auto usual = sweepOf(1);
   EXPECT_DOUBLE_EQ(usual.travel_mm, 40) << "four turns";
@@ -230,9 +230,9 @@ TEST(SweepRoom, IsLookedForBeforeTheStart) {
   };
   EXPECT_EQ(why(-50, 20), "");
   EXPECT_EQ(why(100, 20), "") << "200 mm, to the very end";
-  EXPECT_EQ(why(100.5, 20),
-            "The way of +200 mm from 100.5 mm ends beyond the axis Y, at 300 mm: drive it to a place between -50 and "
-            "100 mm first.");
+  EXPECT_EQ(
+      why(100.5, 20),
+      "The way of +200 mm from 100.5 mm ends beyond the axis Y, at 300 mm: move it to between -50 and 100 mm first.");
   facts.screws[1]->travel_max_mm = 100;
   EXPECT_NE(why(-50, 20).find("is longer than the axis Y, which goes from -50 to 100 mm"), std::string::npos);
 }

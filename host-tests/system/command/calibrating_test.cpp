@@ -41,7 +41,7 @@ TEST(Calibrating, IsLedByHand) {
   const auto done = probebox({"-u", box.uri(), "calibrate", "delay-multi-speed"}, {}, nullptr, press);
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_GE(pressed, 6U) << "begin and end of three steps";
-  EXPECT_THAT(done.err, HasSubstr("By hand: Enter, do it, Enter."));
+  EXPECT_THAT(done.err, HasSubstr("By hand: press Enter, perform the step, press Enter."));
   EXPECT_THAT(done.out, HasSubstr("proposed"));
 }
 
@@ -139,7 +139,7 @@ TEST(Calibrating, EndsARunWhoseCommandWasKilled) {
   const FakeBox box;
   const auto done = at(box, {"calibrate", "--abort"});
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_THAT(done.out, HasSubstr("no calibration is going on"));
+  EXPECT_THAT(done.out, HasSubstr("no calibration is running"));
 }
 
 TEST(Calibrating, PassesOnWhatTheBoxRefuses) {
@@ -170,7 +170,8 @@ TEST(Accepting, SaysWhenTheResultHasToWaitForTheEndOfACut) {
   const FakeBox cutting{{.cut_is_on = true}};
   const auto done = at(cutting, {"accept", "4711", "--by", "Ada"});
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("comes into force when that is over"), testing::Not(HasSubstr("is in force"))));
+  EXPECT_THAT(done.out,
+              AllOf(HasSubstr("comes into force when the cut is over"), testing::Not(HasSubstr("is in force"))));
   const auto object = at(cutting, {"accept", "4711", "--by", "Ada", "--json"}).object();
   EXPECT_EQ(object["state"], "accepted");
   EXPECT_EQ(object["waiting_for_cut"], true);

@@ -30,11 +30,12 @@ TEST_F(Looking, StatusIsAPageForPeopleAndAnObjectForPrograms) {
   EXPECT_EQ(page.status, 0) << page.err;
   EXPECT_THAT(
       page.out,
-      AllOf(HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost"),
-            HasSubstr("sync: 125000 edges, 3 lost"),
-            HasSubstr(
-                "sigma 620 ns, +41.000 ppm, 250000 samples, 12 missing, 900 before it could say when, 5 bad packets"),
-            HasSubstr("gpiochip0 line 6 (index X): held by 'spindle'; stop that")));
+      AllOf(
+          HasSubstr("locked, sigma 850 ns"), HasSubstr("125000 produced, 150 of them lost"),
+          HasSubstr("sync: 125000 edges, 3 lost"),
+          HasSubstr(
+              "sigma 620 ns, +41.000 ppm, 250000 samples, 12 missing, 900 before the clock was locked, 5 bad packets"),
+          HasSubstr("gpiochip0 line 6 (index X): held by 'spindle'; stop that")));
   EXPECT_THAT(page.out, Not(testing::ContainsRegex("nothing from +gpiochip0 line 4"))) << "it has no problem";
   EXPECT_THAT(
       page.out,
@@ -147,7 +148,7 @@ TEST_F(Looking, EndsWhenNobodyReadsItsAnswersAnyMore) {
     arguments.insert(arguments.end(), endless.begin(), endless.end());
     const auto ended = probeboxInto(300, arguments);
     EXPECT_EQ(ended.status, 2) << endless.front();
-    EXPECT_THAT(ended.err, HasSubstr("standard output cannot be written"));
+    EXPECT_THAT(ended.err, HasSubstr("standard output can no longer be written"));
   }
 }
 
@@ -155,7 +156,7 @@ TEST_F(Looking, FailsWhenItsAnswerCannotBeWritten) {
   for (const auto* command : {"status", "info", "list", "corrections"}) {
     const auto failed = probeboxInto(10, {"-u", uri_, command});
     EXPECT_EQ(failed.status, 2) << command;
-    EXPECT_THAT(failed.err, HasSubstr("standard output cannot be written")) << command;
+    EXPECT_THAT(failed.err, HasSubstr("standard output can no longer be written")) << command;
     EXPECT_EQ(probeboxInto(100'000, {"-u", uri_, command}).status, 0) << command;
   }
   EXPECT_EQ(probeboxInto(10, {"--help"}).status, 2);

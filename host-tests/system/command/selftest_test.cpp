@@ -79,7 +79,7 @@ TEST(Selftest, AsksForNothingToBeAccepted) {
   const FakeBox box{{.only_looks = true}};
   const auto done = probebox({"-u", box.uri(), "calibrate", "selftest"});
   EXPECT_EQ(done.status, 0) << done.err;
-  EXPECT_THAT(done.out, HasSubstr("gives nothing to accept"));
+  EXPECT_THAT(done.out, HasSubstr("has no result to accept"));
   EXPECT_THAT(done.err, Not(HasSubstr("probebox accept")));
 }
 

@@ -127,7 +127,7 @@ TEST_F(WithADelay, FindsWhatAHeadThatSwivelsIsOff) {
   const auto by_shank = proposedBy("a-axis-alignment", "A_tilt_rad", {"--shank"});
   ASSERT_FALSE(by_shank.is_null());
   EXPECT_NEAR(by_shank["result"]["A_tilt_rad[1]"].get<double>(), descriptions_.world->probe_spindle->tilt[1], 5e-5);
-  EXPECT_THAT(box({"calibrate", "head-pivot", "--shank"}).err, HasSubstr("takes no shank"));
+  EXPECT_THAT(box({"calibrate", "head-pivot", "--shank"}).err, HasSubstr("does not use a shank"));
 
   start([](board::Descriptions& changed) { changed.machine.probe_shank.reset(); });
   EXPECT_THAT(box({"calibrate", "swivel-error", "--shank"}).err, HasSubstr("give [probe_shank] tool, radius_mm"));
@@ -163,7 +163,7 @@ TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
   EXPECT_THAT(good.out, HasSubstr("a push towards +Z"));
   EXPECT_THAT(good.out, HasSubstr("to gpiochip0 line 11 (loop-back input) are stamped"));
   EXPECT_THAT(good.out, HasSubstr("the write takes 4000 ns of it; 0 of 500 pulses were lost."));
-  EXPECT_THAT(good.out, HasSubstr("All is well"));
+  EXPECT_THAT(good.out, HasSubstr("All checks passed"));
   const auto status = box({"status", "--json"}).object();
   EXPECT_EQ(status["procedure"], "done") << "nothing waits to be accepted";
   EXPECT_EQ(box({"history"}).out, "") << "no calibration, so nothing is stored";
@@ -207,10 +207,10 @@ TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
     screw.warm_um = screw.cold_um;
     screw.face_um = {3, 0.8};
   });
-  EXPECT_THAT(box({"calibrate", "screw-calibration"}).err, HasSubstr("say which axis it moves"));
+  EXPECT_THAT(box({"calibrate", "screw-calibration"}).err, HasSubstr("name its axis"));
   EXPECT_THAT(box({"calibrate", "screw-calibration", "--axis", "X", "--turns", "2"}).err, HasSubstr("give 3 to 20"));
-  EXPECT_THAT(box({"calibrate", "centreline", "--axis", "X"}).err, HasSubstr("takes no axis"));
-  EXPECT_THAT(box({"calibrate", "delay-multi-speed", "--turns", "4"}).err, HasSubstr("takes no axis and turns"));
+  EXPECT_THAT(box({"calibrate", "centreline", "--axis", "X"}).err, HasSubstr("has no options axis"));
+  EXPECT_THAT(box({"calibrate", "delay-multi-speed", "--turns", "4"}).err, HasSubstr("has no options axis and turns"));
   const auto slow = box({"calibrate", "screw-calibration", "--axis", "X", "--turns", "20", "--speed", "0.1"});
   EXPECT_EQ(slow.status, 4);
   EXPECT_THAT(slow.err, HasSubstr("give at least 0.217 mm/s"));
@@ -283,7 +283,7 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
   const auto early = box({"calibrate", "rotary-axis-errors", "--head"});
   EXPECT_EQ(early.status, 4);
   EXPECT_THAT(early.err, HasSubstr("calibrate it first (probebox calibrate sensor-head-calibration)"));
-  EXPECT_THAT(box({"calibrate", "centreline", "--head"}).err, HasSubstr("takes no sensor head"));
+  EXPECT_THAT(box({"calibrate", "centreline", "--head"}).err, HasSubstr("does not use a sensor head"));
   EXPECT_THAT(box({"calibrate", "sensor-head-calibration", "--speed", "5"}).err, HasSubstr("takes no speeds"));
 
   // What a run proposes and the last step that was seen. Its saved case gives the same digits.

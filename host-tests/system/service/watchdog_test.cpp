@@ -91,7 +91,7 @@ TEST_F(ManagedDaemon, SaysThatItIsReadyAndHowItIsAndFeedsTheWatchdog) {
   EXPECT_TRUE(hear("READY=1"));
   EXPECT_TRUE(hear("STATUS=Master clock locked, 1 host"));  // the emulated controller
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(hear("WATCHDOG=1"));
-  EXPECT_THAT(log(), testing::Not(HasSubstr("Standing still")));
+  EXPECT_THAT(log(), testing::Not(HasSubstr("Stages not progressing")));
 }
 
 struct Stop {
@@ -107,7 +107,7 @@ TEST_P(ThreadOfManagedDaemon, IsNamedWhenItStandsStillAndStarvesTheWatchdogUntil
   {
     const auto held = support::HeldThread::hold(daemon->pid(), GetParam().thread);
     if (!held) GTEST_SKIP() << "a thread cannot be held here: " << held.error().what;
-    const auto named = "Standing still, the first is the cause: " + std::string{GetParam().named};
+    const auto named = "Stages not progressing, the first is the cause: " + std::string{GetParam().named};
     std::vector<std::string> heard;
     ASSERT_TRUE(eventually([&] {
       for (auto& message : messages()) heard.push_back(std::move(message));
@@ -120,7 +120,8 @@ TEST_P(ThreadOfManagedDaemon, IsNamedWhenItStandsStillAndStarvesTheWatchdogUntil
     EXPECT_LE(std::ranges::count(heard, "WATCHDOG=1"), 1) << "one may have been on its way";
   }
   EXPECT_TRUE(hear("WATCHDOG=1"));
-  EXPECT_TRUE(eventually([&] { return log().find("All stages of the chain go on again.") != std::string::npos; }));
+  EXPECT_TRUE(
+      eventually([&] { return log().find("All stages of the chain are running again.") != std::string::npos; }));
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, ThreadOfManagedDaemon,

@@ -201,7 +201,7 @@ TEST(SwivelPlans, NeedWhatTheDescriptionsSay) {
                                 .ball_mm = {},
                                 .sd_ball_mm = {}};
   facts.probe_tools = {.count = 2, .numbers = {3, 5}, .lengths_mm = {100, 109}};
-  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("10 mm apart"));
+  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("differ by 10 mm"));
   EXPECT_THAT(unready(Method::head_pivot), HasSubstr("ball_mm"));
   facts.probe_tools.lengths_mm[1] = 111;
   facts.swivel_head->ball_mm.emplace();
@@ -272,7 +272,7 @@ TEST(BallPlans, ReadNoMoreBallsThanThePlateHas) {
   EXPECT_FALSE(whyUnready(method, facts, true));
   EXPECT_FALSE(whyNoSuchBall(method, {}, facts));
   EXPECT_FALSE(whyNoSuchBall(method, {.balls = 3}, facts));
-  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, and 4 are to be read"));
+  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, but 4 are to be read"));
   EXPECT_FALSE(whyNoSuchBall(Method::c_axis_alignment, {.balls = 4}, facts));
 }
 

@@ -100,8 +100,8 @@ TEST(HoldPlan, RefusesWhatAHeadCannotUse) {
   auto fast = kHead;
   fast.speed_count = 1;
   fast.speeds_mm_s[0] = 5;
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, fast), HasSubstr("takes no speeds where a sensor head reads"));
-  EXPECT_THAT(refusal(Method::centreline, kHead), HasSubstr("takes no sensor head"));
+  EXPECT_THAT(refusal(Method::rotary_axis_errors, fast), HasSubstr("takes no speeds when a sensor head measures"));
+  EXPECT_THAT(refusal(Method::centreline, kHead), HasSubstr("does not use a sensor head"));
   auto many = kHead;
   many.angles = 30;
   many.balls = 7;
@@ -121,7 +121,7 @@ TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {
   facts.sensor_head->calibrated = CalibratedHead{};
   EXPECT_FALSE(whyNoHead(Method::rotary_axis_errors, facts));
   EXPECT_THAT(whyNoHead(Method::rotary_axis_errors, {})->what, HasSubstr("[sensor_head]"));
-  EXPECT_THAT(whyNoHead(Method::centreline, facts)->what, HasSubstr("takes no sensor head"));
+  EXPECT_THAT(whyNoHead(Method::centreline, facts)->what, HasSubstr("does not use a sensor head"));
 
   EXPECT_EQ(described(Method::sensor_head_calibration, {}, facts).head_tool, 5U);
   EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts).head_tool, 0U)
@@ -178,7 +178,7 @@ TEST_F(HoldRun, AsksAgainWhereTheMachineMoved) {
   begin(), hold(21'000), end();
   EXPECT_EQ(progress().step, 0U);
   EXPECT_EQ(progress().last_fault, TouchFault::moved);
-  EXPECT_THAT(capture::explain(TouchFault::moved), HasSubstr("begin the step when it has come to rest"));
+  EXPECT_THAT(capture::explain(TouchFault::moved), HasSubstr("begin the step when it has stopped"));
   begin(5, false);
   EXPECT_EQ(progress().state, State::waiting) << "it says itself that it moves";
   EXPECT_EQ(progress().last_fault, TouchFault::moved);

@@ -220,8 +220,8 @@ TEST_F(Planned, ASweepMovesOneAxisAndTouchesNothing) {
   ASSERT_EQ(plan.step_count, 1U);
   EXPECT_EQ(plan.steps[0].kind, Kind::sweep);
   EXPECT_EQ(promptFor(plan, 0),
-            "step 1 of 1: once the screw of Y keeps its temperature, and where nothing is in the way, move Y alone by "
-            "+40 mm at 0.5 mm/s without a stop");
+            "step 1 of 1: when the temperature of the screw of Y is stable and its travel is clear, move Y alone by "
+            "+40 mm at 0.5 mm/s without stopping");
 }
 
 TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
@@ -233,7 +233,7 @@ TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
   auto deeper = kSweep;
   deeper.overtravel_mm = 0.5;
   EXPECT_THAT(refusal(Method::screw_calibration, deeper), HasSubstr("takes no overtravel"));
-  EXPECT_THAT(refusal(Method::delay_plates, {.axis = 1}), HasSubstr("takes no axis"));
+  EXPECT_THAT(refusal(Method::delay_plates, {.axis = 1}), HasSubstr("has no options axis"));
   EXPECT_THAT(refusal(Method::centreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
   EXPECT_THAT(refusal(Method::centreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
   EXPECT_THAT(refusal(Method::centreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));

@@ -46,7 +46,7 @@ TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {
   }
   EXPECT_THAT(promptFor(*plan, 0), HasSubstr("with the probe in the spindle, +X face of the tool-setting device"));
   EXPECT_THAT(promptFor(*plan, 18), HasSubstr("with tool 7 in the spindle"));
-  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("0.5 mm deep, in and, after a rest, back at 5 mm/s until"));
+  EXPECT_THAT(promptFor(*plan, 18), HasSubstr("0.5 mm deep, in, pause, and back at 5 mm/s until"));
 }
 
 TEST(SetterPlan, NeedsANumberAndWayAboutTheEdges) {

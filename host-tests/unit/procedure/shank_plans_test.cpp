@@ -49,9 +49,8 @@ TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool)
     EXPECT_TRUE(k < 20 || touch.outward_normal[2] == 0) << "along the tool a shank tells nothing";
   }
   EXPECT_THAT(promptFor(*plan, 19), testing::Not(HasSubstr("shank")));
-  EXPECT_THAT(promptFor(*plan, 20),
-              HasSubstr("touch 21 of 36: tool 3, A at 0 and C at 0 deg; +X side of ball 1 with the "
-                        "shank, 50 mm above the middle of the stylus' ball, 0.5 mm deep"));
+  EXPECT_THAT(promptFor(*plan, 20), HasSubstr("touch 21 of 36: tool 3, A at 0 and C at 0 deg; +X side of ball 1 with "
+                                              "the shank, 50 mm above the centre of the stylus ball, 0.5 mm deep"));
 }
 
 // The stem holds a ball from below; what hangs on a shank that touches a side which looks down would cross it.
@@ -81,9 +80,9 @@ TEST(ShankPlan, NeedsAShankThatIsDescribedAndNoSecondTool) {
     facts.probe_shank.reset();
     EXPECT_THAT(whyNoShank(method, facts)->what, HasSubstr("give [probe_shank] tool, radius_mm"));
   }
-  EXPECT_THAT(whyNoShank(Method::head_pivot, factsWithShank())->what, HasSubstr("head-pivot takes no shank"));
+  EXPECT_THAT(whyNoShank(Method::head_pivot, factsWithShank())->what, HasSubstr("head-pivot does not use a shank"));
   const auto options = described(Method::a_axis_alignment, {}, factsWithShank(), ReadBy::shank);
-  EXPECT_THAT(whyRefused(Method::head_pivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("takes no shank"));
+  EXPECT_THAT(whyRefused(Method::head_pivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
   EXPECT_EQ(options.tool_count, 2);
   EXPECT_EQ(described(Method::a_axis_alignment, {}, factsWithShank()).shank_height_mm, 0);
   Facts no_head = factsWithShank();

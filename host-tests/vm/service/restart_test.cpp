@@ -28,7 +28,7 @@ TEST_F(Service, IsStartedAgainWhenOneOfItsStagesStandsStill) {
   const auto held = support::HeldThread::hold(stalled, "core");
   ASSERT_TRUE(held) << held.error().what;
   ASSERT_TRUE(replaced(stalled));
-  EXPECT_THAT(InstalledBox::log(), HasSubstr("Standing still, the first is the cause: core"));
+  EXPECT_THAT(InstalledBox::log(), HasSubstr("Stages not progressing, the first is the cause: core"));
   EXPECT_TRUE(TestHost::connect(kDoor));
 }
 

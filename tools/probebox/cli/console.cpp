@@ -26,7 +26,7 @@ std::string harmless(std::string_view text) {
 
 Trouble outputGone() {
   return {ExitStatus::usage, "not-written",
-          "the standard output cannot be written any further; is the disk full, or has its reader gone?"};
+          "the standard output can no longer be written: the disk is full, or its reader has exited"};
 }
 
 void Console::object(const Json& json) {

@@ -11,7 +11,7 @@ namespace probebox::command {
 std::optional<std::string> Output::objectionTo(const std::string& path, bool force) {
   std::error_code absent;
   if (force || path == "-" || !std::filesystem::is_regular_file(path, absent)) return std::nullopt;
-  return path + " is already there; name another file, or overwrite it with --force";
+  return path + " already exists; name another file, or overwrite it with --force";
 }
 
 Outcome<Output> Output::open(const std::string& path, bool force, std::ostream& standard) {
@@ -34,7 +34,7 @@ bool Output::flush() {
 }
 
 std::string Output::failure() const {
-  return name_ + " cannot be written any further; is the disk full, or has its reader gone?";
+  return name_ + " can no longer be written: the disk is full, or its reader has exited";
 }
 
 }  // namespace probebox::command

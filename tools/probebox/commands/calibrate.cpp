@@ -63,7 +63,7 @@ class Run {
       return console_.fail({ExitStatus::failed, "refused", "the calibration was refused: " + last.refusal});
     }
     if (last.state == ProcedureState::aborted) {
-      return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; begin it again"});
+      return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; start it again"});
     }
     if (last.result_id == 0) return tellDone(last.method);
     const auto results = ask<messages::ListResults>(run_.box(), console_, {last.result_id - 1});
@@ -81,7 +81,7 @@ class Run {
     if (console_.json())
       console_.object({{"method", method}, {"done", true}});
     else
-      console_.line(method + " is done, and gives nothing to accept");
+      console_.line(method + " is done; it has no result to accept");
     return ExitStatus::ok;
   }
 
@@ -133,7 +133,7 @@ ExitStatus abortRun(const link::Uri& uri, Console& console) {
   if (console.json()) {
     console.object({{"aborted", true}});
   } else {
-    console.line("no calibration is going on any more");
+    console.line("no calibration is running any more");
   }
   return ExitStatus::ok;
 }

@@ -28,7 +28,7 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   if (!end) return conclude(end.error(), console);
   if (listener.found) return show(*listener.found, console);
   return console.fail(
-      {ExitStatus::usage, "no-descriptor", path + " does not say what box it is from: its beginning is cut off"});
+      {ExitStatus::usage, "no-descriptor", path + " does not identify its box: its beginning is cut off"});
 }
 
 }  // namespace

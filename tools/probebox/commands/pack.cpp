@@ -54,7 +54,7 @@ std::optional<Error> whyNoSamples(const IntegerTable& table) {
   if (table.names.size() - 1 > kMostChannels)
     return Error{"line 1: a recording holds at most " + std::to_string(kMostChannels) + " columns beside sample"};
   const auto& samples = table.columns.front();
-  if (samples.empty()) return Error{"has no row behind its first line"};
+  if (samples.empty()) return Error{"has no row after its first line"};
   for (std::size_t k = 1; k < samples.size(); ++k) {
     if (samples[k] > samples[k - 1]) continue;
     return Error{"line " + std::to_string(k + 2) + ": sample " + std::to_string(samples[k]) + " does not come after " +
@@ -62,7 +62,7 @@ std::optional<Error> whyNoSamples(const IntegerTable& table) {
   }
   if (samples.back() == std::numeric_limits<std::int64_t>::max())
     return Error{"line " + std::to_string(samples.size() + 1) +
-                 ": sample: nothing can come after this index; begin lower"};
+                 ": sample: this is the largest possible index; start at a lower one"};
   return std::nullopt;
 }
 

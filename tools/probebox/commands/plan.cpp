@@ -115,7 +115,7 @@ ExitStatus propose(procedure::Method method, const Plan& options, Console& conso
   if (found->empty())
     return console.fail(
         {ExitStatus::failed, "nothing-fits",
-         printed("no set of touches that this method can use fits into %g s; give it more", *options.time_s)});
+         printed("no set of touches that this method can use fits into %g s; allow more time", *options.time_s)});
   if (!console.json()) console.line(page(found->front()));
   if (!console.json()) console.line("the most precise that fit into " + printed("%g s:", *options.time_s));
   for (std::size_t i = 0; i < std::min(kShown, found->size()); ++i) {
@@ -139,7 +139,7 @@ ExitStatus run(const Plan& options, const std::string&, Console& console) {
     return console.fail(usage("no box runs " + options.method + "; use one of: " + known));
   }
   if (options.speeds_mm_s.size() > kMostSpeeds)
-    return console.fail(usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: leave some away"));
+    return console.fail(usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some"));
   if (options.time_s) return propose(*method, options, console);
   const auto expected = plan::forecast(*method, optionsOf(options), setUpOf(options));
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});

@@ -93,7 +93,7 @@ ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
   }
   const auto id = std::to_string(answer.result_id);
   if (!console.json())
-    console.line("result " + id + " is proposed; it changes nothing before somebody accepts it: probebox accept " + id +
+    console.line("result " + id + " is proposed; it has no effect until it is accepted: probebox accept " + id +
                  " --by NAME");
   return ExitStatus::ok;
 }

@@ -99,7 +99,9 @@ std::string equation(const Done& done) {
             std::to_string(done.triggers.declared_lost + done.triggers.inferred_lost) + " lost";
   }
   if (tally.restarts() > 0)
-    text += "\n  the box was restarted: what it produced just before is unknown, and no equation holds";
+    text +=
+        "\n  the box was restarted: how many samples it produced just before is unknown, so the balance cannot be "
+        "checked";
   if (!done.closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
   return text;
 }
@@ -167,7 +169,7 @@ class Session {
   // The time was over before the box came back.
   Trouble awayAtTheEnd() const {
     return {ExitStatus::no_box, "link-lost",
-            "the link was lost, and the box was not back in time; what it produced from sample " +
+            "the link was lost, and the box did not come back in time; the samples from sample " +
                 std::to_string(stream_.tally().next().index) + " on is unknown"};
   }
 

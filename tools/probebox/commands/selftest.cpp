@@ -48,9 +48,10 @@ class Findings {
     if (console_.json())
       console_.object({{"findings", all_}, {"wrong", wrong_}});
     else if (wrong_ == 0)
-      console_.line("All is well. Next: probebox calibrate delay-multi-speed");
+      console_.line("All checks passed. Next: probebox calibrate delay-multi-speed");
     else
-      console_.line(printed("%zu of %zu are wrong: mend them, restart the box, and run selftest again.", wrong_, all_));
+      console_.line(
+          printed("%zu of %zu are wrong: correct them, restart the box, and run selftest again.", wrong_, all_));
     return wrong_ == 0 ? ExitStatus::ok : ExitStatus::failed;
   }
 
@@ -67,7 +68,7 @@ void judgeSources(const std::vector<messages::SourceStatus>& sources, Findings& 
     else
       findings.add({false, "source-missing", source.name + ": " + source.problem});
   }
-  if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver.", well, sources.size())});
+  if (well > 0) findings.add({true, "", printed("%zu of %zu inputs deliver data.", well, sources.size())});
 }
 
 Finding judgeClock(const messages::ClockStatus& clock) {
@@ -80,7 +81,7 @@ Finding judgeClock(const messages::ClockStatus& clock) {
   const std::uint64_t arrived = edges.accepted + edges.doubled + edges.spurious + edges.unlocked;
   if (arrived == 0) return {false, "no-sync", "No sync edge has arrived: check the sync cable and [sync] in box.toml."};
   return {false, "clock-unlocked",
-          printed("%llu sync edges have arrived, and they are no clock: check sync_period and the active edge in "
+          printed("%llu sync edges have arrived but give no stable clock: check sync_period and the active edge in "
                   "box.toml, and the cable for noise.",
                   static_cast<unsigned long long>(arrived))};
 }
@@ -91,10 +92,9 @@ void judgeStamps(link::Client& box, Console& console, Findings& findings) {
   if (late) {
     findings.add(judge(*late), {{"loop_back", describe(*late)}});
   } else if (late.error().name == messages::nameOf(messages::ErrorCode::not_found)) {
-    findings.skip(
-        "This box has no loop-back, so that how late it stamps edges is not known ([loop_back] in box.toml).");
+    findings.skip("This box has no loop-back, so the latency of its edge stamps is unknown ([loop_back] in box.toml).");
   } else {
-    findings.add({false, "loop-back", "The loop-back gave no answer: " + late.error().what});
+    findings.add({false, "loop-back", "The loop-back measurement failed: " + late.error().what});
   }
 }
 
@@ -143,7 +143,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
   const auto last = walk.go({.method = "selftest"});
   if (!last) return conclude(last.error(), console);
   if (last->state == messages::ProcedureState::aborted)
-    return console.fail({ExitStatus::failed, "aborted", "the selftest was aborted; begin it again"});
+    return console.fail({ExitStatus::failed, "aborted", "the selftest was aborted; start it again"});
   if (last->step < last->steps) return console.fail({ExitStatus::failed, "refused", last->refusal});
   const auto seen = measured(walk);
   if (!seen) return conclude(seen.error(), console);

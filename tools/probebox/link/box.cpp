@@ -50,7 +50,7 @@ Outcome<std::string, Trouble> theOnlyBox() {
   if (boxes.size() == 1) return boxes.front();
   std::string all;
   for (const auto& uri : boxes) all += " " + uri;
-  return usage("several boxes are here; name one with -u:" + all);
+  return usage("several boxes were found; name one with -u:" + all);
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ Trouble FollowedRun::replaced(std::uint32_t other) {
   replaced_ = true;
   return {ExitStatus::failed, "run-replaced",
           "run " + std::to_string(run_) + " is gone: the box is at run " + std::to_string(other) +
-              "; it was restarted, or somebody else began a calibration"};
+              "; it was restarted, or another calibration was started"};
 }
 
 void FollowedRun::show(const Progress& progress) {
@@ -108,7 +108,9 @@ void FollowedRun::show(const Progress& progress) {
       if (progress.steps == 0) return console_.progress(progress.prompt);
       console_.line(progress.prompt);
       if (!told_of_keys_ && console_.hasKeys())
-        console_.note("A controller that follows the box does the steps itself. By hand: Enter, do it, Enter.");
+        console_.note(
+            "A controller that follows the box performs the steps itself. By hand: press Enter, perform the step, "
+            "press Enter.");
       told_of_keys_ = true;
       return;
     case ProcedureState::running:
@@ -139,7 +141,7 @@ Outcome<std::string, Trouble> FollowedRun::dataset() {
 Trouble FollowedRun::aborted() {
   const auto aborted = box_->request<messages::AbortProcedure>({run_}, link::patience(milliseconds{2000}));
   console_.note(aborted ? "probebox: the run was aborted"
-                        : "probebox: the box could not be told to stop; see probebox calibrate --abort");
+                        : "probebox: the stop request did not reach the box; see probebox calibrate --abort");
   return console_.interrupted() ? interruption() : outputGone();
 }
 

@@ -72,7 +72,7 @@ bool LastingStream::fallBack() {
   const bool refused = box_->failure() && box_->failure()->code == messages::ErrorCode::refused;
   if (!refused || options_.profile == messages::Profile::raw) return false;
   console_.note("probebox: the box does not send profile " + std::string{messages::nameOf(options_.profile)} +
-                "; going on with raw");
+                "; continuing with raw");
   options_.profile = messages::Profile::raw;
   start();
   return true;

@@ -51,7 +51,8 @@ Outcome<metrology::Dataset> datasetFromJson(std::string_view text) {
   try {
     return dataset(Json::parse(text));
   } catch (const Json::exception& e) {
-    return Error{std::string{"the box's measured data cannot be read ("} + e.what() + "); update the older of the two"};
+    return Error{std::string{"the measured data from the box cannot be read ("} + e.what() +
+                 "); update the older of the two"};
   }
 }
 

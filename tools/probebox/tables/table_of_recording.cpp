@@ -123,7 +123,7 @@ std::string sentence(const Rows::Missing& gap) {
 void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
   const auto& missing = table.missing();
   if (!missing.empty()) {
-    console.note(std::to_string(table.missingSamples()) + " samples are missing, in " + std::to_string(missing.size()) +
+    console.note(std::to_string(table.missingSamples()) + " samples are missing, at " + std::to_string(missing.size()) +
                  " places; they have no row:");
   }
   for (std::size_t i = 0; i < missing.size() && i < kGapsNoted; ++i) console.note(sentence(missing[i]));
@@ -134,7 +134,7 @@ void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
                  std::to_string(end.bytes - end.cut_bytes));
   }
   if (!end.closed) {
-    console.note("the recording ends before its stream did: what came from sample " + std::to_string(end.next.index) +
+    console.note("the recording ends before its stream did: the samples from sample " + std::to_string(end.next.index) +
                  " on is unknown");
   }
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
@@ -187,8 +187,8 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
   if (table.begun()) writer.end();
   if (writer.failure()) return console.fail({ExitStatus::usage, "not-written", *writer.failure()});
   if (!table.begun() && !console.interrupted()) {
-    return console.fail({ExitStatus::usage, "no-descriptor",
-                         job.input + " does not say what its channels are: its beginning is cut off"});
+    return console.fail(
+        {ExitStatus::usage, "no-descriptor", job.input + " does not describe its channels: its beginning is cut off"});
   }
   if (console.interrupted()) return ExitStatus::interrupted;
   if (!job.triggers.empty()) {

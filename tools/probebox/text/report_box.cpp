@@ -55,10 +55,10 @@ std::string receiverText(const messages::ReceiverStatus& r) {
   const bool is_good = r.state == ClockState::locked || r.state == ClockState::holdover;
   if (is_good) all += ", sigma " + readableNs(r.sigma_ns) + printed(", %+.3f ppm", r.frequency_ppb * 1e-3);
   all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
-         " before it could say when";
+         " before the clock was locked";
   if (r.bad_packets > 0) all += ", " + to_string(r.bad_packets) + " bad packets";
   const bool never_locked = r.samples == r.unstamped;
-  if (never_locked && r.refused_frequency > 0) all += "; is rate_hz in probe.toml the receiver's?";
+  if (never_locked && r.refused_frequency > 0) all += "; check that rate_hz in probe.toml is that of the receiver";
   return all;
 }
 
@@ -240,7 +240,7 @@ std::string page(const messages::Descriptor& d) {
   const double rate_hz = 1e9 / static_cast<double>(d.nominal_tick_period_ns) * d.samples_per_tick;
   std::string all = row("board", d.board) + row("serial number", d.serial_number) +
                     row("firmware", d.firmware_version) + row("machine", d.machine) + row("probe", d.probe);
-  all += row("master clock", printed("%g us a tick, %u samples a tick: %g samples a second",
+  all += row("master clock", printed("%g us per tick, %u samples per tick: %g samples per second",
                                      static_cast<double>(d.nominal_tick_period_ns) * 1e-3,
                                      static_cast<unsigned>(d.samples_per_tick), rate_hz));
   all += row("system delay", delayOf(d.delay)) + "channels\n";

@@ -103,13 +103,14 @@ std::string lineOf(char name, const messages::AxisStatus& axis) {
 std::string lineOf(char name, const messages::RotaryAxisStatus& axis) {
   std::string all = printed("%c ", name);
   if (axis.known) {
-    all += printed("at %.4f deg", axis.angle_rad * kDegrees) + (axis.doubtful ? ", in doubt: silent for too long" : "");
+    all +=
+        printed("at %.4f deg", axis.angle_rad * kDegrees) + (axis.doubtful ? ", in doubt: no value for too long" : "");
   } else {
     all += "angle not known";
     if (axis.last_fault != 0) all += std::string{" since: "} + named(kReferenceFaults, axis.last_fault);
   }
   if (axis.result_id == 0) return all;
-  if (!axis.has_errors) return all + ", no errors measured around here";
+  if (!axis.has_errors) return all + ", no errors measured near this angle";
   const auto& e = axis.errors;
   return all + printed(", errors %+.1f %+.1f %+.1f um", e[0] * 1e3, e[1] * 1e3, e[2] * 1e3) +
          printed(" %+.1f %+.1f %+.1f urad", e[3] * 1e6, e[4] * 1e6, e[5] * 1e6);
@@ -117,7 +118,7 @@ std::string lineOf(char name, const messages::RotaryAxisStatus& axis) {
 
 std::string lineOf(const messages::SwivelStatus& swivel) {
   std::string all = swivel.tool == 0 ? "no tool told" : printed("tool %u", swivel.tool);
-  all += swivel.has_tool_length ? printed(", %.4f mm long", swivel.tool_length_mm) : ", its length not known";
+  all += swivel.has_tool_length ? printed(", %.4f mm long", swivel.tool_length_mm) : ", length unknown";
   if (swivel.result_id == 0 || !swivel.has_tool_length) return all;
   const auto& e = swivel.error_mm;
   return all + printed("; the head adds %+.1f %+.1f %+.1f um", e[0] * 1e3, e[1] * 1e3, e[2] * 1e3);
@@ -173,11 +174,12 @@ std::string line(const messages::Corrections::Answer& c) {
 
 std::string page(const messages::Corrections::Answer& c) {
   std::string all = line(c);
-  if (c.inhibited) all += "\n  a cut is on: no result comes into force";
-  if (c.delay_calibrated && !c.delay_applied) all += "\n  the delay in force is NOT in the samples: no buffer spans it";
+  if (c.inhibited) all += "\n  a cut is in progress: no result comes into force";
+  if (c.delay_calibrated && !c.delay_applied)
+    all += "\n  the delay in force is NOT applied to the samples: it exceeds the buffer";
   if (c.refused_homings > 0) all += printed("\n  %u homings refused: the axis did not stand still", c.refused_homings);
   if (c.unplaced_triggers > 0) all += printed("\n  %u triggers without a machine position", c.unplaced_triggers);
-  if (c.valid && !c.settled) all += "\n  on its way: the limit of rate holds it back";
+  if (c.valid && !c.settled) all += "\n  changing: limited by the maximum rate";
   for (const auto& source : c.sources) {
     if (source.health == 0) continue;
     all += printed("\n  %-10s ", named(kSources, source.bit)) + named(kHealths, source.health) +

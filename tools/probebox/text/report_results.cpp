@@ -85,7 +85,8 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
   }
   const std::string which = "result " + std::to_string(id);
   if (answer.waiting_for_cut) {
-    console.line(which + " is accepted by " + by + "; a cut is on, and it comes into force when that is over");
+    console.line(which + " is accepted by " + by +
+                 "; a cut is in progress, and it comes into force when the cut is over");
   } else {
     console.line(which + " is in force, accepted by " + by);
   }

@@ -45,7 +45,7 @@ TEST(IncomingCase, IsNotMixedWithAnother) {
   IncomingCase incoming;
   ASSERT_TRUE(incoming.add(piece(7, true, false)).ok());
   ASSERT_TRUE(incoming.add(piece(8, true, false)).ok()) << "the newer one";
-  EXPECT_THAT(incoming.add(piece(7, false, true)).error().what, HasSubstr("came in between"));
+  EXPECT_THAT(incoming.add(piece(7, false, true)).error().what, HasSubstr("interrupted by another case"));
   EXPECT_FALSE(incoming.add(piece(9, false, true)).ok()) << "it never began";
   EXPECT_TRUE(incoming.add(piece(8, false, true)).ok());
   EXPECT_FALSE(incoming.add(piece(8, false, true)).ok()) << "it is over";

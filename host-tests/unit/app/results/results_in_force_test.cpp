@@ -149,7 +149,7 @@ TEST_F(HeadInForce, CannotBeOfNobody) {
   const auto results = started();
   const auto refused = results->accept(proposeHead({1, 0, 0, 0, 1, 0, 0, 0, 1}, "sensor-head-calibration"), "Ada");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().what, testing::HasSubstr("does not say of which sensor head it is"));
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("does not name its sensor head"));
 }
 
 TEST_F(HeadInForce, CannotBeWhatHasNoMatrix) {

@@ -208,7 +208,7 @@ TEST(Centreline, WidensAndSaysSoWhereTheReadingsDisagree) {
   readings[2].at.x() += 0.1;
   const auto solved = solve(centrelineDataset(readings, 0.001));
   EXPECT_GT(solved->find("centre_mm")->sd[0], 0.005);
-  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("agree worse")));
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("scatter more")));
 }
 
 TEST(Centreline, RefusesByName) {

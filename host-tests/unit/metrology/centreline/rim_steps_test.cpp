@@ -142,7 +142,7 @@ TEST(CentrelineBySteps, TellsOfTheStepsAloneWhereTheAnglesAreNotTrusted) {
   const auto solved = solve(dataset);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
   EXPECT_FALSE(solved->chi2_reduced);
-  EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("agree worse"))));
+  EXPECT_THAT(solved->warnings, testing::Not(testing::Contains(testing::HasSubstr("scatter more"))));
   EXPECT_LT(solved->rms, 0.005) << "the fit leaves far more";
   EXPECT_EQ(solved->dof, 1u);
   EXPECT_THAT(solved->condition, testing::AllOf(testing::Gt(5.0), testing::Lt(500.0)));

@@ -252,7 +252,7 @@ TEST(DelayJoints, RefusesLegsThatCarryNoPlatform) {
   EXPECT_THAT(refusal(few), testing::AllOf(HasSubstr("bad-legs"), HasSubstr("has 2 rows: give three")));
   Dataset flat = dataset;  // three arms in the plane of the platform
   for (double& z : columnNamed(flat, "legs", "lz_mm")) z = 0.0;
-  EXPECT_THAT(refusal(flat), HasSubstr("do not hold the platform"));
+  EXPECT_THAT(refusal(flat), HasSubstr("do not constrain the platform"));
   Dataset strange = dataset;
   columnNamed(strange, "legs", "kind")[1] = 4.0;
   EXPECT_THAT(refusal(strange), HasSubstr("bad-flag: table 'legs', row 2"));
