@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -6,19 +8,26 @@
 
 namespace probebox::board {
 
+inline constexpr std::size_t kLongestFile = 100'000;  // bytes; those of the emulated board have 10 000 at most
+
+// Notes what would be dangerous to parse: a file that is no description by its size, and keys nested so deep that the
+// parser, which calls itself for each level, would run out of stack.
+bool isParsable(std::string_view text, Problems& problems);
+
 // Parses `text` and lets `read` (Section& -> T) take what it knows. Any problem makes it an error.
 template <class T, class Read>
 Outcome<T> readDocument(std::string_view text, std::string_view file_name, Read read) {
   Problems problems{file_name};
+  if (!isParsable(text, problems)) return problems.error();
   try {
     const auto table = toml::parse(text, file_name);
-    Section root{table, "", problems};
+    Section root{table, "", problems, 1};
     T value = read(root);
     root.finish();
     if (problems.none()) return value;
   } catch (const toml::parse_error& error) {
     problems.add(static_cast<std::uint32_t>(error.source().begin.line),
-                 std::string{error.description()} + ": not TOML, mend it");
+                 "not TOML: " + std::string{error.description()} + "; correct this line");
   }
   return problems.error();
 }

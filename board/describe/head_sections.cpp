@@ -17,17 +17,16 @@ SensorHeadDescription readDescription(Section section, const Machine& machine) {
   head.tool = static_cast<std::uint32_t>(section.integer("tool", kToolNumbers));
   head.range_mm = section.number("range_mm", kSensorRange_mm);
   head.centre_offset_mm = section.vector("centre_offset_mm", {-5000, 5000});
-  if (section.has("sd_centre_offset_mm")) head.sd_centre_offset_mm = section.number("sd_centre_offset_mm", {kTiny, 10});
+  head.sd_centre_offset_mm = section.numberIfThere("sd_centre_offset_mm", {1e-6, 10});
   const auto carries = [&](const ToolDescription& tool) { return tool.number == head.tool; };
-  if (section.has("tool") && std::ranges::any_of(machine.probe_tools, carries)) {
-    section.problem(*section.node("tool"), "tool " + std::to_string(head.tool) +
-                                               " carries the probe ([probe_tools]): the head is another tool");
-  }
+  if (section.good("tool") && std::ranges::any_of(machine.probe_tools, carries))
+    section.problem("tool", "= " + std::to_string(head.tool) +
+                                " carries the probe ([probe_tools]): write the number of the sensor head");
   section.finish();
   return head;
 }
 
-// Three sensors that look from sides of their own.
+// Whether the directions of the three sensors span space.
 bool spansSpace(const std::array<std::array<double, 3>, 3>& m) {
   constexpr double kLeastVolume = 1e-3;
   const double volume = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) +
@@ -41,14 +40,14 @@ WorldSensorHead readEmulated(Section section, const World& world) {
   head.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers));
   head.offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)};
   head.length_mm = section.number("length_mm", {0, kMostToolLength_mm});
-  const bool has_sensors = section.has("sensors");
-  head.sensors = section.matrix("sensors");
+  head.sensors = section.matrix("sensors", {-1000, 1000});
   head.range_mm = section.number("range_mm", kSensorRange_mm);
   head.noise_um = section.number("noise_um", {0, 100});
-  if (section.has("number") && hasTool(world, head.number))
-    section.problem(*section.node("number"), "tool " + std::to_string(head.number) + " is there twice: give it once");
-  if (has_sensors && !spansSpace(head.sensors))
-    section.problem(*section.node("sensors"), "the sensors look from nearly the same side: turn one of them");
+  if (section.good("number") && hasTool(world, head.number))
+    section.problem("number",
+                    "= " + std::to_string(head.number) + " is there twice: give each tool a number of its own");
+  if (section.good("sensors") && !spansSpace(head.sensors))
+    section.problem("sensors", "looks along directions that lie nearly in one plane: turn one of the sensors");
   section.finish();
   return head;
 }
@@ -56,15 +55,12 @@ WorldSensorHead readEmulated(Section section, const World& world) {
 }  // namespace
 
 void readSensorHead(Section& root, Machine& machine) {
-  const bool described = root.has("sensor_head");
-  auto section = root.section("sensor_head", false);
-  if (described) machine.sensor_head = readDescription(std::move(section), machine);
+  if (auto section = root.sectionIfThere("sensor_head"))
+    machine.sensor_head = readDescription(std::move(*section), machine);
 }
 
 void readWorldHead(Section& root, World& world) {
-  const bool described = root.has("sensor_head");
-  auto section = root.section("sensor_head", false);
-  if (described) world.sensor_head = readEmulated(std::move(section), world);
+  if (auto section = root.sectionIfThere("sensor_head")) world.sensor_head = readEmulated(std::move(*section), world);
 }
 
 }  // namespace probebox::board

@@ -1,14 +1,20 @@
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "board/describe/document.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/ranges.hpp"
 #include "board/describe/sim_files.hpp"
+#include "board/describe/spelling.hpp"
 
 namespace probebox::board {
 namespace {
@@ -18,17 +24,28 @@ struct File {
   std::string text;
 };
 
+constexpr std::array kFileNames{"box.toml", "machine.toml", "probe.toml", "service.toml", "world.toml"};
+
+Error unreadable(const std::filesystem::path& path, const std::string& reason) {
+  return {path.string() + ": " + reason +
+          "; a board is a folder with box.toml, machine.toml, probe.toml and service.toml"};
+}
+
+// A pipe or a device could keep the reader waiting, or never end.
 Outcome<File> readFile(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) return unreadable(path, error ? error.message() : "No such file or directory");
+  if (!std::filesystem::is_regular_file(status)) return unreadable(path, "it is no ordinary file");
   errno = 0;
   std::ifstream in{path, std::ios::binary};
-  std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in) {
-    const std::string reason = errno != 0 ? std::strerror(errno) : "it cannot be read";
-    return Error{path.string() + ": " + reason +
-                 "; a board is a folder with box.toml, machine.toml, probe.toml and service.toml"};
-  }
-  return File{path.string(), text.str()};
+  // More than any description has, so that one that is too long is seen to be.
+  constexpr std::size_t kMost = 2 * kLongestFile;
+  std::string text(kMost, '\0');
+  if (in) in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (in.bad() || !in.is_open()) return unreadable(path, errno != 0 ? std::strerror(errno) : "it cannot be read");
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return File{path.string(), std::move(text)};
 }
 
 using Reader = std::function<Outcome<File>(const std::string& file_name)>;
@@ -61,12 +78,10 @@ void checkTravel(const Reader& reader, const World& world, const Machine& machin
     for (std::size_t i = 0; i < machine.axes.size(); ++i) {
       const auto& axis = machine.axes[i];
       if (place[i] >= axis.travel_min_mm && place[i] <= axis.travel_max_mm) continue;
-      std::ostringstream text;
-      text << nameOf(reader, "world.toml") << ": '" << key << "' has "
-           << "XYZ"[i] << " = " << place[i] << ", and the travel of that axis is " << axis.travel_min_mm << " to "
-           << axis.travel_max_mm << " mm in " << nameOf(reader, "machine.toml")
-           << ": move it inside, or mend the travel";
-      error.what += (error.what.empty() ? "" : "\n") + text.str();
+      error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "world.toml") + ": '" + key + "' has " +
+                    "XYZ"[i] + " = " + plain(place[i]) + ", and that axis travels " +
+                    inWords({axis.travel_min_mm, axis.travel_max_mm}) + " mm in " + nameOf(reader, "machine.toml") +
+                    ": move it inside, or correct the travel";
     }
   }
 }
@@ -99,15 +114,33 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   return all;
 }
 
-bool overridden(const std::filesystem::path& overrides, const std::string& file_name) {
-  return !overrides.empty() && std::filesystem::exists(overrides / file_name);
+// A link that leads nowhere is there too: it was meant to be read.
+bool isThere(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::symlink_status(path, error).type() != std::filesystem::file_type::not_found;
 }
 
-// A folder that was named but is not there is a slip, not an empty set of overrides.
-std::optional<Error> missingFolder(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return std::nullopt;
-  return Error{folder.string() + ": there is no such folder; name one that holds TOML descriptions"};
+bool overridden(const std::filesystem::path& overrides, const std::string& file_name) {
+  return !overrides.empty() && isThere(overrides / file_name);
+}
+
+// Says what is wrong with a folder that was named: it is not there, or it holds a description whose name is misspelt,
+// which would be passed over without a word.
+std::optional<Error> whyNoFolder(const std::filesystem::path& folder) {
+  if (folder.empty()) return std::nullopt;
+  std::error_code error;
+  auto entries = std::filesystem::directory_iterator{folder, error};
+  if (error == std::errc::permission_denied)
+    return Error{folder.string() + ": this folder cannot be read; give its group the right to (chmod g+rx)"};
+  if (error) return Error{folder.string() + ": there is no such folder; name one that holds TOML descriptions"};
+  const std::vector<std::string> names{kFileNames.begin(), kFileNames.end()};
+  for (; !error && entries != std::filesystem::directory_iterator{}; entries.increment(error)) {
+    const auto name = entries->path().filename().string();
+    const auto meant = name.ends_with(".toml") ? nearest(name, names) : std::nullopt;
+    if (meant && !isThere(folder / *meant))
+      return Error{entries->path().string() + ": nothing reads a file of this name; did you mean " + *meant + "?"};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -122,17 +155,17 @@ std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& mach
 
 Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory, const std::filesystem::path& overrides) {
   for (const auto& folder : {directory, overrides}) {
-    if (const auto error = missingFolder(folder)) return *error;
+    if (const auto error = whyNoFolder(folder)) return *error;
   }
   const auto place = [&](const std::string& name) {
     return (overridden(overrides, name) ? overrides : directory) / name;
   };
   const Reader reader = [&](const std::string& name) { return readFile(place(name)); };
-  return load(reader, std::filesystem::exists(place("world.toml")));
+  return load(reader, isThere(place("world.toml")));
 }
 
 Outcome<Descriptions> simDescriptions(const std::filesystem::path& overrides) {
-  if (const auto error = missingFolder(overrides)) return *error;
+  if (const auto error = whyNoFolder(overrides)) return *error;
   const Reader reader = [&](const std::string& name) -> Outcome<File> {
     if (overridden(overrides, name)) return readFile(overrides / name);
     return File{"board/sim/" + name, std::string{simFile(name)}};

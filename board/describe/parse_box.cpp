@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "board/describe/document.hpp"
@@ -9,62 +11,74 @@
 namespace probebox::board {
 namespace {
 
-// Two roles on one line would take it from each other.
-using TakenLines = std::map<std::pair<std::string, LineAddress>, std::string>;
+constexpr std::size_t kMostLines = 16;  // of one role
+
+// Two roles on one line would take it from each other, and a name must tell which line it is.
+struct Taken {
+  std::map<std::pair<std::string, LineAddress>, std::string> lines;
+  std::set<std::string> names;
+};
 
 LineAddress lineAddress(Section& section) {
   const auto* node = section.node("line");
   if (node == nullptr) return {};
-  if (const auto name = node->value_exact<std::string>(); name && !name->empty()) return *name;
+  if (node->is_string()) return section.text("line");
   const auto offset = node->value_exact<std::int64_t>();
   if (!offset || *offset < 0 || *offset > 65535) {
-    section.problem(*node, "'line' is neither an offset nor a name: write line = 4, or line = \"GPIO17\"");
+    section.problem("line", "is neither an offset nor a name: write line = 4, or line = \"GPIO17\"");
     return {};
   }
   return static_cast<unsigned>(*offset);
 }
 
-GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines& taken) {
+GpioLine gpioLine(Section& section, const std::string& default_name, Taken& taken) {
   GpioLine line;
   line.name = section.text("name", default_name);
-  line.chip = section.text("chip");
+  line.chip = section.text("chip", {}, kLongestAddress);
   line.line = lineAddress(section);
   line.active = section.choice("active", {"high", "low"}, 0) == 0 ? ActiveLevel::high : ActiveLevel::low;
-  const auto [place, is_new] = taken.try_emplace({line.chip, line.line}, line.name);
-  if (!is_new && section.has("line")) {
-    section.problem(*section.node("line"),
-                    "'" + line.name + "' is on the line of '" + place->second + "': give each a line of its own");
+  if (section.good("line") && section.good("chip")) {
+    const auto [place, is_new] = taken.lines.try_emplace({line.chip, line.line}, line.name);
+    if (!is_new)
+      section.problem("line", "of " + inQuotes(line.name) + " is that of " + inQuotes(place->second) +
+                                  ": give each a line of its own");
   }
+  if (!line.name.empty() && !taken.names.insert(line.name).second)
+    section.problem("name", "= " + inQuotes(line.name) + " is there twice: give each line a name of its own");
   return line;
 }
 
-std::vector<GpioLine> gpioLines(Section& root, const std::string& role, TakenLines& taken) {
+std::vector<GpioLine> gpioLines(Section& root, const std::string& role, Taken& taken) {
   std::vector<GpioLine> lines;
-  for (auto& section : root.sections(role)) {
+  for (auto& section : root.sections(role, kMostLines)) {
     lines.push_back(gpioLine(section, role + " " + std::to_string(lines.size() + 1), taken));
     section.finish();
   }
   return lines;
 }
 
-std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
+std::vector<IndexLine> indexLines(Section& root, Taken& taken) {
   std::vector<IndexLine> lines;
-  for (auto& section : root.sections("index")) {
-    const auto axis = static_cast<std::uint8_t>(section.choice("axis", {"X", "Y", "Z"}));
-    lines.push_back({gpioLine(section, std::string{"index "} + "XYZ"[axis], taken), axis});
+  std::array<bool, 3> has_mark{};
+  for (auto& section : root.sections("index", kMostLines)) {
+    const auto axis = section.choice("axis", {"X", "Y", "Z"});
+    const std::string name{"XYZ"[axis]};
+    if (section.good("axis") && std::exchange(has_mark.at(axis), true))
+      section.problem("axis", "= \"" + name + "\" has an [[index]] already: describe one for each axis");
+    lines.push_back({gpioLine(section, "index " + name, taken), static_cast<std::uint8_t>(axis)});
     section.finish();
   }
   return lines;
 }
 
-GpioLine lineOfPair(Section& pair, const std::string& key, TakenLines& taken) {
+GpioLine lineOfPair(Section& pair, const std::string& key, Taken& taken) {
   auto section = pair.section(key);
   auto line = gpioLine(section, "loop-back " + key, taken);
   section.finish();
   return line;
 }
 
-LoopBack loopBack(Section pair, TakenLines& taken) {
+LoopBack loopBack(Section pair, Taken& taken) {
   LoopBack lines;
   lines.output = lineOfPair(pair, "output", taken);
   lines.input = lineOfPair(pair, "input", taken);
@@ -75,11 +89,8 @@ LoopBack loopBack(Section pair, TakenLines& taken) {
 // What goes into a USB string, and through the script that sets the gadget up.
 std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual = {}) {
   auto text = section.text(key, std::move(usual));
-  const bool plain = std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
-  if (section.has(key) && (!plain || text.size() > 126))
-    section.problem(*section.node(key), "'" + std::string{key} +
-                                            "' goes out over USB: write at most 126 plain ASCII "
-                                            "characters");
+  if (!std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; }))
+    section.problem(key, "= " + inQuotes(text) + " goes out over USB: write plain ASCII characters");
   return text;
 }
 
@@ -93,9 +104,32 @@ UsbIdentity usbIdentity(Section section) {
   return usb;
 }
 
+// The emulated machine takes the place of all devices; without it, encoders have no driver yet.
+Devices devicesOf(Section section) {
+  constexpr std::string_view kReceiver = "usb:";
+  Devices devices;
+  const bool emulated = section.choice("encoders", {"none", "sim"}) == 1;
+  devices.encoders = emulated ? "sim" : "none";
+  devices.encoder_rate_hz = section.number("encoder_rate_hz", {1, 1e6});
+  devices.probe = section.text("probe");
+  const bool named = devices.probe.starts_with(kReceiver) && devices.probe.size() > kReceiver.size();
+  if (!named) devices.probe = std::array{"none", "sim", "usb"}[section.choice("probe", {"none", "sim", "usb"})];
+  devices.drift = std::array{"none", "sim"}[section.choice("drift", {"none", "sim"}, 0)];
+  const bool comparable = section.good("encoders") && section.good("probe");
+  if (comparable && emulated != (devices.probe == "sim"))
+    section.problem("probe", "= " + inQuotes(devices.probe) + " does not go with encoders = \"" + devices.encoders +
+                                 "\": write \"sim\" for both (the emulated machine); or encoders = \"none\" with probe "
+                                 "= \"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with "
+                                 "that serial number)");
+  if (section.good("drift") && section.good("encoders") && devices.drift == "sim" && !emulated)
+    section.problem("drift", "= \"sim\" needs the emulated machine: write \"none\", or encoders = \"sim\"");
+  section.finish();
+  return devices;
+}
+
 Box readBox(Section& root) {
   Box box;
-  TakenLines taken;
+  Taken taken;
   auto identity = root.section("box");
   box.board_name = identity.text("board_name");
   box.serial_number = usbText(identity, "serial_number");
@@ -112,16 +146,8 @@ Box readBox(Section& root) {
   box.indexes = indexLines(root, taken);
   box.skips = gpioLines(root, "skip", taken);
   box.inhibits = gpioLines(root, "inhibit", taken);
-
-  auto pair = root.section("loop_back", false);
-  if (root.has("loop_back")) box.loop_back = loopBack(std::move(pair), taken);
-
-  auto devices = root.section("devices");
-  box.devices.encoders = devices.text("encoders");
-  box.devices.encoder_rate_hz = devices.number("encoder_rate_hz", {1, 1e6});
-  box.devices.probe = devices.text("probe");
-  box.devices.drift = devices.text("drift", "none");
-  devices.finish();
+  if (auto pair = root.sectionIfThere("loop_back")) box.loop_back = loopBack(std::move(*pair), taken);
+  box.devices = devicesOf(root.section("devices"));
   box.usb = usbIdentity(root.section("usb", false));
   return box;
 }

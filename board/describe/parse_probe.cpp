@@ -22,11 +22,9 @@ Probe readProbe(Section& root) {
   probe.rate_hz = section.number("rate_hz", {1, 1e6});
   probe.noise_um = section.number("noise_um", {1e-4, 1000});
   probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
-  probe.gain = section.matrix("gain");
-  if (section.has("gain") && singular(probe.gain)) {
-    section.problem(*section.node("gain"),
-                    "'gain' has no inverse, so some direction would not be felt: measure it again");
-  }
+  probe.gain = section.matrix("gain", {-1000, 1000});
+  if (section.good("gain") && singular(probe.gain))
+    section.problem("gain", "has no inverse, so the probe would not feel one direction: measure it again");
   section.finish();
 
   auto stylus = root.section("stylus");

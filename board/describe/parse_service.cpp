@@ -6,26 +6,32 @@
 namespace probebox::board {
 namespace {
 
-// Each address must begin with one of the kinds, and name something after it.
+constexpr std::size_t kMostAddresses = 16;
+
+// Each address begins with one of the kinds, names something after it, and is there once. Whether this build can open
+// it is for whoever opens it to say, with its place.
 std::vector<std::string> addresses(Section& root, std::string_view key, const std::vector<std::string>& kinds,
-                                   const std::string& example) {
-  auto given = root.texts(key);
-  for (const auto& address : given) {
-    const bool known = std::any_of(kinds.begin(), kinds.end(), [&](const std::string& kind) {
-      return (address.starts_with(kind + ":") && address.size() > kind.size() + 1) ||
-             (kind == "usb" && address == kind);
+                                   const std::string& example, std::vector<std::string>& places) {
+  std::vector<std::string> all;
+  for (const auto& [text, line] : root.texts(key, kMostAddresses, kLongestAddress)) {
+    const bool known = std::ranges::any_of(kinds, [&](const std::string& kind) {
+      return (text.starts_with(kind + ":") && text.size() > kind.size() + 1) || (kind == "usb" && text == kind);
     });
-    if (known) continue;
-    root.problem(*root.node(key), "'" + std::string{key} + "' has \"" + address +
-                                      "\", which is no address: write it as \"" + example + "\"");
+    if (!known)
+      root.problemAt(line, key, "has " + inQuotes(text) + ", which is no address: write it as \"" + example + "\"");
+    if (std::ranges::find(all, text) != all.end())
+      root.problemAt(line, key, "has " + inQuotes(text) + " twice: remove one of them");
+    all.push_back(text);
+    places.push_back(root.place(line, key));
   }
-  return given;
+  return all;
 }
 
 Service readService(Section& root) {
   Service service;
-  service.links = addresses(root, "links", {"tcp", "serial", "usb"}, "tcp:127.0.0.1:7627");
-  service.cnc = addresses(root, "cnc", {"modbus", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200");
+  service.links = addresses(root, "links", {"tcp", "serial", "usb"}, "tcp:127.0.0.1:7627", service.link_places);
+  service.cnc =
+      addresses(root, "cnc", {"modbus", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200", service.cnc_places);
 
   auto access = root.section("access", false);
   service.access.allow_marker = access.flag("allow_marker", false);

@@ -9,7 +9,8 @@
 namespace probebox::board {
 namespace {
 
-constexpr Range kAnywhere{-1e5, 1e5};
+constexpr Range kAnywhere{-50'000, 50'000};
+constexpr Range kCloseToOne{-10, 10};  // of a matrix
 // A delay beyond half a second is milliseconds written as seconds.
 constexpr Range kDelay{-0.5, 0.5};
 constexpr Range kRate{1, 1e5};
@@ -45,14 +46,14 @@ WorldEncoders readEncoders(Section section) {
   encoders.noise_um = section.number("noise_um", {0, 1000});
   encoders.counts_per_mm = section.number("counts_per_mm", {1e-3, 1e9});
   encoders.dropout_probability = section.number("dropout_probability", kProbability, 0.0);
-  if (section.has("power_up_mm")) encoders.power_up_mm = section.vector("power_up_mm", kAnywhere);
+  encoders.power_up_mm = section.vectorIfThere("power_up_mm", kAnywhere).value_or(Vector3{});
   section.finish();
   return encoders;
 }
 
 WorldAxes readAxes(Section section) {
   WorldAxes axes;
-  axes.acceleration_mm_s2 = section.number("acceleration_mm_s2", {1, 1e6});
+  axes.acceleration_mm_s2 = section.number("acceleration_mm_s2", {1, 1e5});
   axes.traverse_mm_s = section.number("traverse_mm_s", {0.1, 5000});
   axes.home_mm = section.vector("home_mm", kAnywhere);
   section.finish();
@@ -63,7 +64,7 @@ WorldProbe readProbe(Section section) {
   WorldProbe probe;
   probe.rate_hz = section.number("rate_hz", kRate);
   probe.noise_um = section.number("noise_um", {0, 1000});
-  probe.gain = section.matrix("gain");
+  probe.gain = section.matrix("gain", kCloseToOne);
   probe.range_mm = section.number("range_mm", {1e-3, 100});
   probe.bounce_mm = section.number("bounce_mm", {0, 10}, 0.0);
   probe.bounce_decay_s = section.number("bounce_decay_s", {1e-5, 1}, 0.005);
@@ -103,18 +104,17 @@ WorldPartSpindle readPartSpindle(Section section) {
   spindle.point_mm = section.vector("point_mm", kAnywhere);
   spindle.tilt = readTilt(section);
   spindle.ball_radius_mm = section.number("ball_radius_mm", {0.1, 1000});
-  for (auto& ball : section.sections("ball")) {
+  for (auto& ball : section.sections("ball", kMostBalls)) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
     ball.finish();
   }
   const auto error = [&](std::string_view key, double most) {
-    return section.has(key) ? section.vector(key, {-most, most}) : Vector3{};
+    return section.vectorIfThere(key, {-most, most}).value_or(Vector3{});
   };
   spindle.error_cosine_mm = error("error_cosine_mm", 1);
   spindle.error_sine_mm = error("error_sine_mm", 1);
   spindle.error_cosine_rad = error("error_cosine_rad", 0.01);
   spindle.error_sine_rad = error("error_sine_rad", 0.01);
-  if (spindle.balls_mm.size() > kMostBalls) section.problem(*section.node("ball"), "more than 8 balls: remove some");
   section.finish();
   return spindle;
 }
@@ -166,12 +166,12 @@ WorldProbeSpindle readProbeSpindle(Section section) {
   spindle.stylus_offset_mm = first.stylus_offset_mm;
   spindle.stylus_length_mm = first.stylus_length_mm;
   readWorldShank(section, spindle);
-  for (auto& further : section.sections("further_tool")) {
+  for (auto& further : section.sections("further_tool", kMostTools)) {
     const auto number = static_cast<std::uint32_t>(further.integer("number", kToolNumbers));
     const bool again = number == spindle.tool || std::ranges::find(spindle.further_tools, number, &WorldTool::number) !=
                                                      spindle.further_tools.end();
-    if (again && further.has("number"))
-      further.problem(*further.node("number"), "tool " + std::to_string(number) + " is there twice: give it once");
+    if (again && further.good("number"))
+      further.problem("number", "= " + std::to_string(number) + " is there twice: give each tool a number of its own");
     spindle.further_tools.push_back(readTool(further, number));
     further.finish();
   }
@@ -203,16 +203,15 @@ WorldScrew readScrew(Section section) {
 void readScrews(Section section, World& world) {
   for (std::size_t axis = 0; axis < world.screws.size(); ++axis) {
     const std::string name{"XYZ"[axis]};
-    const bool described = section.has(name);
-    auto screw = section.section(name, false);
-    if (described) world.screws[axis] = readScrew(std::move(screw));
+    if (auto screw = section.sectionIfThere(name)) world.screws.at(axis) = readScrew(std::move(*screw));
   }
   section.finish();
 }
 
 WorldCycle readCycle(Section section) {
+  constexpr std::size_t kMostSpeeds = 32;
   WorldCycle cycle;
-  cycle.speeds_mm_s = section.numbers("speeds_mm_s", {0.01, 1000}, 1);
+  cycle.speeds_mm_s = section.numbers("speeds_mm_s", {0.01, 1000}, {1, kMostSpeeds});
   cycle.overtravel_mm = section.number("overtravel_mm", {1e-3, 100});
   cycle.clearance_mm = section.number("clearance_mm", {1e-3, 1000});
   cycle.dwell_s = section.number("dwell_s", {0, 60});
@@ -224,19 +223,19 @@ WorldCycle readCycle(Section section) {
 World readWorld(Section& root) {
   World world;
   // TOML's integers are signed.
-  world.seed = static_cast<std::uint64_t>(root.integer("seed", kNotNegative));
+  world.seed = static_cast<std::uint64_t>(root.integer("seed", {0, 1e15}));
   world.delays = readDelays(root.section("delays"));
   world.clock = readClock(root.section("master_clock"));
   world.encoders = readEncoders(root.section("encoders"));
   world.axes = readAxes(root.section("axes"));
   world.probe = readProbe(root.section("probe"));
   world.sphere = readSphere(root.section("datum_sphere"));
-  if (root.has("gauge_plates")) world.plates = readPlates(root.section("gauge_plates"));
-  if (root.has("part_spindle")) world.part_spindle = readPartSpindle(root.section("part_spindle"));
-  if (root.has("tilting_table")) world.tilting_table = readTiltingTable(root.section("tilting_table"));
-  if (root.has("swivel_head")) world.swivel_head = readSwivelHead(root.section("swivel_head"));
-  if (root.has("probe_spindle")) world.probe_spindle = readProbeSpindle(root.section("probe_spindle"));
-  if (root.has("rotary_axes")) world.rotary = readRotary(root.section("rotary_axes"));
+  if (auto section = root.sectionIfThere("gauge_plates")) world.plates = readPlates(std::move(*section));
+  if (auto section = root.sectionIfThere("part_spindle")) world.part_spindle = readPartSpindle(std::move(*section));
+  if (auto section = root.sectionIfThere("tilting_table")) world.tilting_table = readTiltingTable(std::move(*section));
+  if (auto section = root.sectionIfThere("swivel_head")) world.swivel_head = readSwivelHead(std::move(*section));
+  if (auto section = root.sectionIfThere("probe_spindle")) world.probe_spindle = readProbeSpindle(std::move(*section));
+  if (auto section = root.sectionIfThere("rotary_axes")) world.rotary = readRotary(std::move(*section));
   readScrews(root.section("screw", false), world);
   readWorldTools(root, world);
   readWorldHead(root, world);

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -7,25 +8,41 @@
 #include <vector>
 
 #include "protocol/units/outcome.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::board {
+
+inline constexpr std::size_t kLongestAddress = 255;  // characters of the address of a link or a line
+inline constexpr std::size_t kLongestProblem = 600;  // characters of a sentence about a problem
+
+// Puts a value of a file into double quotes, shortened to what a sentence can hold.
+inline std::string inQuotes(std::string_view text) {
+  constexpr std::size_t kMost = 60;
+  return "\"" + shown(text, kMost) + "\"";
+}
 
 // What is wrong with one file, in the order of its lines.
 class Problems {
  public:
   explicit Problems(std::string_view file_name) : file_name_{file_name} {}
 
-  void add(std::uint32_t line, const std::string& text) {
-    found_.emplace_back(line, file_name_ + ":" + std::to_string(line) + ": " + text);
+  void add(std::uint32_t line, std::string_view text) {
+    found_.emplace_back(line, place(line) + ": " + shown(text, kLongestProblem));
   }
   bool none() const { return found_.empty(); }
+  // "box.toml:12"
+  std::string place(std::uint32_t line) const { return file_name_ + ":" + std::to_string(std::max(line, 1U)); }
 
-  // All of them, one a line.
+  // One a line. Of very many the first are enough to begin with.
   Error error() const {
+    constexpr std::size_t kMost = 100;
     auto sorted = found_;
     std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     Error error;
-    for (const auto& [line, text] : sorted) error.what += (error.what.empty() ? "" : "\n") + text;
+    for (std::size_t k = 0; k < std::min(sorted.size(), kMost); ++k)
+      error.what += (k == 0 ? "" : "\n") + sorted[k].second;
+    if (sorted.size() > kMost)
+      error.what += "\n" + file_name_ + ": and " + std::to_string(sorted.size() - kMost) + " more problems";
     return error;
   }
 

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "board/describe/places.hpp"
 #include "board/describe/tool_sections.hpp"
 
 namespace probebox::board {
@@ -24,8 +27,8 @@ RotaryAxisDescription readRotaryAxis(Section section) {
   }
   axis.counts_per_deg = section.number("counts_per_deg", {1e-3, 1e9});
   axis.sense = static_cast<int>(section.integer("sense", {-1, 1}));
-  if (axis.sense == 0)
-    section.problem(*section.node("sense"), "'sense' = 0: write 1 when counts rise with the angle, else -1");
+  if (section.good("sense") && axis.sense == 0)
+    section.problem("sense", "= 0 is no direction: write 1 where counts rise with the angle, else -1");
   axis.reference =
       section.choice("reference", {"absolute", "homing"}, 1) == 0 ? ReferenceBy::absolute : ReferenceBy::homing;
   axis.maximum_speed_deg_s = section.number("maximum_speed_deg_s", {1, 1e6}, kUsualSpeed_deg_s);
@@ -34,19 +37,19 @@ RotaryAxisDescription readRotaryAxis(Section section) {
   return axis;
 }
 
-// Without [rotary_axis.B] nobody would know the angle of B.
+// Notes a rotary axis whose angle the box would not know.
 void requireDescribed(Section& section, std::string_view key, RotaryLetter letter, const Machine& machine) {
   const auto index = static_cast<std::size_t>(letter);
   if (machine.rotary_axes[index]) return;
   const std::string name{kLetters[index]};
-  section.problem(*section.node(key), "'" + std::string{key} + "' names the axis " + name +
-                                          ", whose angle nobody tells: add [rotary_axis." + name + "]");
+  section.problem(key, "names the axis " + name + ", which is not described: add [rotary_axis." + name +
+                           "], which says where its angle comes from");
 }
 
 SwivelDescription readSwivel(Section section, double hold_s, const Machine& machine) {
   SwivelDescription swivel;
   swivel.axis = static_cast<RotaryLetter>(section.choice("axis", {"A", "B", "C"}));
-  if (section.has("axis")) requireDescribed(section, "axis", swivel.axis, machine);
+  if (section.good("axis")) requireDescribed(section, "axis", swivel.axis, machine);
   swivel.by_angle = section.flag("by_angle", false);
   swivel.hold_s = section.number("hold_s", kSeconds, hold_s);
   section.finish();
@@ -55,22 +58,24 @@ SwivelDescription readSwivel(Section section, double hold_s, const Machine& mach
 
 std::vector<RotaryLetter> readChain(Section& section, const Machine& machine) {
   std::vector<RotaryLetter> chain;
-  const auto* node = section.node("chain");
-  if (node == nullptr) return chain;
-  for (const auto& name : section.texts("chain")) {
+  section.node("chain");
+  for (const auto& [name, line] : section.texts("chain", kLetters.size())) {
     const auto letter = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
     if (letter == std::string_view::npos) {
-      section.problem(*node,
-                      "'chain' names '" + name + "': write the axes from the base outwards, such as [\"B\", \"C\"]");
+      section.problemAt(line, "chain",
+                        "names " + inQuotes(name) +
+                            ": write \"A\", \"B\" or \"C\" from the base outwards, such as "
+                            "[\"B\", \"C\"]");
       continue;
     }
     const auto axis = static_cast<RotaryLetter>(letter);
     if (std::ranges::find(chain, axis) != chain.end())
-      section.problem(*node, "'chain' names the axis " + name + " twice");
+      section.problemAt(line, "chain", "names the axis " + name + " twice: name it once");
     requireDescribed(section, "chain", axis, machine);
     chain.push_back(axis);
   }
-  if (chain.empty()) section.problem(*node, "'chain' names no axis: write those that turn the table, such as [\"C\"]");
+  if (section.good("chain") && chain.empty())
+    section.problem("chain", "names no axis: write those that turn the table, such as [\"C\"]");
   return chain;
 }
 
@@ -81,8 +86,10 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
   table.at_tip = section.choice("tool_point", {"position", "tip"}) == 1;
   if (table.at_tip) {
     const auto& d = table.tool_direction = section.vector("tool_direction", {-1, 1});
-    if (section.has("tool_direction") && std::abs(std::hypot(d[0], d[1], d[2]) - 1) > 1e-6)
-      section.problem(*section.node("tool_direction"), "'tool_direction' has not the length 1: such as [0, 0, -1]");
+    const double length = std::hypot(d[0], d[1], d[2]);
+    if (section.good("tool_direction") && std::abs(length - 1) > 1e-6)
+      section.problem("tool_direction",
+                      "has the length " + plain(length) + ": write one of length 1, such as [0, 0, -1]");
     table.measured_length_mm = section.number("measured_length_mm", {0, 2000});
   }
   table.hold_s = section.number("hold_s", kSeconds, hold_s);
@@ -90,73 +97,62 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
   return table;
 }
 
-// Angles at which readings differ enough to tell the axis.
-void checkAngles(Section& section, std::string_view key, const std::vector<double>& angles_deg) {
+// Notes angles whose readings differ too little to locate the axis.
+void checkAngles(Section& section, std::string_view key, std::vector<double> angles_deg) {
   constexpr double kLeastSpan_deg = 20;
-  if (angles_deg.size() < 2) return;
-  const std::string name{key};
-  if (angles_deg.size() > kMostTilts)
-    section.problem(*section.node(key),
-                    "'" + name + "' has more than " + std::to_string(kMostTilts) + " angles: remove some");
-  auto sorted = angles_deg;
-  std::ranges::sort(sorted);
-  if (std::ranges::adjacent_find(sorted) != sorted.end())
-    section.problem(*section.node(key), "'" + name + "' has an angle twice: give each once");
-  if (sorted.back() - sorted.front() < kLeastSpan_deg)
-    section.problem(*section.node(key), "'" + name +
-                                            "' spans less than 20 degrees, too little to see an axis: spread "
-                                            "the angles, such as [-90, 0]");
+  if (!section.good(key)) return;
+  std::ranges::sort(angles_deg);
+  if (std::ranges::adjacent_find(angles_deg) != angles_deg.end())
+    section.problem(key, "has an angle twice: give each once");
+  if (angles_deg.back() - angles_deg.front() < kLeastSpan_deg)
+    section.problem(key,
+                    "spans less than 20 degrees, too little to locate an axis: spread the angles, such as [-90, 0]");
 }
 
 TiltDescription readTilt(Section& section, std::string_view angles) {
   constexpr std::array<std::array<double, 3>, 4> kAxes{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
   TiltDescription tilt;
   tilt.axis = kAxes[section.choice("axis", {"X", "-X", "Y", "-Y"})];
-  tilt.angles_deg = section.numbers(angles, {-180, 180}, 2);
+  tilt.angles_deg = section.numbers(angles, {-180, 180}, {2, kMostTilts});
   checkAngles(section, angles, tilt.angles_deg);
   tilt.sigma_rad = section.number("sigma_rad", {0, 0.01}, 0.0);
   return tilt;
 }
 
-HeadDescription readHead(Section section) {
+HeadDescription readHead(Section section, const Machine& machine) {
   HeadDescription head{.swivel = readTilt(section, "angles_deg"),
                        .pivot_mm = section.vector("pivot_mm", {-2000, 2000}),
-                       .ball_mm = {},
-                       .sd_ball_mm = {}};
-  if (section.has("ball_mm")) head.ball_mm = section.vector("ball_mm", {-1e5, 1e5});
-  if (section.has("sd_ball_mm")) {
-    head.sd_ball_mm = section.number("sd_ball_mm", {1e-6, 1});
-    if (!head.ball_mm) section.problem(*section.node("sd_ball_mm"), "'sd_ball_mm' is of 'ball_mm': give that too");
-  }
+                       .ball_mm = section.vectorIfThere("ball_mm", {-50'000, 50'000}),
+                       .sd_ball_mm = section.numberIfThere("sd_ball_mm", {1e-6, 1})};
+  if (head.ball_mm) requireReachable(section, "ball_mm", *head.ball_mm, machine);
+  if (head.sd_ball_mm && !head.ball_mm)
+    section.problem("sd_ball_mm", "says how exactly 'ball_mm' is known, which is missing: add it, or remove this");
   section.finish();
   return head;
 }
 
 // Lengths are those of [[tool]].
 void readProbeTools(Section section, Machine& machine) {
-  for (const double value : section.numbers("numbers", kToolNumbers, 1)) {
-    const auto number = static_cast<std::uint32_t>(value);
+  for (const auto number : section.wholeNumbers("numbers", kToolNumbers, {1, kMostProbeTools})) {
     const auto found = std::ranges::find(machine.tools, number, &ToolDescription::number);
-    const auto& node = *section.node("numbers");
     if (found == machine.tools.end()) {
-      section.problem(
-          node, "'numbers' names tool " + std::to_string(number) + ", whose length nobody tells: add [[tool]] with it");
+      section.problem("numbers", "names tool " + std::to_string(number) +
+                                     ", whose length is not described: add a [[tool]] with this number");
       continue;
     }
-    if (std::ranges::find(machine.probe_tools, number, &ToolDescription::number) != machine.probe_tools.end())
-      section.problem(node, "'numbers' names tool " + std::to_string(number) + " twice: give it once");
+    if (std::ranges::find(machine.probe_tools, number, &ToolDescription::number) != machine.probe_tools.end()) {
+      section.problem("numbers", "names tool " + std::to_string(number) + " twice: name it once");
+      continue;
+    }
     machine.probe_tools.push_back(*found);
   }
-  if (machine.probe_tools.size() > kMostProbeTools)
-    section.problem(*section.node("numbers"),
-                    "'numbers' names more than " + std::to_string(kMostProbeTools) + " tools: remove some");
   section.finish();
 }
 
 RimBallDescription readRimBall(Section section) {
   RimBallDescription ball;
   ball.c_deg = section.number("c_deg", {-360, 360});
-  if (section.has("level_limit_mm")) ball.level_limit_mm = section.number("level_limit_mm", {1e-4, 10});
+  ball.level_limit_mm = section.numberIfThere("level_limit_mm", {1e-4, 10});
   section.finish();
   return ball;
 }
@@ -166,29 +162,20 @@ RimBallDescription readRimBall(Section section) {
 void readRotary(Section& root, double hold_s, Machine& machine) {
   auto axes = root.section("rotary_axis", false);
   for (std::size_t axis = 0; axis < machine.rotary_axes.size(); ++axis) {
-    const std::string name{kLetters[axis]};
-    const bool described = axes.has(name);
-    auto section = axes.section(name, false);
-    if (described) machine.rotary_axes[axis] = readRotaryAxis(std::move(section));
+    if (auto section = axes.sectionIfThere(std::string{kLetters[axis]}))
+      machine.rotary_axes.at(axis) = readRotaryAxis(std::move(*section));
   }
   axes.finish();
-  const bool has_swivel = root.has("swivel"), has_table = root.has("rotary_table");
-  auto swivel = root.section("swivel", false), table = root.section("rotary_table", false);
-  if (has_swivel) machine.swivel = readSwivel(std::move(swivel), hold_s, machine);
-  if (has_table) machine.rotary_table = readTable(std::move(table), hold_s, machine);
-  const bool has_rim_ball = root.has("rim_ball");
-  auto rim_ball = root.section("rim_ball", false);
-  if (has_rim_ball) machine.rim_ball = readRimBall(std::move(rim_ball));
-  const bool has_tilt = root.has("tilting_table");
-  auto tilt = root.section("tilting_table", false);
-  if (has_tilt) {
-    machine.tilting_table = readTilt(tilt, "tilts_deg");
-    tilt.finish();
+  if (auto section = root.sectionIfThere("swivel")) machine.swivel = readSwivel(std::move(*section), hold_s, machine);
+  if (auto section = root.sectionIfThere("rotary_table"))
+    machine.rotary_table = readTable(std::move(*section), hold_s, machine);
+  if (auto section = root.sectionIfThere("rim_ball")) machine.rim_ball = readRimBall(std::move(*section));
+  if (auto section = root.sectionIfThere("tilting_table")) {
+    machine.tilting_table = readTilt(*section, "tilts_deg");
+    section->finish();
   }
-  const bool has_head = root.has("swivel_head"), has_probe_tools = root.has("probe_tools");
-  auto head = root.section("swivel_head", false), probe_tools = root.section("probe_tools", false);
-  if (has_head) machine.swivel_head = readHead(std::move(head));
-  if (has_probe_tools) readProbeTools(std::move(probe_tools), machine);
+  if (auto section = root.sectionIfThere("swivel_head")) machine.swivel_head = readHead(std::move(*section), machine);
+  if (auto section = root.sectionIfThere("probe_tools")) readProbeTools(std::move(*section), machine);
 }
 
 }  // namespace probebox::board

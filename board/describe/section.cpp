@@ -1,7 +1,7 @@
 #include "board/describe/section.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "board/describe/spelling.hpp"
 
@@ -12,34 +12,64 @@ std::uint32_t lineOf(const toml::node& node) {
   return static_cast<std::uint32_t>(node.source().begin.line);
 }
 
-std::string plain(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
+const char* typeName(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a text";
+    case toml::node_type::integer:
+      return "a whole number";
+    case toml::node_type::floating_point:
+      return "a decimal number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
+  }
 }
 
-std::string typeName(const toml::node& node) {
-  std::ostringstream out;
-  out << node.type();
-  return out.str();
+// Whole numbers beyond 2^53 are rounded: ranges end long before.
+double valueOf(const toml::node& number) {
+  if (const auto* whole = number.as_integer()) return static_cast<double>(whole->get());
+  return number.as_floating_point()->get();
 }
 
-std::string limits(Range range) {
-  if (range.from == kTiny) return "above 0 and at most " + plain(range.to);
-  return "from " + plain(range.from) + " to " + plain(range.to);
+double inside(Range range, double value) {
+  return std::isnan(value) ? range.from : std::clamp(value, range.from, range.to);
 }
 
 }  // namespace
 
-Section::Section(const toml::table& table, std::string name, Problems& problems, bool absent)
-    : table_{&table}, name_{std::move(name)}, problems_{&problems}, absent_{absent} {}
+Section::Section(const toml::table& table, std::string name, Problems& problems, std::uint32_t line, bool absent)
+    : table_{&table}, name_{std::move(name)}, problems_{&problems}, line_{line}, absent_{absent} {}
 
-std::string Section::path(std::string_view key) const {
-  return "'" + (name_.empty() ? "" : name_ + ".") + std::string{key} + "'";
+std::string Section::pathOf(std::string_view key) const {
+  return (name_.empty() ? "" : name_ + ".") + std::string{key};
 }
 
-void Section::problem(const toml::node& node, const std::string& text) {
-  problems_->add(lineOf(node), text);
+std::string Section::path(std::string_view key) const {
+  return "'" + shown(pathOf(key), kLongestName) + "'";
+}
+
+std::string Section::place(std::uint32_t line, std::string_view key) const {
+  return problems_->place(line) + ": " + path(key);
+}
+
+void Section::problem(std::string_view key, const std::string& text) {
+  const auto* found = table_->get(key);
+  problemAt(found != nullptr ? lineOf(*found) : line_, key, text);
+}
+
+void Section::problemAt(std::uint32_t line, std::string_view key, const std::string& text) {
+  wrong_.emplace(key);
+  problems_->add(line, path(key) + " " + text);
+}
+
+void Section::problemOf(const toml::node& node, std::string_view key, const std::string& text) {
+  problemAt(lineOf(node), key, text);
 }
 
 const toml::node* Section::require(std::string_view key, bool required) {
@@ -53,135 +83,161 @@ const toml::node* Section::node(std::string_view key) {
   return require(key, true);
 }
 
-std::vector<double> Section::numbersOf(std::string_view key, const toml::node& node, Range range) {
-  std::vector<double> values;
-  const auto add = [&](const toml::node& element) {
-    if (!element.is_number()) {
-      problem(element, path(key) + " is a " + typeName(element) + ": write a number");
-      return;
-    }
-    const double value = *element.value<double>();
-    // The negated comparison also refuses a value that is not a number.
-    if (!(value >= range.from && value <= range.to)) {
-      problem(element, path(key) + " = " + plain(value) + " is out of its range: give a value " + limits(range));
-    }
-    values.push_back(value);
-  };
-  if (const auto* array = node.as_array()) {
-    for (const auto& element : *array) add(element);
-  } else {
-    add(node);
+// The value of `node`, or for a wrong one the nearest that is right.
+double Section::checked(std::string_view key, const toml::node& node, Range range) {
+  if (!node.is_number()) {
+    problemOf(node, key, std::string{"is "} + typeName(node) + ": write a number");
+    return inside(range, 1);
   }
-  return values;
+  const double value = valueOf(node);
+  if (!contains(range, value))
+    problemOf(node, key, "= " + plain(value) + " is out of its range: give a value " + inWords(range));
+  return inside(range, value);
 }
 
 double Section::number(std::string_view key, Range range, std::optional<double> otherwise) {
-  const double harmless = otherwise.value_or(1.0);
+  const Range within = overlap(range, plausible(key));
   const auto* found = require(key, !otherwise);
-  if (found == nullptr) return harmless;
-  if (found->is_array()) {
-    problem(*found, path(key) + " is an array: write one number");
-    return harmless;
-  }
-  const auto values = numbersOf(key, *found, range);
-  return values.empty() ? harmless : values.front();
+  return found == nullptr ? otherwise.value_or(inside(within, 1)) : checked(key, *found, within);
+}
+
+std::optional<double> Section::numberIfThere(std::string_view key, Range range) {
+  known_.emplace(key);
+  if (!has(key)) return std::nullopt;
+  return number(key, range);
 }
 
 std::int64_t Section::integer(std::string_view key, Range range, std::optional<std::int64_t> otherwise) {
-  const std::int64_t harmless = otherwise.value_or(1);
+  const Range within = overlap(range, plausible(key));
+  const auto harmless = static_cast<std::int64_t>(inside(within, 1));
   const auto* found = require(key, !otherwise);
-  if (found == nullptr) return harmless;
+  if (found == nullptr) return otherwise.value_or(harmless);
   if (!found->is_integer()) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write a whole number");
-    return harmless;
+    problemOf(*found, key, std::string{"is "} + typeName(*found) + ": write a whole number");
+    return otherwise.value_or(harmless);
   }
-  numbersOf(key, *found, range);
-  return *found->value<std::int64_t>();
+  return static_cast<std::int64_t>(checked(key, *found, within));
 }
 
 bool Section::flag(std::string_view key, bool otherwise) {
   const auto* found = require(key, false);
   if (found == nullptr) return otherwise;
   if (!found->is_boolean()) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write true or false, without quotes");
+    problemOf(*found, key, std::string{"is "} + typeName(*found) + ": write true or false, without quotes");
     return otherwise;
   }
-  return *found->value<bool>();
+  return found->as_boolean()->get();
 }
 
-std::string Section::text(std::string_view key, std::optional<std::string> otherwise) {
-  const auto* found = require(key, !otherwise);
-  if (found == nullptr) return otherwise.value_or("");
-  if (!found->is_string()) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write a text in double quotes");
+// Empty where `node` holds no text that can be taken.
+std::string Section::checkedText(std::string_view key, const toml::node& node, std::size_t most_characters) {
+  if (!node.is_string()) {
+    problemOf(node, key, std::string{"is "} + typeName(node) + ": write a text in double quotes");
     return "";
   }
-  auto value = *found->value<std::string>();
-  if (value.empty()) problem(*found, path(key) + " is empty: write a text or leave the key out");
-  return value;
+  const auto& value = node.as_string()->get();
+  if (value.find_first_not_of(' ') == std::string::npos) {
+    problemOf(node, key, "is empty: write a text, or remove it");
+  } else if (const auto length = lengthOf(value); length > most_characters) {
+    problemOf(node, key,
+              "has " + std::to_string(length) + " characters: write at most " + std::to_string(most_characters));
+  } else if (const auto why = whyUnprintable(value)) {
+    problemOf(node, key, "= " + inQuotes(value) + " holds " + *why + ": write characters that can be seen");
+  } else {
+    return value;
+  }
+  return "";
 }
 
-std::vector<double> Section::numbers(std::string_view key, Range range, std::size_t at_least) {
-  const auto* found = require(key, true);
-  if (found == nullptr) return {};
-  if (!found->is_array()) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write an array of numbers such as [5, 10]");
-    return {};
+std::string Section::text(std::string_view key, std::optional<std::string> otherwise, std::size_t most_characters) {
+  const auto* found = require(key, !otherwise);
+  if (found == nullptr) return otherwise.value_or("");
+  return checkedText(key, *found, most_characters);
+}
+
+// The array with a number of elements that is allowed; null where there is none.
+const toml::array* Section::list(std::string_view key, bool required, Count count, const char* example) {
+  const auto* found = require(key, required);
+  if (found == nullptr) return nullptr;
+  const auto* array = found->as_array();
+  if (array == nullptr) {
+    problemOf(*found, key, std::string{"is "} + typeName(*found) + ": write an array such as " + example);
+    return nullptr;
   }
-  auto values = numbersOf(key, *found, range);
-  if (values.size() < at_least) {
-    problem(*found, path(key) + " has " + std::to_string(values.size()) + " numbers: give at least " +
-                        std::to_string(at_least));
+  if (array->size() >= count.least && array->size() <= count.most) return array;
+  const std::string remedy = array->size() < count.least ? "give at least " + std::to_string(count.least)
+                                                         : "give at most " + std::to_string(count.most);
+  problemOf(*found, key,
+            "has " + std::to_string(array->size()) + (array->size() == 1 ? " value: " : " values: ") + remedy);
+  return array->size() > count.most ? nullptr : array;
+}
+
+std::vector<double> Section::numbers(std::string_view key, Range range, Count count) {
+  std::vector<double> values;
+  const auto* array = list(key, true, count, "[5, 10]");
+  if (array == nullptr) return values;
+  for (const auto& element : *array) values.push_back(checked(key, element, overlap(range, plausible(key))));
+  return values;
+}
+
+std::vector<std::uint32_t> Section::wholeNumbers(std::string_view key, Range range, Count count) {
+  std::vector<std::uint32_t> values;
+  const auto* array = list(key, true, count, "[1, 2]");
+  if (array == nullptr) return values;
+  for (const auto& element : *array) {
+    if (element.is_integer()) {
+      values.push_back(static_cast<std::uint32_t>(checked(key, element, overlap(range, plausible(key)))));
+    } else {
+      problemOf(element, key, std::string{"holds "} + typeName(element) + ": write whole numbers");
+    }
   }
   return values;
 }
 
 std::array<double, 3> Section::vector(std::string_view key, Range range) {
+  const Range within = overlap(range, plausible(key));
+  std::array<double, 3> values;
+  values.fill(inside(within, 1));
   const auto* found = require(key, true);
-  if (found == nullptr) return {};
+  if (found == nullptr) return values;
   const auto* array = found->as_array();
   if (array == nullptr || array->size() != 3) {
-    problem(*found, path(key) + " needs three numbers in square brackets: [X, Y, Z]");
-    return {};
+    problemOf(*found, key, "needs three numbers in square brackets: [X, Y, Z]");
+    return values;
   }
-  const auto values = numbersOf(key, *found, range);
-  if (values.size() != 3) return {};
-  return {values[0], values[1], values[2]};
+  for (std::size_t i = 0; i < 3; ++i) values.at(i) = checked(key, *array->get(i), within);
+  return values;
 }
 
-std::array<std::array<double, 3>, 3> Section::matrix(std::string_view key) {
-  std::array<std::array<double, 3>, 3> rows{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+std::optional<std::array<double, 3>> Section::vectorIfThere(std::string_view key, Range range) {
+  known_.emplace(key);
+  if (!has(key)) return std::nullopt;
+  return vector(key, range);
+}
+
+std::array<std::array<double, 3>, 3> Section::matrix(std::string_view key, Range range) {
+  const std::array<std::array<double, 3>, 3> identity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const auto* found = require(key, true);
-  if (found == nullptr) return rows;
+  if (found == nullptr) return identity;
+  auto rows = identity;
   const auto* array = found->as_array();
   bool square = array != nullptr && array->size() == 3;
   for (std::size_t r = 0; square && r < 3; ++r) {
     const auto* row = array->get(r)->as_array();
     square = row != nullptr && row->size() == 3;
-    if (!square) break;
-    const auto values = numbersOf(key, *row, {-1e6, 1e6});
-    for (std::size_t c = 0; c < values.size(); ++c) rows[r][c] = values[c];
+    for (std::size_t c = 0; square && c < 3; ++c) rows.at(r).at(c) = checked(key, *row->get(c), range);
   }
-  if (!square) problem(*found, path(key) + " needs three rows of three numbers: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]");
-  return rows;
+  if (!square) problemOf(*found, key, "needs three rows of three numbers: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]");
+  return good(key) ? rows : identity;
 }
 
-std::vector<std::string> Section::texts(std::string_view key) {
-  const auto* found = require(key, false);
-  if (found == nullptr) return {};
-  const auto* array = found->as_array();
-  if (array == nullptr) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write an array of texts such as [\"a\", \"b\"]");
-    return {};
-  }
-  std::vector<std::string> texts;
+std::vector<PlacedText> Section::texts(std::string_view key, std::size_t most, std::size_t most_characters) {
+  std::vector<PlacedText> texts;
+  const auto* array = list(key, false, {0, most}, "[\"a\", \"b\"]");
+  if (array == nullptr) return texts;
   for (const auto& element : *array) {
-    const auto value = element.value<std::string>();
-    if (!value || value->empty()) {
-      problem(element, path(key) + " holds something else than a text: write each in double quotes");
-    } else {
-      texts.push_back(*value);
-    }
+    auto text = checkedText(key, element, most_characters);
+    if (!text.empty()) texts.push_back({std::move(text), lineOf(element)});
   }
   return texts;
 }
@@ -189,14 +245,14 @@ std::vector<std::string> Section::texts(std::string_view key) {
 std::size_t Section::choice(std::string_view key, const std::vector<std::string>& choices,
                             std::optional<std::size_t> otherwise) {
   const auto given = text(key, otherwise ? std::optional{choices[*otherwise]} : std::nullopt);
-  for (std::size_t i = 0; i < choices.size(); ++i) {
-    if (choices[i] == given) return i;
-  }
-  const auto* found = table_->get(key);
-  if (found != nullptr && found->is_string()) {
+  const auto place = std::ranges::find(choices, given);
+  if (place != choices.end()) return static_cast<std::size_t>(place - choices.begin());
+  if (good(key)) {
     std::string all;
     for (const auto& name : choices) all += (all.empty() ? "\"" : ", \"") + name + "\"";
-    problem(*found, path(key) + " = \"" + given + "\" is not known: write one of " + all);
+    const auto meant = nearest(given, choices);
+    problem(key, "= " + inQuotes(given) + " is not known: " +
+                     (meant ? "did you mean \"" + *meant + "\"? There are " : "write one of ") + all);
   }
   return otherwise.value_or(0);
 }
@@ -204,25 +260,38 @@ std::size_t Section::choice(std::string_view key, const std::vector<std::string>
 Section Section::section(std::string_view key, bool required) {
   static const toml::table nothing;
   const auto* found = require(key, required);
-  const auto name = (name_.empty() ? "" : name_ + ".") + std::string{key};
   if (found != nullptr && !found->is_table()) {
-    problem(*found, path(key) + " is a " + typeName(*found) + ": write a table, [" + name + "]");
+    problemOf(*found, key,
+              std::string{"is "} + typeName(*found) + ": write a table, [" + shown(pathOf(key), kLongestName) + "]");
     found = nullptr;
   }
-  return {found != nullptr ? *found->as_table() : nothing, name, *problems_, found == nullptr};
+  if (found == nullptr) return {nothing, pathOf(key), *problems_, line_, true};
+  return {*found->as_table(), pathOf(key), *problems_, lineOf(*found)};
 }
 
-std::vector<Section> Section::sections(std::string_view key) {
+std::optional<Section> Section::sectionIfThere(std::string_view key) {
+  auto section = this->section(key, false);
+  if (section.absent_) return std::nullopt;
+  return section;
+}
+
+std::vector<Section> Section::sections(std::string_view key, std::size_t most) {
   std::vector<Section> all;
   const auto* found = require(key, false);
   if (found == nullptr) return all;
-  const auto name = (name_.empty() ? "" : name_ + ".") + std::string{key};
   const auto* array = found->as_array();
+  const auto header = "[[" + shown(pathOf(key), kLongestName) + "]]";
   if (array == nullptr || !array->is_array_of_tables()) {
-    problem(*found, path(key) + " may stand more than once: write [[" + name + "]]");
+    problemOf(*found, key, std::string{"is "} + typeName(*found) + ": write " + header + ", once for each");
     return all;
   }
-  for (const auto& element : *array) all.emplace_back(*element.as_table(), name, *problems_);
+  if (array->size() > most) {
+    problemOf(
+        *found, key,
+        "is there " + std::to_string(array->size()) + " times: give at most " + std::to_string(most) + " " + header);
+    return all;
+  }
+  for (const auto& element : *array) all.emplace_back(*element.as_table(), pathOf(key), *problems_, lineOf(element));
   return all;
 }
 
@@ -239,8 +308,7 @@ void Section::finish() {
   for (const auto& key : missing_) {
     // A misspelt key is told once, with its remedy; that the right one is missing would only repeat it.
     if (absent_ || mistaken.contains(key)) continue;
-    problems_->add(lineOf(*table_),
-                   "missing key " + path(key) + ": add it" + (name_.empty() ? "" : " to [" + name_ + "]"));
+    problems_->add(line_, "missing key " + path(key) + ": add it" + (name_.empty() ? "" : " to [" + name_ + "]"));
   }
 }
 

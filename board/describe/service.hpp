@@ -21,6 +21,8 @@ struct StreamSettings {
 struct Service {
   std::vector<std::string> links;  // "tcp:127.0.0.1:7627", "serial:/dev/ttyS1"
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
+  // Where a person finds each of them: "service.toml:3: 'links'".
+  std::vector<std::string> link_places, cnc_places;
   Access access;
   StreamSettings stream;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -72,10 +73,15 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+std::string lowerCase(std::string_view text) {
+  std::string lower{text};
+  for (auto& letter : lower) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return lower;
+}
+
 std::string doubtfulUnit(std::string_view given, std::string_view read, const std::string& key) {
-  const std::string named = given.empty() ? "names no unit" : "is in " + std::string{given};
-  return "doubtful unit: it " + named + ", but this value is read in " + std::string{read} +
-         " only; convert it and write '" + key + "'";
+  const std::string named = given.empty() ? "the key names no unit" : "the key says " + std::string{given};
+  return named + ", and this value is in " + std::string{read} + ": convert it and write '" + key + "'";
 }
 
 }  // namespace
@@ -93,6 +99,20 @@ Suggestion suggest(std::string_view unknown, const std::set<std::string, std::le
     if (edits >= distance) continue;
     distance = edits;
     best = {key, "did you mean '" + key + "'?"};
+  }
+  return best;
+}
+
+std::optional<std::string> nearest(std::string_view given, const std::vector<std::string>& known) {
+  constexpr std::size_t kShortest = 3;  // of fewer letters, everything is a misspelling of everything
+  if (given.size() < kShortest || std::ranges::find(known, given) != known.end()) return std::nullopt;
+  std::optional<std::string> best;
+  std::size_t distance = std::max<std::size_t>(1, given.size() / 3) + 1;
+  for (const auto& word : known) {
+    const auto edits = editDistance(lowerCase(given), lowerCase(word));
+    if (edits >= distance) continue;
+    distance = edits;
+    best = word;
   }
   return best;
 }

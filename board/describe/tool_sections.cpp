@@ -1,14 +1,19 @@
 #include "board/describe/tool_sections.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "board/describe/places.hpp"
 
 namespace probebox::board {
 namespace {
 
-constexpr Range kAnywhere{-1e6, 1e6};
+constexpr Range kAnywhere{-50'000, 50'000};
 constexpr Range kHalfWidth_mm{0.5, 500};
 
 template <class Description>
@@ -16,14 +21,11 @@ bool isThere(const std::vector<Description>& all, std::uint32_t number) {
   return std::ranges::find(all, number, &Description::number) != all.end();
 }
 
-// Problems of one more tool or holder of a list.
+// Notes a number that an earlier [[tool]] or [[holder]] of the list has already.
 template <class Description>
-void check(Section& section, const std::string& what, const std::vector<Description>& before, std::uint32_t number) {
-  if (isThere(before, number))
-    section.problem(*section.node("number"), what + " " + std::to_string(number) + " is there twice: give it once");
-  if (before.size() == kMostTools)
-    section.problem(*section.node("number"), "there are more than " + std::to_string(kMostTools) + " " + what +
-                                                 "s: let the controller tell their lengths");
+void requireNew(Section& section, const std::vector<Description>& before, std::uint32_t number) {
+  if (section.good("number") && isThere(before, number))
+    section.problem("number", "= " + std::to_string(number) + " is there twice: give each a number of its own");
 }
 
 void readHolders(std::vector<Section> sections, Machine& machine) {
@@ -31,8 +33,8 @@ void readHolders(std::vector<Section> sections, Machine& machine) {
     const HolderDescription holder{.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
                                    .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
                                    .sd_mm = section.number("sd_mm", {0, 1}, 0)};
+    requireNew(section, machine.holders, holder.number);
     section.finish();
-    check(section, "holder", machine.holders, holder.number);
     machine.holders.push_back(holder);
   }
 }
@@ -44,35 +46,37 @@ void readToolLengths(std::vector<Section> sections, Machine& machine) {
                          .sd_mm = section.number("sd_mm", {0, 1}, 0),
                          .holder = std::nullopt};
     if (section.has("holder")) tool.holder = static_cast<std::uint32_t>(section.integer("holder", kToolNumbers));
+    requireNew(section, machine.tools, tool.number);
+    if (section.good("holder") && !isThere(machine.holders, *tool.holder))
+      section.problem("holder", "= " + std::to_string(*tool.holder) + " is no [[holder]]: add it, or remove this key");
     section.finish();
-    check(section, "tool", machine.tools, tool.number);
-    if (tool.holder && !isThere(machine.holders, *tool.holder))
-      section.problem(*section.node("holder"), "there is no [[holder]] with number " + std::to_string(*tool.holder) +
-                                                   ": add it, or leave the key away");
     machine.tools.push_back(tool);
   }
 }
 
-ToolSetterDescription readDescription(Section section) {
+ToolSetterDescription readDescription(Section section, const Machine& machine) {
   ToolSetterDescription setter;
   setter.trigger = section.text("trigger");
   setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
   setter.probe_offset_mm = section.vector("probe_offset_mm", {-5000, 5000});
-  if (section.has("sd_probe_offset_mm")) setter.sd_probe_offset_mm = section.number("sd_probe_offset_mm", {kTiny, 1});
-  const bool accepted = section.has("accepted_mm"), limited = section.has("limit_mm");
-  if (accepted) setter.accepted_mm = section.vector("accepted_mm", kAnywhere);
-  if (section.has("sd_accepted_mm")) {
-    setter.sd_accepted_mm = section.number("sd_accepted_mm", {kTiny, 1});
-    if (!accepted) {
-      section.problem(*section.node("sd_accepted_mm"),
-                      "'sd_accepted_mm' is of 'accepted_mm', which is not there: give both, or remove it");
-    }
+  setter.sd_probe_offset_mm = section.numberIfThere("sd_probe_offset_mm", {1e-6, 1});
+  setter.accepted_mm = section.vectorIfThere("accepted_mm", kAnywhere);
+  if (section.good("accepted_mm") && section.good("probe_offset_mm")) {
+    auto probe_at_mm = *setter.accepted_mm;  // with the probe's tip in the middle of the device
+    for (std::size_t i = 0; i < probe_at_mm.size(); ++i) probe_at_mm.at(i) -= setter.probe_offset_mm.at(i);
+    requireReachable(section, "accepted_mm", probe_at_mm, machine);
   }
-  if (limited) setter.limit_mm = section.number("limit_mm", {1e-6, 100});
-  if (accepted != limited) {
-    section.problem(*section.node(accepted ? "accepted_mm" : "limit_mm"),
-                    "'accepted_mm' and 'limit_mm' tell together how far the device may have moved: give both or none");
-  }
+  const auto sd_accepted_mm = section.numberIfThere("sd_accepted_mm", {1e-6, 1});
+  setter.sd_accepted_mm = sd_accepted_mm.value_or(0);
+  if (sd_accepted_mm && !setter.accepted_mm)
+    section.problem("sd_accepted_mm",
+                    "says how exactly 'accepted_mm' is known, which is missing: add it, or remove this");
+  const auto limit_mm = section.numberIfThere("limit_mm", {1e-6, 100});
+  setter.limit_mm = limit_mm.value_or(0);
+  if (setter.accepted_mm.has_value() != limit_mm.has_value())
+    section.problem(limit_mm ? "limit_mm" : "accepted_mm",
+                    "needs its partner: 'accepted_mm' and 'limit_mm' say together how far the device may have moved; "
+                    "give both or none");
   section.finish();
   return setter;
 }
@@ -90,14 +94,13 @@ WorldToolSetter readEmulated(Section section) {
 }  // namespace
 
 void readTools(Section& root, Machine& machine) {
-  readHolders(root.sections("holder"), machine);
-  readToolLengths(root.sections("tool"), machine);
+  readHolders(root.sections("holder", kMostTools), machine);
+  readToolLengths(root.sections("tool", kMostTools), machine);
 }
 
 void readToolSetter(Section& root, Machine& machine) {
-  const bool described = root.has("tool_setter");
-  auto section = root.section("tool_setter", false);
-  if (described) machine.tool_setter = readDescription(std::move(section));
+  if (auto section = root.sectionIfThere("tool_setter"))
+    machine.tool_setter = readDescription(std::move(*section), machine);
 }
 
 bool hasTool(const World& world, std::uint32_t number) {
@@ -108,18 +111,17 @@ bool hasTool(const World& world, std::uint32_t number) {
 }
 
 void readWorldTools(Section& root, World& world) {
-  const bool described = root.has("tool_setter");
-  auto setter = root.section("tool_setter", false);
-  if (described) world.tool_setter = readEmulated(std::move(setter));
-  for (auto& section : root.sections("tool")) {
+  if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulated(std::move(*setter));
+  for (auto& section : root.sections("tool", kMostTools)) {
     const WorldCutter tool{
         .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),
         .offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)},
         .length_mm = section.number("length_mm", {0.1, kMostToolLength_mm}),
         .radius_mm = section.number("radius_mm", {0.05, 100})};
+    if (section.good("number") && hasTool(world, tool.number))
+      section.problem("number",
+                      "= " + std::to_string(tool.number) + " is there twice: give each tool a number of its own");
     section.finish();
-    if (hasTool(world, tool.number))
-      section.problem(*section.node("number"), "tool " + std::to_string(tool.number) + " is there twice: give it once");
     world.cutters.push_back(tool);
   }
 }

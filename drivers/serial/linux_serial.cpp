@@ -19,6 +19,7 @@
 namespace probebox::serial {
 namespace {
 
+// The kernel's names of kRates.
 constexpr std::array kSpeeds{
     std::pair{1200U, B1200},       std::pair{2400U, B2400},       std::pair{4800U, B4800},
     std::pair{9600U, B9600},       std::pair{19200U, B19200},     std::pair{38400U, B38400},
@@ -81,9 +82,13 @@ Error openFailure(const std::string& path, int code) {
 }
 
 // Majors of Unix 98 slaves.
+bool isPseudoTerminal(dev_t device) {
+  return major(device) >= 136 && major(device) <= 143;
+}
+
 bool isPseudoTerminal(int fd) {
   struct stat status {};
-  return fstat(fd, &status) == 0 && major(status.st_rdev) >= 136 && major(status.st_rdev) <= 143;
+  return fstat(fd, &status) == 0 && isPseudoTerminal(status.st_rdev);
 }
 
 // The box's end of a serial line over USB (CDC-ACM): there is no wire that could have a speed or parity, and its driver
@@ -132,13 +137,41 @@ bool configure(int fd, const Settings& settings, speed_t speed) {
          (taken.c_cflag & (CSIZE | CSTOPB | PARENB)) == (line.c_cflag & (CSIZE | CSTOPB | PARENB));
 }
 
+// Of the kernel's class tty, as far as that can be seen. /dev/tty and /dev/ptmx are of it too, and no lines.
+bool mayBeTerminal(dev_t device) {
+  constexpr unsigned kAuxiliary = 5;
+  if (major(device) == kAuxiliary && minor(device) != 1) return false;
+  if (isPseudoTerminal(device)) return true;
+  const std::filesystem::path all{"/sys/dev/char"};
+  const auto node = all / (std::to_string(major(device)) + ":" + std::to_string(minor(device)));
+  std::error_code error;
+  const auto subsystem = std::filesystem::read_symlink(node / "subsystem", error);
+  return error ? !std::filesystem::exists(all, error) : subsystem.filename() == "tty";
+}
+
+const char* kindOf(mode_t mode) {
+  if (S_ISREG(mode)) return "an ordinary file";
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a pipe";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "another device";
+}
+
 }  // namespace
+
+std::optional<Error> whyNoLine(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  if (S_ISCHR(status.st_mode) && mayBeTerminal(status.st_rdev)) return std::nullopt;
+  return Error{path + ": this is " + kindOf(status.st_mode) +
+               ", no serial line; name a terminal device such as /dev/ttyS1"};
+}
 
 Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const Settings& settings) {
   const auto speed = speedOf(settings.baud);
   if (!speed)
-    return Error{path + ": " + std::to_string(settings.baud) +
-                 " baud is not a standard rate; use 9600, 19200 or 115200"};
+    return Error{path + ": " + std::to_string(settings.baud) + " baud is not a standard rate; use 9600, 19200 or 115200"};
+  if (const auto refused = whyNoLine(path)) return *refused;
   io::Descriptor line{::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
   if (!line) return openFailure(path, errno);
   if (isatty(line.get()) == 0)

@@ -1,6 +1,8 @@
 #include "drivers/serial/settings.hpp"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 
 namespace probebox::serial {
@@ -20,10 +22,16 @@ std::optional<Parity> parityOf(std::string_view text) {
   return std::nullopt;
 }
 
+// The standard rate that is nearest by ratio.
+unsigned nearestRate(unsigned baud) {
+  const auto distance = [baud](unsigned rate) { return std::abs(std::log(double{1} * rate / std::max(baud, 1U))); };
+  return *std::ranges::min_element(kRates, {}, distance);
+}
+
 // False: the option is not known, or its value is not one that a line can have.
 bool apply(std::string_view key, std::string_view value, Settings& settings) {
   const auto number = wholeNumber(value);
-  if (key == "baud" && number && *number > 0) {
+  if (key == "baud" && number) {
     settings.baud = *number;
   } else if (const auto parity = parityOf(value); key == "parity" && parity) {
     settings.parity = *parity;
@@ -50,6 +58,10 @@ Outcome<Address> parseAddress(std::string_view text, const Settings& usual) {
     const auto equals = option.find('=');
     const bool good = equals != std::string_view::npos &&
                       apply(option.substr(0, equals), option.substr(equals + 1), address.settings);
+    const unsigned baud = address.settings.baud;
+    if (good && std::ranges::find(kRates, baud) == kRates.end())
+      return Error{address.path + ": " + std::to_string(baud) +
+                   " baud is no standard rate: did you mean baud=" + std::to_string(nearestRate(baud)) + "?"};
     if (good) continue;
     return Error{"'" + std::string{option} + "' is not a setting of " + address.path +
                  ": known are baud=RATE, parity=none|even|odd, data=7|8, stop=1|2"};

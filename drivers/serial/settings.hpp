@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -6,6 +7,11 @@
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::serial {
+
+// The speeds that a line can have, in baud.
+inline constexpr std::array<unsigned, 21> kRates{1200,    2400,    4800,    9600,    19200,   38400,   57600,
+                                                 115200,  230400,  460800,  500000,  576000,  921600,  1000000,
+                                                 1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000};
 
 enum class Parity : std::uint8_t { none, even, odd };
 
@@ -24,7 +30,8 @@ struct Address {
   Settings settings;
 };
 
-// "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1]"; what is not named comes from `usual`.
+// Reads "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1]"; what is not named comes from `usual`. An unknown setting
+// and a speed that is none of kRates are errors with their remedy.
 Outcome<Address> parseAddress(std::string_view text, const Settings& usual = {});
 
 // "19200 8E1"

@@ -1,6 +1,8 @@
 #include "drivers/tcp/address.hpp"
 
+#include <arpa/inet.h>
 #include <charconv>
+#include <netinet/in.h>
 
 namespace probebox::tcp {
 
@@ -29,6 +31,15 @@ std::string describe(const Address& address) {
 bool covers(const Address& listener, const Address& door) {
   const bool everywhere = listener.host == "0.0.0.0" || listener.host == "::";
   return listener.port == door.port && (everywhere || listener.host == door.host);
+}
+
+bool isLoopback(const Address& address) {
+  if (address.host == "localhost") return true;
+  in_addr v4{};
+  if (inet_pton(AF_INET, address.host.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24U == IN_LOOPBACKNET;
+  in6_addr v6{};
+  return inet_pton(AF_INET6, address.host.c_str(), &v6) == 1 &&
+         (IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == IN_LOOPBACKNET));
 }
 
 }  // namespace probebox::tcp

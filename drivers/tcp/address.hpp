@@ -18,4 +18,8 @@ std::string describe(const Address& address);
 // Whether who knocks at `door` reaches a listener at `listener`: the same address, or all addresses of the machine.
 bool covers(const Address& listener, const Address& door);
 
+// Whether only this computer reaches a listener here: localhost, 127.0.0.0/8 or ::1. Other names are taken for
+// reachable.
+bool isLoopback(const Address& address);
+
 }  // namespace probebox::tcp

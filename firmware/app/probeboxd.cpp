@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <signal.h>
 #include <string>
 #include <time.h>
@@ -101,19 +102,30 @@ void blockSignals() {
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
 }
 
-int run(const probebox::app::Options& options) {
-  const auto descriptions = probebox::app::loadDescriptions(options);
+// Reads what the options name, and says in the log what is wrong with it. Nothing where this build cannot run with it:
+// that stays so until a person edits it, whatever the reason is. Who asks for the USB identity opens no addresses.
+std::optional<probebox::board::Descriptions> accepted(const probebox::app::Options& options) try {
+  auto descriptions = probebox::app::loadDescriptions(options);
+  std::optional<probebox::Error> refused;
   if (!descriptions) {
-    probebox::app::logError(descriptions.error().what);
-    return kUsage;
+    refused = descriptions.error();
+  } else if (!options.usb_identity) {
+    refused = probebox::app::whyRefused(options, *descriptions);
   }
+  if (!refused) return std::move(descriptions).value();
+  probebox::app::logError(refused->what);
+  return std::nullopt;
+} catch (const std::exception& error) {
+  probebox::app::logError(std::string{"The descriptions cannot be read: "} + error.what());
+  return std::nullopt;
+}
+
+int run(const probebox::app::Options& options) {
+  const auto descriptions = accepted(options);
+  if (!descriptions) return kUsage;
   if (options.usb_identity) {
     printUsbIdentity(descriptions->box);
     return 0;
-  }
-  if (const auto refused = probebox::app::whyRefused(options, *descriptions)) {
-    probebox::app::logError(refused->what);
-    return kUsage;
   }
   if (options.check) {
     std::puts("The descriptions are good.");

@@ -21,6 +21,7 @@
 #include "firmware/app/threads/chain_watch.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/worker.hpp"
+#include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "version.hpp"
@@ -295,16 +296,16 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
 }
 
 std::optional<Error> whyRefused(const Options& options, const board::Descriptions& descriptions) {
-  if (auto refused = box::whyRefused(boxConfig(descriptions))) return refused;
-  for (const auto& text : options.links.empty() ? descriptions.service.links : options.links) {
-    if (const auto address = parseLink(text); !address) return address.error();
-  }
-  for (const auto& text : options.cnc.empty() ? descriptions.service.cnc : options.cnc) {
-    if (const auto line = CncLine::parse(text); !line) return line.error();
-  }
+  std::optional<Error> refused;
+  const auto add = [&](const std::optional<Error>& error) {
+    if (error) refused = Error{refused ? refused->what + "\n" + error->what : error->what};
+  };
+  add(whyUnsupported(descriptions));
+  add(box::whyRefused(boxConfig(descriptions)));
+  add(whyNoAddresses(options, descriptions.service));
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
-    return Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."};
-  return whyUnsupported(descriptions);
+    add(Error{"--time-scale is for the emulated machine: real edges come at the kernel's time."});
+  return refused;
 }
 
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
@@ -326,10 +327,8 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   parts->state_lock = std::move(state->lock);
   const auto& service = descriptions.service;
   if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();
-  if (auto opened = parts->openLinks(options.links.empty() ? service.links : options.links); !opened)
-    return opened.error();
-  if (auto opened = parts->openCncLines(options.cnc.empty() ? service.cnc : options.cnc); !opened)
-    return opened.error();
+  if (auto opened = parts->openLinks(linksOf(options, service)); !opened) return opened.error();
+  if (auto opened = parts->openCncLines(cncLinesOf(options, service)); !opened) return opened.error();
   if (auto opened = parts->openMachine(descriptions); !opened) return opened.error();
   parts->announce();
   parts->run();

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <optional>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -153,10 +154,29 @@ TEST_F(SerialLine, KeepsBytesDuringAStallAndShowsNoiseThatNobodySent) {
 }
 
 TEST_F(SerialLine, IsRefusedWithARemedy) {
-  EXPECT_THAT(refusal("a", {12345, Parity::none, 8, 1}), HasSubstr("12345 baud is no standard rate"));
+  EXPECT_THAT(refusal("a", {12345, Parity::none, 8, 1}), HasSubstr("12345 baud is not a standard rate"));
   EXPECT_THAT(refusal("nothing"), HasSubstr("check the cable and the name"));
   std::ofstream{folder_ / "file"} << "text";
-  EXPECT_THAT(refusal("file"), HasSubstr("this is not a serial line"));
+  EXPECT_THAT(refusal("file"), HasSubstr("this is an ordinary file, no serial line"));
+}
+
+TEST_F(SerialLine, IsToldFromEverythingElseWithoutOpeningIt) {
+  std::ofstream{folder_ / "file"} << "text";
+  std::filesystem::create_symlink(folder_ / "file", folder_ / "link to a file");
+  ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);  // would wait for ever where somebody opened it
+  for (const auto& [path, kind] :
+       {std::pair{(folder_ / "file").string(), "an ordinary file"},
+        std::pair{(folder_ / "link to a file").string(), "an ordinary file"},
+        std::pair{(folder_ / "pipe").string(), "a pipe"}, std::pair{folder_.string(), "a folder"},
+        std::pair{std::string{"/dev/null"}, "another device"}, std::pair{std::string{"/dev/tty"}, "another device"},
+        std::pair{std::string{"/dev/ptmx"}, "another device"}}) {
+    const auto refused = whyNoLine(path);
+    ASSERT_TRUE(refused) << path;
+    EXPECT_THAT(refused->what, HasSubstr(path + ": this is " + kind + ", no serial line; name a terminal device"));
+    EXPECT_FALSE(openSerial(path, {}).ok());
+  }
+  EXPECT_FALSE(whyNoLine((folder_ / "a").string())) << "the emulated cable";
+  EXPECT_FALSE(whyNoLine((folder_ / "nothing").string())) << "it may be plugged in later";
 }
 
 TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
@@ -168,13 +188,17 @@ TEST(SerialAddress, TakesWhatIsNamedAndTheUsualForTheRest) {
 }
 
 TEST(SerialAddress, RefusesASettingThatALineDoesNotHave) {
-  for (const auto* const bad :
-       {"/dev/x,baud", "/dev/x,baud=", "/dev/x,baud=0", "/dev/x,baud=9600x", "/dev/x,parity=mark", "/dev/x,data=9",
-        "/dev/x,stop=3", "/dev/x,speed=1", "/dev/x,,baud=9600"}) {
+  for (const auto* const bad : {"/dev/x,baud", "/dev/x,baud=", "/dev/x,baud=9600x", "/dev/x,parity=mark",
+                                "/dev/x,data=9", "/dev/x,stop=3", "/dev/x,speed=1", "/dev/x,,baud=9600"}) {
     const auto address = parseAddress(bad);
     ASSERT_FALSE(address.ok()) << bad;
     EXPECT_THAT(address.error().what, HasSubstr("known are baud=RATE"));
   }
+  for (const auto& [given, nearest] : {std::pair{"19201", "19200"}, std::pair{"0", "1200"},
+                                       std::pair{"110000", "115200"}, std::pair{"4294967295", "4000000"}})
+    EXPECT_THAT(parseAddress(std::string{"/dev/x,baud="} + given).error().what,
+                HasSubstr(std::string{given} + " baud is not a standard rate: did you mean baud=" + nearest + "?"));
+  for (const unsigned rate : kRates) EXPECT_TRUE(parseAddress("/dev/x,baud=" + std::to_string(rate)).ok()) << rate;
   EXPECT_THAT(parseAddress(",baud=9600").error().what, HasSubstr("needs its device"));
 }
 

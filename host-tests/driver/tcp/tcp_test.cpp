@@ -156,6 +156,10 @@ TEST(TcpListener, CoversTheAddressesThatItIsReachedBy) {
     return covers(*parseAddress(listener), *parseAddress(door));
   };
   EXPECT_TRUE(covered("127.0.0.1:7627", ":7627"));
+  for (const auto* const here : {":1", "127.0.0.1:1", "127.1.2.3:1", "localhost:1", "[::1]:1"})
+    EXPECT_TRUE(isLoopback(*parseAddress(here))) << here;
+  for (const auto* const anywhere : {"0.0.0.0:1", "[::]:1", "192.168.0.1:1", "127.example.com:1", "box.local:1"})
+    EXPECT_FALSE(isLoopback(*parseAddress(anywhere))) << anywhere;
   EXPECT_TRUE(covered("0.0.0.0:7627", "127.0.0.1:7627"));
   EXPECT_TRUE(covered("[::]:7627", "10.0.0.7:7627"));
   EXPECT_FALSE(covered("127.0.0.1:7627", "127.0.0.1:7628"));

@@ -32,7 +32,8 @@ TEST(MachineToml, SaysWhatIsWrongWithASensorHead) {
               AllOf(HasSubstr("'sensor_head.tool' = 0 is out of"), HasSubstr("'sensor_head.range_mm' = 100 is out of"),
                     HasSubstr("unknown key 'sensor_head.centre_offset'")));
   const std::string probe_tools = "[probe_tools]\nnumbers = [5]\n[[tool]]\nnumber = 5\nlength_mm = 100\n";
-  EXPECT_THAT(machineProblem(probe_tools + kHead), HasSubstr("tool 5 carries the probe ([probe_tools])"));
+  EXPECT_THAT(machineProblem(probe_tools + kHead),
+              HasSubstr("'sensor_head.tool' = 5 carries the probe ([probe_tools])"));
 }
 
 // The emulated board's world, its head described differently.
@@ -54,7 +55,7 @@ TEST(WorldToml, MayHaveASensorHead) {
   EXPECT_EQ(world->sensor_head->sensors[2][2], 1);
   EXPECT_EQ(world->sensor_head->offset_mm[0], 0);
   EXPECT_THAT(worldWith(head + "sensors = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]\n").error().what,
-              HasSubstr("look from nearly the same side"));
+              HasSubstr("lie nearly in one plane"));
   EXPECT_THAT(worldWith(head).error().what, HasSubstr("missing key 'sensor_head.sensors'"));
   for (const char* other : {"number = 1", "number = 2", "number = 4"}) {
     std::string twice = head + kSensors;

@@ -2,6 +2,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <string>
+#include <sys/stat.h>
 
 #include "board/describe/parse.hpp"
 #include "board/describe/sim_files.hpp"
@@ -78,9 +79,9 @@ TEST_F(BoardFolder, RefusesAnEmulatedMachineThatStandsBeyondItsTravel) {
   const auto sim = simDescriptions(folder_ / "config");
   ASSERT_FALSE(sim.ok());
   EXPECT_THAT(sim.error().what,
-              AllOf(HasSubstr("config/world.toml: 'axes.home_mm' has Y = 351, and the travel of that axis is -50 to "
+              AllOf(HasSubstr("config/world.toml: 'axes.home_mm' has Y = 351, and that axis travels from -50 to "
                               "350 mm in board/sim/machine.toml"),
-                    HasSubstr("'axes.home_mm' has Z = 110"), HasSubstr("-400 to 50 mm"), Not(HasSubstr("has X"))));
+                    HasSubstr("'axes.home_mm' has Z = 110"), HasSubstr("from -400 to 50 mm"), Not(HasSubstr("has X"))));
 }
 
 TEST_F(BoardFolder, RefusesADeviceWhoseLineNobodyBuilt) {
@@ -94,6 +95,33 @@ TEST_F(BoardFolder, RefusesADeviceWhoseLineNobodyBuilt) {
   EXPECT_THAT(sim.error().what,
               HasSubstr("'tool_setter.trigger' is \"touch\", and board/sim/box.toml has no [[trigger]] "
                         "of that name; it has \"probe trigger\", \"tool setter\""));
+}
+
+TEST_F(BoardFolder, ReadsOrdinaryFilesAlone) {
+  const auto problem = [&] { return simDescriptions(folder_ / "config").error().what; };
+  const auto box = folder_ / "config" / "box.toml";
+  ASSERT_EQ(mkfifo(box.c_str(), 0600), 0);  // would wait for ever where somebody opened it
+  EXPECT_THAT(problem(), HasSubstr("config/box.toml: it is no ordinary file"));
+  std::filesystem::remove(box);
+  std::filesystem::create_directory(box);
+  EXPECT_THAT(problem(), HasSubstr("config/box.toml: it is no ordinary file"));
+  std::filesystem::remove(box);
+  std::filesystem::create_symlink("/dev/zero", box);  // never ends
+  EXPECT_THAT(problem(), HasSubstr("config/box.toml: it is no ordinary file"));
+  std::filesystem::remove(box);
+  std::filesystem::create_symlink("nowhere.toml", box);
+  EXPECT_THAT(problem(), HasSubstr("config/box.toml: No such file or directory")) << "not the board's own in its place";
+  std::filesystem::remove(box);
+  write(box, std::string(3'000'000, '#'));
+  EXPECT_THAT(problem(), HasSubstr("config/box.toml:1: the file has 200000 bytes or more"));
+}
+
+TEST_F(BoardFolder, RefusesAFileThatNothingWouldRead) {
+  write(folder_ / "config" / "machne.toml", simFile("machine.toml"));
+  EXPECT_THAT(simDescriptions(folder_ / "config").error().what,
+              HasSubstr("config/machne.toml: nothing reads a file of this name; did you mean machine.toml?"));
+  write(folder_ / "config" / "machine.toml", simFile("machine.toml"));
+  EXPECT_TRUE(simDescriptions(folder_ / "config").ok()) << "a copy beside it";
 }
 
 TEST_F(BoardFolder, NamesEveryFileThatIsMissingOrWrong) {

@@ -1,0 +1,68 @@
+#include "board/describe/screw_sections.hpp"
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace probebox::board {
+namespace {
+
+constexpr Range kPosition_mm{-50'000, 50'000};
+
+// (D1): the nut is between the fixed bearing and the sensor wherever the axis stands.
+void requireNutOnScrew(Section& section, const ScrewDescription& screw, const AxisDescription& axis) {
+  for (const char* const key : {"length_mm", "offset_mm", "fixed_bearing"})
+    if (!section.good(key)) return;
+  if (axis.travel_min_mm >= axis.travel_max_mm) return;
+  const bool high = screw.fixed_bearing == FixedBearing::high;
+  const double near_mm = high ? screw.offset_mm - axis.travel_max_mm : screw.offset_mm + axis.travel_min_mm;
+  const double far_mm = near_mm + axis.travel_max_mm - axis.travel_min_mm;
+  if (near_mm < 0)
+    section.problem("offset_mm", "= " + plain(screw.offset_mm) + " puts the nut " + plain(-near_mm) +
+                                     " mm beyond the fixed bearing at one end of the travel: write the distance from "
+                                     "that bearing to machine position 0, positive on the side of the screw");
+  if (far_mm > screw.length_mm)
+    section.problem("length_mm", "= " + plain(screw.length_mm) + " is too short: at one end of the travel the nut is " +
+                                     plain(far_mm) +
+                                     " mm from the fixed bearing; write the distance from that bearing "
+                                     "to the sensor, or correct 'offset_mm'");
+}
+
+ScrewDescription readScrew(Section section, double hold_s, const AxisDescription& axis) {
+  ScrewDescription screw;
+  screw.length_mm = section.number("length_mm", {50, 50'000});
+  screw.offset_mm = section.number("offset_mm", kPosition_mm);
+  screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
+  screw.fixed_bearing = static_cast<FixedBearing>(section.choice("fixed_bearing", {"low", "high"}));
+  requireNutOnScrew(section, screw, axis);
+  screw.gain = section.number("gain", {-100, 100});
+  screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));
+  screw.reference_um = section.number("reference_um", {-1e5, 1e5}, 0);
+  screw.extension_min_um = section.number("extension_min_um", {-1e4, 1e4}, -50);
+  screw.extension_max_um = section.number("extension_max_um", {-1e4, 1e4}, 300);
+  screw.rate_um_s = section.number("rate_um_s", {1e-4, 1e4}, 5);
+  screw.threshold_rpm = section.number("threshold_rpm", {0, 1e5}, 60);
+  screw.sector_zero_mm = section.number("sector_zero_mm", kPosition_mm, 0);
+  screw.stale_s = section.number("stale_s", {1e-3, 3600}, 1);
+  screw.hold_s = section.number("hold_s", {0, 3600}, hold_s);
+  if (screw.extension_min_um >= screw.extension_max_um) {
+    const char* const key = section.good("extension_max_um") ? "extension_max_um" : "extension_min_um";
+    section.problem(key, "leaves no room from " + plain(screw.extension_min_um) + " to " +
+                             plain(screw.extension_max_um) + " um: 'extension_max_um' is above 'extension_min_um'");
+  }
+  section.finish();
+  return screw;
+}
+
+}  // namespace
+
+void readScrews(Section& root, double hold_s, Machine& machine) {
+  auto screws = root.section("screw", false);
+  for (std::size_t axis = 0; axis < machine.screws.size(); ++axis) {
+    if (auto section = screws.sectionIfThere(std::string{"XYZ"[axis]}))
+      machine.screws.at(axis) = readScrew(std::move(*section), hold_s, machine.axes.at(axis));
+  }
+  screws.finish();
+}
+
+}  // namespace probebox::board

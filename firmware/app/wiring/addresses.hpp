@@ -1,0 +1,21 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/describe/service.hpp"
+#include "firmware/app/wiring/options.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// The addresses of a run: those of the command line where it names any, else those of service.toml.
+const std::vector<std::string>& linksOf(const Options& options, const board::Service& service);
+const std::vector<std::string>& cncLinesOf(const Options& options, const board::Service& service);
+
+// Says what is wrong with these addresses, one problem a line, each with the place where it is written: no address, a
+// path that is no serial line, a device twice, a link beyond this computer while `allow_accept` lets whoever comes put
+// results into force. Opens nothing, and takes a device that is not there yet.
+std::optional<Error> whyNoAddresses(const Options& options, const board::Service& service);
+
+}  // namespace probebox::app

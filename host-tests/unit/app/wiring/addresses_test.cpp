@@ -1,0 +1,99 @@
+#include "firmware/app/wiring/addresses.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "board/describe/parse.hpp"
+#include "drivers/serial/emulator.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+
+// Where hosts and controllers come in, checked before anything is opened.
+namespace probebox::app {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Addresses : public testing::Test {
+ protected:
+  // What is wrong with a service.toml; empty when nothing is.
+  static std::string problemOf(const std::string& text, const Options& options = {}) {
+    const auto service = board::parseService(text, "service.toml");
+    EXPECT_TRUE(service) << (service ? "" : service.error().what);
+    if (!service) return "";
+    const auto refused = whyNoAddresses(options, *service);
+    return refused ? refused->what : "";
+  }
+
+  const support::TemporaryFolder folder_;
+};
+
+TEST_F(Addresses, OfSerialLinesNeverLeadToFiles) {
+  std::ofstream{folder_.file("file")} << "text";
+  std::filesystem::create_symlink(folder_.file("file"), folder_.file("ttyS1"));
+  EXPECT_EQ(
+      problemOf("links = [\"serial:/etc/passwd\"]\ncnc = [\n  \"modbus:" + folder_.file("ttyS1") + "\"]\n"),
+      "service.toml:1: 'links': /etc/passwd: this is an ordinary file, no serial line; name a terminal device such "
+      "as /dev/ttyS1\n"
+      "service.toml:3: 'cnc': " +
+          folder_.file("ttyS1") +
+          ": this is an ordinary file, no serial line; name a terminal device such as /dev/ttyS1");
+  EXPECT_THAT(problemOf("links = [\"serial:ttyS1\"]"), HasSubstr("'ttyS1' is no full path: write it as /dev/ttyS1"));
+  EXPECT_EQ(problemOf("links = [\"serial:" + folder_.file("not there yet") + "\"]"), "");
+}
+
+TEST_F(Addresses, NameEachDeviceOnce) {
+  const auto cable = serial::EmulatedCable::open(folder_.file("a"), folder_.file("b"));
+  ASSERT_TRUE(cable) << cable.error().what;
+  std::filesystem::create_symlink(folder_.file("a"), folder_.file("also a"));
+  EXPECT_EQ(problemOf("cnc = [\"modbus:" + folder_.file("a") + "\", \"modbus:" + folder_.file("b") + "\"]"), "");
+  EXPECT_EQ(problemOf("links = [\"serial:" + folder_.file("a") + "\"]\ncnc = [\"modbus:" + folder_.file("also a") +
+                      ",unit=2\"]\n"),
+            "service.toml:2: 'cnc': " + folder_.file("also a") +
+                " is in use by service.toml:1: 'links' already: give each a device of its own");
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS71,unit=1\", \"modbus:/dev/ttyS71,unit=2\"]"),
+              HasSubstr("/dev/ttyS71 is in use by service.toml:1: 'cnc' already"));
+  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:7627\", \"tcp::7627\"]"),
+              HasSubstr("tcp:127.0.0.1:7627 is in use by"));
+  EXPECT_THAT(problemOf("links = [\"usb\", \"usb:controller=dummy\"]"), HasSubstr("the USB port is in use by"));
+}
+
+TEST_F(Addresses, HaveSettingsThatLinesHave) {
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
+              HasSubstr("service.toml:1: 'cnc': /dev/ttyS1: 19201 baud is no standard rate: did you mean baud=19200?"));
+  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,unit=248\"]"), HasSubstr("write unit=1 to unit=247"));
+  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("is no TCP address"));
+}
+
+TEST_F(Addresses, LetNobodyFromElsewhereAcceptResults) {
+  const std::string accept = "\n[access]\nallow_accept = true\n";
+  for (const char* const host : {"0.0.0.0", "[::]", "192.168.0.7", "box.local"}) {
+    const std::string links = "links = [\"tcp:" + std::string{host} + ":7627\"]";
+    EXPECT_THAT(problemOf(links + accept),
+                AllOf(HasSubstr("service.toml:1: 'links': tcp:" + std::string{host} + ":7627 lets other computers in"),
+                      HasSubstr("listen on 127.0.0.1"), HasSubstr("allow_accept = false")));
+    EXPECT_EQ(problemOf(links), "") << "whoever comes may look";
+  }
+  for (const char* const host : {"127.0.0.1", "localhost", "[::1]", ""})
+    EXPECT_EQ(problemOf("links = [\"tcp:" + std::string{host} + ":7627\"]" + accept), "") << host;
+  Options options;
+  options.links = {"tcp:0.0.0.0:7627"};
+  EXPECT_THAT(problemOf(accept, options), HasSubstr("--link: tcp:0.0.0.0:7627 lets other computers in"));
+}
+
+TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
+  Options options;
+  options.links = {"tcp:127.0.0.1:1"};
+  options.cnc = {"modbus:/dev/null", "records:/dev/ttyS1"};
+  const auto problem = problemOf("links = [\"serial:/etc/passwd\"]", options);
+  EXPECT_THAT(problem, AllOf(HasSubstr("--cnc: /dev/null: this is another device, no serial line"),
+                             HasSubstr("\n--cnc: The CNC line 'records:/dev/ttyS1' is not modbus:DEVICE"),
+                             Not(HasSubstr("passwd"))));
+}
+
+}  // namespace
+}  // namespace probebox::app
