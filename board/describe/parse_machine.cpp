@@ -96,27 +96,43 @@ CentrelineDescription readCentreline(Section section, double hold_s, const Machi
   return centreline;
 }
 
-CorrectionsDescription readCorrections(Section section) {
-  const std::vector<std::string> sources{"screw", "swivel", "rotary", "centreline"};  // by bit of the mask
-  CorrectionsDescription corrections;
-  corrections.hold_s = section.number("hold_s", kSeconds);
+// By the bits of the mask.
+enum class Source { screw, swivel, rotary, centreline };
+
+// Notes a source that could never correct anything.
+void requireDescribed(Section& section, std::uint32_t line, Source source, const Machine& machine) {
+  const auto missing = [&](bool described, const std::string& name, const std::string& table) {
+    if (!described)
+      section.problemAt(line, "sources",
+                        "names \"" + name + "\", and no " + table + " is described: add it, or remove the name");
+  };
+  const auto& [x, y, z] = machine.screws;
+  if (source == Source::screw) missing(x || y || z, "screw", "[screw.X], [screw.Y] or [screw.Z]");
+  if (source == Source::swivel) missing(machine.swivel.has_value(), "swivel", "[swivel]");
+  if (source == Source::rotary) missing(machine.rotary_table.has_value(), "rotary", "[rotary_table]");
+}
+
+// After all that a source may need.
+std::uint16_t readSources(Section& section, const Machine& machine) {
+  const std::vector<std::string> sources{"screw", "swivel", "rotary", "centreline"};
+  std::uint16_t mask = 0;
   for (const auto& [name, line] : section.texts("sources", sources.size())) {
     const auto found = std::ranges::find(sources, name);
-    const auto meant = nearest(name, sources);
     if (found == sources.end()) {
+      const auto meant = nearest(name, sources);
       section.problemAt(line, "sources",
                         "names " + inQuotes(name) + ", which is no source of corrections: " +
                             (meant ? "did you mean \"" + *meant + "\"? There are " : std::string{"there are "}) +
                             "\"screw\", \"swivel\", \"rotary\" and \"centreline\"");
       continue;
     }
-    const auto bit = static_cast<std::uint16_t>(1U << static_cast<unsigned>(found - sources.begin()));
-    if ((corrections.mask & bit) != 0)
-      section.problemAt(line, "sources", "names " + inQuotes(name) + " twice: name it once");
-    corrections.mask = static_cast<std::uint16_t>(corrections.mask | bit);
+    const auto number = found - sources.begin();
+    const auto bit = static_cast<std::uint16_t>(1U << static_cast<unsigned>(number));
+    if ((mask & bit) != 0) section.problemAt(line, "sources", "names " + inQuotes(name) + " twice: name it once");
+    requireDescribed(section, line, static_cast<Source>(number), machine);
+    mask = static_cast<std::uint16_t>(mask | bit);
   }
-  section.finish();
-  return corrections;
+  return mask;
 }
 
 BallPlateDescription readBallPlate(Section section, const Machine& machine) {
@@ -176,8 +192,8 @@ Machine readMachine(Section& root) {
     machine.periodic_check = readPeriodicCheck(std::move(*check), machine);
   if (auto plate = root.sectionIfThere("ball_plate")) machine.ball_plate = readBallPlate(std::move(*plate), machine);
 
-  machine.corrections = readCorrections(root.section("corrections"));
-  const double hold_s = machine.corrections.hold_s;
+  auto corrections = root.section("corrections");
+  const double hold_s = machine.corrections.hold_s = corrections.number("hold_s", kSeconds);
   readScrews(root, hold_s, machine);
   machine.centreline = readCentreline(root.section("centreline", false), hold_s, machine);
   readTools(root, machine);
@@ -185,6 +201,8 @@ Machine readMachine(Section& root) {
   readToolSetter(root, machine);
   readSensorHead(root, machine);
   readProbeShank(root, machine);
+  machine.corrections.mask = readSources(corrections, machine);
+  corrections.finish();
   return machine;
 }
 

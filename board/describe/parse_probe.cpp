@@ -19,7 +19,7 @@ Probe readProbe(Section& root) {
   Probe probe;
   auto section = root.section("probe");
   probe.serial_number = section.text("serial_number");
-  probe.rate_hz = section.number("rate_hz", {1, 1e6});
+  probe.rate_hz = section.number("rate_hz", {10, 1e6});
   probe.noise_um = section.number("noise_um", {1e-4, 1000});
   probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
   probe.gain = section.matrix("gain", {-1000, 1000});

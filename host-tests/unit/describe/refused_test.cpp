@@ -142,6 +142,20 @@ TEST(Refused, MountingsThatAreMisspelt) {
         << own;
 }
 
+TEST(Refused, SourcesThatNothingFeeds) {
+  EXPECT_THAT(machineProblem("sources = [\"screw\"] ", "sources = [\"swivle\"] "),
+              HasSubstr("names \"swivle\", which is no source of corrections: did you mean \"swivel\"?"));
+  EXPECT_THAT(machineProblem("sources = [\"screw\"] ", "sources = [\"screw\", \"swivel\", \"screw\"] "),
+              AllOf(HasSubstr("names \"swivel\", and no [swivel] is described: add it, or remove the name"),
+                    HasSubstr("names \"screw\" twice")));
+  const auto bare = machineWith("", "sources = [\"screw\", \"rotary\", \"centreline\"]\n");
+  EXPECT_EQ(problemOf(bare),
+            "machine.toml:5: 'corrections.sources' names \"screw\", and no [screw.X], [screw.Y] or [screw.Z] is "
+            "described: add it, or remove the name\n"
+            "machine.toml:5: 'corrections.sources' names \"rotary\", and no [rotary_table] is described: add it, or "
+            "remove the name");
+}
+
 TEST(Refused, AddressesThatAreThereTwice) {
   const auto service =
       parseService("links = [\"usb\",\n  \"usb\"]\ncnc = [\"modbus:/dev/a\",\n\"modbus:/dev/a\"]\n", "s.toml");
