@@ -8,7 +8,7 @@
 
 #include "protocol/units/time.hpp"
 
-// box.toml: what the vendor of the box built. Lines are named here and nowhere else.
+// box.toml: the hardware of the box, as its vendor built it. Lines are named here and nowhere else.
 namespace probebox::board {
 
 // A line by its offset on the chip, or by the name that the kernel knows it by.
@@ -30,23 +30,23 @@ struct IndexLine {
   std::uint8_t axis{};  // 0 X, 1 Y, 2 Z
 };
 
-// Two lines of their own, joined by a wire. The box pulses the one and reads the other: how late edges are stamped on
-// this board cannot be seen from edges that others make.
+// An output and an input joined by a wire. The box pulses the output and reads the input, because edges from elsewhere
+// do not show how late this board stamps them.
 struct LoopBack {
   GpioLine output;  // rests at the level that is not active
   GpioLine input;   // its active edge answers the output's
 };
 
-// Where a kind of data comes from: "sim" is the emulated machine, "none" nowhere; a probe also "usb" or "usb:SERIAL".
+// Sources of data: "sim" (the emulated machine) or "none"; a probe also "usb" or "usb:SERIAL".
 struct Devices {
   std::string encoders;
   double encoder_rate_hz{};  // how often all axes are latched
   std::string probe;
-  std::string drift{"none"};  // sensors at the ends of ball screws
+  std::string drift{"none"};  // sensors of the ball screws
 };
 
-// How the box shows itself on USB; its serial number is that of the box. The numbers belong to who sells the box:
-// 1209:0001 is for tests (pid.codes).
+// USB identity; the serial number is that of the box. Vendors have numbers of their own: 1209:0001 is for tests
+// (pid.codes).
 struct UsbIdentity {
   std::uint16_t vendor_id{0x1209};
   std::uint16_t product_id{0x0001};
@@ -63,7 +63,7 @@ struct Box {
   std::vector<GpioLine> triggers;
   std::vector<IndexLine> indexes;
   std::vector<GpioLine> skips;
-  std::vector<GpioLine> inhibits;  // active while a cut is on: no result comes into force then
+  std::vector<GpioLine> inhibits;  // active during a cut, when no result may come into force
   std::optional<LoopBack> loop_back;
   Devices devices;
   UsbIdentity usb;

@@ -6,21 +6,21 @@
 #include <string>
 #include <vector>
 
-// machine.toml: what the integrator knows about the machine tool. Axes and signs as in ISO 841.
+// machine.toml: the machine tool, as its integrator knows it. Axes and signs as in ISO 841.
 namespace probebox::board {
 
 // How the counts of an axis become a machine position: the encoder is absolute, the axis passes a mark, or the
-// controller says that it has been homed.
+// controller sends the position after homing.
 enum class ReferenceBy { absolute, index, homing };
 
 struct ReferenceDescription {
   ReferenceBy by{ReferenceBy::homing};
   bool has_index{};         // there is a mark
-  double index_mm{};        // machine position where the mark begins for an axis that moves up
-  double index_width_mm{};  // it begins this much higher for an axis that moves down
-  double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
+  double index_mm{};        // machine position of its first edge for motion in the positive direction
+  double index_width_mm{};  // to its first edge for motion in the negative direction
+  double index_pitch_mm{};  // distance of repeated marks; 0: one mark
   double index_tolerance_mm{0.02};
-  double maximum_speed_mm_s{1000};  // counts that move faster are an error of the encoder
+  double maximum_speed_mm_s{1000};  // faster counts are taken for an encoder error
 };
 
 struct AxisDescription {
@@ -35,7 +35,7 @@ struct AxisDescription {
   double correction_rate_mm_s{};
 };
 
-// Which way the gain K of a screw was found (D1): it gives the correction, or it predicts the error.
+// What the gain K of a screw gives (D1): the correction, or the error.
 enum class GainIs { correction, error };
 // Where the screw's fixed bearing is, seen along the axis.
 enum class FixedBearing { low, high };
@@ -43,12 +43,12 @@ enum class FixedBearing { low, high };
 // The ball screw of a linear axis with a sensor at its free end (CN101394969).
 struct ScrewDescription {
   double length_mm{};
-  double offset_mm{};  // axis zero to the fixed bearing
+  double offset_mm{};  // distance of the fixed bearing from machine position 0
   double pitch_mm{};   // of the thread
   FixedBearing fixed_bearing{FixedBearing::low};
   double gain{};
   GainIs gain_is{GainIs::correction};
-  double reference_um{};  // the sensor's reading on the cold screw
+  double reference_um{};  // reading of the sensor on the cold screw
   double extension_min_um{};
   double extension_max_um{};
   double rate_um_s{};       // how fast the compensation may change
@@ -58,23 +58,23 @@ struct ScrewDescription {
   double hold_s{};
 };
 
-// The ball on the part that periodic-check reads, and what was accepted of it.
+// The ball on the part that periodic-check reads, with the position that was accepted.
 struct PeriodicCheckDescription {
   double ball_diameter_mm{};
   double ball_centre_z_mm{};                           // machine position at C = 0
-  std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis less the axis of the probe's spindle
+  std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis minus the axis of the probe's spindle
   std::optional<double> limit_mm;
 };
 
 // The ball on the rim of a large part that centreline-by-steps reads.
 struct RimBallDescription {
-  double c_deg{};  // how C stands with the ball straight above the middle, along +Y, as far as that is known
+  double c_deg{};  // approximate C angle with the ball straight above the centre, along +Y
   std::optional<double> level_limit_mm;
 };
 
-// Balls on what the rotary axis C carries, and where a certificate has them, in any frame of its own.
+// A ball plate on the table that C turns: certified positions of its balls, in the plate's frame.
 struct BallPlateDescription {
-  std::array<double, 3> axis_point_mm{};  // of C as it should be, along Z: machine position for the stylus ball
+  std::array<double, 3> axis_point_mm{};  // of the nominal C axis: machine position of the stylus ball
   std::optional<double> sd_mm;            // of a certified coordinate (k = 1)
   std::vector<std::array<double, 3>> balls_mm;
 };
@@ -83,36 +83,36 @@ inline constexpr std::size_t kMostPlateBalls = 7;
 inline constexpr std::size_t kMostTilts = 6;
 inline constexpr std::size_t kMostProbeTools = 4;
 
-// A table that tilts under the part, as it is measured: what it turns about, and where it stands for the readings.
+// A table that tilts under the part: its nominal axis, and the angles at which it is measured.
 struct TiltDescription {
   std::array<double, 3> axis{};  // unit vector along X or Y, right-handed: a positive angle is about it
   std::vector<double> angles_deg;
-  double sigma_rad{};  // how exactly it finds an angle (k = 1)
+  double sigma_rad{};  // sd of an angle (k = 1)
 };
 
 // A head that swivels the probe's spindle, as it is measured.
 struct HeadDescription {
   TiltDescription swivel;
-  std::array<double, 3> pivot_mm{};              // nominal: its axis from the gauge line of the spindle, head level
-  std::optional<std::array<double, 3>> ball_mm;  // where the datum sphere stands
+  std::array<double, 3> pivot_mm{};              // nominal axis from the gauge line of the spindle, head level
+  std::optional<std::array<double, 3>> ball_mm;  // position of the datum sphere
   std::optional<double> sd_ball_mm;              // k = 1, each coordinate
 };
 
-// How the control programs the X axis of a lathe. Corrections are in radius whatever stands here.
+// How the control programs the X axis of a lathe. Corrections are in radius in both cases.
 enum class Programming { radius, diameter };
 
 struct CentrelineDescription {
-  double assumed_x_mm{};  // where the control takes the turning axis to be
+  double assumed_x_mm{};  // position of the turning axis as the control assumes it
   double assumed_y_mm{};
   bool correct_x{true};
   bool correct_y{true};
   double hold_s{};
 };
 
-// Named as in ISO 841: A turns about X, B about Y, C about Z. The numbers of its arrays.
+// Rotary axes as in ISO 841: A turns about X, B about Y, C about Z. The values index arrays.
 enum class RotaryLetter { a, b, c };
 
-// Who knows how a rotary axis stands: an encoder of its own, or the controller, which says so.
+// Where the angle of a rotary axis comes from: its encoder, or messages of the controller.
 enum class AngleFrom { encoder, controller };
 
 struct RotaryAxisDescription {
@@ -120,27 +120,27 @@ struct RotaryAxisDescription {
   double counts_per_deg{};                     // of the encoder, positive
   int sense{1};                                // +1 when counts rise in the positive direction of the axis, else -1
   ReferenceBy reference{ReferenceBy::homing};  // absolute or homing
-  double maximum_speed_deg_s{};                // counts that move faster are an error of the encoder
-  double stale_s{};                            // an angle that is older is in doubt; 0: none ever is
+  double maximum_speed_deg_s{};                // faster counts are taken for an encoder error
+  double stale_s{};                            // an older angle is in doubt; 0: an angle holds until the next
 };
 
 // A head that swivels the tool.
 struct SwivelDescription {
   RotaryLetter axis{RotaryLetter::b};
-  bool by_angle{};  // what a calibration has left at each angle is corrected too
+  bool by_angle{};  // also correct the residual at each measured angle
   double hold_s{};
 };
 
-// How errors by angle are read between the angles.
+// Interpolation of errors between the measured angles.
 enum class BetweenAngles { linear, fourier };
 
 // A table that turns, under the tool.
 struct RotaryTableDescription {
   std::vector<RotaryLetter> chain;  // from the base outwards
   BetweenAngles between{BetweenAngles::linear};
-  bool at_tip{};                           // the tool's length moves the point that is corrected
+  bool at_tip{};                           // the corrected point moves with the tool's length
   std::array<double, 3> tool_direction{};  // from the spindle to the tip, length 1
-  double measured_length_mm{};             // of the tool that the axes were measured with
+  double measured_length_mm{};             // length of the tool that the axes were measured with
   double hold_s{};
 };
 
@@ -154,69 +154,69 @@ struct ToolDescription {
   std::optional<std::uint32_t> holder{};
 };
 
-// What tools are put together with.
+// A tool holder.
 struct HolderDescription {
   std::uint32_t number{};
   double length_mm{};  // from the gauge line to its end face
   double sd_mm{};      // k = 1; 0: not stated
 };
 
-// The device that tools are set on. Positions and offsets are those of the head's reference.
+// The tool-setting device. Positions and offsets refer to the head's reference.
 struct ToolSetterDescription {
   std::string trigger;                      // the name of its [[trigger]] in box.toml
-  std::array<double, 3> half_width_mm{};    // from its middle to its faces
+  std::array<double, 3> half_width_mm{};    // from its centre to its faces
   std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference, A at 0
   std::optional<double> sd_probe_offset_mm;
-  std::optional<std::array<double, 3>> accepted_mm;  // where it was found; with limit_mm, or neither
+  std::optional<std::array<double, 3>> accepted_mm;  // position that was accepted; with limit_mm, or neither
   double limit_mm{};
   double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
 };
 
-// The shank above the stylus' ball, which touches balls as a second, shorter tool would. Heights are above the middle
-// of the stylus' ball, along the tool.
+// The shank above the stylus' ball, used as a second, shorter tool. Heights count from the centre of the stylus' ball
+// along the tool.
 struct ProbeShankDescription {
-  std::uint32_t tool{};  // that carries it, and the probe
+  std::uint32_t tool{};  // number of the tool that carries the probe
   double radius_mm{};
-  double from_mm{}, to_mm{};  // where it begins and ends
+  double from_mm{}, to_mm{};  // its lower and upper end
   double height_mm{};         // at which it touches
 };
 
-// A sensor head (R-test) in the spindle: three displacement sensors that read where one ball is.
+// A sensor head (R-test) in the spindle: three displacement sensors that locate one ball.
 struct SensorHeadDescription {
   std::uint32_t tool{};                      // its number
-  double range_mm{};                         // that its sensors read to either side, in mm of a reading
-  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the middle of the probe's ball, A at 0
+  double range_mm{};                         // of a reading, to either side
+  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the centre of the probe's ball, A at 0
   std::optional<double> sd_centre_offset_mm;
 };
 
 // Sources of corrections, by the bits of the mask that the CNC reads.
 struct CorrectionsDescription {
-  double hold_s{};       // T_hold: how long a doubtful source is held, where it says nothing else
-  std::uint16_t mask{};  // which are summed
+  double hold_s{};       // T_hold: how long a source in doubt is held, unless it has its own
+  std::uint16_t mask{};  // the sources that are summed
 };
 
 struct Machine {
   std::string name;
-  std::string mounting;                 // where the probe sits: a result holds for one mounting
+  std::string mounting;                 // where the probe sits; a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
   std::array<std::optional<ScrewDescription>, 3> screws;
   Programming x_programming{Programming::radius};
-  // Features to calibrate on, as certified; nothing when there is none.
+  // Certified sizes of the features to calibrate on.
   std::optional<double> datum_sphere_diameter_mm;
   std::optional<double> datum_gap_mm;  // between two parallel plates across X
-  double sigma_c_rad{};                // how exactly the rotary axis C finds an angle (k = 1)
+  double sigma_c_rad{};                // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;
   std::optional<BallPlateDescription> ball_plate;
   std::optional<TiltDescription> tilting_table;
   std::optional<HeadDescription> swivel_head;
-  std::vector<ToolDescription> probe_tools;  // that carry the probe
+  std::vector<ToolDescription> probe_tools;  // those that carry the probe
   std::optional<ProbeShankDescription> probe_shank;
   CentrelineDescription centreline;
   std::array<std::optional<RotaryAxisDescription>, 3> rotary_axes;  // A, B, C
   std::optional<SwivelDescription> swivel;
   std::optional<RotaryTableDescription> rotary_table;
-  std::vector<ToolDescription> tools;  // whose lengths are known by number
+  std::vector<ToolDescription> tools;
   std::vector<HolderDescription> holders;
   std::optional<ToolSetterDescription> tool_setter;
   std::optional<SensorHeadDescription> sensor_head;

@@ -11,8 +11,8 @@
 #include "board/describe/world.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Strict reading of the descriptions. An unknown key, a wrong type, a missing key, a value out of its range or a
-// doubtful unit is an error that names file, line and remedy; all problems of a file are told at once, one a line.
+// Strict reading of the descriptions. An unknown or missing key, a wrong type, a value out of range, a doubtful unit or
+// a text that does not print is an error that names file, line, key and remedy. All problems are reported, one a line.
 namespace probebox::board {
 
 struct Descriptions {
@@ -30,11 +30,12 @@ Outcome<Probe> parseProbe(std::string_view text, std::string_view file_name);
 Outcome<Service> parseService(std::string_view text, std::string_view file_name);
 Outcome<World> parseWorld(std::string_view text, std::string_view file_name);
 
-// Which of the box's triggers the tool-setting device is wired to; nothing without a device, or without its trigger.
+// Finds the trigger that the tool-setting device is wired to; nothing without a device or without its trigger.
 std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine);
 
-// Reads box.toml, machine.toml, probe.toml, service.toml and, where there is one, world.toml. A file that also stands
-// in `overrides` (--config) is read from there instead.
+// Reads box.toml, machine.toml, probe.toml, service.toml and, where there is one, world.toml. A file that `overrides`
+// (--config) has too is read from there instead. Reads ordinary files only, and not more of them than a description
+// may have.
 Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory,
                                     const std::filesystem::path& overrides = {});
 

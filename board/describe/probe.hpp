@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-// probe.toml: what the probe's maker, or the last qualification, says about the probe and its stylus.
+// probe.toml: the probe and its stylus, from the maker or from the last qualification.
 namespace probebox::board {
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;  // rows

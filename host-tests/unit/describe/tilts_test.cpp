@@ -54,7 +54,7 @@ TEST(MachineToml, MayDescribeAHeadThatSwivelsAndToolsThatCarryTheProbe) {
 TEST(WorldToml, LeansATableAcrossTheAxisThatItTiltsAbout) {
   const std::string world{simFile("world.toml")};
   const auto with = [&](const std::string& section) {
-    const auto begin = world.find("[tilting_table]"), end = world.find("# The head that holds");
+    const auto begin = world.find("[tilting_table]"), end = world.find("# The head that swivels");
     return parseWorld(world.substr(0, begin) + section + world.substr(end), "world.toml");
   };
   const auto about_y = with("[tilting_table]\naxis = \"-Y\"\npoint_mm = [1, 2, 3]\nlean_x_rad = 1e-4\n");
