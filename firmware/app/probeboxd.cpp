@@ -29,22 +29,25 @@ void describe(CLI::App& command, probebox::app::Options& options) {
       .add_option("--board", options.board,
                   "sim (the emulated machine), or a folder with box.toml, machine.toml, probe.toml, service.toml")
       ->capture_default_str();
-  command.add_option("--state", options.state, "folder for data that must survive a restart, such as results");
-  command.add_option("--config", options.config, "folder of descriptions to use instead of the board's own");
+  command.add_option("--state", options.state, "folder for results and whatever else must survive a restart");
+  command.add_option("--config", options.config, "folder with descriptions that replace the board's own, file by file");
   command
       .add_option("--link", options.links,
-                  "a link for hosts: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; repeat it for more")
+                  "address for hosts: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; may be repeated, replaces the "
+                  "links of service.toml")
       ->allow_extra_args(false);
   command
-      .add_option("--cnc", options.cnc,
-                  "a Modbus RTU line to the CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; repeat it for more")
+      .add_option(
+          "--cnc", options.cnc,
+          "serial line of a CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; may be repeated, replaces cnc of "
+          "service.toml")
       ->allow_extra_args(false);
-  command.add_option("--journal", options.journal, "write every event that reaches the core to this new file");
+  command.add_option("--journal", options.journal, "record every event that reaches the core in this new file");
   command.add_option("--time-scale", options.time_scale, "speed of the emulated machine, as a multiple of real time")
       ->check(CLI::Range(0.01, 100.0));
-  command.add_flag("--check", options.check, "check all descriptions, report errors, and exit");
-  command.add_flag("--usb-identity", options.usb_identity,
-                   "print the USB identity that probebox-usb-setup needs, and exit");
+  command.add_flag("--check", options.check,
+                   "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
+  command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");
 }
 
 // One name and one value a line; the descriptions allow plain ASCII only.
@@ -154,10 +157,9 @@ int run(const probebox::app::Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App command{
-      "probeboxd: the box between a scanning probe and a CNC controller.\nIt only taps signals: no motion stop may "
-      "depend on it."};
-  command.footer(
-      "Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627 --cnc modbus:/dev/ttyS2");
+      "probeboxd: the box between a scanning probe and a CNC controller.\n"
+      "It taps signals and advises: no motion stop may depend on it."};
+  command.footer("Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627");
   command.name("probeboxd");
   command.set_version_flag("--version", "probeboxd " + probebox::app::firmwareVersion());
   probebox::app::Options options;
