@@ -1,6 +1,9 @@
 #include "firmware/store/database.hpp"
 
+#include <cstddef>
 #include <utility>
+
+#include "protocol/frame/crc32c.hpp"
 
 namespace probebox::store {
 namespace {
@@ -27,6 +30,9 @@ Failure explain(int code, const std::string& path, const char* detail) {
     case SQLITE_IOERR:
       return {Reason::unavailable,
               path + " cannot be read or written (" + detail + "); check the disk; nothing was changed"};
+    // What we ask is always the same: tables that do not take it are not as we made them.
+    case SQLITE_ERROR:
+    case SQLITE_CONSTRAINT:
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       return {Reason::damaged, path + " is damaged (" + detail + ")"};
@@ -35,14 +41,51 @@ Failure explain(int code, const std::string& path, const char* detail) {
   }
 }
 
+// Lengths and types count as well: no text can move from one column to the next unnoticed.
+void rowSum(sqlite3_context* context, int count, sqlite3_value** values) {
+  std::uint32_t sum = 0;
+  const auto add = [&sum](const void* bytes, std::size_t size) {
+    sum = frame::crc32c({static_cast<const std::byte*>(bytes), size}, sum);
+  };
+  for (int i = 0; i < count; ++i) {
+    const auto type = static_cast<std::uint8_t>(sqlite3_value_type(values[i]));
+    add(&type, sizeof type);
+    if (type == SQLITE_FLOAT) {
+      const double value = sqlite3_value_double(values[i]);
+      add(&value, sizeof value);
+      continue;
+    }
+    const auto* text = sqlite3_value_text(values[i]);
+    const auto size = static_cast<std::uint32_t>(sqlite3_value_bytes(values[i]));
+    add(&size, sizeof size);
+    if (text != nullptr) add(text, size);
+  }
+  sqlite3_result_int64(context, sum);
+}
+
 }  // namespace
 
 Outcome<Database, Failure> Database::open(const std::string& path) {
+  return open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+}
+
+Outcome<Database, Failure> Database::openToRead(const std::string& path) {
+  return open(path, SQLITE_OPEN_READONLY);
+}
+
+Outcome<Database, Failure> Database::inMemory() {
+  return open(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+}
+
+Outcome<Database, Failure> Database::open(const std::string& path, int flags) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
   Database database{handle, path};
   if (code != SQLITE_OK) return explain(code, path, sqlite3_errstr(code));
   sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+  constexpr int kAnyCount = -1;
+  sqlite3_create_function(handle, "row_sum", kAnyCount, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, &rowSum, nullptr,
+                          nullptr);
   return database;
 }
 
@@ -114,7 +157,13 @@ std::string Statement::text(int column) const {
   return bytes == nullptr ? std::string{} : std::string{reinterpret_cast<const char*>(bytes), size};
 }
 
+void Statement::copyTo(Statement& other, int column) const {
+  if (other.code_ == SQLITE_OK)
+    other.code_ = sqlite3_bind_value(other.handle_.get(), ++other.bound_, sqlite3_column_value(handle_.get(), column));
+}
+
 Outcome<Transaction, Failure> Transaction::begin(Database& database) {
+  if (!database.whyNotWritable().empty()) return Failure{Reason::unavailable, database.whyNotWritable()};
   // IMMEDIATE: the lock is taken now, so that a later statement cannot fail for want of it.
   if (const auto begun = database.run("BEGIN IMMEDIATE"); !begun) return begun.error();
   return Transaction{database};

@@ -12,12 +12,18 @@
 
 namespace probebox::store {
 
-struct Done {};
-
 // One connection to one SQLite file. Not for several threads.
 class Database {
  public:
+  // Also provides row_sum(...) to SQL: a CRC-32C over all of its arguments and their types.
   static Outcome<Database, Failure> open(const std::string& path);
+  // Never makes a file or changes one.
+  static Outcome<Database, Failure> openToRead(const std::string& path);
+  static Outcome<Database, Failure> inMemory();
+
+  // From now on no transaction begins: it is refused with this reason.
+  void forbidWriting(std::string why) { why_not_writable_ = std::move(why); }
+  const std::string& whyNotWritable() const { return why_not_writable_; }
 
   Outcome<Done, Failure> run(const char* sql);
   Outcome<std::int64_t, Failure> number(const char* sql);
@@ -37,8 +43,11 @@ class Database {
   };
   Database(sqlite3* handle, std::string path) : handle_{handle}, path_{std::move(path)} {}
 
+  static Outcome<Database, Failure> open(const std::string& path, int flags);
+
   std::unique_ptr<sqlite3, Close> handle_;
   std::string path_;
+  std::string why_not_writable_;
 };
 
 // One prepared statement: bind from the left, step, read columns from the left.
@@ -58,6 +67,8 @@ class Statement {
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
+  // Binds what this row has in the column to the next place of `other`.
+  void copyTo(Statement& other, int column) const;
 
  private:
   struct Finalize {

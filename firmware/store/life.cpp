@@ -36,7 +36,8 @@ std::optional<Failure> objectionTo(std::string_view what, std::string_view by, s
 Outcome<Done, Failure> retire(Database& database, Id id, std::string_view utc, std::string_view by) {
   if (const auto done = note(database, id, State::retired, utc, by); !done) return done.error();
   Statement statement{database, "UPDATE results SET state = 3, retired_utc = ? WHERE id = ?"};
-  return statement.bind(utc).bind(stored(id)).run();
+  const auto done = statement.bind(utc).bind(stored(id)).run();
+  return done ? seal(database, id) : done;
 }
 
 // Whatever of the binding is in one of these states gives way.
@@ -54,13 +55,15 @@ Outcome<Done, Failure> makeRoom(Database& database, const Binding& binding, std:
 Outcome<Done, Failure> putIntoForce(Database& database, Id id, std::string_view utc, std::string_view by) {
   if (const auto done = note(database, id, State::active, utc, by); !done) return done.error();
   Statement statement{database, "UPDATE results SET state = 2, retired_utc = '' WHERE id = ?"};
-  return statement.bind(stored(id)).run();
+  const auto done = statement.bind(stored(id)).run();
+  return done ? seal(database, id) : done;
 }
 
 Outcome<Done, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by) {
   if (const auto done = note(database, id, State::accepted, utc, by); !done) return done.error();
   Statement statement{database, "UPDATE results SET state = 1, accepted_utc = ?, accepted_by = ? WHERE id = ?"};
-  return statement.bind(utc).bind(by).bind(stored(id)).run();
+  const auto done = statement.bind(utc).bind(by).bind(stored(id)).run();
+  return done ? seal(database, id) : done;
 }
 
 // Of those that were in force at some time, not of those that were withdrawn before.
@@ -76,7 +79,7 @@ Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Bi
 
 }  // namespace
 
-Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation) {
+Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation) {
   if (auto objection = objectionTo("an acceptance", by, utc)) return *objection;
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -97,7 +100,7 @@ Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_v
   return record;
 }
 
-Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {
+Outcome<Record, Failure> Store::activateNow(Id id, std::string_view utc) {
   if (utc.empty()) return Failure{Reason::bad_argument, "an activation needs its time (UTC)"};
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -112,7 +115,7 @@ Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {
   return record;
 }
 
-Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string_view by, std::string_view utc) {
+Outcome<RolledBack, Failure> Store::rollBackNow(const Binding& binding, std::string_view by, std::string_view utc) {
   if (auto objection = objectionTo("a rollback", by, utc)) return *objection;
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -138,7 +141,7 @@ Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string
   return RolledBack{.retired = std::move(*present), .active = std::move(*before)};
 }
 
-Outcome<Record, Failure> Store::withdraw(Id id, std::string_view by, std::string_view utc) {
+Outcome<Record, Failure> Store::withdrawNow(Id id, std::string_view by, std::string_view utc) {
   if (auto objection = objectionTo("a withdrawal", by, utc)) return *objection;
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -150,6 +153,24 @@ Outcome<Record, Failure> Store::withdraw(Id id, std::string_view by, std::string
   record->state = State::retired;
   record->retired_utc = utc;
   return record;
+}
+
+// A row that is found damaged only now is set aside, and does not stand in the way of the others.
+
+Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation) {
+  return withoutDamage([&] { return acceptNow(id, by, utc, activation); });
+}
+
+Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {
+  return withoutDamage([&] { return activateNow(id, utc); });
+}
+
+Outcome<RolledBack, Failure> Store::rollBack(const Binding& binding, std::string_view by, std::string_view utc) {
+  return withoutDamage([&] { return rollBackNow(binding, by, utc); });
+}
+
+Outcome<Record, Failure> Store::withdraw(Id id, std::string_view by, std::string_view utc) {
+  return withoutDamage([&] { return withdrawNow(id, by, utc); });
 }
 
 }  // namespace probebox::store

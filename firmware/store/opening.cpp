@@ -1,17 +1,29 @@
 #include "firmware/store/opening.hpp"
 
 #include <filesystem>
+#include <sqlite3.h>
 #include <system_error>
 
+#include "firmware/store/rows.hpp"
+#include "firmware/store/salvage.hpp"
 #include "firmware/store/schema.hpp"
+#include "firmware/store/set_aside.hpp"
 
 namespace probebox::store {
 namespace {
 
-namespace fs = std::filesystem;
-
 // One file beside its journal, and every commit on the disk before it is acknowledged: results are few and dear.
 constexpr const char* kDurable = "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON";
+
+// Rows that do not match their checksums are marked before anybody asks for one.
+Outcome<Done, Failure> checkRows(Database& database) {
+  auto transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  const auto before = sqlite3_total_changes(database.handle());
+  if (const auto marked = markDamaged(database); !marked) return marked;
+  // Where there was nothing to mark nothing is written, so that a full disk does not matter.
+  return sqlite3_total_changes(database.handle()) == before ? Done{} : transaction->commit();
+}
 
 Outcome<Database, Failure> openSound(const std::string& path) {
   auto database = Database::open(path);
@@ -20,49 +32,72 @@ Outcome<Database, Failure> openSound(const std::string& path) {
   if (database->readOnly()) return database->failure(SQLITE_READONLY);
   if (const auto durable = database->run(kDurable); !durable) return durable.error();
   if (const auto ready = migrate(*database); !ready) return ready.error();
+  if (const auto checked = checkRows(*database); !checked) return checked.error();
   return database;
-}
-
-std::string freeName(const std::string& path) {
-  for (int number = 1;; ++number) {
-    const std::string candidate = path + ".damaged-" + std::to_string(number);
-    if (std::error_code error; !fs::exists(fs::symlink_status(candidate, error))) return candidate;
-  }
-}
-
-// The journal goes with its file: an expert may still get something out of the two together.
-Outcome<std::string, Failure> moveAside(const std::string& path) {
-  const std::string aside = freeName(path);
-  std::error_code error;
-  fs::rename(path, aside, error);
-  if (error) {
-    return Failure{Reason::damaged, path + " is damaged and cannot be moved aside (" + error.message() +
-                                        "); move it away by hand, or name another state directory"};
-  }
-  for (const char* companion : {"-journal", "-wal", "-shm"}) {
-    std::error_code absent;
-    fs::rename(path + companion, aside + companion, absent);
-  }
-  return aside;
 }
 
 Opened opened(Database database, std::string notice) {
   return {std::make_unique<Database>(std::move(database)), std::move(notice)};
 }
 
+// SQLite takes a file of nothing for a new one; it was one of results, or the disk has lost it.
+bool isEmptyFile(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return !error && size == 0;
+}
+
+// Puts the file aside, begins a new one, and takes over what is whole.
+Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& reason, const std::string& what) {
+  const auto aside = setAside(path, reason);
+  if (!aside) return aside.error();
+  auto fresh = openSound(path);
+  if (!fresh) return fresh.error();
+  const auto results = salvage(*aside, *fresh);
+  // What is whole by its checksum may still contradict itself.
+  if (const auto checked = checkRows(*fresh); !checked) return checked.error();
+  return opened(std::move(fresh).value(),
+                what + "; it was moved to " + *aside + ", and a new store was begun with " +
+                    (results == 0 ? "nothing, because none of its results could be read"
+                                  : "the " + std::to_string(results) + " results of it that are whole") +
+                    ": see what is in force, restore a backup, or calibrate again");
+}
+
+// What can be read of a file that cannot be written, as a copy in memory.
+Outcome<Database, Failure> copyOf(const std::string& path) {
+  auto file = Database::openToRead(path);
+  if (!file) return file.error();
+  if (const auto sound = inspect(*file); !sound) return sound.error();
+  auto copy = Database::inMemory();
+  if (!copy) return copy.error();
+  auto* backup = sqlite3_backup_init(copy->handle(), "main", file->handle(), "main");
+  if (backup == nullptr) return copy->failure(sqlite3_errcode(copy->handle()));
+  sqlite3_backup_step(backup, -1);
+  if (const int code = sqlite3_backup_finish(backup); code != SQLITE_OK) return copy->failure(code);
+  return copy;
+}
+
 }  // namespace
 
 Outcome<Opened, Failure> openFile(const std::string& path) {
+  if (isEmptyFile(path)) return beginAnew(path, "empty", path + " was empty, with not even the head of a store");
   auto first = openSound(path);
   if (first) return opened(std::move(first).value(), "");
-  if (first.error().reason != Reason::damaged) return first.error();
-  const auto aside = moveAside(path);
-  if (!aside) return aside.error();
-  auto second = openSound(path);
-  if (!second) return second.error();
-  return opened(std::move(second).value(),
-                first.error().what + "; it was moved to " + aside.value() +
-                    " and a new, empty store was begun: restore a backup, or calibrate again");
+  if (first.error().reason == Reason::damaged) return beginAnew(path, "damaged", first.error().what);
+  if (first.error().reason == Reason::foreign_file) return beginAnew(path, "foreign", first.error().what);
+  return first.error();
+}
+
+Opened openToReadAlone(const std::string& path, const std::string& why) {
+  auto copy = copyOf(path);
+  const bool is_read = copy.ok();
+  // Memory takes what a disk refuses: an empty store can be had in any case.
+  Database database = is_read ? std::move(copy).value() : Database::inMemory().value();
+  (void)migrate(database);
+  (void)checkRows(database);
+  database.forbidWriting("nothing can be stored: " + why);
+  return opened(std::move(database), "Nothing can be stored: " + why +
+                                         (is_read ? ". What it has can be read." : ". Nothing of it can be read."));
 }
 
 }  // namespace probebox::store

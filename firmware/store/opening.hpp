@@ -13,5 +13,7 @@ struct Opened {
 
 // See Store::open.
 Outcome<Opened, Failure> openFile(const std::string& path);
+// See Store::openAnyhow.
+Opened openToReadAlone(const std::string& path, const std::string& why);
 
 }  // namespace probebox::store

@@ -12,6 +12,8 @@ namespace probebox::store {
 
 // As stored in the file and sent on the wire: never renumber.
 enum class State : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
+// In the file alone: a row that does not match its checksum. Nothing but damage() tells of it.
+inline constexpr int kDamagedState = 5;
 std::string_view name(State state);
 
 using Id = std::uint64_t;  // opaque; a later result has a higher one

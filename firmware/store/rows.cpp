@@ -9,9 +9,17 @@ namespace {
 
 constexpr std::string_view kSelect =
     "SELECT id, state, method, subject, probe, machine, mounting, result_json, proposed_utc, accepted_utc, "
-    "accepted_by, retired_utc FROM results ";
+    "accepted_by, retired_utc, checksum = row_sum(id, state, method, subject, probe, machine, mounting, result_json, "
+    "proposed_utc, accepted_utc, accepted_by, retired_utc) FROM results ";
+constexpr int kWhole = 12;  // the column that says so
+
+Failure damagedRow(Id id) {
+  return {Reason::damaged,
+          "result " + std::to_string(id) + " is damaged: what the disk has does not match its checksum"};
+}
 
 Outcome<Record, Failure> readRecord(const Statement& row) {
+  if (row.number(1) == kDamagedState) return damagedRow(static_cast<Id>(row.number(0)));
   Record record{.id = static_cast<Id>(row.number(0)),
                 .state = static_cast<State>(row.number(1)),
                 .method = row.text(2),
@@ -21,6 +29,7 @@ Outcome<Record, Failure> readRecord(const Statement& row) {
                 .accepted_utc = row.text(9),
                 .accepted_by = row.text(10),
                 .retired_utc = row.text(11)};
+  if (row.number(kWhole) != 1) return damagedRow(record.id);
   const std::string json = row.text(7);
   const auto keep = [&](auto content) -> Outcome<Record, Failure> {
     if (!content) return Failure{Reason::damaged, "result " + std::to_string(record.id) + ": " + content.error().what};
@@ -69,7 +78,85 @@ Statement& bind(Statement& statement, const Binding& binding) {
 
 Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by) {
   Statement statement{database, "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (?, ?, ?, ?)"};
-  return statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run();
+  const auto noted = statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run();
+  if (!noted) return noted;
+  Statement sum{database, "UPDATE transitions SET checksum = row_sum(id, result_id, state, utc, by_whom) WHERE id = ?"};
+  return sum.bind(database.lastId()).run();
+}
+
+Outcome<Done, Failure> seal(Database& database, Id id) {
+  Statement statement{database,
+                      "UPDATE results SET checksum = row_sum(id, state, method, subject, probe, machine, mounting, "
+                      "result_json, proposed_utc, accepted_utc, accepted_by, retired_utc) WHERE id = ?"};
+  return statement.bind(stored(id)).run();
+}
+
+Outcome<Done, Failure> markDamaged(Database& database) {
+  std::vector<Id> damaged;
+  Statement rows{database, select("WHERE state <> 5")};
+  while (true) {
+    const auto row = rows.step();
+    if (!row) return row.error();
+    if (!row.value()) break;
+    if (!readRecord(rows)) damaged.push_back(static_cast<Id>(rows.number(0)));
+  }
+  for (const auto id : damaged) {
+    Statement statement{database, "UPDATE results SET state = 5 WHERE id = ?"};
+    if (const auto done = statement.bind(stored(id)).run(); !done) return done;
+  }
+  return database.run(
+      "UPDATE transitions SET state = 5 WHERE state <> 5 AND checksum <> row_sum(id, result_id, state, utc, by_whom)");
+}
+
+namespace {
+
+constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback`";
+
+Outcome<Done, Failure> addDamagedResults(Database& database, std::vector<std::string>& all) {
+  Statement rows{database,
+                 "SELECT id, subject FROM results r WHERE state = 5 AND NOT EXISTS (SELECT 1 FROM results later "
+                 "WHERE later.id > r.id AND later.subject = r.subject AND later.state IN (1, 2, 3)) ORDER BY id"};
+  while (true) {
+    const auto row = rows.step();
+    if (!row) return row.error();
+    if (!row.value()) return Done{};
+    all.push_back("result " + std::to_string(rows.number(0)) + " about " + rows.text(1) +
+                  " is damaged on the disk, and is not in force" + kRemedy);
+  }
+}
+
+// Numbers are given without a gap and never deleted.
+Outcome<Done, Failure> addMissingResults(Database& database, std::vector<std::string>& all) {
+  Statement rows{
+      database,
+      "SELECT id, before FROM (SELECT id, lag(id, 1, 0) OVER (ORDER BY id) AS before FROM results UNION ALL "
+      "SELECT seq + 1, (SELECT coalesce(max(id), 0) FROM results) FROM sqlite_sequence WHERE name = 'results') "
+      "WHERE id > before + 1 ORDER BY id"};
+  std::string missing;
+  while (true) {
+    const auto row = rows.step();
+    if (!row) return row.error();
+    if (!row.value()) break;
+    const auto first = rows.number(1) + 1, last = rows.number(0) - 1;
+    missing.append(missing.empty() ? "" : ", ").append(std::to_string(first));
+    if (last > first) missing.append(" to ").append(std::to_string(last));
+  }
+  if (!missing.empty()) all.push_back("results that were stored are lost: " + missing + kRemedy);
+  return Done{};
+}
+
+}  // namespace
+
+Outcome<std::vector<std::string>, Failure> damagedRows(Database& database) {
+  std::vector<std::string> all;
+  if (const auto done = addDamagedResults(database, all); !done) return done.error();
+  if (const auto done = addMissingResults(database, all); !done) return done.error();
+  const auto transitions = database.number("SELECT count(*) FROM transitions WHERE state = 5");
+  if (!transitions) return transitions.error();
+  if (transitions.value() > 0)
+    all.push_back("entries of the history of results that are damaged and not shown: " +
+                  std::to_string(transitions.value()));
+  return all;
 }
 
 }  // namespace probebox::store

@@ -1,6 +1,7 @@
 #include "firmware/store/schema.hpp"
 
 #include <array>
+#include <string>
 
 namespace probebox::store {
 namespace {
@@ -72,10 +73,40 @@ constexpr std::array kSteps{
         utc TEXT NOT NULL
       ) STRICT;
     )sql",
+    // Every row carries a checksum over all that it says: what the disk has turned into something else is not believed.
+    R"sql(
+      ALTER TABLE results ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
+      UPDATE results SET checksum = row_sum(id, state, method, subject, probe, machine, mounting, result_json,
+        proposed_utc, accepted_utc, accepted_by, retired_utc);
+      ALTER TABLE transitions ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
+      UPDATE transitions SET checksum = row_sum(id, result_id, state, utc, by_whom);
+      ALTER TABLE datasets ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
+      UPDATE datasets SET checksum = row_sum(result_id, json);
+      ALTER TABLE standing ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
+      UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc);
+    )sql",
 };
 
+// Tables, their columns and indexes, as text: two files of one schema agree, whoever made them.
+constexpr const char* kShape =
+    "SELECT group_concat(part, ';') FROM (SELECT part FROM ("
+    "SELECT m.name || '.' || c.name || ' ' || c.type || ' ' || c.\"notnull\" || c.pk AS part FROM sqlite_master m "
+    "JOIN pragma_table_info(m.name) c WHERE m.type = 'table' AND m.name NOT LIKE 'sqlite_%' "
+    "UNION ALL SELECT m.name || ' ' || m.tbl_name || ' ' || c.name FROM sqlite_master m "
+    "JOIN pragma_index_info(m.name) c WHERE m.type = 'index') ORDER BY part)";
+
+const std::string& newestShape() {
+  static const std::string shape = [] {
+    auto database = Database::inMemory();
+    if (!database || !migrate(*database)) return std::string{};
+    const auto text = database->text(kShape);
+    return text ? *text : std::string{};
+  }();
+  return shape;
+}
+
 Failure foreign(const Database& database) {
-  return {Reason::foreign_file, database.path() + " is a database of another program; name another state directory"};
+  return {Reason::foreign_file, database.path() + " is a database of another program"};
 }
 
 Failure newer(const Database& database, std::int64_t schema) {
@@ -112,7 +143,13 @@ Outcome<Done, Failure> inspect(Database& database) {
   if (!empty && owner.value() != kApplicationId) return foreign(database);
   const auto schema = database.number("PRAGMA user_version");
   if (!schema) return schema.error();
-  if (schema.value() > knownSchema()) return newer(database, schema.value());
+  const auto shape = database.text(kShape);
+  if (!shape) return shape.error();
+  const bool as_ours = shape.value() == newestShape();
+  if (schema.value() > knownSchema() && !as_ours) return newer(database, schema.value());
+  // A number that its own tables belie is damage, and so are tables that nobody has made so.
+  if (!empty && (schema.value() == knownSchema()) != as_ours)
+    return Failure{Reason::damaged, database.path() + " is damaged (its tables are not those of its schema)"};
   return checkPages(database);
 }
 
@@ -122,6 +159,8 @@ Outcome<Done, Failure> migrate(Database& database) {
   // Read inside the transaction: another process may have migrated the file while this one waited for the lock.
   const auto schema = database.number("PRAGMA user_version");
   if (!schema) return schema.error();
+  // Nothing is written where nothing is to be done: a full disk does not keep a sound store from being opened.
+  if (schema.value() == knownSchema()) return Done{};
   for (auto step = static_cast<std::size_t>(schema.value()); step < kSteps.size(); ++step) {
     if (const auto done = database.run(kSteps[step]); !done) return done.error();
   }

@@ -22,8 +22,10 @@ Outcome<Done, Failure> dropOldDatasets(Database& database) {
 Outcome<Done, Failure> keepDataset(Database& database, Id id, std::string_view dataset) {
   if (dataset.empty()) return Done{};
   Statement statement{database, "INSERT INTO datasets (result_id, json) VALUES (?, ?)"};
-  const auto kept = statement.bind(stored(id)).bind(dataset).run();
-  return kept ? dropOldDatasets(database) : kept;
+  if (const auto kept = statement.bind(stored(id)).bind(dataset).run(); !kept) return kept;
+  Statement sum{database, "UPDATE datasets SET checksum = row_sum(result_id, json) WHERE result_id = ?"};
+  if (const auto kept = sum.bind(stored(id)).run(); !kept) return kept;
+  return dropOldDatasets(database);
 }
 
 Transition readTransition(const Statement& row) {
@@ -56,6 +58,27 @@ Outcome<Store, Failure> Store::open(const std::string& path) {
   return Store{std::move(opened->database), std::move(opened->notice)};
 }
 
+Store Store::openAnyhow(const std::string& path) {
+  auto sound = open(path);
+  if (sound) return std::move(sound).value();
+  auto alone = openToReadAlone(path, sound.error().what);
+  return Store{std::move(alone.database), std::move(alone.notice)};
+}
+
+const std::string& Store::whyNotWritable() const {
+  return database_->whyNotWritable();
+}
+
+std::vector<std::string> Store::damage() {
+  auto rows = damagedRows(*database_);
+  return rows ? std::move(*rows) : std::vector<std::string>{rows.error().what};
+}
+
+bool Store::setDamagedRowsAside() {
+  auto transaction = Transaction::begin(*database_);
+  return transaction && markDamaged(*database_) && transaction->commit();
+}
+
 Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a result needs the time at which it was found (UTC)"};
   auto transaction = Transaction::begin(*database_);
@@ -66,6 +89,7 @@ Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& conten
   statement.bind(stored(content.state)).bind(content.method);
   if (const auto done = bind(statement, binding).bind(content.json).bind(utc).run(); !done) return done.error();
   const auto id = static_cast<Id>(database_->lastId());
+  if (const auto done = seal(*database_, id); !done) return done.error();
   if (const auto done = note(*database_, id, content.state, utc, ""); !done) return done.error();
   if (const auto done = keepDataset(*database_, id, content.dataset); !done) return done.error();
   if (const auto done = transaction->commit(); !done) return done.error();
@@ -97,21 +121,42 @@ Outcome<std::optional<Record>, Failure> Store::active(const Binding& binding) {
 }
 
 Outcome<std::vector<Record>, Failure> Store::inState(State state) {
-  Statement statement{*database_, select("WHERE state = ? ORDER BY id")};
-  return readRecords(statement.bind(stored(state)));
+  return withoutDamage([&] {
+    Statement statement{*database_, select("WHERE state = ? ORDER BY id")};
+    return readRecords(statement.bind(stored(state)));
+  });
 }
 
 Outcome<std::vector<Record>, Failure> Store::newest(std::size_t count) {
-  Statement statement{*database_, select("ORDER BY id DESC LIMIT ?")};
-  return readRecords(statement.bind(static_cast<std::int64_t>(count)));
+  return withoutDamage([&] {
+    Statement statement{*database_, select("WHERE state <> 5 ORDER BY id DESC LIMIT ?")};
+    return readRecords(statement.bind(static_cast<std::int64_t>(count)));
+  });
+}
+
+Outcome<std::vector<Record>, Failure> Store::resultsAfter(Id after, std::size_t count) {
+  return withoutDamage([&] {
+    Statement statement{*database_, select("WHERE state < 4 AND id > ? ORDER BY id LIMIT ?")};
+    return readRecords(statement.bind(stored(after)).bind(static_cast<std::int64_t>(count)));
+  });
+}
+
+Outcome<Id, Failure> Store::idBeforeNewest(std::size_t count) {
+  Statement statement{*database_, "SELECT id FROM results WHERE state < 4 ORDER BY id DESC LIMIT 1 OFFSET ?"};
+  const auto row = statement.bind(static_cast<std::int64_t>(count)).step();
+  if (!row) return row.error();
+  return row.value() ? static_cast<Id>(statement.number(0)) : Id{};
 }
 
 Outcome<std::string, Failure> Store::dataset(Id id) {
   if (const auto known = find(id); !known) return known.error();
-  Statement statement{*database_, "SELECT json FROM datasets WHERE result_id = ?"};
+  Statement statement{*database_, "SELECT json, checksum = row_sum(result_id, json) FROM datasets WHERE result_id = ?"};
   const auto row = statement.bind(stored(id)).step();
   if (!row) return row.error();
-  return row.value() ? statement.text(0) : std::string{};
+  if (!row.value()) return std::string{};
+  if (statement.number(1) != 1)
+    return Failure{Reason::damaged, "the data of result " + std::to_string(id) + " are damaged on the disk"};
+  return statement.text(0);
 }
 
 Outcome<std::vector<Transition>, Failure> Store::history(Id id) {
@@ -122,7 +167,8 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
   Statement statement{*database_,
                       "SELECT t.id, t.result_id, method, subject, probe, machine, mounting, t.state, t.utc, t.by_whom "
                       "FROM transitions t JOIN results r ON r.id = t.result_id "
-                      "WHERE t.id > ? AND (?2 = 0 OR t.result_id = ?2) AND (?3 = '' OR subject = ?3) "
+                      "WHERE t.id > ? AND t.state <> 5 AND t.checksum = row_sum(t.id, t.result_id, t.state, t.utc, "
+                      "t.by_whom) AND (?2 = 0 OR t.result_id = ?2) AND (?3 = '' OR subject = ?3) "
                       "ORDER BY t.id LIMIT ?4"};
   statement.bind(stored(range.after)).bind(stored(range.result)).bind(range.subject);
   statement.bind(static_cast<std::int64_t>(range.count));
@@ -136,17 +182,25 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
 }
 
 Outcome<Standing, Failure> Store::keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc) {
+  auto transaction = Transaction::begin(*database_);
+  if (!transaction) return transaction.error();
   Statement statement{*database_, "INSERT OR REPLACE INTO standing (id, x_mm, y_mm, z_mm, utc) VALUES (1, ?, ?, ?, ?)"};
   for (const double value_mm : correction_mm) statement.bind(value_mm);
   if (const auto kept = statement.bind(utc).run(); !kept) return kept.error();
+  const auto sealed = database_->run("UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc)");
+  if (!sealed) return sealed.error();
+  if (const auto done = transaction->commit(); !done) return done.error();
   return Standing{correction_mm, std::string{utc}};
 }
 
 Outcome<std::optional<Standing>, Failure> Store::standing() {
-  Statement statement{*database_, "SELECT x_mm, y_mm, z_mm, utc FROM standing"};
+  Statement statement{*database_,
+                      "SELECT x_mm, y_mm, z_mm, utc, checksum = row_sum(id, x_mm, y_mm, z_mm, utc) FROM standing"};
   const auto row = statement.step();
   if (!row) return row.error();
   if (!row.value()) return std::optional<Standing>{};
+  if (statement.number(4) != 1)
+    return Failure{Reason::damaged, "the correction that was served last is damaged on the disk"};
   return std::optional<Standing>{
       Standing{{statement.real(0), statement.real(1), statement.real(2)}, statement.text(3)}};
 }

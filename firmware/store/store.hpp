@@ -38,10 +38,15 @@ class Store {
   // How many measured datasets stay of results that nobody has ever accepted. Those of accepted ones all stay.
   static constexpr std::size_t kOtherDatasets = 20;
 
-  // Makes the file when it is missing, brings an older one to the newest schema, and checks every page. A damaged file
-  // is moved aside, never deleted: notice() then says where to. A newer schema, another program's file, a read-only,
-  // unreadable or locked file and a full disk are refused by name, and the file is left as it is.
+  // Makes the file when it is missing, brings an older one to the newest schema, and checks every page and row. A file
+  // that is damaged, empty or another program's is moved aside, never deleted; every row that is whole is taken over,
+  // and notice() says all that. A newer schema, a read-only, unreadable or locked file and a full disk are refused by
+  // name, and the file is left as it is.
   static Outcome<Store, Failure> open(const std::string& path);
+
+  // The same, and where that is refused a store that can be read and keeps nothing: it has what can be read of the
+  // file, and whyNotWritable() says what is wrong. Everything that would change it is refused with that reason.
+  static Store openAnyhow(const std::string& path);
 
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
@@ -49,6 +54,10 @@ class Store {
 
   // What a person must know about the opening; empty when all was well.
   const std::string& notice() const { return notice_; }
+  // Empty when the store takes what it is given.
+  const std::string& whyNotWritable() const;
+  // What is damaged or lost, for as long as it matters: a sentence each, with its remedy.
+  std::vector<std::string> damage();
 
   // dataset: what was measured, as text, for `calibrate --save`; may be empty. utc: now, ISO 8601.
   Outcome<Id, Failure> propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
@@ -76,8 +85,12 @@ class Store {
   Outcome<std::optional<Record>, Failure> active(const Binding& binding);
   Outcome<std::vector<Record>, Failure> inState(State state);       // oldest first
   Outcome<std::vector<Record>, Failure> newest(std::size_t count);  // newest first, every state
-  Outcome<std::string, Failure> dataset(Id id);                     // empty: none came, or it was dropped
-  Outcome<std::vector<Transition>, Failure> history(Id id);         // in the order in which it happened
+  // No refusals; by rising id, at most `count` with an id above `after`.
+  Outcome<std::vector<Record>, Failure> resultsAfter(Id after, std::size_t count);
+  // The greatest id below the newest `count` results, refusals not counted; 0 when there are fewer.
+  Outcome<Id, Failure> idBeforeNewest(std::size_t count);
+  Outcome<std::string, Failure> dataset(Id id);              // empty: none came, or it was dropped
+  Outcome<std::vector<Transition>, Failure> history(Id id);  // in the order in which it happened
   Outcome<std::vector<Transition>, Failure> history(const HistoryRange& range);
 
   Outcome<Standing, Failure> keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc);
@@ -85,6 +98,20 @@ class Store {
 
  private:
   Store(std::unique_ptr<Database> database, std::string notice);
+
+  Outcome<Record, Failure> acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation);
+  Outcome<Record, Failure> activateNow(Id id, std::string_view utc);
+  Outcome<RolledBack, Failure> rollBackNow(const Binding& binding, std::string_view by, std::string_view utc);
+  Outcome<Record, Failure> withdrawNow(Id id, std::string_view by, std::string_view utc);
+  bool setDamagedRowsAside();
+
+  // Once more where a damaged row stood in the way that can be set aside.
+  template <class Act>
+  auto withoutDamage(const Act& act) {
+    auto done = act();
+    if (!done && done.error().reason == Reason::damaged && setDamagedRowsAside()) done = act();
+    return done;
+  }
 
   struct Content {
     State state;

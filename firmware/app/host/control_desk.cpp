@@ -136,6 +136,8 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   for (auto& row : with_.sources.rows())
     answer.sources.push_back(
         {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
+  for (auto& problem : with_.calibrations.inForce().storageProblems())
+    answer.sources.push_back({.name = "results.db", .problem = std::move(problem), .unusable = 0});
   answer.lines = identity_.lines;
   for (auto& line : answer.lines) {
     const auto& counters = state.lines.at(line.role).at(line.line);

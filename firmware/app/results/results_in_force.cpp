@@ -70,6 +70,7 @@ store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
 
 std::vector<Event> ResultsInForce::restore() {
   readStore();
+  for (const auto& problem : storageProblems()) logError(problem);
   std::vector<Event> events;
   for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
     const auto told = fitActivation(record);
@@ -203,7 +204,10 @@ void ResultsInForce::readStore() {
   }
   std::vector<std::uint64_t> waiting;
   for (const auto& record : *accepted) waiting.push_back(record.id);
+  auto problems = store_.damage();
+  if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
   const std::lock_guard lock{mutex_};
+  storage_problems_ = std::move(problems);
   active_ = std::move(active);
   waiting_ = std::move(waiting);
   sensor_heads_ = std::move(sensor_heads);
@@ -217,6 +221,11 @@ std::vector<std::uint64_t> ResultsInForce::active() const {
 std::vector<std::uint64_t> ResultsInForce::waiting() const {
   const std::lock_guard lock{mutex_};
   return waiting_;
+}
+
+std::vector<std::string> ResultsInForce::storageProblems() const {
+  const std::lock_guard lock{mutex_};
+  return storage_problems_;
 }
 
 std::optional<procedure::CalibratedHead> ResultsInForce::sensorHead(std::uint32_t tool) const {

@@ -26,8 +26,8 @@ struct Mounting {
 std::string utcNow();
 
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
-// before the core hears of it. Lives on the worker's thread, except for active(), isWaiting() and sensorHead(),
-// which any thread may ask.
+// before the core hears of it. Lives on the worker's thread, except for active(), isWaiting(), sensorHead()
+// and storageProblems(), which any thread may ask.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
@@ -61,6 +61,8 @@ class ResultsInForce {
   // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
+  // What cannot be stored, or was lost, and what to do about it; empty when all is well.
+  std::vector<std::string> storageProblems() const;
   // What the calibration of the sensor head with that tool number found; nothing while none is in force.
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
@@ -89,6 +91,7 @@ class ResultsInForce {
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;
   std::vector<procedure::CalibratedHead> sensor_heads_;
+  std::vector<std::string> storage_problems_;
 };
 
 }  // namespace probebox::app

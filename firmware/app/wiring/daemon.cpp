@@ -313,9 +313,9 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
   auto state = takeStateDirectory(options.state);
   if (!state) return state.error();
-  auto store = store::Store::open((state->path / "results.db").string());
-  if (!store) return Error{store.error().what};
-  if (!store->notice().empty()) logWarning(store->notice());
+  if (!state->notice.empty()) logWarning(state->notice);
+  // Samples and the CNC need no store: what is wrong with it stands in the log and in status.
+  auto store = store::Store::openAnyhow((state->path / "results.db").string());
   std::optional<JournalWriter> journal;
   if (!options.journal.empty()) {
     auto created = JournalWriter::create(options.journal);
@@ -323,7 +323,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
     journal.emplace(std::move(*created));
   }
 
-  auto parts = std::make_unique<Parts>(options, descriptions, std::move(*store), std::move(journal));
+  auto parts = std::make_unique<Parts>(options, descriptions, std::move(store), std::move(journal));
   parts->state_lock = std::move(state->lock);
   const auto& service = descriptions.service;
   if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();

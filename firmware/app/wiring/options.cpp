@@ -24,6 +24,11 @@ std::filesystem::path usualStateDirectory() {
   return "/var/lib/probebox";
 }
 
+// As opposed to a name that is wrong, or rights that are missing.
+bool isTheDisks(int error) {
+  return error == ENOSPC || error == EDQUOT || error == EROFS || error == EIO;
+}
+
 }  // namespace
 
 Outcome<LinkAddress> parseLink(const std::string& text) {
@@ -51,12 +56,14 @@ Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen) 
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error) {
-    return Error{"The folder " + path.string() + " for results cannot be made (" + error.message() +
-                 "): name another with --state."};
+    const std::string what = "The folder " + path.string() + " for results cannot be made (" + error.message() + "): ";
+    if (isTheDisks(error.value())) return StateDirectory{path, {}, what + "nothing is kept."};
+    return Error{what + "name another with --state."};
   }
-  io::Descriptor lock{open((path / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+  // The folder itself is the lock: it needs no space, and no right to write.
+  io::Descriptor lock{open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (!lock) {
-    return Error{"The folder " + path.string() + " for results cannot be written (" + std::strerror(errno) +
+    return Error{"The folder " + path.string() + " for results cannot be read (" + std::strerror(errno) +
                  "): name another with --state."};
   }
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {

@@ -35,9 +35,10 @@ Outcome<LinkAddress> parseLink(const std::string& text);
 struct StateDirectory {
   std::filesystem::path path;
   io::Descriptor lock;
+  std::string notice{};  // why nothing can be kept there; empty when all is well
 };
 // --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Made when missing; an error when another daemon
-// has it.
+// has it. A disk that is full, read-only or broken is no error: the box then runs and keeps nothing.
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen);
 
 }  // namespace probebox::app

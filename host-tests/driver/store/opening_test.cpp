@@ -13,6 +13,7 @@
 namespace probebox::store {
 namespace {
 
+using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -100,7 +101,7 @@ TEST(StoreOpening, NeverSilentlyReplacesAFileOfGarbageOrACutOne) {
 TEST(StoreOpening, RefusesANewerSchemaByNameAndLeavesItAlone) {
   const Scratch scratch;
   filledStore(scratch);
-  Hand{scratch.file()}.run("PRAGMA user_version = 7");
+  Hand{scratch.file()}.run("ALTER TABLE results ADD COLUMN later TEXT; PRAGMA user_version = 7");
   const auto before = contentOf(scratch.file());
   const auto store = Store::open(scratch.file());
   ASSERT_FALSE(store);
@@ -109,14 +110,25 @@ TEST(StoreOpening, RefusesANewerSchemaByNameAndLeavesItAlone) {
   EXPECT_EQ(contentOf(scratch.file()), before);
 }
 
-TEST(StoreOpening, RefusesADatabaseOfAnotherProgramAndLeavesItAlone) {
+TEST(StoreOpening, PutsADatabaseOfAnotherProgramAsideWithEveryByteOfIt) {
   const Scratch scratch;
   Hand{scratch.file()}.run("CREATE TABLE recipes (cake TEXT); INSERT INTO recipes VALUES ('lemon')");
   const auto before = contentOf(scratch.file());
-  const auto store = Store::open(scratch.file());
-  ASSERT_FALSE(store);
-  EXPECT_EQ(store.error().reason, Reason::foreign_file);
-  EXPECT_EQ(contentOf(scratch.file()), before);
+  auto store = Store::open(scratch.file());
+  ASSERT_TRUE(store) << store.error().what;
+  EXPECT_THAT(store->notice(), AllOf(HasSubstr("another program"), HasSubstr(".foreign-1")));
+  EXPECT_EQ(contentOf(scratch.file() + ".foreign-1"), before);
+  EXPECT_TRUE(store->propose(kBinding, delayOf(1), "", "t0"));
+}
+
+TEST(StoreOpening, DoesNotTakeAnEmptyFileForANewStore) {
+  const Scratch scratch;
+  write(scratch.file(), "");
+  auto store = Store::open(scratch.file());
+  ASSERT_TRUE(store) << store.error().what;
+  EXPECT_THAT(store->notice(), AllOf(HasSubstr("was empty"), HasSubstr(".empty-1")));
+  EXPECT_TRUE(std::filesystem::exists(scratch.file() + ".empty-1"));
+  EXPECT_TRUE(store->propose(kBinding, delayOf(1), "", "t0"));
 }
 
 TEST(StoreOpening, NamesALockedFileAndWorksAgainAfterwards) {

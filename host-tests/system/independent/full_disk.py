@@ -5,6 +5,7 @@ import json
 import os
 import resource
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -112,6 +113,36 @@ def store_on_a_full_disk(probeboxd, folder, box):
         box.exact_record("again.pbx")
 
 
+def box_that_starts_on_a_full_disk(probeboxd, folder, box):
+    """Nothing can be made in its folder: it serves, and says what it cannot do."""
+    os.mkdir(folder)
+    with Daemon(probeboxd, folder, file_size=100) as port:
+        box.wait(port)
+        problems = [source["problem"] for source in box.answer("status")["sources"]]
+        assert any("results.db" in problem for problem in problems), problems
+        box.exact_record("on-a-full-disk.pbx")
+        done = box.run("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
+        assert done.returncode == 1 and "not-stored" in done.stdout and "nothing can be stored" in done.stdout, done.stdout
+        assert not box.answer("corrections")["delay_calibrated"]
+
+
+def box_with_a_damaged_result(probeboxd, folder, box):
+    """A number that the disk has turned into another one is not in force, and is named."""
+    store = sqlite3.connect(os.path.join(folder, "state", "results.db"))
+    changed = store.execute("UPDATE results SET result_json = replace(result_json, '1', '2') WHERE state = 2")
+    assert changed.rowcount == 1
+    store.commit()
+    store.close()
+    with Daemon(probeboxd, folder) as port:
+        box.wait(port)
+        problems = [source["problem"] for source in box.answer("status")["sources"]]
+        assert any("about delay is damaged" in problem for problem in problems), problems
+        assert not box.answer("corrections")["delay_calibrated"]
+        box.answer("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
+        delay_in_force(box)
+        assert not any(source["problem"] for source in box.answer("status")["sources"])
+
+
 def delay_in_force(box):
     """Told to the core a moment after the start."""
     end = time.monotonic() + PATIENCE_S
@@ -130,3 +161,7 @@ if __name__ == "__main__":
         print("a recording on a full disk can be read up to there")
         store_on_a_full_disk(sys.argv[1], scratch, command)
         print("a store on a full disk loses nothing that was accepted")
+        box_with_a_damaged_result(sys.argv[1], scratch, command)
+        print("a damaged result is named, and a new one takes its place")
+        box_that_starts_on_a_full_disk(sys.argv[1], os.path.join(scratch, "full"), command)
+        print("a box that starts on a full disk serves samples and says that it keeps nothing")
