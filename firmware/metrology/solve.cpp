@@ -10,6 +10,7 @@
 #include "firmware/metrology/centreline/periodic_check.hpp"
 #include "firmware/metrology/centreline/rim_steps.hpp"
 #include "firmware/metrology/centreline/spindle_offset.hpp"
+#include "firmware/metrology/dataset/plausible.hpp"
 #include "firmware/metrology/delay/delay_contour.hpp"
 #include "firmware/metrology/delay/delay_feature.hpp"
 #include "firmware/metrology/delay/delay_in_out.hpp"
@@ -92,8 +93,11 @@ constexpr auto kMethods = std::to_array<Method>({
 Solved solve(const Dataset& dataset) {
   for (const auto& method : kMethods) {
     if (method.name != dataset.method) continue;
+    if (auto refusal = refuseImplausible(dataset)) return *refusal;
     auto solved = withUncertainty(dataset, method.solver, storedLength);
-    if (!solved || method.judge == nullptr) return solved;
+    if (!solved) return solved;
+    if (auto refusal = refuseImplausible(solved.value())) return *refusal;
+    if (method.judge == nullptr) return solved;
     if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
     return solved;
   }

@@ -1,0 +1,152 @@
+#include "firmware/metrology/dataset/plausible.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+// 1e-12 of the unit: a picometre is 1e-9 mm, and the weight of 1e-12 is 1e24, far from an overflow.
+constexpr double kLeastSigma = 1e-12;
+
+struct Unit {
+  std::string_view suffix;
+  PlausibleRange range;
+};
+
+// The longest suffix first.
+constexpr auto kUnits = std::to_array<Unit>({
+    {"_mm_per_s", {-1e4, 1e4, "mm/s", kLeastSigma}},
+    {"_per_k", {-1.0, 1.0, "1/K", kLeastSigma}},
+    {"_mm_s", {-1e4, 1e4, "mm/s", kLeastSigma}},  // ten times the rapid traverse of a fast machine
+    {"_um_s", {-1e7, 1e7, "um/s", kLeastSigma}},
+    {"_rad", {-1e6, 1e6, "rad", kLeastSigma}},  // 160 000 turns: a spindle whose angle is never reset
+    {"_deg", {-6e7, 6e7, "degrees", kLeastSigma}},
+    {"_rpm", {-1e6, 1e6, "1/min", kLeastSigma}},
+    {"_mm", {-1e5, 1e5, "mm", kLeastSigma}},  // 100 m: longer than the largest machine tool
+    {"_um", {-1e7, 1e7, "um", kLeastSigma}},  // 10 m
+    {"_ms", {-1e6, 1e6, "ms", kLeastSigma}},
+    {"_k", {-1e3, 1e3, "K", kLeastSigma}},
+    {"_c", {-273.15, 1e3, "degrees Celsius", kLeastSigma}},
+    {"_s", {-1e3, 1e3, "s", kLeastSigma}},  // a duration
+});
+// Seconds since some epoch, 300 years at most.
+constexpr PlausibleRange kStamp{-1e10, 1e10, "s", kLeastSigma};
+constexpr std::array<std::string_view, 4> kStamps{"t_s", "contact_s", "release_s", "measured_at_s"};
+// Counts of a 32-bit converter, raw signals, ratios, numbers of things, components of a direction.
+constexpr PlausibleRange kPlain{-1e10, 1e10, "", kLeastSigma};
+
+bool isSigma(std::string_view name) {
+  return name.starts_with("sd_") || name.starts_with("sigma_");
+}
+
+// What keeps a number from being a reading; nothing when it is good.
+struct Objection {
+  std::string name;
+  std::string what;
+};
+std::optional<Objection> objectionTo(double value, const PlausibleRange& range, bool is_sigma) {
+  if (!std::isfinite(value)) return Objection{"not-finite", "is not a finite number"};
+  const std::string unit = range.unit.empty() ? "" : " " + std::string{range.unit};
+  if (!(value >= range.least && value <= range.most)) {
+    return Objection{"implausible", "is " + text(value) + unit + ", which is outside " + text(range.least) + " to " +
+                                        text(range.most) + unit};
+  }
+  if (is_sigma && value != 0.0 && std::abs(value) < range.least_sigma) {
+    return Objection{"implausible", "is " + text(value) + unit + ", a standard deviation below " +
+                                        text(range.least_sigma) + unit + " that is not 0"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse(const Table& table, const Column& column) {
+  const auto range = plausibleRange(column.name);
+  const bool is_sigma = isSigma(column.name);
+  for (std::size_t row = 0; row < column.values.size(); ++row) {
+    if (const auto objection = objectionTo(column.values[row], range, is_sigma)) {
+      return Refusal{objection->name, "table '" + table.name + "', column '" + column.name + "', row " +
+                                          std::to_string(row + 1) + " " + objection->what +
+                                          ": leave the reading out or measure it again"};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse(const std::string& key, std::span<const double> values, bool several) {
+  const auto range = plausibleRange(key);
+  const bool is_sigma = isSigma(key);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto objection = objectionTo(values[k], range, is_sigma);
+    if (!objection) continue;
+    const bool finite = std::isfinite(values[k]);
+    return Refusal{finite ? objection->name : "bad-config",
+                   "config key '" + key + "'" + (several ? ", number " + std::to_string(k + 1) + "," : "") + " " +
+                       objection->what + ": correct it in config.json"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse(const std::string& key, const Value& value) {
+  if (const auto* number = std::get_if<double>(&value)) return refuse(key, {number, 1}, false);
+  if (const auto* list = std::get_if<std::vector<double>>(&value)) return refuse(key, *list, true);
+  if (const auto* rows = std::get_if<Matrix>(&value)) {
+    for (const auto& row : *rows) {
+      if (auto refusal = refuse(key, row, true)) return refusal;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> values, bool is_sd) {
+  auto range = plausibleRange(estimate.key);
+  if (is_sd) range.least = 0.0;
+  for (const double value : values) {
+    const auto objection = objectionTo(value, range, false);
+    if (!objection) continue;
+    return Refusal{objection->name, (is_sd ? "the standard deviation of '" : "the answer '") + estimate.key + "' " +
+                                        objection->what + ": look for a gross error in the readings"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+PlausibleRange plausibleRange(std::string_view name) {
+  if (std::ranges::find(kStamps, name) != kStamps.end()) return kStamp;
+  for (const auto& unit : kUnits) {
+    if (name.ends_with(unit.suffix) || name == unit.suffix.substr(1)) return unit.range;
+  }
+  // "C_rad_clockwise_from_plus_y": words may follow the unit of an angle.
+  if (name.find("_rad_") != std::string_view::npos) return plausibleRange("angle_rad");
+  return kPlain;
+}
+
+std::optional<Refusal> refuseImplausible(const Dataset& dataset) {
+  for (const auto& [key, value] : dataset.config) {
+    if (auto refusal = refuse(key, value)) return refusal;
+  }
+  for (const auto& table : dataset.tables) {
+    for (const auto& column : table.columns) {
+      if (auto refusal = refuse(table, column)) return refusal;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuseImplausible(const Result& result) {
+  for (const auto& estimate : result.estimates) {
+    if (auto refusal = refuse(estimate, estimate.values, false)) return refusal;
+    if (auto refusal = refuse(estimate, estimate.sd, true)) return refusal;
+    if (auto refusal = refuse(estimate, estimate.uncertainty, true)) return refusal;
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::metrology
