@@ -57,7 +57,7 @@ std::optional<Refusal> unusable(const Linearised& at) {
   if (!at.residuals.allFinite() || !at.jacobian.allFinite()) {
     return Refusal{"not-finite", "the fit diverged: look for a gross error in the readings"};
   }
-  if (at.residuals.size() < at.jacobian.cols()) {
+  if (at.residuals.size() < at.jacobian.cols() || at.jacobian.cols() == 0) {
     return Refusal{"too-few-readings", std::to_string(at.residuals.size()) + " equations for " +
                                            std::to_string(at.jacobian.cols()) + " unknowns: take more readings"};
   }

@@ -6,8 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/fit/robust_statistics.hpp"
+
 namespace probebox::metrology {
 namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct RobustLine {
   double slope{};
@@ -19,16 +23,11 @@ struct RobustLine {
 // Least deviation of one sample to reckon with, unit of the stream: the digits of a case file.
 constexpr double kFinest = 1e-7;
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Standard deviation of normal noise from the smallest of the absolute deviations: unlike a median it stands steps of a
 // converter, which leave many deviations equal.
 double trimmedDeviation(std::vector<double>& deviations, Trim trim) {
   if (deviations.empty()) return 0.0;
+  if (std::ranges::any_of(deviations, [](double each) { return std::isnan(each); })) return kNone;
   // Share of the deviations that is kept, and rms of a normal variate within that central share.
   const auto [share, of_normal] = trim == Trim::light ? std::pair{0.6, 0.4632} : std::pair{0.4, 0.2972};
   const auto kept = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(deviations.size())));
@@ -124,8 +123,14 @@ double hiddenBeyond(std::span<const std::pair<double, double>> beyond, double li
 
 Line fitLine(std::span<const double> times, const Eigen::Ref<const Rows3>& values) {
   const Eigen::Map<const Eigen::VectorXd> t{times.data(), static_cast<Eigen::Index>(times.size())};
-  Line line;
-  line.n = times.size();
+  Line line{.n = times.size(), .t_mean = kNone, .mean = {}, .slope = {}, .sxx = 0.0, .scatter = {}};
+  // No rows, no line: NaN reaches whoever takes it for one.
+  if (times.empty()) {
+    line.mean.setConstant(kNone);
+    line.slope.setConstant(kNone);
+    line.scatter.setConstant(kNone);
+    return line;
+  }
   // About the first stamp: stamps may be large numbers.
   line.t_mean = t[0] + (t.array() - t[0]).mean();
   const Eigen::VectorXd centred = t.array() - line.t_mean;

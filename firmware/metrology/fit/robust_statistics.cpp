@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace probebox::metrology {
@@ -33,6 +34,9 @@ std::size_t strideOf(std::size_t size) {
 }
 
 double median(std::vector<double>& values) {
+  // A NaN would leave nth_element without an order.
+  const bool none = values.empty() || std::ranges::any_of(values, [](double value) { return std::isnan(value); });
+  if (none) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
