@@ -8,8 +8,7 @@
 namespace probebox::metrology {
 
 // Estimates what the dataset's method promises, or says why it cannot. Pure: equal datasets give equal digits.
-// Refuses an unknown method by name, numbers that no machine can have, in the case or in the answer (plausible.hpp), and
-// what each method lists.
+// Refuses an unknown method by name, and what each method lists.
 Solved solve(const Dataset& dataset);
 
 // The methods that solve() knows, in alphabetical order.

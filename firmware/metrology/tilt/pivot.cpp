@@ -10,6 +10,7 @@
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/tilt/skew_check.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 
 namespace probebox::metrology {
@@ -74,6 +75,12 @@ std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, cons
                                               "measure at a third tilt, or with the ball further out"};
 }
 
+Outcome<std::optional<std::string>, Refusal> checkedSkew(const std::vector<TiltReading>& readings, const Fit& fit,
+                                                         const Sigma& sigma) {
+  if (!skewSeen(readings)) return std::optional<std::string>{};
+  return checkSkew(readings, fit, sigma);
+}
+
 Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltReadings& tilts, const Fit& fit,
                 const TiltNoise& noise, std::span<const std::string_view> keys) {
   constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
@@ -107,11 +114,14 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   const auto fit = fitTilts(readings, skewSeen(readings), noise.value());
   if (!fit) return fit.error();
   if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
+  const auto skew = checkedSkew(readings, fit.value(), noise->position);
+  if (!skew) return skew.error();
   // The source's equations know no weights.
   const auto plain = fitTilts(readings, skewSeen(readings), {noise->position, 0.0, {}});
   if (!plain) return plain.error();
   if (auto refusal = failsCheck(readings, amongReadings(readings, plain.value()))) return *refusal;
   Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kTableTiltKeys);
+  if (*skew) result.warnings.push_back(**skew);
   result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
   return result;
 }
@@ -129,7 +139,10 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   const auto fit = fitTilts(tilts.readings, skewSeen(tilts.readings), noise.value());
   if (!fit) return fit.error();
   if (auto refusal = shortArm(tilts.readings, fit.value(), noise->position)) return *refusal;
+  const auto skew = checkedSkew(tilts.readings, fit.value(), noise->position);
+  if (!skew) return skew.error();
   Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kHeadTiltKeys);
+  if (*skew) result.warnings.push_back(**skew);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }

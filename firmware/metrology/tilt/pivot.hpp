@@ -11,8 +11,8 @@ namespace probebox::metrology {
 // pivot_yz_mm for a tilt about X, pivot_xz_mm about Y, pivot_xy_mm about Z, where the tilt axis, whose skew is fitted
 // too, passes the C axis: at along_mm (also), the mean of the points where two angles of C or fewer are read. At tilts
 // of -90 and 0 the source's own equations (B28) are worked out as a check. Refuses: missing-key, bad-axis,
-// tilt-span-too-small (20 degrees), arm-too-short (5 sigma), pivot-check-disagrees, and what linearLeastSquares
-// refuses.
+// tilt-span-too-small (20 degrees), arm-too-short (5 sigma), pivot-check-disagrees, readings-contradict (checkSkew),
+// and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset);
 
 // Method "head-pivot": where a swivelling head's axis is, relative to the moving reference (CN101976057 equation 12;

@@ -58,6 +58,35 @@ Dataset tableDataset(const Tilting& table, const std::vector<double>& tilts, con
   return dataset;
 }
 
+// Two points at two tilts fit a skew axis exactly, whatever one reading is off; the way along the axis tells.
+TEST(TablePivot, RefusesABadReadingThatItsPartnerContradicts) {
+  std::mt19937_64 random{11};
+  for (const double off_mm : {21.5, -2.0, 0.5}) {
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (const auto* across : {"y_mm", "z_mm"}) {
+        Dataset dataset = tableDataset(randomTable(random, 4e-4), {-90, 0}, {0, 180}, 1e-3, random);
+        columnNamed(dataset, "readings", across)[row] += off_mm;
+        const auto solved = solve(dataset);
+        ASSERT_FALSE(solved) << across << ", row " << row << ", " << off_mm;
+        EXPECT_THAT(solved.error().name, testing::AnyOf("readings-contradict", "pivot-check-disagrees"));
+      }
+    }
+  }
+}
+
+TEST(TablePivot, WarnsOfAReadingThatIsALittleOff) {
+  std::mt19937_64 random{12};
+  Tilting table;
+  table.ball = {40, 2, 255.6};
+  Dataset dataset = tableDataset(table, {-90, 0}, {0, 180}, 1e-4, random);
+  ASSERT_TRUE(solve(dataset));
+  EXPECT_THAT(solve(dataset)->warnings, testing::IsEmpty());
+  columnNamed(dataset, "readings", "z_mm")[3] += 0.01;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved) << solved.error().reason;
+  EXPECT_THAT(solved->warnings, testing::Contains(testing::HasSubstr("contradict its skew")));
+}
+
 TEST(TablePivot, ReachesTheBoundAndStatesItsUncertainty) {
   std::mt19937_64 random{1};
   Judgement judgement;

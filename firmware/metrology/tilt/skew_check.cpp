@@ -1,0 +1,54 @@
+#include "firmware/metrology/tilt/skew_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace probebox::metrology {
+namespace {
+
+constexpr double kGross_mm = 0.1;
+constexpr double kDeviations = 5.0;
+
+// How far a reading is off what the first one of its point says, along the axis.
+struct Change {
+  double mm{};
+  double sd_mm{};
+};
+
+Change changeOf(const TiltReading& reading, const TiltReading& first, const Fit& fit, const Sigma& sigma) {
+  const Eigen::Vector2d moved = reading.at - first.at;
+  const Eigen::Vector2d skew = fit.parameters.tail<2>();
+  const double mm = reading.along - first.along + skew.dot(moved);
+  if (!sigma.stated) return {mm, std::numeric_limits<double>::infinity()};
+  const Eigen::Matrix2d covariance = fit.cofactor.bottomRightCorner<2, 2>();
+  return {mm, std::sqrt(2.0 * sigma.value * sigma.value * (1.0 + skew.squaredNorm()) + moved.dot(covariance * moved))};
+}
+
+}  // namespace
+
+Outcome<std::optional<std::string>, Refusal> checkSkew(const std::vector<TiltReading>& readings, const Fit& fit,
+                                                       const Sigma& sigma) {
+  std::map<std::size_t, const TiltReading*> first;
+  std::optional<std::string> warning;
+  for (const auto& reading : readings) {
+    const auto [seen, is_new] = first.emplace(reading.point, &reading);
+    if (is_new) continue;
+    const auto change = changeOf(reading, *seen->second, fit, sigma);
+    const bool beyond = std::abs(change.mm) > kDeviations * change.sd_mm;
+    if (std::abs(change.mm) > kGross_mm && (beyond || !sigma.stated)) {
+      return Refusal{"readings-contradict",
+                     "the reading at a tilt of " + text(reading.tilt_deg) + " degrees is " + text(change.mm) +
+                         " mm off along the axis if the axis is as skew as the others say: one of the readings is bad; "
+                         "measure again, with a third tilt"};
+    }
+    if (beyond && !warning)
+      warning = "the readings along the axis contradict its skew by " + text(change.mm) +
+                " mm: one of them may be bad; a third tilt tells";
+  }
+  return warning;
+}
+
+}  // namespace probebox::metrology
