@@ -60,7 +60,14 @@ std::vector<std::string> readLines(const fs::path& file) {
 
 }  // namespace
 
+std::optional<fs::path> chosen() {
+  const char* folder = std::getenv("PROBEBOX_RENDEZVOUS");
+  if (folder == nullptr || *folder == '\0') return std::nullopt;
+  return fs::path{folder};
+}
+
 std::vector<fs::path> directories() {
+  if (const auto folder = chosen()) return {*folder};
   std::vector<fs::path> all;
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
     all.push_back(fs::path{runtime} / "probebox");
@@ -75,8 +82,8 @@ Outcome<fs::path> directory() {
   if (const auto found = std::find_if(all.begin(), all.end(), usable); found != all.end()) return *found;
   std::string names;
   for (const auto& path : all) names += (names.empty() ? "" : ", ") + path.string();
-  return Error{"no directory to announce this box in can be written (" + names +
-               "); set XDG_RUNTIME_DIR to one that can"};
+  return Error{"no directory to announce this box in can be written (" + names + "); set " +
+               (chosen() ? "PROBEBOX_RENDEZVOUS" : "XDG_RUNTIME_DIR") + " to one that can"};
 }
 
 Outcome<fs::path> announce(int pid, const std::vector<std::string>& uris) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,13 @@ struct Announcement {
   std::vector<std::string> uris;
 };
 
-// Where daemons may have announced themselves, in order of preference: $XDG_RUNTIME_DIR/probebox, /run/probebox,
-// /tmp/probebox-<uid>.
+// The folder that the environment variable PROBEBOX_RENDEZVOUS names; nothing when it is unset or empty. Who sets it,
+// such as a test, meets only boxes that announce themselves there: no other folder is read or written, and nobody shall
+// ask the usual address.
+std::optional<std::filesystem::path> chosen();
+
+// Where daemons may have announced themselves, in order of preference: chosen() alone when there is one; otherwise
+// $XDG_RUNTIME_DIR/probebox, /run/probebox, /tmp/probebox-<uid>.
 std::vector<std::filesystem::path> directories();
 
 // The first of them that this process can write to; it is made when missing.

@@ -135,7 +135,7 @@ int run(int argc, char** argv) {
       static_cast<unsigned long long>(seed));
   const Workshop workshop;
   // The box announces itself in this folder, not among those that work.
-  setenv("XDG_RUNTIME_DIR", workshop.path().c_str(), 1);
+  setenv("PROBEBOX_RENDEZVOUS", workshop.path().c_str(), 1);
   Stage stage;
   const auto stopped = guide(stage, fs::path{argv[0]}.parent_path(), workshop.path(), seed);
   std::puts("\nSummary");

@@ -186,16 +186,13 @@ TEST_F(Looking, ListFindsAnnouncedBoxesAndPassesOverDeadOnes) {
   EXPECT_EQ(table.status, 0) << table.err;
   EXPECT_THAT(table.out, AllOf(HasSubstr(uri_), HasSubstr("F-0001"), HasSubstr("test mill"), HasSubstr("locked")));
   EXPECT_THAT(table.out, testing::Not(HasSubstr("tcp:127.0.0.1:1 ")));
-  for (const auto& found : probebox({"list", "--json"}).object()["boxes"]) {
-    if (found["uri"] == uri_) {
-      EXPECT_EQ(found["clock_state"], "locked");
-    }
-  }
+  const auto boxes = probebox({"list", "--json"}).object()["boxes"];
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_EQ(boxes[0]["uri"], uri_);
+  EXPECT_EQ(boxes[0]["clock_state"], "locked");
 }
 
 TEST_F(Looking, TakesTheOnlyAnnouncedBoxThatIsThere) {
-  if (!io::rendezvous::listed().empty())
-    GTEST_SKIP() << "another box runs on this computer, so this is not the only one";
   ASSERT_TRUE(io::rendezvous::announce(::getpid(), {uri_}));
   ASSERT_TRUE(io::rendezvous::announce(1, {"tcp:127.0.0.1:2"})) << "left behind by a killed box";
   EXPECT_THAT(probebox({"info"}).out, HasSubstr("F-0001"));
@@ -226,6 +223,16 @@ TEST(LookingWithoutABox, SaysHowToStartOne) {
     EXPECT_EQ(failed.object()["error"], "no-box");
     EXPECT_EQ(failed.object()["exit_status"], 3);
   }
+}
+
+TEST(LookingWithoutABox, InAChosenRendezvousAsksNobodyElse) {
+  const RuntimeDirectory directory;
+  const auto failed = probebox({"status", "--json"});
+  EXPECT_EQ(failed.status, 3);
+  EXPECT_EQ(failed.object()["error"], "no-box");
+  EXPECT_THAT(failed.err, AllOf(HasSubstr(directory.rendezvous().string()), HasSubstr("PROBEBOX_RENDEZVOUS"),
+                                Not(HasSubstr("7627"))));
+  EXPECT_EQ(probebox({"list"}).status, 3);
 }
 
 TEST(LookingWithoutABox, NamesAUriThatIsNone) {

@@ -3,6 +3,9 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <optional>
+#include <stdlib.h>
+#include <string>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,26 +15,39 @@
 namespace probebox::io::rendezvous {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Those of the private directory of this test; other boxes may run on this computer.
-std::vector<Announcement> listedHere(const command::RuntimeDirectory&, int pid) {
-  auto all = listed();
-  std::erase_if(all, [pid](const Announcement& a) { return a.pid != pid; });
-  return all;
-}
+// Sets an environment variable, or unsets it, for the length of a test.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_{name} {
+    if (const char* before = ::getenv(name)) before_ = before;
+    set(value);
+  }
+  ~Environment() { set(before_ ? before_->c_str() : nullptr); }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  void set(const char* value) const { value != nullptr ? ::setenv(name_, value, 1) : ::unsetenv(name_); }
+
+  const char* name_;
+  std::optional<std::string> before_;
+};
 
 TEST(Rendezvous, ListsWhatARunningProcessAnnounced) {
   const command::RuntimeDirectory directory;
   const auto file = announce(::getpid(), {"tcp:127.0.0.1:7627", "serial:/dev/pts/3"});
   ASSERT_TRUE(file) << file.error().what;
-  EXPECT_EQ(file->parent_path(), directory.path() / "probebox");
-  const auto found = listedHere(directory, ::getpid());
+  EXPECT_EQ(file->parent_path(), directory.rendezvous());
+  const auto found = listed();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found.front().uris, ElementsAre("tcp:127.0.0.1:7627", "serial:/dev/pts/3"));
   withdraw(::getpid());
-  EXPECT_THAT(listedHere(directory, ::getpid()), IsEmpty());
+  EXPECT_THAT(listed(), IsEmpty());
 }
 
 TEST(Rendezvous, InvitesAllHoweverPrivateTheDaemonIs) {
@@ -49,22 +65,47 @@ TEST(Rendezvous, PassesOverWhatAKilledProcessLeftBehind) {
   if (child == 0) ::_exit(0);
   ::waitpid(child, nullptr, 0);
   ASSERT_TRUE(announce(child, {"tcp:127.0.0.1:1"}));
-  EXPECT_THAT(listedHere(directory, child), IsEmpty());
+  EXPECT_THAT(listed(), IsEmpty());
 }
 
 TEST(Rendezvous, IsNotConfusedByOtherFiles) {
   const command::RuntimeDirectory directory;
   ASSERT_TRUE(announce(::getpid(), {"tcp:127.0.0.1:7627"}));
-  const auto place = directory.path() / "probebox";
+  const auto place = directory.rendezvous();
   std::ofstream{place / "notes.txt"} << "tcp:127.0.0.1:2\n";
   std::ofstream{place / "12x.uri"} << "tcp:127.0.0.1:3\n";
   std::ofstream{place / "-1.uri"} << "tcp:127.0.0.1:4\n";
   std::ofstream{place / "1.uri"} << std::string(100'000, 'x');
-  EXPECT_EQ(listedHere(directory, ::getpid()).size(), 1U);
-  EXPECT_THAT(listedHere(directory, -1), IsEmpty());
-  const auto first = listedHere(directory, 1);
-  ASSERT_EQ(first.size(), 1U);
-  EXPECT_THAT(first.front().uris, IsEmpty()) << "an endless line is no URI";
+  const auto all = listed();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].pid, 1);
+  EXPECT_THAT(all[0].uris, IsEmpty()) << "an endless line is no URI";
+  EXPECT_EQ(all[1].pid, ::getpid());
+}
+
+TEST(Rendezvous, IsTheUsersRuntimeDirectoryUnlessAnotherIsChosen) {
+  const support::TemporaryFolder runtime;
+  const Environment session{"XDG_RUNTIME_DIR", runtime.path().c_str()};
+  {
+    const Environment usual{"PROBEBOX_RENDEZVOUS", nullptr};
+    const auto file = announce(::getpid(), {"tcp:127.0.0.1:7627"});
+    ASSERT_TRUE(file) << file.error().what;
+    EXPECT_EQ(file->parent_path(), runtime.path() / "probebox");
+    EXPECT_FALSE(chosen());
+  }
+  const command::RuntimeDirectory directory;
+  EXPECT_THAT(listed(), IsEmpty()) << "a box elsewhere on this computer is not met";
+  withdraw(::getpid());
+  EXPECT_TRUE(std::filesystem::exists(runtime.path() / "probebox" / (std::to_string(::getpid()) + ".uri")))
+      << "nor is it touched";
+}
+
+TEST(Rendezvous, NamesTheChosenFolderThatCannotBeMade) {
+  const Environment chosen{"PROBEBOX_RENDEZVOUS", "/proc/no-such-place/rendezvous"};
+  const auto failed = announce(::getpid(), {"tcp:127.0.0.1:7627"});
+  ASSERT_FALSE(failed);
+  EXPECT_THAT(failed.error().what,
+              AllOf(HasSubstr("/proc/no-such-place/rendezvous"), HasSubstr("PROBEBOX_RENDEZVOUS")));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <stdlib.h>
 #include <string>
 
@@ -7,29 +8,31 @@
 
 namespace probebox::command {
 
-// A private XDG_RUNTIME_DIR (and a place for files) for the length of a test.
+// A rendezvous of its own (and a place for files) for the length of a test: it meets no other box of this computer.
 class RuntimeDirectory {
  public:
   RuntimeDirectory() {
-    if (const char* before = ::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    ::setenv("XDG_RUNTIME_DIR", path().c_str(), 1);
+    if (const char* before = ::getenv(kVariable)) before_ = before;
+    ::setenv(kVariable, rendezvous().c_str(), 1);
   }
   ~RuntimeDirectory() {
-    if (before_.empty()) {
-      ::unsetenv("XDG_RUNTIME_DIR");
+    if (before_) {
+      ::setenv(kVariable, before_->c_str(), 1);
     } else {
-      ::setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
+      ::unsetenv(kVariable);
     }
   }
   RuntimeDirectory(const RuntimeDirectory&) = delete;
   RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
 
   const std::filesystem::path& path() const { return folder_.path(); }
+  std::filesystem::path rendezvous() const { return path() / "rendezvous"; }
   std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
+  static constexpr const char* kVariable = "PROBEBOX_RENDEZVOUS";
   support::TemporaryFolder folder_;
-  std::string before_;
+  std::optional<std::string> before_;
 };
 
 }  // namespace probebox::command

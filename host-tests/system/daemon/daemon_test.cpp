@@ -30,7 +30,7 @@ class RunningDaemon : public testing::Test {
  protected:
   RunningDaemon() {
     std::filesystem::create_directories(folder);
-    setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
+    setenv("PROBEBOX_RENDEZVOUS", folder.c_str(), 1);
     options.state = folder / "state";
     options.links = {"tcp:127.0.0.1:0"};
     options.time_scale = 4;

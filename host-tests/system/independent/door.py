@@ -5,9 +5,9 @@ import time
 PATIENCE_S = 120
 
 
-def port_of(daemon, runtime_directory):
+def port_of(daemon, rendezvous):
     """Waits for the daemon to announce itself, one URI a line."""
-    path = os.path.join(runtime_directory, "probebox", f"{daemon.pid}.uri")
+    path = os.path.join(rendezvous, f"{daemon.pid}.uri")
     end = time.monotonic() + PATIENCE_S
     while True:
         if os.path.exists(path):

@@ -34,7 +34,7 @@ class Daemon:
             command + ["--link", "tcp:127.0.0.1:0"],
             stdout=self.log,
             stderr=self.log,
-            env={**os.environ, "XDG_RUNTIME_DIR": folder},
+            env={**os.environ, "PROBEBOX_RENDEZVOUS": folder},
             restore_signals=False,
             preexec_fn=limited(file_size) if file_size else None,
         )

@@ -144,7 +144,7 @@ def run(probeboxd, folder):
     command = [probeboxd, "--board", "sim", "--state", os.path.join(folder, "state")]
     command += ["--link", "tcp:127.0.0.1:0", "--cnc", "modbus:" + os.ttyname(theirs)]
     log = open(os.path.join(folder, "log"), "w")
-    daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "XDG_RUNTIME_DIR": folder})
+    daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "PROBEBOX_RENDEZVOUS": folder})
     try:
         m = Master(ours)
         assert m.values(0, "HH")[0] == 0x5042 and m.values(1, "H") >= 2

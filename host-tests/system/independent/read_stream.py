@@ -230,7 +230,7 @@ def resume(port, before):
 def run(probeboxd, folder):
     command = [probeboxd, "--board", "sim", "--state", os.path.join(folder, "state"), "--link", "tcp:127.0.0.1:0"]
     log = open(os.path.join(folder, "log"), "w")
-    daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "XDG_RUNTIME_DIR": folder})
+    daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "PROBEBOX_RENDEZVOUS": folder})
     try:
         port = port_of(daemon, folder)
         raw, fast = connected(port, frames.RAW), connected(port, frames.FAST)

@@ -36,11 +36,11 @@ class ManagedDaemon : public testing::Test {
     EXPECT_EQ(bind(inbox.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     setenv("NOTIFY_SOCKET", path.c_str(), 1);
     setenv("WATCHDOG_USEC", "4000000", 1);
-    setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
+    setenv("PROBEBOX_RENDEZVOUS", folder.c_str(), 1);
   }
   ~ManagedDaemon() override {
     daemon.reset();
-    for (const auto* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "XDG_RUNTIME_DIR"}) unsetenv(name);
+    for (const auto* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "PROBEBOX_RENDEZVOUS"}) unsetenv(name);
     std::filesystem::remove_all(folder);
   }
 

@@ -30,7 +30,7 @@ class Survival : public testing::Test {
  protected:
   Survival() {
     std::filesystem::create_directories(folder);
-    setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
+    setenv("PROBEBOX_RENDEZVOUS", folder.c_str(), 1);
     const auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
     box = listener->address();
   }

@@ -28,7 +28,7 @@ std::vector<std::string> candidates() {
     if (std::ranges::find(all, uri) == all.end()) all.push_back(uri);
   };
   for (const auto& announcement : io::rendezvous::listed()) std::ranges::for_each(announcement.uris, add);
-  add(kUsualUri);
+  if (!io::rendezvous::chosen()) add(kUsualUri);
   return all;
 }
 

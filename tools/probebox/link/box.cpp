@@ -37,6 +37,16 @@ std::vector<std::string> urisOnUsb(const std::vector<io::rendezvous::Announcemen
   return uris;
 }
 
+// A box that could not announce itself has the usual address.
+Outcome<std::string, Trouble> boxElsewhere() {
+  const auto folder = io::rendezvous::chosen();
+  if (!folder) return std::string{kUsualUri};
+  return Trouble{ExitStatus::no_box, "no-box",
+                 "no box is announced in " + folder->string() +
+                     ", the only place that PROBEBOX_RENDEZVOUS lets this command look in; unset it, or " +
+                     kHowToGetABox};
+}
+
 Outcome<std::string, Trouble> theOnlyBox() {
   const auto announced = io::rendezvous::listed();
   const auto on_usb = urisOnUsb(announced);
@@ -46,7 +56,7 @@ Outcome<std::string, Trouble> theOnlyBox() {
   }
   if (boxes.size() + on_usb.size() > 1) std::erase_if(boxes, takesNobody);
   boxes.insert(boxes.end(), on_usb.begin(), on_usb.end());
-  if (boxes.empty()) return std::string{kUsualUri};
+  if (boxes.empty()) return boxElsewhere();
   if (boxes.size() == 1) return boxes.front();
   std::string all;
   for (const auto& uri : boxes) all += " " + uri;
