@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "firmware/stream/greeting.hpp"
 #include "protocol/codec/block.hpp"
 #include "protocol/frame/crc32c.hpp"
 
@@ -21,7 +22,6 @@ constexpr std::size_t kOutboxMessages = 32;
 constexpr int kMissedSigns = 3;
 constexpr int kDescriptorRepeats = 3;
 constexpr std::uint8_t kControlStream = 0;
-static_assert(messages::kProtocolMajor == 1, "the text of the version refusal names it");
 
 }  // namespace
 
@@ -98,12 +98,9 @@ void Session::greet(const frame::Frame& received) {
   const auto hello = messages::decode<messages::Hello>(received.payload);
   if (!hello || hello->magic != messages::kMagic)
     return refuse(ErrorCode::malformed, MessageType::hello, "no HELLO of this protocol");
+  if (const auto refusal = whyNoSession(received.header, *hello))
+    return refuse(refusal->code, refusal->about, refusal->text);
   const auto minor = std::min(hello->max_minor, messages::kProtocolMinor);
-  if (received.header.major != messages::kProtocolMajor || hello->major != messages::kProtocolMajor ||
-      minor < hello->min_minor) {
-    return refuse(ErrorCode::version_mismatch, MessageType::hello,
-                  "this box speaks protocol major 1 and the host does not; update the older of the two");
-  }
   control_.restart();
   feed_.stop();
   triggers_.clear();
