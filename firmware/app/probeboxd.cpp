@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -24,6 +25,18 @@ constexpr int kUsage = 2;   // and nothing but a person changes that
 constexpr Nanoseconds kLook = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{5};  // where nobody watches
 
+// CLI::Range takes nan.
+CLI::Validator timeScale() {
+  constexpr double kLeast = 0.01, kMost = 100.0;
+  const auto check = [](std::string& text) {
+    double scale = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
+    const bool good = error == std::errc{} && end == text.data() + text.size() && scale >= kLeast && scale <= kMost;
+    return good ? std::string{} : "'" + text + "' is not a number from 0.01 to 100, such as 4";
+  };
+  return CLI::Validator{check, "0.01 to 100", "time scale"};
+}
+
 void describe(CLI::App& command, probebox::app::Options& options) {
   command
       .add_option("--board", options.board,
@@ -44,7 +57,7 @@ void describe(CLI::App& command, probebox::app::Options& options) {
       ->allow_extra_args(false);
   command.add_option("--journal", options.journal, "record every event that reaches the core in this new file");
   command.add_option("--time-scale", options.time_scale, "speed of the emulated machine, as a multiple of real time")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(timeScale());
   command.add_flag("--check", options.check,
                    "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
   command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");

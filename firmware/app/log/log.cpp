@@ -8,6 +8,8 @@
 #include <systemd/sd-daemon.h>
 #include <utility>
 
+#include "protocol/units/wording.hpp"
+
 namespace probebox::app {
 namespace {
 
@@ -28,9 +30,14 @@ Waiting& waiting() {
 // systemd sets JOURNAL_STREAM for services whose stderr it reads; a person needs no prefix.
 std::string lineOf(const char* priority, std::string_view text) {
   static const bool for_journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  std::string line{for_journal ? priority : ""};
-  line.append("probeboxd: ").append(text).append("\n");
-  return line;
+  std::string all;
+  // Lines after the first are indented: no name in a text can look like a line of its own.
+  for (const char* prefix = "probeboxd: ";; prefix = "probeboxd:   ") {
+    const auto line = text.substr(0, text.find('\n'));
+    all.append(for_journal ? priority : "").append(prefix).append(shown(line)).append("\n");
+    if (line.size() == text.size()) return all;
+    text.remove_prefix(line.size() + 1);
+  }
 }
 
 void log(const char* priority, std::string_view text) {

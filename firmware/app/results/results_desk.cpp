@@ -5,6 +5,7 @@
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "protocol/messages/control.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::app {
 namespace {
@@ -90,6 +91,7 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body) {
   const auto request = messages::decode<messages::AcceptResult::Request>(body);
   if (!request) return malformed(Operation::accept_result);
   if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
   const auto accepted = calibrations_.inForce().accept(request->id, request->by);
   if (!accepted) return whyNot(accepted.error());
   return ok(messages::AcceptResult::Answer{.state = wireState(accepted->state),
@@ -100,6 +102,7 @@ Reply ResultsDesk::rollBack(std::span<const std::byte> body) {
   const auto request = messages::decode<messages::RollbackResult::Request>(body);
   if (!request) return malformed(Operation::rollback_result);
   if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
   auto& in_force = calibrations_.inForce();
   const bool only_waited = request->id != 0 && in_force.isWaiting(request->id);
   const auto changed =

@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
+#include "in_process.hpp"
+#include "tools/probebox/text/report.hpp"
+
 namespace probebox::command {
 namespace {
 
@@ -94,9 +97,27 @@ TEST(CommandLine, NamesWhatIsMissing) {
 TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
   for (const auto* line :
        {"watch --for -1", "watch --for nan", "watch --for inf", "watch --for 1s", "watch --for 0", "watch --count 2.5",
-        "watch --count 0", "watch --count -3", "accept zero --by Ada", "accept 99999999999999999999999 --by Ada"}) {
+        "watch --count 0", "watch --count -3", "calibrate --overtravel nan", "calibrate --speed 10,inf",
+        "calibrate --clearance -1", "accept zero --by Ada", "accept 99999999999999999999999 --by Ada"}) {
     EXPECT_THAT(complaint(line), AllOf(HasSubstr("such as"), HasSubstr("--help"))) << line;
   }
+}
+
+TEST(CommandLine, TakesNoNameThatForgesAHistory) {
+  using Words = std::vector<std::string>;
+  for (const auto& name : {std::string{" "}, std::string{"Ada\n18 active by Bob"}, std::string{"Ada\u202Eboss"}}) {
+    for (const auto& words : {Words{"accept", "3"}, Words{"rollback", "delay"}, Words{"calibrate", "--accept"}}) {
+      auto all = words;
+      all.insert(all.end(), {"--by", name});
+      const auto refused = probebox(all);
+      EXPECT_EQ(refused.status, 2) << name;
+      EXPECT_THAT(refused.err, HasSubstr("The name of the person"));
+    }
+  }
+  messages::ResultTransition forged;
+  forged.utc = "2026-01-01T00:00:00Z";
+  forged.by = "Ada\n2026-01-02T00:00:00Z  18 active by Bob";
+  EXPECT_THAT(line(forged), testing::Not(HasSubstr("\n"))) << "a box that took it does not forge the page either";
 }
 
 TEST(CommandLine, GivesAnExampleInEveryHelp) {

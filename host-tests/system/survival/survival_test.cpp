@@ -153,6 +153,14 @@ TEST_F(Survival, MuteConnectionsDoNotLockOthersOut) {
   EXPECT_TRUE(host->waitForLock());
 }
 
+TEST_F(Survival, TakesNoTimeScaleThatIsNone) {
+  for (const auto* scale : {"nan", "inf", "-1", "0", "1e9", "4x", ""}) {
+    const auto refused = tour::outputOf({PROBEBOXD, "--board", "sim", "--check", "--time-scale", scale});
+    ASSERT_FALSE(refused) << scale;
+    EXPECT_THAT(refused.error().what, testing::HasSubstr("0.01 to 100")) << scale;
+  }
+}
+
 TEST_F(Survival, OneDaemonAtATimeHasAFolderOfResults) {
   start();
   ASSERT_TRUE(connect());

@@ -2,24 +2,16 @@
 
 #include <ostream>
 
+#include "protocol/units/wording.hpp"
+
 namespace probebox::command {
 namespace {
 
 constexpr std::string_view kRedraw = "\r\x1b[K";  // to the start of the line, and clear it
 
-// Text may come from a box or a file and is not UTF-8 by right.
+// Text may come from a box or a file: it need not be UTF-8, and in ASCII it holds nothing that a terminal obeys.
 std::string dump(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-// A terminal obeys control characters: what a box or a file calls itself must not draw on it.
-std::string harmless(std::string_view text) {
-  std::string clean{text};
-  for (auto& c : clean) {
-    const auto code = static_cast<unsigned char>(c);
-    if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7f) c = '?';
-  }
-  return clean;
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -37,7 +29,7 @@ void Console::object(const Json& json) {
 
 void Console::line(std::string_view text) {
   endLiveLines();
-  *answers_ << harmless(text) << '\n' << std::flush;
+  *answers_ << shownLines(text) << '\n' << std::flush;
 }
 
 void Console::live(std::string_view text) {
@@ -48,7 +40,7 @@ void Console::live(std::string_view text) {
 
 void Console::note(std::string_view text) {
   endLiveLines();
-  streams_.err << harmless(text) << '\n' << std::flush;
+  streams_.err << shownLines(text) << '\n' << std::flush;
 }
 
 void Console::progress(std::string_view text) {
@@ -68,7 +60,7 @@ ExitStatus Console::fail(const Trouble& trouble) {
 // A line that wraps could not be drawn over.
 std::string Console::fitting(std::string_view text) const {
   const auto columns = streams_.terminal_columns;
-  return harmless(columns > 1 && text.size() >= columns ? text.substr(0, columns - 1) : text);
+  return shownLines(columns > 1 && text.size() >= columns ? text.substr(0, columns - 1) : text);
 }
 
 void Console::endLiveLines() {

@@ -228,12 +228,12 @@ class CommandLine {
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
         ->type_name("AXIS");
     calibrate->add_option("--turns", calibrate_.turns, "whole turns of the screw, 3 or more; for screw-calibration")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("NUMBER");
     calibrate
         ->add_option("--tool", calibrate_.tool,
                      "number of the tool that is measured; for tool-setter and tool-assembly")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("NUMBER");
     calibrate->add_flag(
         "--head", calibrate_.head,
@@ -243,7 +243,7 @@ class CommandLine {
                         "a-axis-alignment and swivel-error");
     calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
-    calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts");
+    calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());
     calibrate->add_flag("--abort", calibrate_.abort, "abort the running calibration");
     calibrate->callback([this] {
       checkCalibrate(calibrate_);
@@ -259,7 +259,7 @@ class CommandLine {
         ->check(wholeNumber())
         ->type_name("NUMBER")
         ->required();
-    accept->add_option("--by", accept_.by, "the name of the person who accepts")->required();
+    accept->add_option("--by", accept_.by, "the name of the person who accepts")->required()->check(personsName());
     addPlan();
     addGoingBack();
   }
@@ -267,34 +267,34 @@ class CommandLine {
   static void addRunChoices(CLI::App* command, RunChoices& choices) {
     command->add_option("--speed", choices.speeds_mm_s, "speeds of the touches, such as 10,20,40")
         ->delimiter(',')
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("MM_PER_S");
     command->add_option("--overtravel", choices.overtravel_mm, "travel into the surface after contact")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("MM");
     command->add_option("--clearance", choices.clearance_mm, "distance from the surface before and after a touch")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("MM");
     command
         ->add_option("--approach", choices.approach_deg,
                      "angle between approach and surface normal; for delay-non-normal")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("DEGREES");
     command
         ->add_option("--angles", choices.angles,
                      "number of angles of C; for centreline, centreline-limited-access and rotary-axis-errors")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("NUMBER");
     command
         ->add_option("--arc", choices.arc_deg,
                      "range of C; default: 360 for centreline and rotary-axis-errors, 80 for centreline-limited-access "
                      "and centreline-by-steps")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("DEGREES");
     command
         ->add_option("--heights", choices.balls,
                      "number of balls at different heights; for c-axis-alignment and rotary-axis-errors")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("NUMBER");
   }
 
@@ -307,7 +307,7 @@ class CommandLine {
         ->check(seconds())
         ->type_name("SECONDS");
     const auto add_positive = [&](const char* name, std::optional<double>& value, const char* what, const char* unit) {
-      plan->add_option(name, value, what)->check(CLI::PositiveNumber)->type_name(unit);
+      plan->add_option(name, value, what)->check(positive())->type_name(unit);
     };
     add_positive("--machine-rate", plan_.machine_rate_hz, "rate of the positions; default: 1000", "HZ");
     add_positive("--machine-noise", plan_.machine_noise_um, "noise of one position, k = 1; default: 0.5", "UM");
@@ -325,7 +325,9 @@ class CommandLine {
             "what", rollback_.what,
             "the subject (delay, centreline, screw-x, ...), one of its methods, or the number of the result to retire")
         ->required();
-    rollback->add_option("--by", rollback_.by, "the name of the person who does it")->required();
+    rollback->add_option("--by", rollback_.by, "the name of the person who does it")
+        ->required()
+        ->check(personsName());
     auto* history =
         add("history", "list every change of stored results, with person and time", "probebox history delay", history_);
     history->add_option("what", history_.what, "only one result (its number), one subject or one method");

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "protocol/units/wording.hpp"
+
 // What words of the command line have to look like. Only parse.cpp includes it.
 namespace probebox::command {
 
@@ -37,6 +39,24 @@ inline CLI::Validator speed() {
     return good ? std::string{} : text + " is neither max nor a number above 0, such as 10";
   };
   return CLI::Validator{check, "", "speed"};
+}
+
+// CLI::PositiveNumber takes nan and inf.
+inline CLI::Validator positive() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool good = readsAs(text, value) && std::isfinite(value) && value > 0;
+    return good ? std::string{} : text + " is not a number above 0, such as 12.5";
+  };
+  return CLI::Validator{check, "", "positive number"};
+}
+
+inline CLI::Validator personsName() {
+  const auto check = [](std::string& text) {
+    const auto why = whyNoName(text);
+    return why ? why->what : std::string{};
+  };
+  return CLI::Validator{check, "", "name"};
 }
 
 }  // namespace probebox::command

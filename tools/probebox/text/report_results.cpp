@@ -1,5 +1,6 @@
 #include <array>
 
+#include "protocol/units/wording.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -58,7 +59,7 @@ std::string line(const messages::ResultSummary& result) {
   std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
                     printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
   if (!result.values.empty()) all += "  " + readable(result.values.front());
-  if (!result.accepted_by.empty()) all += ", accepted by " + result.accepted_by;
+  if (!result.accepted_by.empty()) all += ", accepted by " + shown(result.accepted_by);
   return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;
 }
 
@@ -72,7 +73,7 @@ Json describe(const messages::ResultTransition& transition) {
 std::string line(const messages::ResultTransition& transition) {
   const std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
                           printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
-  return transition.by.empty() ? all : all + "  by " + transition.by;
+  return transition.by.empty() ? all : all + "  by " + shown(transition.by);
 }
 
 void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
