@@ -95,6 +95,7 @@ void EmulatedCable::collect(Port& from, Port& to) {
   if (!from.controller || to.waiting.size() >= kBufferBytes) return;
   std::array<std::byte, 4096> buffer{};
   const auto bytes = ::read(from.controller.get(), buffer.data(), buffer.size());
+  if (bytes > 0 && from.echoes) from.waiting.insert(from.waiting.end(), buffer.begin(), buffer.begin() + bytes);
   // With the far end unplugged the wire leads nowhere.
   if (bytes > 0 && to.controller) to.waiting.insert(to.waiting.end(), buffer.begin(), buffer.begin() + bytes);
 }

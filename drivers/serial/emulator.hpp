@@ -32,6 +32,9 @@ class EmulatedCable {
   // While stalled, bytes wait where they are.
   void stall(bool stalled) { stalled_ = stalled; }
 
+  // What this end sends also comes back to it, as from an RS-485 adapter whose receiver stays on.
+  void echo(End end, bool on) { ports_[static_cast<std::size_t>(end)].echoes = on; }
+
   // This end's device vanishes, as when a USB adapter is pulled: whoever has it open sees a hang-up. plug() brings it
   // back under the same name.
   void unplug(End end);
@@ -43,6 +46,7 @@ class EmulatedCable {
     io::Descriptor controller;
     io::Descriptor device;           // held open: a program that leaves must not look like an unplugged cable
     std::vector<std::byte> waiting;  // for this end, not yet taken by the kernel
+    bool echoes{};
   };
 
   EmulatedCable() = default;

@@ -8,8 +8,13 @@ namespace {
 constexpr std::uint8_t kHighestUnit = 247;
 constexpr std::size_t kUndecided = kMaxFrameBytes + 1;
 
-// Length of the request that begins here: 0 when none can, kUndecided when more bytes are needed to tell. Functions
-// that the box does not have are known by length too, so that they can be refused instead of being taken for garbage.
+// A function code that a request may have (128 and above are exceptions).
+bool isFunction(std::uint8_t code) {
+  return code > 0 && code < 128;
+}
+
+// Length of the request that begins here: 0 when none can or nothing but its end tells, kUndecided when more bytes are
+// needed to tell. Functions that the box does not have are known by length too where the standard gives it.
 std::size_t requestLength(std::span<const std::uint8_t> bytes) {
   if (bytes[0] > kHighestUnit) return 0;
   if (bytes.size() < 2) return kUndecided;
@@ -69,7 +74,24 @@ std::size_t RtuRequests::push(std::span<const std::byte> bytes) {
   return count;
 }
 
+bool RtuRequests::mayBeUnknownFunction() const {
+  return !in_garbage_ && size_ >= 2 && size_ <= kMaxFrameBytes && buffer_[0] <= kHighestUnit &&
+         isFunction(buffer_[1]) && requestLength(from(0)) == 0;
+}
+
+// Its length is not known: it ends where its CRC is good and no byte follows.
+std::optional<Request> RtuRequests::unknownFunction() {
+  constexpr std::size_t kShortest = 4;
+  if (!mayBeUnknownFunction() || size_ < kShortest || !crcGood(from(0))) return std::nullopt;
+  Request request;
+  request.size = size_;
+  std::copy_n(buffer_.begin(), size_, request.bytes.begin());
+  consume(size_);
+  return request;
+}
+
 std::optional<Request> RtuRequests::next() {
+  if (const auto request = unknownFunction()) return request;
   for (std::size_t offset = 0; offset < size_; ++offset) {
     const auto rest = from(offset);
     const auto length = requestLength(rest);
@@ -82,6 +104,7 @@ std::optional<Request> RtuRequests::next() {
     in_garbage_ = false;
     return request;
   }
+  if (mayBeUnknownFunction()) return std::nullopt;
   // What cannot begin a request makes room; what may still become one stays.
   std::size_t useless = 0;
   while (useless < size_) {

@@ -26,7 +26,9 @@ struct Request {
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
 // Finds requests in what a serial line delivers. Length and CRC decide, not the gaps between bytes, which USB adapters
-// and busy systems do not keep. Garbage before, after or between requests is skipped and counted. Allocates nothing.
+// and busy systems do not keep. Garbage before, after or between requests is skipped and counted. A request of a
+// function whose length is not known is found where the line was silent before it or a request ended there, so that it
+// can be refused. Allocates nothing.
 class RtuRequests {
  public:
   // Takes what fits; offer the rest again after next() said that there is nothing more.
@@ -45,6 +47,8 @@ class RtuRequests {
   std::span<const std::uint8_t> from(std::size_t offset) const {
     return std::span{buffer_}.subspan(offset, size_ - offset);
   }
+  bool mayBeUnknownFunction() const;
+  std::optional<Request> unknownFunction();
   void consume(std::size_t count);
   void skip(std::size_t count);
 

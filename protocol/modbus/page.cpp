@@ -29,6 +29,9 @@ Rules for the master:
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
   Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow. A refused write
   changes nothing.
+  Exception 1 (illegal function): every function but 3, 4, 6 and 16, also 43 (device identification).
+- The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then an
+  answer to function 6 that comes back may be answered once or twice again.
 )";
 
 void row(std::ostream& out, const Register& entry) {

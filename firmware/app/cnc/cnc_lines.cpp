@@ -21,7 +21,8 @@ CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk&
       server_{options,
               {.snapshot = [this] { return states_.newest().snapshot; },
                .take = [this](const Event& event) { return take(event); },
-               .report = [](const std::string& text) { logWarning(text); }}} {}
+               .report = [](const std::string& text) { logWarning(text); },
+               .round = [this] { refused_.look(time_.now()); }}} {}
 
 CncLine::~CncLine() {
   server_.stop();
@@ -35,7 +36,7 @@ void CncLine::start() {
 
 bool CncLine::take(const Event& event) {
   const auto error = desk_.post(event, states_.newest());
-  if (error) logWarning("What " + device_ + " wrote was refused: " + error->what);
+  if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
   return !error;
 }
 

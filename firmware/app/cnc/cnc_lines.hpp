@@ -4,7 +4,9 @@
 
 #include "firmware/app/cnc/modbus_server.hpp"
 #include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/threads/core_thread.hpp"
+#include "firmware/app/threads/time_source.hpp"
 
 namespace probebox::app {
 
@@ -31,6 +33,8 @@ class CncLine {
   StateBuffer& states_;
   ControlDesk& desk_;
   std::string device_;
+  TimeSource time_;
+  LimitedWarning refused_{std::chrono::seconds{10}};  // a master may repeat a refused write at every cycle
   ModbusServer server_;
   std::thread thread_;
 };

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <fcntl.h>
 #include <modbus/modbus.h>
 #include <new>
 #include <poll.h>
 #include <thread>
+#include <unistd.h>
 #include <utility>
+#include <vector>
 
+#include "drivers/io/descriptor.hpp"
 #include "drivers/serial/linux_serial.hpp"
 
 namespace probebox::app {
@@ -40,14 +44,29 @@ struct FreeMapping {
 
 }  // namespace
 
-// libmodbus builds and sends the answers; requests are found by length and CRC before it sees them.
+// libmodbus builds the answers; requests are found by length and CRC before it sees them. It writes into a pipe, so
+// that the bytes of an answer are known when the line echoes them.
 struct ModbusServer::Library {
   explicit Library(const ModbusOptions& options)
       : context{modbus_new_rtu(options.line.path.c_str(), static_cast<int>(options.line.settings.baud), 'N', 8, 1)},
         mapping{modbus_mapping_new(0, 0, modbus::kRegisterCount, modbus::kRegisterCount)} {
-    if (!context || !mapping) throw std::bad_alloc{};
+    std::array<int, 2> ends{};
+    if (!context || !mapping || pipe2(ends.data(), O_NONBLOCK | O_CLOEXEC) != 0) throw std::bad_alloc{};
+    out = io::Descriptor{ends[0]};
+    in = io::Descriptor{ends[1]};
     modbus_set_slave(context.get(), options.unit);
+    modbus_set_socket(context.get(), in.get());
   }
+
+  // The answer that libmodbus has just written; empty for a broadcast, which nobody answers.
+  std::span<const std::uint8_t> written() {
+    const auto size = ::read(out.get(), answer.data(), answer.size());
+    return std::span{answer}.first(size > 0 ? static_cast<std::size_t>(size) : 0);
+  }
+
+  io::Descriptor out;
+  io::Descriptor in;
+  std::array<std::uint8_t, modbus::kMaxFrameBytes> answer{};
 
   std::unique_ptr<modbus_t, FreeContext> context;
   std::unique_ptr<modbus_mapping_t, FreeMapping> mapping;
@@ -87,7 +106,6 @@ Outcome<bool> ModbusServer::open() {
   auto pipe = serial::openSerial(options_.line.path, options_.line.settings);
   if (!pipe) return pipe.error();
   pipe_ = std::move(pipe).value();
-  modbus_set_socket(library_->context.get(), pipe_->descriptor());
   return true;
 }
 
@@ -105,9 +123,10 @@ void ModbusServer::run() {
       continue;
     }
     std::array<pollfd, 2> waits{pollfd{pipe_->descriptor(), POLLIN, 0}, pollfd{wake_up_.descriptor(), POLLIN, 0}};
-    const auto timeout = requests_.pending() ? kSilence : kIdle;
+    const auto timeout = requests_.pending() || echo_.awaiting() ? kSilence : kIdle;
     const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
-    if (ready == 0) requests_.silence();
+    if (ready == 0) silence();
+    if (faces_.round) faces_.round();
     if (ready > 0 && waits[0].revents != 0) receive();
     bad_frames_ = requests_.badFrames();
     skipped_bytes_ = requests_.skippedBytes();
@@ -133,7 +152,7 @@ bool ModbusServer::opened() {
 
 void ModbusServer::lost() {
   pipe_.reset();
-  requests_.silence();
+  silence();
   // A new master starts from power-on settings.
   writable_ = {};
   was_lost_ = true;
@@ -145,12 +164,24 @@ void ModbusServer::receive() {
   const auto got = pipe_->read(buffer);
   // Only a line that says something has really come back.
   if (got.bytes > 0) back_off_ = kFirstBackOff;
-  auto rest = std::span<const std::byte>{buffer}.first(got.bytes);
-  while (!rest.empty()) {
-    rest = rest.subspan(requests_.push(rest));
+  const auto [held, rest] = echo_.strip(std::span{buffer}.first(got.bytes));
+  // Answering begins to wait for another echo, in the place of the one that `held` is of.
+  const std::vector<std::byte> began{held.begin(), held.end()};
+  serve(began);
+  serve(rest);
+  if (got.state == io::PipeState::closed) lost();
+}
+
+void ModbusServer::serve(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    bytes = bytes.subspan(requests_.push(bytes));
     while (const auto request = requests_.next()) answer(*request);
   }
-  if (got.state == io::PipeState::closed) lost();
+}
+
+void ModbusServer::silence() {
+  requests_.silence();
+  echo_.silence();
 }
 
 void ModbusServer::answer(const modbus::Request& request) {
@@ -207,17 +238,20 @@ void ModbusServer::reply(const modbus::Request& request) {
   const auto registers = image_.registers();
   std::copy(registers.begin(), registers.end(), mapping->tab_registers);
   std::copy(registers.begin(), registers.end(), mapping->tab_input_registers);
-  count(modbus_reply(library_->context.get(), request.bytes.data(), static_cast<int>(request.size), mapping),
-        answered_);
+  send(modbus_reply(library_->context.get(), request.bytes.data(), static_cast<int>(request.size), mapping), answered_);
 }
 
 void ModbusServer::refuse(const modbus::Request& request, unsigned exception_code) {
   if (request.unit() == MODBUS_BROADCAST_ADDRESS) return;
-  count(modbus_reply_exception(library_->context.get(), request.bytes.data(), exception_code), refused_);
+  send(modbus_reply_exception(library_->context.get(), request.bytes.data(), exception_code), refused_);
 }
 
-void ModbusServer::count(int sent, std::atomic<std::uint64_t>& counter) {
-  ++(sent >= 0 ? counter : unsent_);
+// built: what libmodbus returned about an answer, negative when it made none.
+void ModbusServer::send(int built, std::atomic<std::uint64_t>& counter) {
+  const auto bytes = library_->written();
+  const bool whole = built >= 0 && (bytes.empty() || pipe_->write(std::as_bytes(bytes)).bytes == bytes.size());
+  echo_.sent(bytes);
+  ++(whole ? counter : unsent_);
 }
 
 ModbusCounters ModbusServer::counters() const {

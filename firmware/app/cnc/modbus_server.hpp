@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
 #include "firmware/app/threads/wake_up.hpp"
+#include "firmware/modbus/line_echo.hpp"
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/rtu_requests.hpp"
 #include "firmware/modbus/writable_registers.hpp"
@@ -38,11 +40,12 @@ struct ModbusCounters {
 // Serves the register map on one serial line, on a thread of its own. A line that hangs up is opened again, for ever.
 class ModbusServer {
  public:
-  // All three are called on the thread of run().
+  // All are called on the thread of run().
   struct Faces {
     std::function<published::Snapshot()> snapshot;   // what the next answer shows, as a whole
     std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
     std::function<void(const std::string&)> report;  // the line was lost, or is back
+    std::function<void()> round{};                   // after every wait, once a second at least while the line is there
   };
 
   ModbusServer(ModbusOptions options, Faces faces);
@@ -64,12 +67,14 @@ class ModbusServer {
   bool opened();
   void receive();
   void lost();
+  void serve(std::span<const std::byte> bytes);
+  void silence();
   void answer(const modbus::Request& request);
   void read(const modbus::Request& request);
   void write(const modbus::Request& request);
   void reply(const modbus::Request& request);
   void refuse(const modbus::Request& request, unsigned exception_code);
-  void count(int sent, std::atomic<std::uint64_t>& counter);
+  void send(int built, std::atomic<std::uint64_t>& counter);
 
   const ModbusOptions options_;
   const Faces faces_;
@@ -78,6 +83,7 @@ class ModbusServer {
   std::chrono::milliseconds back_off_{};
   bool was_lost_{};
 
+  modbus::LineEcho echo_;
   modbus::RtuRequests requests_;
   modbus::RegisterImage image_;
   modbus::WritableRegisters writable_;

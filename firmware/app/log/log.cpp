@@ -101,4 +101,23 @@ void writeLogHere() {
   drainLog();
 }
 
+void LimitedWarning::warn(MonoTime now, std::string_view text) {
+  look(now);
+  if (said_ && now - *said_ < pause_) {
+    ++left_out_;
+    last_left_out_ = text;
+    return;
+  }
+  said_ = now;
+  say_(text);
+}
+
+void LimitedWarning::look(MonoTime now) {
+  if (left_out_ == 0 || now - *said_ < pause_) return;
+  said_ = now;
+  say_(last_left_out_ + " (" + std::to_string(left_out_) + (left_out_ == 1 ? " line" : " lines") +
+       " like this since the last one)");
+  left_out_ = 0;
+}
+
 }  // namespace probebox::app

@@ -104,7 +104,8 @@ class ModbusOnCable : public ::testing::Test {
               if (markers_allowed_ && marker != nullptr) markers_.push_back(*marker);
               return markers_allowed_.load();
             },
-            [](const std::string&) {}};
+            [](const std::string&) {},
+            {}};
   }
 
   std::filesystem::path folder_;

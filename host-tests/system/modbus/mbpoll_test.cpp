@@ -68,6 +68,27 @@ TEST_F(ModbusMaster, IsToldWhatItMayNotDo) {
   EXPECT_EQ(server_->counters().refused, 5U);
 }
 
+TEST_F(ModbusMaster, IsAnsweredOnceWhereTheBoxHearsItself) {
+  onCable([](serial::EmulatedCable& cable) { cable.echo(serial::EmulatedCable::End::a, true); });
+  EXPECT_THAT(poll("-r 138 -t 4", "1"), HasSubstr("Written 1 references"));
+  EXPECT_THAT(poll("-r 0 -c 2 -t 4:hex"), HasSubstr("0x5042"));
+  const auto before = server_->counters().answered;
+  EXPECT_LE(before, 4U) << "the first write may be answered three times, until a read shows that the line echoes";
+  EXPECT_THAT(poll("-r 138 -t 4", "0"), HasSubstr("Written 1 references"));
+  EXPECT_THAT(poll("-r 0 -c 2 -t 4:hex"), HasSubstr("0x5042"));
+  EXPECT_EQ(server_->counters().answered, before + 2);
+}
+
+TEST_F(ModbusMaster, IsToldOfAFunctionThatTheBoxDoesNotHave) {
+  // Read device identification, as a monitor of the bus sends it.
+  const std::vector<std::uint8_t> request{1, 43, 14, 1, 0, 0x70, 0x77};
+  onCable([&](serial::EmulatedCable& cable) {
+    cable.inject(serial::EmulatedCable::End::a, std::as_bytes(std::span{request}));
+  });
+  EXPECT_TRUE(eventually([&] { return server_->counters().refused == 1; }));
+  EXPECT_EQ(server_->counters().bad_frames, 0U);
+}
+
 TEST_F(ModbusMaster, SendsAMarkerOnceHoweverOftenItRepeatsTheRequest) {
   // run 7, step 3, end, 25.0 mm/s, tool 2, A 90 degrees, at rest, commit 41
   const std::string marker = "0 7 3 1 250 2 1 24464 0 0 0 0 1 41";

@@ -100,6 +100,48 @@ TEST(RtuRequests, FindARequestThatFollowsNoiseWithoutAPause) {
   EXPECT_EQ(requests.badFrames(), 1U);
 }
 
+// A read of the device identification, a user-defined function, a file record, one without data.
+const std::vector<Bytes> kUnknownFunctions{withCrc({1, 43, 14, 1, 0}), withCrc({1, 65, 1, 2, 3, 4, 5, 6}),
+                                           withCrc({1, 20, 7, 6, 0, 4, 0, 1, 0, 2}), withCrc({1, 100})};
+
+TEST(RtuRequests, FindRequestsOfUnknownFunctionsSoThatTheyCanBeRefused) {
+  for (const auto& unknown : kUnknownFunctions) {
+    for (const std::size_t piece : {std::size_t{1}, std::size_t{3}, std::size_t{100}}) {
+      RtuRequests requests;
+      EXPECT_THAT(requestsIn(requests, unknown, piece), ::testing::ElementsAre(unknown)) << int{unknown[1]};
+      EXPECT_THAT(requestsIn(requests, kReadFirstBlock, piece), ::testing::ElementsAre(kReadFirstBlock));
+      EXPECT_THAT(requestsIn(requests, unknown, piece), ::testing::ElementsAre(unknown)) << "right behind a request";
+      EXPECT_EQ(requests.skippedBytes(), 0U);
+    }
+  }
+}
+
+TEST(RtuRequests, TakeNoUnknownFunctionOutOfGarbageOrAnAnswer) {
+  for (const auto& unknown : kUnknownFunctions) {
+    RtuRequests requests;
+    Bytes behind_garbage{255};
+    behind_garbage.insert(behind_garbage.end(), unknown.begin(), unknown.end());
+    EXPECT_TRUE(requestsIn(requests, behind_garbage, 100).empty()) << "nobody says where it begins";
+    requests.silence();
+    auto damaged = unknown;
+    damaged.back() ^= 1;
+    EXPECT_TRUE(requestsIn(requests, damaged, 1).empty());
+    EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 3), ::testing::ElementsAre(kReadFirstBlock));
+    EXPECT_EQ(requests.skippedBytes(), behind_garbage.size() + damaged.size());
+  }
+  RtuRequests requests;
+  EXPECT_TRUE(requestsIn(requests, withCrc({1, 0x83, 2}), 1).empty()) << "an exception of another unit";
+}
+
+TEST(RtuRequests, WaitForTheEndOfAnUnknownFunctionOnlyAsLongAsAFrameCanBe) {
+  Bytes endless(300, 43);
+  endless[0] = 1;
+  RtuRequests requests;
+  EXPECT_TRUE(requestsIn(requests, endless, 7).empty());
+  EXPECT_GT(requests.skippedBytes(), 200U);
+  EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 8), ::testing::ElementsAre(kReadFirstBlock));
+}
+
 TEST(RtuRequests, ForgetABrokenRequestAtSilence) {
   RtuRequests requests;
   requestsIn(requests, {kReadFirstBlock.begin(), kReadFirstBlock.begin() + 5}, 5);
