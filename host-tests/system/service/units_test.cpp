@@ -1,10 +1,12 @@
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sstream>
 #include <unistd.h>
 
+#include "host-tests/support/temporary_folder.hpp"
 #include "tools/tour/process.hpp"
 
 // What `cmake --install` makes of a computer, and what systemd says of it without running it.
@@ -59,6 +61,22 @@ TEST_F(InstalledBox, HasUnitsThatSystemdUnderstandsWhole) {
   ASSERT_TRUE(said);
   // Nothing but that its programs are not installed on the computer that tests.
   EXPECT_THAT(linesOf(*said), Each(HasSubstr("is not executable: No such file or directory")));
+}
+
+// The set-up needs root for the gadget; the descriptions that it needs numbers of are files that others write.
+TEST_F(InstalledBox, ReadsDescriptionsAsTheDaemonsUserAndNotAsRoot) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can become another user";
+  const support::TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms::all);
+  const auto daemon = folder.file("daemon");
+  std::ofstream{daemon} << "#!/bin/sh\n{ id -u; id -G; } >" << folder.file("who") << "\nexit 1\n";
+  fs::permissions(daemon, fs::perms::owner_all | fs::perms::others_read | fs::perms::others_exec);
+  const auto said = outputOf({"sh", "-c", "sh \"$0\" up --user 65534:65533 --daemon \"$1\" 2>&1; true",
+                              (root() / "usr/bin/probebox-usb-setup").string(), daemon});
+  ASSERT_TRUE(said) << said.error().what;
+  EXPECT_THAT(*said, HasSubstr("--usb-identity' failed")) << "it stops before it touches a gadget";
+  std::ifstream who{folder.file("who")};
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>{who}, {}}), "65534\n65533\n");
 }
 
 TEST_F(InstalledBox, ExposesNextToNothingOfTheComputerToTheDaemon) {
