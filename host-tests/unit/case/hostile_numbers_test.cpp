@@ -31,7 +31,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 std::map<std::string, fs::path> casesOfAllMethods() {
   std::map<std::string, fs::path> cases;
   for (const auto& folder : {fs::path{PROBEBOX_REPORT_CASES}, fs::path{PROBEBOX_CASES} / "delay-multi-speed",
-                                fs::path{PROBEBOX_CASES} / "sphere-fit"}) {
+                             fs::path{PROBEBOX_CASES} / "sphere-fit"}) {
     for (const auto& entry : fs::recursive_directory_iterator{folder}) {
       if (entry.path().filename() != "config.json") continue;
       const auto dataset = readCase(entry.path().parent_path());
@@ -133,8 +133,8 @@ TEST(HostileNumbers, AreTriedInEveryMethodThereIs) {
   EXPECT_THAT(methodsWithCases(), testing::ElementsAreArray(methods.begin(), methods.end()));
 }
 
-INSTANTIATE_TEST_SUITE_P(HostileNumbers, EveryMethod, testing::ValuesIn(methodsWithCases()), [](const auto& info) {
-  std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(HostileNumbers, EveryMethod, testing::ValuesIn(methodsWithCases()), [](const auto& tested) {
+  std::string name = tested.param;
   std::ranges::replace(name, '-', '_');
   return name;
 });
