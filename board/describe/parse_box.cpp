@@ -63,9 +63,12 @@ std::vector<IndexLine> indexLines(Section& root, Taken& taken) {
   for (auto& section : root.sections("index", kMostLines)) {
     const auto axis = section.choice("axis", {"X", "Y", "Z"});
     const std::string name{"XYZ"[axis]};
-    if (section.good("axis") && std::exchange(has_mark.at(axis), true))
+    const bool again = std::exchange(has_mark.at(axis), true);
+    if (again && section.good("axis"))
       section.problem("axis", "= \"" + name + "\" has an [[index]] already: describe one for each axis");
-    lines.push_back({gpioLine(section, "index " + name, taken), static_cast<std::uint8_t>(axis)});
+    // A second one is refused once, for its axis and not for its usual name too.
+    lines.push_back(
+        {gpioLine(section, "index " + name + (again ? " again" : ""), taken), static_cast<std::uint8_t>(axis)});
     section.finish();
   }
   return lines;
