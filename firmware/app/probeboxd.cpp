@@ -170,8 +170,8 @@ int run(const probebox::app::Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App command{
-      "probeboxd: the box between a scanning probe and a CNC controller.\n"
-      "It taps signals and advises: no motion stop may depend on it."};
+      "probeboxd: the box between a scanning probe and a CNC controller.\nIt only taps signals: no motion stop may "
+      "depend on it."};
   command.footer("Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627");
   command.name("probeboxd");
   command.set_version_flag("--version", "probeboxd " + probebox::app::firmwareVersion());

@@ -11,10 +11,10 @@
 
 namespace probebox::box {
 
-// How the columns of a record look on the wire, in the order of latch::Channel.
+// Formats of a record's columns on the wire, in the order of latch::Channel.
 std::span<const codec::ChannelFormat> channelFormats();
 
-// Collects consecutive records as columns and encodes them as one block. All memory is taken at construction.
+// Collects consecutive records as columns and encodes them as one block. Allocates in the constructor only.
 class BlockBuilder {
  public:
   static constexpr std::size_t kMostSamples = 256;
@@ -22,7 +22,7 @@ class BlockBuilder {
 
   BlockBuilder(std::size_t samples, std::uint16_t samples_per_tick);
 
-  // Records follow each other without a hole: whoever skips samples closes the block first.
+  // Records must be consecutive: the caller closes the block before it skips samples.
   void add(const latch::Record& record, const TickMap& map, MonoTime now);
 
   bool empty() const { return header_.count == 0; }
@@ -31,8 +31,8 @@ class BlockBuilder {
   SampleIndex first() const { return header_.first; }
   std::uint32_t count() const { return header_.count; }
 
-  // The encoded block, valid until the next call; the builder is empty again. Empty when a value did not fit its
-  // channel.
+  // Encodes and returns the block, valid until the next call, and empties the builder. Returns an empty span when a
+  // value does not fit its channel.
   std::span<const std::byte> close();
 
  private:
@@ -40,7 +40,7 @@ class BlockBuilder {
   codec::Encoder encoder_;
   codec::BlockHeader header_;
   MonoTime opened_{};
-  std::vector<std::int64_t> columns_;  // channel by channel, samples_ each
+  std::vector<std::int64_t> columns_;  // channel by channel, samples_ values each
   std::vector<std::int64_t> packed_;   // channel by channel, as many as there are
   std::vector<std::byte> bytes_;
 };

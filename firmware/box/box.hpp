@@ -22,27 +22,27 @@ namespace probebox::box {
 
 struct BoxConfig {
   clock::ClockConfig clock;
-  clock::CounterClockConfig probe_clock;  // of a receiver that counts its samples
+  clock::CounterClockConfig probe_clock;  // for a receiver that counts its own samples
   latch::LatchConfig latch;
-  std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
+  std::array<double, kLinearAxes> mm_per_count{};  // signed by the sense of the axis
   corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
-  std::optional<std::uint8_t> tool_setter_line;  // of the role trigger
+  std::optional<std::uint8_t> tool_setter_line;  // number of a line with the role trigger
   std::uint32_t block_samples = 128;
-  Nanoseconds block_age = std::chrono::milliseconds{100};  // a block closes at this age even when it is not full
+  Nanoseconds block_age = std::chrono::milliseconds{100};  // a block is closed at this age even when it is not full
 };
 
-// Says which value cannot be used and what could be; nothing when the configuration is good.
+// Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
 std::optional<Error> whyRefused(const BoxConfig& config);
 
-// Why what a result asks for, told by these events, cannot be done by a box that is configured so; nothing when it can.
+// Explains why a box with this configuration cannot apply the result that `result` activates; nullopt when it can.
 std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> result);
 
-// The whole core: a function of stamped events. Reads no clock, makes no system call, and allocates nothing after
-// construction: the same events give the same bytes.
+// Runs the whole core as a function of stamped events. It reads no clock, makes no system call and allocates nothing
+// after construction, so equal events give equal bytes.
 class Box {
  public:
-  // config: one that whyRefused() has nothing against. `outputs` outlives the box.
+  // config: must pass whyRefused(). `outputs` must outlive the box.
   Box(const BoxConfig& config, Outputs& outputs);
 
   void push(const Event& event);
@@ -52,9 +52,9 @@ class Box {
   // Stable between Outputs::solve() and the Solved event that answers it.
   const capture::Recording& recording() const { return procedure_.recording(); }
   capture::Scales scales() const;
-  // What the samples of the block that is being given have been moved by; not calibrated when by nothing.
+  // The delay that is applied to the samples of the present block; not calibrated when none is applied.
   published::DelayInForce delayInSamples() const;
-  // Of the first trigger that may still come out: all before it did, or never will.
+  // Number of the next trigger: all before it were reported or are lost.
   std::uint32_t nextTrigger() const { return corrections_.nextTriggerNumber(); }
 
  private:
@@ -71,7 +71,7 @@ class Box {
   void on(const ProcedureAborted& aborted) { procedure_.abort(aborted); }
   void on(const Solved& solved) { procedure_.solved(solved); }
   void on(const DelayActivated& activated);
-  // What came into force, homing, poses, cuts, which sources are summed.
+  // Activations, homing, poses, cuts, enabled sources.
   void on(const auto& for_corrections) { corrections_.push(for_corrections); }
 
   void handle(const Event& event);
@@ -97,7 +97,7 @@ class Box {
   std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
   std::uint64_t lost_in_queue_samples_{};
-  std::uint64_t source_losses_untold_{};  // of them: they were lost at their source before
+  std::uint64_t source_losses_untold_{};  // those among them that were lost at their source before
   std::uint64_t unencodable_samples_{};
   State state_;
 };

@@ -8,7 +8,7 @@
 
 namespace probebox::box {
 
-// Whether an event changes what corrections say or which are summed: nothing of that happens during a cut.
+// Tests whether an event changes corrections or the mask of sources. Such events are deferred during a cut.
 inline bool changesCorrections(const Event& event) {
   return std::visit(
       []<class E>(const E&) {
@@ -20,14 +20,14 @@ inline bool changesCorrections(const Event& event) {
       event);
 }
 
-// Changes that were on their way when a cut began, in their order, until it is over. Its memory is allocated when it is
-// made: room for one result about everything, tables by angle included.
+// Defers changes that arrive during a cut and releases them afterwards in their order. Allocates in the constructor:
+// room for one result of every subject including its table by angle.
 class ParkedChanges {
  public:
   ParkedChanges() { events_.reserve(kMost); }
 
   bool empty() const { return events_.empty(); }
-  // False: there is no room.
+  // Returns false when there is no room.
   bool push(const Event& event) {
     if (events_.size() == kMost) return false;
     events_.push_back(event);

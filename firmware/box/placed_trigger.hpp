@@ -6,7 +6,7 @@
 
 namespace probebox::box {
 
-// A trigger on the master clock: the last tick before it, and what of the next one had passed.
+// A trigger on the master clock: the last tick before it and the fraction of a tick since then.
 struct PlacedTrigger {
   published::TriggerStamp stamp;
   Tick tick{};

@@ -3,16 +3,16 @@
 
 namespace probebox::box {
 
-// Follows a 32-bit counter that wraps, and says how many values were left out. A step back is a device that started
-// anew: no loss is claimed.
+// Counts the values missing from a 32-bit sequence that wraps. A step backwards means that the device restarted; no
+// loss is counted.
 class SequenceWatch {
  public:
-  // The first value may be any.
+  // Accepts any first value.
   SequenceWatch() = default;
-  // The first value is the one after `before`.
+  // Expects the value after `before` first.
   explicit SequenceWatch(std::uint32_t before) : last_{before}, seen_{true} {}
 
-  // This value is the last one again.
+  // Tests whether `sequence` repeats the last value.
   bool standsAt(std::uint32_t sequence) const { return seen_ && sequence == last_; }
 
   std::uint32_t missingBefore(std::uint32_t sequence) {

@@ -12,29 +12,29 @@
 
 namespace probebox::box {
 
-// Lines by role and number.
+// Arrays by role and number of a line.
 inline constexpr std::size_t kLineRoles = 5;
 inline constexpr std::size_t kLinesOfRole = 32;
 template <class T>
 using PerLine = std::array<std::array<T, kLinesOfRole>, kLineRoles>;
 
-// Every edge that the kernel saw on a line is one of these, once a later one has come.
+// Edges of one line: each edge that the kernel saw is in one of these once a later edge has arrived.
 struct LineCounters {
   std::uint64_t edges{};  // reached the core
   std::uint64_t lost{};   // by the gaps in the line's sequence
 };
 
-// What the sources themselves lost, by the gaps in their own counters. Events, not samples.
+// Events (not samples) lost at their sources, from the gaps in the sources' own counters.
 struct SourceLosses {
   std::uint64_t sync_edges{};
   std::uint64_t line_edges{};  // of trigger, index and skip lines
   std::uint64_t counts{};
   std::uint64_t deflections{};
   std::uint64_t queue_events{};
-  std::uint64_t sources_gone{};  // times, not events
+  std::uint64_t sources_gone{};  // number of times, not of events
 };
 
-// The sample counter of a probe receiver on the monotonic clock; zeros while none has sent a sample.
+// Estimated clock of a probe receiver relative to CLOCK_MONOTONIC; zeros before its first sample.
 struct ProbeClock {
   ClockState state{};
   double offset_ppm{};
@@ -42,7 +42,8 @@ struct ProbeClock {
   clock::CounterClockCounters counters;
 };
 
-// Where the box stands: plain, published whole after every event batch, read by links and registers.
+// The published state of the box: plain data, replaced as a whole after every batch of events, read by links and
+// registers.
 struct State {
   MonoTime at{};
   published::Snapshot snapshot;
@@ -52,7 +53,7 @@ struct State {
   ProbeClock probe_clock;
   latch::LatchCounters latch;
   procedure::Progress procedure;
-  bool delay_applied{true};  // the delay in force is in the samples; one that no buffer spans is not
+  bool delay_applied{true};  // false when the delay in force exceeds the buffer
   std::uint64_t incomplete_rows{};
   std::uint64_t stray_markers{};
   std::uint64_t events{};

@@ -11,11 +11,11 @@
 
 namespace probebox::capture {
 
-// One latch of all linear axes at one stamp.
+// Encoder counts of all linear axes at one stamp.
 struct MachineRow {
   MonoTime at{};
   std::array<std::int64_t, kLinearAxes> counts{};
-  // What a warm screw asked to be added at that time (D1): the tool stood by so much below where the counts say.
+  // Screw expansion at this stamp (D1), nm; subtract it from the encoder position.
   std::array<std::int32_t, kLinearAxes> screw_nm{};
 };
 
@@ -25,50 +25,50 @@ struct ProbeRow {
   std::array<std::int32_t, 3> channels_nm{};
 };
 
-// One reading of the sensor at the end of the ball screw that is being turned.
+// One reading, nm, of the sensor at the end of the ball screw that is being turned.
 struct DriftRow {
   MonoTime at{};
   std::int32_t reading_nm{};
 };
 
-// A step of centreline-by-steps. Angles clockwise.
+// Place of a touch in centreline-by-steps. Angles are clockwise.
 struct RimStep {
-  std::uint16_t loop{};  // from 1; 0: before the first
+  std::uint16_t loop{};  // loop number from 1; 0 before the first
   double zero_rad{};     // of C in this loop, from where it was in the first
   double c_rad{};        // from that zero
 };
 
-// What the procedure had asked for: nominal outward normal of the surface, direction of the retract, its speed, and the
-// pose of the machine. The touches of one reading belong to one place of one ball.
+// What the procedure asked for in one step: nominal outward normal, retract direction and speed, pose. All touches with
+// the same `reading` are of one ball at one pose.
 struct TouchRequest {
   std::uint32_t step{};
   std::array<double, 3> outward_normal{};
   std::array<double, 3> retract_direction{};
   double retract_speed_mm_s{};
-  std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as the machine said that it stood
+  std::array<double, 3> rotary_angles_rad{};  // A B C; in a recording as reported by the machine
   std::uint16_t ball{};                       // of the rotating part, from 1; 0 for another feature
   std::uint32_t reading{};                    // from 0
   std::uint32_t tool{};                       // in the spindle, by its number; 0: whichever carries the probe
-  // Along the outward normal: of a jog that touches nothing, and of where to hold, from the middle; 0: a touch.
+  // Along the outward normal: travel of a jog without contact, or distance of a hold from the centre; 0 for a touch.
   double travel_mm{};
   bool sweeps{};           // turns the screw of the axis along the normal: its sensor is read, and no probe
   bool by_edges{};         // the tool-setting device tells the contact, and no probe
   bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
-  double head_range_mm{};  // of its sensors, to either side
-  // The shank touches, so far above the middle of the stylus' ball; 0: the ball does.
+  double head_range_mm{};  // range of its sensors, +- this value
+  // Height of the contact above the centre of the stylus ball when the shank touches; 0 when the ball touches.
   double shank_height_mm{};
   RimStep rim{};
 };
 
-// One recorded touch: where its rows lie, and the clock that turns all of its stamps into master time. One map for the
-// whole touch: machine and probe share its error, which then cancels in the delay.
+// One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,
+// so its error cancels in the delay.
 struct Touch {
   TouchRequest request;
   TickMap map;
   std::size_t machine_begin{}, machine_end{};
   std::size_t probe_begin{}, probe_end{};
   std::size_t drift_begin{}, drift_end{};
-  // When the device was touched first and let go last, of a touch by edges.
+  // First contact and last release, for a touch measured by the edges of a device.
   std::optional<MonoTime> contact{}, release{};
 };
 
@@ -79,23 +79,23 @@ struct Capacity {
   std::size_t touches = 256;
 };
 
-// The rows of all touches of one run, at native rates and with their own stamps. All memory is taken at construction.
+// Holds the rows of all touches of one run at native rates with their own stamps. Allocates in the constructor only.
 class Recording {
  public:
   explicit Recording(Capacity capacity);
 
   void clear();
-  // The system delay that is in force while the run is recorded; result_id 0 for none.
+  // The system delay in force during the run; result_id 0 means none.
   void setDelay(const DelayActivated& delay) { delay_ = delay; }
   const DelayActivated& delay() const { return delay_; }
-  // Machine position where the counts are 0, by the references as the run began; 0 for an axis without one.
+  // Machine positions at count 0, from the references at the start of the run; 0 for an axis without a reference.
   void setOffsets(const std::array<double, kLinearAxes>& offset_mm) { offset_mm_ = offset_mm; }
   const std::array<double, kLinearAxes>& offset_mm() const { return offset_mm_; }
-  bool append(const MachineRow& row);  // false: full
+  bool append(const MachineRow& row);  // returns false when full
   bool append(const ProbeRow& row);
   bool append(const DriftRow& row);
   bool append(const Touch& touch);
-  // Back to where the rows of this touch begin.
+  // Removes the rows from the begin of this touch on.
   void truncate(const Touch& touch);
 
   std::size_t machineRowCount() const { return machine_rows_.size(); }
@@ -107,7 +107,7 @@ class Recording {
   std::span<const DriftRow> driftRows(const Touch& touch) const;
 
  private:
-  // Filled up to the reserved capacity only, so that push_back never allocates.
+  // Filled up to the reserved capacity only, so push_back never allocates.
   std::vector<MachineRow> machine_rows_;
   std::vector<ProbeRow> probe_rows_;
   std::vector<DriftRow> drift_rows_;

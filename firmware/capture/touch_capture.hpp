@@ -10,7 +10,7 @@
 
 namespace probebox::capture {
 
-// Why a touch cannot be used, as far as that shows before solving. The solver looks again, at the values.
+// Reasons to reject a touch that are visible before solving. The solver checks the values again.
 enum class TouchFault : std::uint8_t {
   none = 0,
   no_machine_rows,
@@ -29,36 +29,36 @@ enum class TouchFault : std::uint8_t {
 };
 const char* explain(TouchFault fault);
 
-// A screw turns slowly, for minutes: so many positions are enough to interpolate between.
+// A screw turns slowly, for minutes: positions at this interval are enough for interpolation.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
-// A machine that stands still stays within this, its servo and its encoders taken together.
+// Position tolerance of a machine at standstill: servo and encoder noise together.
 inline constexpr double kStill_mm = 0.02;
 
-// Collects the rows of one touch after the other, between the markers of its begin and its end.
+// Collects the rows of consecutive touches, each between its begin and end markers.
 class TouchCapture {
  public:
-  // mm_per_count: of the linear axes, by which a hold sees whether they stand still.
+  // mm_per_count: linear axes; a hold uses it to detect motion.
   explicit TouchCapture(Capacity capacity, const std::array<double, kLinearAxes>& mm_per_count = {})
       : recording_{capacity}, mm_per_count_{mm_per_count} {}
 
-  // Empties the recording for a run during which this delay is in force (result_id 0 for none), and the axes are
-  // referenced like this.
+  // Clears the recording for a new run. delay: in force during the run (result_id 0: none). offset_mm: references of
+  // the axes.
   void clear(const DelayActivated& delay, const std::array<double, kLinearAxes>& offset_mm);
   void begin(const TouchRequest& request);
-  // screw_nm: as in MachineRow, of the axis of the count; nothing where the extension of its screw is not known.
+  // screw_nm: see MachineRow, for the axis of `count`; nullopt when the expansion of its screw is unknown.
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0);
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);
-  // Of the tool-setting device. Where it chatters, the first edge is the contact and the last one the release.
+  // Edges of the tool-setting device. When they bounce, the first edge is the contact and the last one the release.
   void push(const Edge& edge);
-  TouchFault end(const TickMap& map);  // keeps the touch only when there is no fault
+  TouchFault end(const TickMap& map);  // keeps the touch only if it returns no fault
   void abandon();
 
   bool running() const { return running_; }
   const Recording& recording() const { return recording_; }
-  // Latches that could not be joined to a row because another axis was not latched at the same stamp.
+  // Counts without counts of the other axes at the same stamp.
   std::uint64_t incompleteRows() const { return incomplete_rows_; }
 
  private:

@@ -7,20 +7,20 @@
 
 namespace probebox::capture {
 
-// What turns counts and stamps into millimetres and master time.
+// Factors from counts and stamps to millimetres and master time.
 struct Scales {
-  std::array<double, kLinearAxes> mm_per_count{};  // with the axis sense in its sign
+  std::array<double, kLinearAxes> mm_per_count{};  // signed by the sense of the axis
   Nanoseconds nominal_period{};                    // of the master clock
 };
 
-// Seconds of the master clock in one nanosecond of the monotonic clock.
+// Returns the seconds of the master clock in one nanosecond of CLOCK_MONOTONIC.
 double masterSecondsPerNs(const TickMap& map, Nanoseconds nominal_period);
 
-// The recorded touches as a case: positions of the tool in mm, deflection channels in mm at unit gain,
-// times in seconds of the master clock counted from the first row of their touch. Nothing is resampled.
+// Converts the recorded touches to a case: tool positions in mm, deflection channels in mm at unit gain, times in s of
+// the master clock from the first row of each touch. Nothing is resampled.
 metrology::Dataset touchDataset(const Recording& recording, const Scales& scales, std::string method);
 
-// The same of touches by edges: tables machine, touches, edges{touch,contact_s,release_s}.
+// Converts touches by edges in the same way: tables machine, touches, edges{touch,contact_s,release_s}.
 metrology::Dataset edgeDataset(const Recording& recording, const Scales& scales, std::string method);
 
 }  // namespace probebox::capture

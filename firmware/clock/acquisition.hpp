@@ -7,9 +7,9 @@
 
 namespace probebox::clock {
 
-// Finds the grid of ticks among edges of which nothing is known but the nominal period: some are missing, doubled or
-// spurious. The grid on which most of the last edges lie wins, and only if it explains most of the edges and has an
-// edge at most ticks.
+// Finds the grid of ticks among edges when only the nominal period is known; edges may be missing, doubled or spurious.
+// Chooses the grid with most of the last 32 edges on it, and accepts it only if it explains most edges and has an edge
+// at most of its ticks.
 class Acquisition {
  public:
   struct Grid {

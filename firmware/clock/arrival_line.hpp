@@ -8,21 +8,21 @@
 
 namespace probebox::clock {
 
-// The straight line through the first arrivals of a counter: Theil and Sen's median of the slopes between all pairs,
-// which nearly a third of wild arrivals do not move.
+// Fits a straight line to the first arrivals of a counter: median of the slopes between all pairs (Theil-Sen), which
+// tolerates 29 % outliers.
 class ArrivalLine {
  public:
   struct Line {
-    std::int64_t index{};  // of the newest arrival
+    std::int64_t index{};  // index of the newest arrival
     MonoTime at{};         // when the line passes it
     double drift_ns{};     // per index, beyond nominal
     double drift_sigma_ns{};
-    double spread_ns{};  // of the arrivals around the line (1.4826 x median of the absolute deviations)
+    double spread_ns{};  // spread of the arrivals around the line (1.4826 x median absolute deviation)
   };
 
   explicit ArrivalLine(Nanoseconds nominal_period) : nominal_ns_{nominal_period.count()} {}
 
-  // The line, once there are enough; indices rise. A few us then, nothing before.
+  // Adds an arrival; indices must increase. Returns the line once there are enough arrivals, which takes a few us.
   std::optional<Line> push(std::int64_t index, MonoTime at);
   void clear() { count_ = 0; }
 

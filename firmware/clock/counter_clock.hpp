@@ -12,30 +12,30 @@
 
 namespace probebox::clock {
 
-// What is known beforehand about a device that counts its samples on its own oscillator. Spreads are k = 1.
+// A priori knowledge about a device that counts samples on its own oscillator. Spreads are k = 1.
 struct CounterClockConfig {
   double rate_hz{2000};           // nominal, 10 Hz to 1 MHz
   Nanoseconds jitter{100'000};    // of one arrival; only a start, it is learned
-  Nanoseconds max_sigma{20'000};  // a time less certain than this is not given
-  // Random walks of the two oscillators against each other; only a start as well.
+  Nanoseconds max_sigma{20'000};  // samples with a less certain time get no stamp
+  // Random walks of the two oscillators relative to each other; starting values, learned later.
   double phase_wander_ns_per_sqrt_s{20};
   double frequency_wander_ppb_per_sqrt_s{30};
   double max_ppm{200};      // a frequency beyond this is refused
-  double holdover_ppm{20};  // how far the frequency may move while nothing arrives
-  // Samples may reach the core this much after their arrival: until then advance() does not call the counter silent.
+  double holdover_ppm{20};  // possible frequency change while no samples arrive
+  // Largest delay between arrival and delivery of a sample: advance() does not report a silent counter before.
   Nanoseconds delivery_latency{20'000'000};
-  // Learn the jitter's score function from the first 60 s, then freeze it; learn the wander all the time.
+  // Learn the score function of the jitter in the first 60 s, then freeze it; learn the wander continuously.
   bool learns{true};
 };
 
-// Says which value cannot be used and what could be; nothing when the configuration is good.
+// Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
 std::optional<Error> whyRefused(const CounterClockConfig& config);
 
 // Every sample is counted once: samples = stamped + unstamped.
 struct CounterClockCounters {
   std::uint64_t samples{};
   std::uint64_t stamped{};
-  std::uint64_t unstamped{};  // nobody could say yet, or any more, when these were
+  std::uint64_t unstamped{};  // no stamp: the clock was not locked
   std::uint64_t missing{};    // left out by the counter
   std::uint64_t arrivals{};   // that told about the time
   std::uint64_t clipped{};    // of them: far from where they were expected; each moved the estimate by a bounded amount
@@ -44,51 +44,49 @@ struct CounterClockCounters {
   std::uint64_t refused_frequency{};  // locks refused beyond +-max_ppm: the nominal rate may be wrong
 };
 
-// When a sample was taken, with its standard deviation (k = 1).
+// Time of a sample with its standard deviation (k = 1).
 struct CounterStamp {
   MonoTime at{};
   double sigma_ns{};
 };
 
-// Says when each sample of a device with a sample counter of its own was taken, from the times at which samples
-// arrived.
+// Estimates when each sample of a device with its own sample counter was taken, from arrival times.
 //
-// The counter says which sample it is, so nothing has to be guessed there; only the line from counts to time is
-// estimated: the two-state filter, the learned jitter and the learned wander of ClockEstimator, with one observation an
-// arrival. Arrivals are late by a skewed spread; the constant part of their delay cannot be seen and stays in the
-// stamps.
+// The counter gives the index; only the line from index to time is estimated, with the filter, learned jitter and
+// learned wander of ClockEstimator. Arrivals have a skewed delay; its constant part cannot be observed and remains in
+// the stamps.
 //
-// A counter that steps back, or that does not agree with the time that has passed, began anew: a new epoch. Samples
-// that come while the clock is neither locked nor in holdover get no stamp. Stamps rise.
+// A counter that steps back, or disagrees with the elapsed time, has restarted: a new epoch. Without lock or holdover
+// samples get no stamp. Stamps increase.
 class CounterClock {
  public:
-  // config: one that whyRefused() has nothing against.
+  // config: must pass whyRefused().
   explicit CounterClock(const CounterClockConfig& config);
 
-  // Takes one sample, in the order of arrival; nothing when its time cannot be told well enough.
+  // Takes one sample in order of arrival. Returns its stamp; nullopt when its time is not certain enough.
   std::optional<CounterStamp> push(const CountedDeflection& sample);
 
-  // Time passes without a sample.
+  // Reports that time passed without a sample.
   void advance(MonoTime now);
 
-  // The source has gone: what comes next is a new epoch.
+  // Reports that the source has disappeared: the next sample begins a new epoch.
   void restart();
 
-  // locked; holdover: nothing that tells about time has arrived for a while, sigma grows; ambiguous: it has grown too
-  // large, or what arrives does not fit any more; unlocked: before the first lock of an epoch.
+  // locked; holdover: no usable arrival for a while, sigma grows; ambiguous: sigma too large, or arrivals disagree with
+  // the line; unlocked: before the first lock of an epoch.
   ClockState state() const { return state_; }
   std::uint32_t epoch() const { return epoch_; }  // counts locks; 0 before the first
   const CounterClockCounters& counters() const { return counters_; }
 
   // Frequency of the device's counter against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
   double offsetPpm() const;
-  double sigmaNs() const { return sigmaNs(index_ - filter_.tick().index); }  // of the last sample
+  double sigmaNs() const { return sigmaNs(index_ - filter_.tick().index); }  // at the last sample
   double effectiveJitterNs() const;
   bool learned() const { return jitter_.learned(); }
   const Wander& wander() const { return wander_; }
 
  private:
-  // Collecting the first arrivals; settling until the frequency is known well enough to be judged; running.
+  // Collecting the first arrivals; settling until the frequency is known well enough to be checked; running.
   enum class Phase : std::uint8_t { searching, settling, running };
   struct Last {
     std::uint8_t run{};
@@ -111,7 +109,7 @@ class CounterClock {
 
   CounterClockConfig config_;
   double period_ns_;    // nominal
-  double rounding_ns_;  // of it: what the filter's whole nanoseconds leave out
+  double rounding_ns_;  // fraction of the period below the filter's whole nanoseconds
   PhaseFilter filter_;
   Jitter jitter_;
   Wander wander_;
@@ -120,11 +118,11 @@ class CounterClock {
   ClockState state_{ClockState::unlocked};
   std::uint32_t epoch_{};
   std::optional<Last> last_;
-  std::int64_t index_{};  // of the last sample: the counter without its wrap
+  std::int64_t index_{};  // unwrapped counter of the last sample
   MonoTime observed_{};   // the last arrival that went into the filter
   MonoTime given_{MonoTime::min()};
-  std::int64_t settled_{};  // arrivals taken since the line was found
-  std::int64_t misfits_{};  // arrivals in a row that were far from where they were expected
+  std::int64_t settled_{};  // arrivals used since the line was found
+  std::int64_t misfits_{};  // consecutive arrivals far from their expected time
   CounterClockCounters counters_;
 };
 

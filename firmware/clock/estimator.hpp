@@ -15,21 +15,20 @@
 namespace probebox::clock {
 
 enum class EdgeFlag : std::uint8_t {
-  accepted = 0,  // it is the edge of `tick`
-  clipped =
-      1,  // it is the edge of `tick`, but far from where it was expected: it moved the estimate by a bounded amount
+  accepted = 0,   // edge of `tick`
+  clipped = 1,    // edge of `tick` with a large residual; its influence was bounded
   doubled = 2,    // `tick` has a better edge
   spurious = 3,   // further than 0.3 period from every tick
-  unfitting = 4,  // older than a tick that is already decided, or a frequency that was refused
+  unfitting = 4,  // before a decided tick, or after a refused frequency
   unlocked = 5,   // there was no clock yet that could have given it an index
 };
 
-// What became of one sync edge. A verdict comes one tick later than its edge at most.
+// Decision about one sync edge. It comes at most one tick after the edge.
 struct Verdict {
   std::uint64_t edge{};      // which edge, counted from 0 in the order of push()
   std::optional<Tick> tick;  // with accepted and clipped only
   EdgeFlag flag{};
-  double residual_ns{};  // stamp minus prediction, where there was one
+  double residual_ns{};  // stamp minus prediction, if there was a prediction
 };
 
 // Every edge is counted once: edges = accepted + clipped + doubled + spurious + unfitting + unlocked (+ one still
@@ -49,35 +48,32 @@ struct ClockCounters {
   std::uint64_t refused_frequency{};  // locks refused beyond +-max_ppm
 };
 
-// MasterTime of a stamp, with its standard deviation (k = 1).
+// Master time of a stamp with its standard deviation (k = 1).
 struct MasterStamp {
   MasterTime at{};
   double sigma_ns{};
 };
 
-// Says which tick of the master clock each sync edge is, and when each tick was.
+// Assigns sync edges to ticks of the master clock and estimates the time of each tick.
 //
-// A two-state Kalman filter (phase and frequency of the sync signal on CLOCK_MONOTONIC) predicts; an edge within 0.3
-// period of a predicted tick takes that index, the best one if there are several, and an edge that does not fit is
-// flagged, never guessed.
+// A two-state Kalman filter (phase and frequency of the sync signal on CLOCK_MONOTONIC) predicts. The best edge within
+// 0.3 period of a predicted tick takes its index; other edges are flagged, never guessed.
 //
-// Index: the first tick of the first lock is 0. Holdover keeps counting until 0.3 period divided by the frequency
-// uncertainty; after that the count would be a guess and the state is `ambiguous`. The next lock is a new epoch: the
-// index goes on from the nearest tick of the old model and never uses an index twice, but differences across epochs are
-// not exact.
+// Index: the first tick of the first lock is 0. Holdover continues counting until 0.3 period / frequency uncertainty;
+// then the state is `ambiguous`. The next lock is a new epoch: the index continues from the nearest tick of the old
+// model without repeating one, but differences across epochs are not exact.
 //
-// The constant part of the stamps' delay cannot be seen from edges and stays in the estimate.
+// The constant part of the stamp delay cannot be observed and remains in the estimate.
 class ClockEstimator {
  public:
-  // config: one that whyRefused() has nothing against.
+  // config: must pass whyRefused().
   explicit ClockEstimator(const ClockConfig& config);
 
-  // Takes one edge of the sync line; the edge to Level::active is the tick, the other one only keeps the line sequence
-  // whole. Returns what has been decided by this, about this edge or the one before. The span lives until the next
-  // call.
+  // Takes one edge of the sync line. Edges to Level::active are ticks; the others only continue the line sequence.
+  // Returns the decisions about this edge or the previous one, valid until the next call.
   std::span<const Verdict> push(const Edge& edge);
 
-  // Time passes without an edge.
+  // Reports that time passed without an edge.
   std::span<const Verdict> advance(MonoTime now);
 
   ClockState state() const { return state_; }
@@ -85,8 +81,8 @@ class ClockEstimator {
   const ClockCounters& counters() const { return counters_; }
   const ClockConfig& config() const { return config_; }
 
-  // When the last decided tick was (in holdover: the last one that has passed). `tick` and `at` mean nothing unless the
-  // state is locked or holdover.
+  // Time of the last decided tick (in holdover: of the last one that has passed). `tick` and `at` are undefined unless
+  // the state is locked or holdover.
   TickMap map() const;
 
   // Frequency of the sync signal against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
@@ -95,19 +91,19 @@ class ClockEstimator {
   // nullopt unless locked or in holdover.
   std::optional<MasterStamp> stamp(MonoTime at) const;
 
-  // The spread of the stamps is learned and used from here on.
+  // The score function of the jitter has been learned and is in use.
   bool learned() const { return jitter_.learned(); }
   const Wander& wander() const { return wander_; }
 
  private:
-  // Searching for the grid of ticks; settling until the frequency is known well enough to be judged; running.
+  // Searching for the grid of ticks; settling until the frequency is known well enough to be checked; running.
   enum class Phase : std::uint8_t { searching, settling, running };
   struct Candidate {
     std::uint64_t edge{};
     MonoTime at{};
-    std::int64_t ticks_ahead{};  // of the filter's tick
+    std::int64_t ticks_ahead{};  // relative to the filter's tick
     double residual_ns{};
-    std::int64_t kernel_lost{};  // edges that the line sequence says are missing since the candidate before
+    std::int64_t kernel_lost{};  // edges missing in the line sequence since the previous candidate
   };
 
   std::int64_t takeLineSequence(const Edge& edge);
@@ -137,7 +133,7 @@ class ClockEstimator {
   bool index_is_kept_{};    // the filter's tick counts on: holdover
   std::int64_t passed_{};   // ticks since the filter's that have passed without an edge
   std::int64_t settled_{};  // edges accepted since the grid was found
-  std::int64_t misfits_{};  // edges that did not fit since the last one that did
+  std::int64_t misfits_{};  // unfitting edges since the last fitting one
   std::optional<Candidate> candidate_;
   std::optional<std::uint32_t> line_sequence_;
   std::int64_t kernel_lost_{};

@@ -5,14 +5,14 @@
 
 namespace probebox::clock {
 
-// Two-state Kalman filter: when the tick was (phase) and how much longer than nominal a tick is (frequency).
-// The time of the tick is an integer plus a residual below a nanosecond, so nothing is lost over days of ticks.
-// Process: phase and frequency are random walks, both given per tick.
+// Two-state Kalman filter: time of the tick (phase, ns) and deviation of its period from nominal (frequency, ns/tick).
+// Both are random walks, given per tick. The time is an integer plus a residual below 1 ns, so precision does not
+// degrade over days.
 class PhaseFilter {
  public:
   struct Walk {
     double phase_ns2{};      // variance of the phase's step per tick
-    double frequency_ns2{};  // variance of the frequency's step per tick, (ns/tick)^2
+    double frequency_ns2{};  // variance of the frequency step per tick, (ns/tick)^2
   };
 
   explicit PhaseFilter(Nanoseconds nominal_period) : nominal_ns_{nominal_period.count()} {}
@@ -21,15 +21,16 @@ class PhaseFilter {
   void renumber(Tick tick) { tick_ = tick; }
   void setWalk(Walk walk) { walk_ = walk; }
 
-  // Steps `ticks` forward.
+  // Advances by `ticks`.
   void predict(std::int64_t ticks);
-  // Uncertainty from outside the model, after predict(): a frequency that has been off by `drift_sigma_ns` during the
-  // last `ticks`.
+  // Adds uncertainty from outside the model, after predict(): the frequency was off by `drift_sigma_ns` during the last
+  // `ticks`.
   void loosen(double drift_sigma_ns, std::int64_t ticks);
   // innovation: measured minus predicted phase, ns; variance: of the measurement, ns^2.
   void update(double innovation_ns, double variance_ns2);
 
-  // The tick nearest to `at`, counted from the filter's, and how much later than it `at` is.
+  // Number of ticks from the filter's tick to the one nearest to `at`. residual(): how much later `at` is than that
+  // tick, ns.
   std::int64_t nearest(MonoTime at) const;
   double residual(MonoTime at, std::int64_t ticks_ahead) const {
     const std::int64_t beyond_nominal = toNs(at) - anchor_ns_ - ticks_ahead * nominal_ns_;

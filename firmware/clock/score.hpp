@@ -5,10 +5,10 @@
 
 namespace probebox::clock {
 
-// A score function of the stamps' jitter, psi(r) = -f'(r)/f(r), learned from residuals by score matching (Hyvarinen,
-// 2005): among the continuous, piecewise linear functions on fixed knots, the psi that minimises E[psi^2]/2 - E[psi'].
-// That psi is also the M-estimator of location with the smallest variance in this family. Its mean over the learned
-// residuals is zero: changing over to it does not move the estimate. Residuals are given in units of the spread.
+// Score function of the jitter, psi(r) = -f'(r)/f(r), learned from residuals by score matching (Hyvarinen 2005): the
+// piecewise linear psi on fixed knots that minimises E[psi^2]/2 - E[psi']. In this family it is also the M-estimator of
+// location with the least variance. Its mean over the learned residuals is zero, so switching to it does not move the
+// estimate. Residuals are in units of the spread.
 class Score {
  public:
   static constexpr std::size_t kKnots = 59;
@@ -22,8 +22,8 @@ class Score {
   void collect(double residual);
   std::uint64_t collected() const { return collected_; }
 
-  // Turns what has been collected into the function and returns its Fisher information about location, 1/unit^2. A few
-  // us.
+  // Computes the function from the collected residuals, in a few us. Returns its Fisher information about location,
+  // 1/unit^2.
   double solve();
   Value operator()(double residual) const;
 

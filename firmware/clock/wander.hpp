@@ -9,10 +9,9 @@
 
 namespace probebox::clock {
 
-// Learns how fast the two clocks wander against each other: the random walks of phase and frequency under which the
-// measured phases, averaged over blocks of about 0.12 s, are most likely. Looks after 64, 128, 256 and 512 blocks (7 s
-// to 60 s), then every 512 blocks anew. A look tries one pair of walks per call, so that no call takes longer than a
-// few microseconds.
+// Learns the random walks of phase and frequency between two clocks by maximum likelihood of the measured phases,
+// averaged over blocks of about 0.12 s. Searches after 64, 128, 256 and 512 blocks (7 s to 60 s), then every 512
+// blocks. Each call tries one pair of walks, so no call takes more than a few microseconds.
 class Wander {
  public:
   Wander(Nanoseconds nominal_period, double phase_ns_per_sqrt_s, double frequency_ppb_per_sqrt_s);
@@ -21,11 +20,10 @@ class Wander {
   double phaseNsPerSqrtS() const;
   double frequencyPpbPerSqrtS() const;
 
-  // Forgets the blocks, not the walks: after a gap.
+  // Discards the blocks after a gap, but keeps the walks.
   void restart() { block_count_ = 0, in_block_ = {}, next_look_ = kFirstLook, search_.reset(); }
 
-  // One measured phase: `at` + `beyond_ns` is when `tick` was as measured, with that variance. Returns true when walk()
-  // has changed.
+  // Adds one measured phase: `tick` was at `at` + `beyond_ns`, with this variance. Returns true when walk() changed.
   bool push(Tick tick, MonoTime at, double beyond_ns, double variance_ns2);
 
  private:
@@ -35,9 +33,9 @@ class Wander {
     double tick{};  // mean, since the origin
     double phase_ns{};
     double count{};
-    double variance_ns2{};  // of the mean, from the stamps' jitter
+    double variance_ns2{};  // variance of the mean due to jitter
   };
-  // Steps of the grid of walks: each is a factor sqrt(2) in amplitude; phase step 0 is no walk of the phase at all.
+  // Grid of walks: each step is a factor sqrt(2) in amplitude; phase step 0 means no phase walk.
   struct Choice {
     int phase{};
     int frequency{};

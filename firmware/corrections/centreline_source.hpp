@@ -9,11 +9,11 @@ namespace probebox::corrections {
 
 struct CentrelineConfig {
   std::array<double, 2> assumed_mm{};         // where the control takes the turning axis to be, X Y
-  std::array<bool, 2> corrected{true, true};  // a lathe may have no Y axis to correct
+  std::array<bool, 2> corrected{true, true};  // false for an axis that does not exist, such as Y on many lathes
   Nanoseconds hold{std::chrono::seconds{5}};
 };
 
-// The turning axis as a function of Z, and what that adds to the command: c(Z) - c_assumed (docs/metrology.md, F).
+// Computes the correction of the spindle axis as a function of Z: c(Z) - c_assumed, mm (docs/metrology.md, F).
 class CentrelineSource {
  public:
   explicit CentrelineSource(const CentrelineConfig& config) : config_{config}, held_{config.hold} { held_.invalid(); }
@@ -25,7 +25,7 @@ class CentrelineSource {
   const HeldSource& held() const { return held_; }
   bool calibrated() const { return in_force_.result_id != 0; }
   const CentrelineActivated& inForce() const { return in_force_; }
-  // At this Z, mm.
+  // Centre at this Z; all in mm.
   std::array<double, 2> centreAt(double z_mm) const;
 
  private:

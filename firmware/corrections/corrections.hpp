@@ -25,7 +25,7 @@ using published::CorrectionsState;
 using published::kSourceKinds;
 using published::SourceKind;
 
-// Samples since start: every index that the latch has passed is either recorded or declared lost at its source.
+// Samples since the start: every index that the latch has decided is either recorded or declared lost at its source.
 struct Ledger {
   std::uint64_t produced{};
   std::uint64_t lost_at_source{};
@@ -41,25 +41,26 @@ struct CorrectionsConfig {
   ToolsConfig tools{};
   SwivelConfig swivel{};
   RotaryConfig rotary{};
-  std::uint16_t mask{};  // sources that are summed at the start
+  std::uint16_t mask{};  // sources that are summed after the start
 };
 
-// Says which value cannot be used and what could be; nothing when the configuration is good.
+// Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
 std::optional<Error> whyRefused(const CorrectionsConfig& config);
 
-// Why a result, told by these events, cannot come into force under that configuration; nothing when it can.
+// Explains why a result cannot come into force under this configuration; nullopt when it can.
 std::optional<Error> whyUnfit(const CorrectionsConfig& config, std::span<const Event> result);
 
-// Results in force and events -> what the CNC reads. Starts with valid = 0; a source without its inputs is invalid,
-// never zero; a doubtful one is held for its T_hold; then the value stands still and is not valid.
+// Computes what the CNC reads from the results in force and the events. Starts with valid = 0. A source without its
+// inputs is invalid, never zero. A doubtful source keeps its last value for T_hold, then the output is frozen and not
+// valid.
 class Corrections {
  public:
-  // Heartbeat period, of the register map.
+  // Heartbeat period of the register map.
   static constexpr Nanoseconds kHeartbeat = std::chrono::milliseconds{100};
-  // Without a record for this long, every source is in doubt.
+  // Every source is in doubt when no record arrived for this long.
   static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
 
-  // config: one that whyRefused() has nothing against.
+  // config: must pass whyRefused().
   explicit Corrections(const CorrectionsConfig& config);
 
   void push(const Count& count);
@@ -79,19 +80,19 @@ class Corrections {
   void push(const StandingRestored& standing) { output_.standAt(standing.correction_mm); }
   void push(const SourcesEnabled& enabled);
 
-  // The chain source -> clock -> latch has delivered the first record of a tick, `at` its time.
+  // Takes the first record of a tick; `at` is its time.
   void tick(const latch::Record& record, MonoTime at);
-  // Silence advances ages and heartbeats; the heartbeat stands still when the chain delivers nothing. What the CNC
-  // reads changes here alone.
+  // Advances ages and heartbeats, and publishes the snapshot: values that the CNC reads change here only. The heartbeat
+  // stops when no records arrive.
   void advance(MonoTime now, const TickMap& map, const Ledger& ledger);
 
   const CorrectionsState& state() const { return state_; }
-  // The triggers, one after the other, as soon as the machine's position at them is known.
+  // Returns triggers in order, each as soon as the machine position at it is known.
   std::optional<TriggerStamp> nextTrigger() { return triggers_.next(); }
   std::uint32_t nextTriggerNumber() const { return triggers_.nextNumber(); }
   const AxisReference& reference(std::size_t axis) const { return references_[axis]; }
-  // What its warm screw asks for where the axis is now, by the last extension that was believed, whether it is summed
-  // and served or not; 0 for an axis without a screw or a reference. Nothing where that extension is older than T_hold.
+  // Correction for screw expansion at the present position, nm, from the last valid extension, whether it is summed or
+  // not. 0 for an axis without a screw or a reference; nullopt when the extension is older than T_hold.
   std::optional<std::int32_t> screw_nm(Axis axis, MonoTime now) const;
 
  private:
@@ -127,12 +128,12 @@ class Corrections {
   TriggerLog triggers_;
   std::uint16_t mask_{};
   std::optional<MonoTime> ticked_at_;
-  std::array<double, kLinearAxes> u_mm_{};  // unreferenced positions of the last tick
+  std::array<double, kLinearAxes> u_mm_{};  // positions of the last tick before referencing
   std::array<double, kLinearAxes> speed_mm_s_{};
-  MonoTime arrived_{};  // the last record, on the time of advance()
+  MonoTime arrived_{};  // time of the last record, on the time scale of advance()
   bool tick_since_advance_{};
   bool was_valid_{};
-  std::uint32_t inhibit_lines_{};  // a bit per line that is active
+  std::uint32_t inhibit_lines_{};  // one bit per active line
   bool inhibit_said_{};            // by the controller
   std::uint32_t refused_homings_{};
   CorrectionsState state_;

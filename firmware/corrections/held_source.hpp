@@ -11,7 +11,7 @@ namespace probebox::corrections {
 using published::Health;
 using published::Vector;
 
-// What one source says, through times of doubt: the last good value for its T_hold, and nothing after that.
+// Holds the value of one source: the last good one for T_hold while it is in doubt, nothing after that.
 class HeldSource {
  public:
   explicit HeldSource(Nanoseconds hold) : hold_{hold} {}
@@ -20,7 +20,7 @@ class HeldSource {
     value_ = value;
     health_ = Health::good;
   }
-  // A source that never was good has nothing to hold.
+  // A source that was never good has no value to hold.
   void doubtful(MonoTime now) {
     if (health_ == Health::good) {
       health_ = Health::held;

@@ -11,7 +11,7 @@ namespace probebox::corrections {
 
 static_assert(kMostErrorRows == metrology::kMostAngles);
 
-// A table by angle on its way to the core, a row an event. kWidth: how many errors of a row count.
+// Assembles a table by angle that arrives one row per event. kWidth: number of errors per row.
 template <int kWidth>
 class IncomingTable {
  public:
@@ -20,14 +20,14 @@ class IncomingTable {
     expected_ = rows;
     count_ = 0;
   }
-  // True with the last row that was missing. Rows of another result change nothing.
+  // Returns true with the last missing row. Rows of other results are ignored.
   bool add(const ErrorsAtAngle& row) {
     if (row.result_id != result_id_ || count_ >= std::min(expected_, kMostErrorRows)) return false;
     angles_[count_] = row.angle_rad;
     for (int i = 0; i < kWidth; ++i) rows_[count_][i] = row.errors[static_cast<std::size_t>(i)];
     return ++count_ == expected_;
   }
-  // Refuses: as AngleTable::make.
+  // Builds the table. Refusals: see AngleTable::make.
   Outcome<metrology::AngleTable<kWidth>, metrology::Refusal> table(metrology::Between between) const {
     return metrology::AngleTable<kWidth>::make(std::span{angles_.data(), count_}, std::span{rows_.data(), count_},
                                                between);

@@ -14,23 +14,23 @@ struct RotaryAngleConfig {
   bool described{};
   AngleFrom from{AngleFrom::encoder};
   ReferenceConfig reference{};                        // of the encoder, in degrees where it says mm
-  Nanoseconds stale{std::chrono::milliseconds{250}};  // an angle that is older is in doubt; zero: none ever is
+  Nanoseconds stale{std::chrono::milliseconds{250}};  // age at which an angle is in doubt; zero: never
 };
 
-// How a rotary axis stands: by the counts of its encoder, which need a reference, or by what the controller says.
+// Angle of one rotary axis: from encoder counts, which need a reference, or from the controller.
 class RotaryAngle {
  public:
   explicit RotaryAngle(const RotaryAngleConfig& config) : config_{config}, reference_{config.reference} {}
 
   void push(const AngleCount& count);
-  // The controller's word: the angle itself, or what an incremental encoder is referenced by. False when that cannot
-  // be: the axis has not been seen to stand still.
+  // Takes an angle from the controller, or the reference of an incremental encoder. Returns false when the axis is not
+  // at standstill.
   bool told(double angle_rad, MonoTime at);
   void encoderLost() { reference_.encoderLost(); }
 
   AngleNow at(MonoTime now) const;
   bool described() const { return config_.described; }
-  // Of an encoder that lacks its reference there is no angle.
+  // False for an encoder without a reference.
   bool known() const;
   const AxisReference& reference() const { return reference_; }
 

@@ -12,7 +12,7 @@
 
 namespace probebox::corrections {
 
-// The table that turns, as machine.toml describes it.
+// The rotary table as described in machine.toml.
 struct RotaryConfig {
   std::size_t count{};                          // of the axes; 0: there is no such table
   std::array<RotaryAxis, kRotaryAxes> chain{};  // from the base outwards
@@ -26,14 +26,14 @@ struct RotaryConfig {
   bool turnsBy(RotaryAxis axis) const;
 };
 
-// What the errors of a table's axes add to the command, where the tool is now: + [delta + eps x p] of all links
-// (docs/metrology.md, (F2)). It needs a result in force for every axis, all angles, all positions, and where the tip
-// counts the tool's length.
+// Computes the correction for the errors of the table's axes at the tool position: + [delta + eps x p] over all links
+// (docs/metrology.md, (F2)). Needs a result in force for every axis, all angles, all positions and, for the tool tip,
+// the tool length.
 class RotarySource {
  public:
   explicit RotarySource(const RotaryConfig& config);
 
-  // Says why a result cannot come into force; nothing for one that can.
+  // Explains why a result cannot come into force; nullopt when it can.
   static std::optional<Error> whyUnfit(const RotaryConfig& config, const RotaryActivated& activated,
                                        std::span<const Event> rows);
 
@@ -46,13 +46,13 @@ class RotarySource {
 
   const HeldSource& held() const { return held_; }
   const RotaryConfig& config() const { return config_; }
-  // In force about the axis; result_id 0: none.
+  // The result in force about the axis; result_id 0: none.
   const RotaryActivated& inForce(RotaryAxis axis) const { return axes_[static_cast<std::size_t>(axis)].in_force; }
-  // Its errors at an angle: mm along and rad about X, Y, Z. Nothing where nobody has measured.
+  // Errors at an angle: mm along and rad about X, Y, Z. nullopt outside the measured angles.
   std::optional<metrology::SixErrors> errorsAt(RotaryAxis axis, std::optional<double> angle_rad) const;
 
  private:
-  // A result on its way, and the one in force.
+  // The result that is arriving, and the one in force.
   struct AxisErrors {
     RotaryActivated coming;
     IncomingTable<6> table;
@@ -66,7 +66,7 @@ class RotarySource {
   RotaryConfig config_;
   HeldSource held_;
   std::array<AxisErrors, kRotaryAxes> axes_;
-  std::optional<metrology::RotaryCorrection> correction_;  // nothing unless every axis has a result in force
+  std::optional<metrology::RotaryCorrection> correction_;  // nullopt unless every axis has a result in force
 };
 
 }  // namespace probebox::corrections

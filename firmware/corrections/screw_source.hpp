@@ -12,18 +12,18 @@ namespace probebox::corrections {
 
 using published::SensorFault;
 
-// The screw of one linear axis and the sensor at its free end, as machine.toml describes them.
+// The screw of one linear axis and the sensor at its free end, as described in machine.toml.
 struct ScrewConfig {
   bool fitted{};
-  metrology::ScrewModel model;  // its gain gives the correction that is added, so it is the negative of (D2)
+  metrology::ScrewModel model;  // its gain is the negative of (D2): it gives the correction to add
   metrology::ScrewLimits limits;
   double pitch_mm{10};                         // of the thread: a turn of the screw moves the nut this far
   double angle_zero_mm{};                      // where sector 0 begins
-  Nanoseconds stale{std::chrono::seconds{1}};  // a reading that is older is no reading
+  Nanoseconds stale{std::chrono::seconds{1}};  // age at which a reading expires
   Nanoseconds hold{std::chrono::seconds{5}};   // T_hold
 };
 
-// Extension of one screw to the correction of its axis, at every tick (CN101394969, (D1) to (D6)).
+// Computes the correction of one axis from the extension of its screw at every tick (CN101394969, (D1) to (D6)).
 class ScrewSource {
  public:
   ScrewSource(const ScrewConfig& config, std::size_t axis);
@@ -40,11 +40,12 @@ class ScrewSource {
   bool fitted() const { return config_.fitted; }
   SensorFault fault() const { return fault_; }
   bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
-  // The last one that was believed, what the face of the screw added taken out; 0 before.
+  // Last valid extension without the face run-out, um; 0 before the first.
   double extension_um() const { return extension_um_; }
-  // Whether that is at most T_hold old. A screw without a sensor has none that anybody could ask for.
+  // Tests whether that extension is at most T_hold old. False for a screw without a sensor.
   bool extensionKnown(MonoTime now) const;
-  // The correction as a line over the axis position, for controllers that compensate by position: at 0 mm, and per mm.
+  // The correction as a line over the axis position, for controllers that compensate by position: value at 0 mm, and
+  // change per mm.
   double offset_mm() const;
   double slope() const;
 
@@ -53,7 +54,7 @@ class ScrewSource {
 
   ScrewConfig config_;
   std::size_t axis_;
-  metrology::ScrewModel model_;  // in force
+  metrology::ScrewModel model_;  // the model in force
   metrology::ScrewCompensator compensator_;
   HeldSource held_;
   std::optional<double> reading_um_;

@@ -12,14 +12,14 @@ namespace probebox::corrections {
 using published::Nanometres;
 using published::Served;
 
-// The last values, so that an edge that arrives late still finds the one that was active at its stamp.
+// Remembers served corrections, so that an edge that arrives late finds the one that was active at its stamp.
 class ServedHistory {
  public:
-  static constexpr std::size_t kRemembered = 256;  // 2.5 s of values that change all the time
+  static constexpr std::size_t kRemembered = 256;  // 2.5 s of continuously changing values
 
   void push(const Served& served) { entries_[count_++ % kRemembered] = served; }
 
-  // The newest one that is not younger than `at`; the oldest remembered for times before it, zeros before the first.
+  // Newest entry not after `at`; the oldest one for earlier times, zeros before the first.
   const Served& at(MonoTime at) const {
     const std::size_t oldest = count_ > kRemembered ? count_ - kRemembered : 0;
     for (std::size_t i = count_; i > oldest; --i) {

@@ -11,21 +11,21 @@
 
 namespace probebox::corrections {
 
-// The head that swivels, as machine.toml describes it.
+// The swivelling head as described in machine.toml.
 struct SwivelConfig {
   bool fitted{};
   RotaryAxis axis{RotaryAxis::b};
-  bool by_angle{};  // what the readings have left at each angle is added too: an index error of the axis
+  bool by_angle{};  // also add the residuals of the readings by angle: an index error of the axis
   Nanoseconds hold{std::chrono::seconds{5}};
 };
 
-// What a swivelling head adds to the command: + E(B, L) (docs/metrology.md, (F1)). It needs a result in force, the
-// angle of its axis, and the length of the tool in the spindle.
+// Computes the correction of a swivelling head: + E(B, L), mm (docs/metrology.md, (F1)). Needs a result in force, the
+// angle of its axis, and the tool length.
 class SwivelSource {
  public:
   explicit SwivelSource(const SwivelConfig& config);
 
-  // Says why a result cannot come into force; nothing for one that can.
+  // Explains why a result cannot come into force; nullopt when it can.
   static std::optional<Error> whyUnfit(const SwivelConfig& config, const SwivelActivated& activated,
                                        std::span<const Event> rows);
 
@@ -39,7 +39,7 @@ class SwivelSource {
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
   RotaryAxis axis() const { return config_.axis; }
-  std::uint64_t resultId() const { return result_id_; }  // in force; 0: none
+  std::uint64_t resultId() const { return result_id_; }  // result in force; 0: none
 
  private:
   void bringIntoForce(const std::optional<metrology::AngleTable<3>>& left);

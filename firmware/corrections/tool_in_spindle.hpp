@@ -17,13 +17,13 @@ struct ToolLength {
   double length_mm{};
 };
 
-// The tools that machine.toml knows.
+// The tools described in machine.toml.
 struct ToolsConfig {
   std::size_t count{};
   std::array<ToolLength, kMostTools> lengths{};
 };
 
-// The tool that the controller says is in the spindle: nobody else knows it, so after a start there is none.
+// Holds the tool in the spindle. Only the controller reports it, so there is none after a start.
 class ToolInSpindle {
  public:
   explicit ToolInSpindle(const ToolsConfig& config) : config_{config} {}
@@ -32,8 +32,8 @@ class ToolInSpindle {
     if (pose.has_tool) number_ = pose.tool, length_mm_ = lengthOf(pose);
   }
 
-  std::uint32_t number() const { return number_; }  // 0: none
-  // Nothing without a tool, and for one whose length neither the controller nor machine.toml tells.
+  std::uint32_t number() const { return number_; }  // 0: no tool
+  // nullopt without a tool, or when neither controller nor machine.toml gives its length.
   std::optional<double> length_mm() const { return length_mm_; }
 
  private:

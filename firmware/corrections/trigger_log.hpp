@@ -12,18 +12,19 @@ namespace probebox::corrections {
 
 using published::TriggerStamp;
 
-// Finds the ticks on both sides of each trigger and interpolates between them. Edges and ticks come in any order.
+// Finds the ticks on both sides of each trigger and interpolates the machine position. Edges and ticks may arrive in
+// any order.
 class TriggerLog {
  public:
   void push(const Edge& edge, const Served& served);
   void tick(const MachineTick& tick);
 
-  // The last one that could be placed, or could not for good.
+  // The last trigger whose position is decided: known, or not obtainable.
   const TriggerStamp& newest() const { return newest_; }
-  // All of them, one after the other; the oldest of many that nobody takes is left out, and so is one that finds too
-  // many waiting: their numbers tell.
+  // Returns all triggers in order. When the caller is too slow the oldest are dropped, as are those that find the queue
+  // full: gaps in the numbers show both.
   std::optional<TriggerStamp> next();
-  // Of the first one that next() may still give: all before it were given, or left out.
+  // Number of the first trigger that next() may still return; all before it were returned or dropped.
   std::uint32_t nextNumber() const { return given_ < end_ ? waiting_[given_ % kWaiting].number : count_ + 1; }
   std::uint32_t unplaced() const { return unplaced_; }  // too many between two ticks, or no ticks around them
 
@@ -35,7 +36,7 @@ class TriggerLog {
   bool place(TriggerStamp& stamp) const;
 
   std::array<TriggerStamp, kWaiting> waiting_{};
-  std::size_t given_{}, first_{}, end_{};  // of the ring: not given yet, not placed yet
+  std::size_t given_{}, first_{}, end_{};  // ring indices: next to return, next to place, end
   std::uint32_t count_{};
   std::uint32_t unplaced_{};
   TriggerStamp newest_;

@@ -11,66 +11,66 @@
 
 namespace probebox::latch {
 
-// The longest delay that samples can wait for, either way.
+// Longest delay, of either sign, that samples can wait for.
 inline constexpr Nanoseconds kLongestDelay{200'000'000};
 
 struct LatchConfig {
   std::int32_t samples_per_tick{1};  // 1 to 100
   SourceConfig probe{};
   std::array<SourceConfig, kLinearAxes> axes{};
-  // (A20): an axis that lags the probe by tau (machine data are stale, tau > 0) is moved back by it, so that equal
-  // indices belong together; the probe is buffered meanwhile.
+  // (A20): an axis that lags the probe by tau (machine data are late, tau > 0) is shifted back by tau, so equal indices
+  // belong together. The probe is buffered meanwhile.
   std::array<Nanoseconds, kLinearAxes> tau{};
-  // A sample is given up this long after its time (and the largest tau), when a source has not come by then.
+  // A sample is lost when a source has not delivered this long after the sample's time plus the largest tau.
   Nanoseconds maximum_wait{100'000'000};
 };
 
-// Says which value cannot be used and what could be; nothing when the configuration is good.
+// Names the first value that is out of range and its valid range; nullopt when the configuration is valid.
 std::optional<Error> whyRefused(const LatchConfig& config);
 
-// produced = records + lost, at every moment.
+// produced = records + lost holds at every moment.
 struct LatchCounters {
   std::int64_t produced{};
   std::int64_t records{};
   std::int64_t lost{};
   std::uint64_t late{};         // events that came after a sample at or after their stamp was decided
   std::uint64_t disordered{};   // events older than the previous one of the same source: not used
-  std::uint64_t overwritten{};  // events pushed out of a full buffer before any sample used them
+  std::uint64_t overwritten{};  // events dropped from a full buffer before a sample used them
 };
 
-// Events in, one decision a sample out: a Record, or samples declared Lost. No index is skipped or repeated.
-// Buffers for all stamps of maximum_wait and kLongestDelay are allocated when it is made: 10 kB a channel at 1 kHz, 1
-// MB at 100 kHz. The first sample is the first one of the first tick after the clock has locked.
+// Turns events into one decision per sample: a Record, or Lost with a reason. No index is skipped or repeated.
+// Allocates in the constructor the buffers for maximum_wait and kLongestDelay: 10 kB a channel at 1 kHz, 1 MB at 100
+// kHz. The first sample belongs to the first tick after the clock has locked.
 //
 //   latch.push(event); latch.setClock(estimator.map()); while (const auto decision = latch.next()) ...
 class Latch {
  public:
-  // config: one that whyRefused() has nothing against.
+  // config: must pass whyRefused().
   explicit Latch(const LatchConfig& config);
 
-  void push(const Event& event);  // what a latch does not know it ignores; TimeAdvanced drives the maximum wait
+  void push(const Event& event);  // unknown events are ignored; TimeAdvanced drives the maximum wait
   void push(const Count& count);
   void push(const Deflection& deflection);
-  void push(const Edge& edge);  // trigger, skip and index lines; sync is the clock's
+  void push(const Edge& edge);  // trigger, skip and index lines; sync edges belong to the clock
   void push(const Marker& marker);
   void advance(MonoTime now);
 
-  // (A20): another delay for the samples that are not decided yet. Where an axis then needs counts that have gone by,
-  // samples are lost. False, and nothing changes, for a delay beyond kLongestDelay.
+  // (A20): sets the delay for samples not decided yet. Samples are lost where an axis would need counts that are no
+  // longer buffered. Returns false and changes nothing when a delay exceeds kLongestDelay.
   bool setTau(const std::array<Nanoseconds, kLinearAxes>& tau);
 
-  // The clock's map after each of its decisions.
+  // Sets the clock map; call after each decision of the clock.
   void setClock(const TickMap& map);
 
-  // The next decision, or nothing until more has come. Losses in a row with one reason come as one.
+  // Returns the next decision, or nullopt until more events arrive. Consecutive losses with the same reason are merged.
   std::optional<Decision> next();
 
   const LatchCounters& counters() const { return counters_; }
-  // The sample that will be decided next; nothing before the first lock.
+  // The next sample to decide; nullopt before the first lock.
   std::optional<SampleIndex> pending() const { return next_; }
 
  private:
-  // What the next sample would become now.
+  // Decision about the next sample at this moment.
   struct Examined {
     enum class As : std::uint8_t { waiting, record, lost } as{};
     LostReason reason{};
@@ -94,7 +94,7 @@ class Latch {
   bool clock_is_good_{};
   std::optional<SampleIndex> next_;
   SampleIndex resume_{};               // samples before it were lost with the clock
-  MonoTime decided_{MonoTime::min()};  // time of the last sample decided
+  MonoTime decided_{MonoTime::min()};  // time of the last decided sample
   MonoTime now_{MonoTime::min()};
   LatchCounters counters_;
 };

@@ -6,7 +6,7 @@
 
 namespace probebox::latch {
 
-// What the lines and markers say at a sample's time, as bits of Channel::flags. Changes wait here until a sample passes
+// State of lines and markers at a sample's time, as bits of Channel::flags. Changes are queued until a sample passes
 // them.
 class LineState {
  public:
@@ -15,10 +15,10 @@ class LineState {
   Pushed push(const Edge& edge);
   Pushed push(const Marker& marker);
 
-  // Takes in everything up to and at `t`; times that go back are harmless.
+  // Applies all changes up to and including `t`. Decreasing times have no effect.
   void passTo(MonoTime t);
 
-  // The bits now. What is said "since the previous record" is said once.
+  // Returns the bits and clears those that mean "since the previous record".
   std::int64_t take();
 
  private:
@@ -35,7 +35,7 @@ class LineState {
 
   Trace<Change> changes_{kCapacity};
   MonoTime passed_{MonoTime::min()};
-  std::uint32_t touching_{};  // a bit per trigger line
+  std::uint32_t touching_{};  // one bit per trigger line
   std::uint32_t skipping_{};
   bool step_{};
   std::int64_t since_record_{};

@@ -8,11 +8,11 @@
 
 namespace probebox::latch {
 
-// The columns of a record, in this order. Integers only.
+// Columns of a record in their order. Integers only.
 enum class Channel : std::size_t { d1 = 0, d2 = 1, d3 = 2, x = 3, y = 4, z = 5, flags = 6 };
 inline constexpr std::size_t kChannels = 7;
 
-// Bits of Channel::flags. "Since the previous record" includes the time of samples that were lost in between.
+// Bits of Channel::flags. "Since the previous record" includes the time of lost samples in between.
 namespace flag {
 inline constexpr std::int64_t kHoldover = 1 << 0;    // the tick is predicted: no sync edge for a while
 inline constexpr std::int64_t kTrigger = 1 << 1;     // a trigger line became active since the previous record
@@ -23,7 +23,7 @@ inline constexpr std::int64_t kStep = 1 << 5;        // a marker step was runnin
 inline constexpr std::int64_t kIndexPulse = 1 << 6;  // an axis passed its index pulse since the previous record
 }  // namespace flag
 
-// One sample: every source interpolated at the same instant.
+// One sample: all sources interpolated at the same instant.
 struct Record {
   SampleIndex index{};
   std::array<std::int64_t, kChannels> values{};  // d1 d2 d3: nm; x y z: counts; flags
@@ -34,10 +34,10 @@ struct Record {
 enum class LostReason : std::uint8_t {
   clock = 0,     // the master clock was ambiguous or not locked: nobody can say when these samples were
   probe = 1,     // no two deflections close enough around the sample's time
-  encoders = 2,  // no two counts of some axis close enough around the sample's time
+  encoders = 2,  // no counts of some axis close enough to the sample's time
 };
 
-// Samples that exist, by index, and for which there is no record.
+// Indices of samples without a record.
 struct Lost {
   SampleIndex first{};
   std::int64_t count{};

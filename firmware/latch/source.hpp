@@ -10,18 +10,18 @@
 
 namespace probebox::latch {
 
-// Between stamps Ts apart (docs/metrology.md A.9): linear errs by at most Ts^2/8 |x''|, cubic (4 points, Lagrange) by
-// (3/128) Ts^4 |x''''|. Cubic waits for one more stamp and rings at a kink, so it suits encoders better than a probe
-// that touches.
+// Interpolation between stamps Ts apart (docs/metrology.md A.9): linear errs by at most Ts^2/8 |x''|, cubic (4 points,
+// Lagrange) by (3/128) Ts^4 |x''''|. Cubic waits for one more stamp and rings at a kink, so it suits encoders better
+// than a touching probe.
 enum class Interpolation : std::uint8_t { linear, cubic };
 
 struct SourceConfig {
   Nanoseconds interval{
-      1'000'000};  // nominal time between stamps; zero: not fitted, the channel is 0 and nobody waits for it
+      1'000'000};  // nominal interval between stamps; zero: not fitted, the channel is 0 and samples do not wait for it
   Interpolation interpolation{Interpolation::linear};
 };
 
-// Stamps that a source keeps until samples have passed them: what comes in `kept`, and some to spare.
+// Buffered stamps: those that arrive within `kept`, plus a reserve.
 inline std::size_t stampsKept(const SourceConfig& source, Nanoseconds kept) {
   constexpr std::size_t kFewest = 64, kSpare = 8;
   if (source.interval.count() <= 0) return 1;
@@ -29,19 +29,19 @@ inline std::size_t stampsKept(const SourceConfig& source, Nanoseconds kept) {
 }
 
 enum class Answer : std::uint8_t {
-  waiting,  // the source has not passed the time yet
+  waiting,  // the source has not reached this time yet
   gap,      // it has, and there is no pair of stamps close enough around the time: nothing is extrapolated
   value,
 };
 
-// One stream of stamped integers with kWidth channels, asked for values at rising times.
+// Buffers one stream of stamped integers with kWidth channels and interpolates it at increasing times.
 template <std::size_t kWidth>
 class Source {
  public:
   using Values = std::array<std::int64_t, kWidth>;
   enum class Pushed : std::uint8_t { taken, disordered, overwrote };
 
-  // kept: for how long a sample may have to wait for what belongs to it.
+  // kept: how long a sample may wait for its data.
   Source(const SourceConfig& config, Nanoseconds kept)
       : interval_{config.interval},
         is_cubic_{config.interpolation == Interpolation::cubic},
@@ -57,10 +57,10 @@ class Source {
     return was_full ? Pushed::overwrote : Pushed::taken;
   }
 
-  // Moves what is kept in time, and what comes is stamped likewise from now on.
+  // Shifts the buffered stamps and all future ones in time.
   void shift(Nanoseconds by) { trace_.shift(by); }
 
-  // patient: wait for the fourth stamp of a cubic. Without patience, or across a gap, it becomes linear.
+  // patient: wait for the fourth stamp of a cubic. Otherwise, and across a gap, interpolation is linear.
   Answer at(MonoTime t, bool patient, Values& values, bool& clipped) {
     if (!fitted()) return values = {}, Answer::value;
     while (trace_.size() >= 3 && trace_[2].at <= t) trace_.pop();
@@ -83,7 +83,7 @@ class Source {
     bool clipped{};
   };
 
-  // More than 2.5 nominal intervals between a stamp and the next (A.9).
+  // A gap is more than 2.5 nominal intervals between stamps (A.9).
   bool isGap(std::size_t i) const { return 2 * (trace_[i + 1].at - trace_[i].at) > 5 * interval_; }
 
   Answer read(std::size_t first, std::size_t last, Values& values, bool& clipped) const {

@@ -7,8 +7,8 @@
 
 namespace probebox::latch {
 
-// The last stamped values of one source, oldest first, of which the oldest ones fall out as samples pass them. Its
-// memory is allocated once, when it is made.
+// Ring of the latest stamped values of one source, oldest first. Values leave it when samples have passed them.
+// Allocates in the constructor only.
 template <class Value>
 class Trace {
  public:
@@ -17,7 +17,7 @@ class Trace {
     Value value{};
   };
 
-  // least: rounded up to a power of two.
+  // least: minimum capacity, rounded up to a power of two.
   explicit Trace(std::size_t least) : points_(std::bit_ceil(least)) {}
 
   bool empty() const { return count_ == 0; }
@@ -27,15 +27,15 @@ class Trace {
   const Point& front() const { return points_[first_]; }
   const Point& back() const { return (*this)[count_ - 1]; }
 
-  // The caller makes room first.
+  // The caller must make room first.
   void push(const Point& point) { points_[wrapped(first_ + count_++)] = point; }
-  // The same for points of several sources: keeps the order of time, and of arrival at equal times.
+  // Inserts a point in order of time; points with equal times keep their order of arrival.
   void insert(const Point& point) {
     std::size_t place = count_++;
     for (; place > 0 && (*this)[place - 1].at > point.at; --place) at(place) = at(place - 1);
     at(place) = point;
   }
-  // Moves every point in time.
+  // Shifts every point in time.
   void shift(Nanoseconds by) {
     for (std::size_t i = 0; i < count_; ++i) at(i).at += by;
   }

@@ -7,11 +7,11 @@
 
 namespace probebox::metrology {
 
-// Estimates what the dataset's method promises, or says why it cannot. Pure: equal datasets give equal digits.
-// Refuses an unknown method by name, and what each method lists.
+// Solves a dataset with its method, or refuses it. Pure: equal datasets give equal digits. Refuses an unknown method,
+// and what each method refuses.
 Solved solve(const Dataset& dataset);
 
-// The methods that solve() knows, in alphabetical order.
+// Names of the methods that solve() knows, in alphabetical order.
 std::vector<std::string_view> methods();
 
 }  // namespace probebox::metrology

@@ -8,19 +8,19 @@
 
 namespace probebox::modbus {
 
-// All registers as of one snapshot. Fixed size; filling allocates nothing.
+// Holds all registers for one snapshot. fill() does not allocate.
 class RegisterImage {
  public:
   RegisterImage();
 
-  // A correction beyond +-3.2767 mm saturates in every format and sets `degraded`; one that is not a number keeps the
-  // value that was served before, drops `valid` and sets `degraded`.
+  // A correction beyond +-3.2767 mm saturates in every format and sets `degraded`. NaN or infinity keeps the previous
+  // value, clears `valid` and sets `degraded`.
   void fill(const published::Snapshot& snapshot, WordOrder order);
 
   std::uint16_t operator[](std::uint16_t address) const { return image_[address]; }
   std::span<const std::uint16_t, kRegisterCount> registers() const { return image_; }
 
-  // For what a line shows of its own: the registers that can be written.
+  // Mutable registers, for the values that belong to one line: those that can be written.
   std::span<std::uint16_t, kRegisterCount> registers() { return image_; }
 
  private:

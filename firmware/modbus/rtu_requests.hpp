@@ -11,7 +11,7 @@ inline constexpr std::size_t kMaxFrameBytes = 256;
 
 enum class Function : std::uint8_t { read_holding = 3, read_input = 4, write_one = 6, write_many = 16 };
 
-// One request of the master, as it came: unit, function, data, CRC.
+// One received request of the master: unit, function, data, CRC.
 struct Request {
   std::array<std::uint8_t, kMaxFrameBytes> bytes{};
   std::size_t size{};
@@ -31,12 +31,12 @@ std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 // can be refused. Allocates nothing.
 class RtuRequests {
  public:
-  // Takes what fits; offer the rest again after next() said that there is nothing more.
+  // Takes as many bytes as fit; offer the rest after next() has returned nothing.
   std::size_t push(std::span<const std::byte> bytes);
 
   std::optional<Request> next();
 
-  // The line has been silent for longer than any request pauses: what is left over cannot become one.
+  // Discards an incomplete request: the line was silent for longer than any pause inside a request.
   void silence();
   bool pending() const { return size_ > 0; }
 

@@ -15,24 +15,22 @@ namespace probebox::modbus {
 // Modbus application protocol 1.1b3, section 7.
 enum class ExceptionCode : std::uint8_t { illegal_address = 2, illegal_value = 3 };
 
-// Why a write changed nothing.
+// Why a write was refused; nothing changed.
 struct WriteRefusal {
   ExceptionCode code;
   std::string_view reason;
 };
 
-// What the master of one line has written: word order, inhibit, and the marker, homing and pose that it is putting
-// together.
+// Holds what the master of one line has written: word order, inhibit, and the marker, homing and pose in preparation.
 class WritableRegisters {
  public:
-  // Takes the whole write, or refuses it and changes nothing. Gives what it asks of the box: a marker, homed axes or a
-  // pose when their commit register was written, and a change of the inhibit register. The stamps are the caller's to
-  // set.
+  // Takes the whole write, or refuses it and changes nothing. Returns the resulting events: a marker, homed axes or a
+  // pose when their commit register was written, and a change of inhibit. The caller sets the stamps.
   Outcome<std::vector<Event>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
 
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
 
-  // Copies what was written into an image, for reading back.
+  // Copies the written values into an image, for reading back.
   void show(std::span<std::uint16_t, kRegisterCount> image) const;
 
  private:

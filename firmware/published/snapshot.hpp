@@ -54,14 +54,14 @@ struct TriggerStamp {
   Served served;
 };
 
-// Bits of the mask of sources, fixed for ever.
+// Bits of the mask of sources. Never change them.
 enum class SourceKind : std::uint8_t { screw = 0, swivel = 1, rotary = 2, centreline = 3 };
 inline constexpr std::size_t kSourceKinds = 4;
 constexpr std::uint16_t bitOf(SourceKind kind) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(kind));
 }
 
-// The system delay in force, per axis ((A1): tau = t_machine - t_probe), with its standard deviation (k = 1).
+// The system delay in force per axis ((A1): tau = t_machine - t_probe), s, with standard deviation (k = 1).
 struct DelayInForce {
   bool calibrated{};
   std::uint64_t result_id{};
@@ -69,44 +69,44 @@ struct DelayInForce {
   std::array<double, kLinearAxes> sd_s{};
 };
 
-// The turning axis in force, and where it is at the present Z.
+// The spindle axis in force, and its position at the present Z.
 struct CentrelineInForce {
-  CentrelineActivated result;  // result_id 0: there is none
+  CentrelineActivated result;  // result_id 0: none
   bool has_z{};
   std::array<double, 2> here_mm{};
 };
 
-// One linear axis: its reference, and its screw as a line over the position, for controllers that compensate so.
+// One linear axis: its reference, and its screw correction as a line over the position.
 struct AxisState {
   bool referenced{};
-  double position_mm{};  // when referenced
+  double position_mm{};  // valid when referenced
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
   std::uint32_t unused_indexes{};
   bool has_screw{};
   SensorFault sensor_fault{};
   double extension_um{};
-  double screw_offset_mm{};  // the correction at 0 mm
+  double screw_offset_mm{};  // correction at 0 mm
   double screw_slope{};      // mm of correction per mm
 };
 
-// One rotary axis: how it stands, and its errors there.
+// One rotary axis: its angle, and its errors there.
 struct RotaryAxisState {
   bool described{};
   bool known{};        // it has its reference, or was told
   bool doubtful{};     // nobody has said so for too long
-  double angle_rad{};  // when known
+  double angle_rad{};  // valid when known
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
   std::uint64_t result_id{};          // in force about it; 0: none
   bool has_errors{};                  // at this angle
   std::array<double, 6> errors{};     // mm along X Y Z and rad about them
-  std::array<double, 6> sd_errors{};  // standard deviation (k = 1), the largest of all angles
+  std::array<double, 6> sd_errors{};  // largest standard deviation (k = 1) of all angles
 };
 
-// The head that swivels, and the tool in it.
+// The swivelling head and the tool in it.
 struct SwivelState {
-  std::uint64_t result_id{};  // in force; 0: none
+  std::uint64_t result_id{};  // result in force; 0: none
   Vector error_mm{};          // what it adds; 0 unless good or held
   std::uint32_t tool{};       // as told last, 0 for none
   bool has_tool_length{};
@@ -128,17 +128,17 @@ struct CorrectionsState {
   bool valid{};
   bool degraded{};
   bool saturated{};
-  bool settled{};  // the correction is what its sources ask for: no limit of rate holds it back
+  bool settled{};  // the correction has reached the sum of its sources; false while the rate limit is active
   bool clock_locked{};
   bool centreline_calibrated{};
   bool screw_sensors_good{};
   bool loss_seen{};
-  bool referenced{};  // all axes that the summed sources need
+  bool referenced{};  // all axes that the summed sources need are referenced
   bool inhibited{};   // a cut is on: no result comes into force
   std::array<double, kLinearAxes> correction_mm{};
   std::uint16_t mask{};       // sources that are summed, a bit each: SourceKind
   std::uint16_t sequence{};   // +1 whenever any correction changes
-  std::uint16_t heartbeat{};  // +1 every 0.1 s, fed by the whole chain from source to corrections
+  std::uint16_t heartbeat{};  // +1 every 0.1 s while the chain from source to corrections works
   std::uint64_t age_ms{};     // since the sources that are summed were all good
   std::array<Health, kSourceKinds> health{};
   std::array<AxisState, kLinearAxes> axes{};
@@ -160,7 +160,7 @@ struct CorrectionsState {
 // The last calibration run, for a controller that has no screen of its own.
 struct CalibrationProgress {
   CalibrationState calibration{};
-  std::uint16_t calibration_method{};  // number of the method, as procedure lists them
+  std::uint16_t calibration_method{};  // number of the method, see procedure::Method
   std::uint32_t calibration_run{};
   std::uint32_t calibration_step{};
   std::uint32_t calibration_steps{};

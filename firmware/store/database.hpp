@@ -12,7 +12,7 @@
 
 namespace probebox::store {
 
-// One connection to one SQLite file. Not for several threads.
+// One connection to one SQLite file. Not thread-safe.
 class Database {
  public:
   // Also provides row_sum(...) to SQL: a CRC-32C over all of its arguments and their types.
@@ -34,7 +34,7 @@ class Database {
   const std::string& path() const { return path_; }
   sqlite3* handle() { return handle_.get(); }
 
-  // What the last call's error code means to a person.
+  // Describes the last call's error code for a person.
   Failure failure(int code) const;
 
  private:
@@ -59,9 +59,9 @@ class Statement {
   Statement& bind(std::string_view value);
   Statement& bind(double value);
 
-  // True: a row is there. False: no further row.
+  // Returns true when a row is available, false after the last row.
   Outcome<bool, Failure> step();
-  // For a statement that gives no rows.
+  // For a statement without rows.
   Outcome<Done, Failure> run();
 
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
@@ -80,7 +80,7 @@ class Statement {
   int bound_{};
 };
 
-// Everything between construction and commit() happens, or nothing does.
+// Commits all changes since construction, or none.
 class Transaction {
  public:
   static Outcome<Transaction, Failure> begin(Database& database);

@@ -5,8 +5,9 @@
 
 namespace probebox::store {
 
-// The whole dataset as one JSON object, as GET_DATASET gives it to a host; every number comes back to the last bit, and
-// what is not finite becomes null:
+// Writes the dataset as one JSON object, as GET_DATASET sends it to a host. Numbers keep every bit; non-finite ones
+// become null:
+//
 //   {"method": "...", "config": {...}, "tables": [{"name": "machine", "columns": [{"name": "t_s", "values": [...]}]}]}
 std::string toJson(const metrology::Dataset& dataset);
 

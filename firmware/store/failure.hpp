@@ -3,7 +3,7 @@
 
 namespace probebox::store {
 
-// Why the store did not do what it was asked to; the text names the file or result, and the remedy.
+// Why a request to the store failed; the text names file or result, and the remedy.
 enum class Reason {
   unknown_result,    // no result of this id
   not_possible_now,  // the result's state does not allow it: a refusal cannot be accepted

@@ -18,10 +18,9 @@ std::string_view name(State state);
 
 using Id = std::uint64_t;  // opaque; a later result has a higher one
 
-// What a result is about, and what it holds for. At most one result is active, and at most one waits, for each
-// combination.
+// Subject and validity of a result. At most one result is active, and at most one waits, for each combination.
 struct Binding {
-  std::string subject;  // the question that it answers, such as "delay": several methods may answer the same one
+  std::string subject;  // the question that the result answers, such as "delay"; several methods may share one
   std::string probe_serial_number;
   std::string machine;
   std::string mounting;
@@ -38,7 +37,7 @@ struct Record {
   std::string proposed_utc;  // ISO 8601, as the caller gave it; empty when it did not happen
   std::string accepted_utc;
   std::string accepted_by;
-  std::string retired_utc;  // empty again when it came back into force
+  std::string retired_utc;  // cleared when it comes back into force
 
   const metrology::Result* result() const { return std::get_if<metrology::Result>(&content); }
   const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&content); }
@@ -46,21 +45,21 @@ struct Record {
 
 // One change of state, for the history of a result.
 struct Transition {
-  std::uint64_t number{};  // rises with time, over all results
+  std::uint64_t number{};  // increases with time, over all results
   Id result{};
   std::string method;
   Binding binding;
   State to{};
   std::string utc;
-  std::string by;  // empty: by the box itself
+  std::string by;  // empty: the box itself
 };
 
-// Which transitions are asked for.
+// Selects transitions.
 struct HistoryRange {
   Id result{};             // 0: of all results
   std::string subject{};   // empty: about everything
   std::uint64_t after{};   // only later than this number
-  std::size_t count{100};  // at most so many
+  std::size_t count{100};  // maximum number
 };
 
 }  // namespace probebox::store

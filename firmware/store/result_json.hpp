@@ -7,7 +7,7 @@
 
 namespace probebox::store {
 
-// The complete result as one JSON object; every number comes back to the last bit. What is not finite becomes null.
+// Writes the complete result as one JSON object. Numbers keep every bit; non-finite ones become null.
 std::string toJson(const metrology::Result& result);
 Outcome<metrology::Result> resultFromJson(std::string_view text);
 

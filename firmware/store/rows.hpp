@@ -7,7 +7,7 @@
 #include "firmware/store/database.hpp"
 #include "firmware/store/record.hpp"
 
-// How records and transitions lie in the tables; for the store alone.
+// Conversion between records and table rows; used by the store only.
 namespace probebox::store {
 
 std::int64_t stored(State state);

@@ -3,13 +3,13 @@
 
 namespace probebox::store {
 
-// "pbox", in the place that SQLite keeps for telling whose file it is.
+// "pbox": SQLite's application id, which identifies the program of a file.
 inline constexpr std::int64_t kApplicationId = 0x70626f78;
 
 // Schema versions that this program can read: 1 up to and with this one.
 std::int64_t knownSchema();
 
-// Refuses a file of another program or of a newer schema, then checks every page. Changes nothing.
+// Refuses files of other programs or of a newer schema, then checks every page. Changes nothing.
 Outcome<Done, Failure> inspect(Database& database);
 
 // Brings the file to the newest schema, all steps in one transaction.

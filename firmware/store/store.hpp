@@ -11,21 +11,21 @@
 #include "firmware/store/record.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Results of calibrations in one SQLite file. A result is PROPOSED by the solver, ACCEPTED by a person, ACTIVE as soon
-// as the machine allows, and RETIRED when the next one takes its place; a refusal is kept too. What a call has
-// acknowledged survives a killed process and a pulled plug. One thread; time is given by the caller.
+// Keeps results of calibrations in one SQLite file. A solver PROPOSES a result, a person ACCEPTS it, it becomes ACTIVE
+// when no cut is in progress, and is RETIRED when the next one replaces it. Refusals are kept too. Acknowledged calls
+// survive a killed process and a power failure. For one thread; the caller supplies the time.
 namespace probebox::store {
 
-// Whether what a person has accepted may come into force at once, or waits for activate().
+// Whether an accepted result comes into force at once or waits for activate().
 enum class Activation : std::uint8_t { at_once, later };
 
-// What a rollback has changed; both empty is not possible.
+// The changes of a rollback; at least one is set.
 struct RolledBack {
   std::optional<Record> retired;  // was in force until now
   std::optional<Record> active;   // is in force again; empty: there was none before
 };
 
-// The correction that was served last, mm, machine axes X Y Z, radius.
+// The last correction served, mm, machine axes X Y Z, radius.
 struct Standing {
   std::array<double, 3> correction_mm{};
   std::string utc;
@@ -35,7 +35,7 @@ class Database;
 
 class Store {
  public:
-  // How many measured datasets stay of results that nobody has ever accepted. Those of accepted ones all stay.
+  // Number of datasets kept for results that were never accepted. Datasets of accepted results are all kept.
   static constexpr std::size_t kOtherDatasets = 20;
 
   // Makes the file when it is missing, brings an older one to the newest schema, and checks every page and row. A file
@@ -52,33 +52,32 @@ class Store {
   Store& operator=(Store&&) noexcept;
   ~Store();
 
-  // What a person must know about the opening; empty when all was well.
+  // Message about the opening for a person; empty when it succeeded without one.
   const std::string& notice() const { return notice_; }
   // Empty when the store takes what it is given.
   const std::string& whyNotWritable() const;
   // What is damaged or lost, for as long as it matters: a sentence each, with its remedy.
   std::vector<std::string> damage();
 
-  // dataset: what was measured, as text, for `calibrate --save`; may be empty. utc: now, ISO 8601.
+  // dataset: the measured data as JSON, for `calibrate --save`; may be empty. utc: present time, ISO 8601.
   Outcome<Id, Failure> propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
                                std::string_view utc);
   Outcome<Id, Failure> refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                               std::string_view dataset, std::string_view utc);
 
-  // Accepts a proposed result, and activates it unless told to wait. Whatever of the same binding was active or waiting
-  // gives way, all or nothing. To accept a result again that is accepted or active already changes nothing and gives
-  // the record as it stands.
+  // Accepts a proposed result, and activates it unless told to wait. Replaces the active or waiting result of the same
+  // binding in one transaction. Accepting an accepted or active result changes nothing and returns its record.
   Outcome<Record, Failure> accept(Id id, std::string_view by, std::string_view utc,
                                   Activation activation = Activation::at_once);
 
-  // Activates an accepted result, in the name of the person who accepted it, and retires the one that was active.
+  // Activates an accepted result in the name of the person who accepted it, and retires the active one.
   Outcome<Record, Failure> activate(Id id, std::string_view utc);
 
-  // Undoes the last change of what is in force for the binding: the active result, if there is one, is retired, and the
-  // one that was retired last becomes active again. A second rollback therefore undoes the first.
+  // Undoes the last change in force for the binding: retires the active result, if any, and reactivates the one that
+  // was retired last. A second rollback undoes the first.
   Outcome<RolledBack, Failure> rollBack(const Binding& binding, std::string_view by, std::string_view utc);
 
-  // Retires an accepted result that still waits: it will not come into force.
+  // Retires an accepted result that still waits.
   Outcome<Record, Failure> withdraw(Id id, std::string_view by, std::string_view utc);
 
   Outcome<Record, Failure> find(Id id);

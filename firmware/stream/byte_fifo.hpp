@@ -5,14 +5,13 @@
 
 namespace probebox::stream {
 
-// First in, first out, of byte strings that each lie in one piece. Bounded in bytes and in items; allocates in the
-// constructor only.
+// Queue of byte strings, each contiguous. Bounded in bytes and items; allocates in the constructor only.
 class ByteFifo {
  public:
   ByteFifo(std::size_t bytes, std::size_t items);
 
-  // Room for an item of `size` bytes (at least 1), to be filled by the caller and then committed with its final size,
-  // which may be less. Empty when there is no room.
+  // Reserves contiguous room for `size` bytes (at least 1), to be filled and then committed with the final size. Empty
+  // when there is no room.
   std::span<std::byte> room(std::size_t size);
   void commit(std::size_t size);
   bool push(std::span<const std::byte> item);

@@ -13,15 +13,15 @@
 
 namespace probebox::stream {
 
-// One thing that the host asks. The body is valid until the next call of nextRequest().
+// One request of the host. The body is valid until the next call of nextRequest().
 struct PendingRequest {
-  std::uint64_t ticket{};  // for answer(); unique for the life of the link
+  std::uint64_t ticket{};  // for answer(); unique during the link's lifetime
   messages::Operation operation{};
   std::span<const std::byte> body{};
 };
 
-// Requests in, answers out, each request done once however often it is sent: the last answers are kept and given again.
-// Bounded; allocates in the constructor only.
+// Executes each request once, however often it is sent: the latest answers are kept and sent again. Bounded; allocates
+// in the constructor only.
 class ControlChannel {
  public:
   struct Limits {
@@ -33,15 +33,15 @@ class ControlChannel {
 
   explicit ControlChannel(Limits limits);
 
-  // A new host, or the same one anew: nothing before counts.
+  // Forgets everything: a new host, or the same one after a restart.
   void restart();
 
-  // What to send at once for this request, as an ANSWER's payload; empty when the box has still to answer.
+  // Returns the ANSWER payload that can be sent at once for this request; empty when the box has not answered yet.
   std::span<const std::byte> receive(const messages::RequestView& request);
 
   std::optional<PendingRequest> next();
 
-  // The ANSWER's payload, to be sent now; empty when the ticket is not open. A body that no answer can hold becomes
+  // Returns the ANSWER payload to send now; empty when the ticket is not open. A body too large for an answer becomes
   // too_large.
   std::span<const std::byte> answer(std::uint64_t ticket, messages::ErrorCode code, std::string_view text,
                                     std::span<const std::byte> body);
@@ -51,7 +51,7 @@ class ControlChannel {
     std::uint32_t id{};
     messages::Operation operation{};
     std::uint32_t body_crc{};
-    std::uint64_t ticket{};  // 0: the place is free
+    std::uint64_t ticket{};  // 0: unused
 
     bool same(const Known& other) const {
       return id == other.id && operation == other.operation && body_crc == other.body_crc;

@@ -7,18 +7,18 @@
 
 namespace probebox::stream {
 
-// The last descriptors of a box, by their hashes: blocks of the history were encoded under earlier ones.
+// Keeps the last descriptors of a box by hash: blocks in the history may have been encoded under earlier ones.
 class DescriptorBook {
  public:
-  // Far more than change while a block waits anywhere.
+  // Far more than can change while a block waits.
   static constexpr std::size_t kKept = 32;
 
-  // The payload of DESCRIPTOR, in force from here on. Allocates.
+  // Adds the payload of DESCRIPTOR, valid from now on. Allocates.
   void add(std::span<const std::byte> encoded);
 
-  // Hash of the newest; 0 before there was one.
+  // Hash of the newest; 0 before the first.
   std::uint32_t current() const { return known_.empty() ? 0 : known_.back().hash; }
-  // Empty when it is not known, or no longer.
+  // Empty when it is unknown or no longer kept.
   std::span<const std::byte> find(std::uint32_t hash) const;
 
  private:

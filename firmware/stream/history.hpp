@@ -10,21 +10,21 @@
 
 namespace probebox::stream {
 
-// The last seconds of the stream in every profile that the box sends, shared by all of its links, from which a
-// reconnecting host resumes; and the descriptors that they were encoded under. The box pushes every block and gap here
-// first, and then offers it to the sessions.
+// Keeps the last seconds of the stream in every profile, shared by all links, with the descriptors that the blocks were
+// encoded under. A reconnecting host resumes from here. The box pushes every block and gap here first, then offers it
+// to the sessions.
 class History {
  public:
-  // bytes, pieces: of each profile. Profile raw is always among them.
+  // bytes, pieces: capacity per profile. Profile raw is always included.
   History(std::size_t bytes, std::size_t pieces, std::vector<messages::Profile> others = {},
           TriggerHistory triggers = TriggerHistory{});
 
-  // What the blocks that are pushed from here on are encoded under. Allocates.
+  // Sets the descriptor of the blocks pushed from now on. Allocates.
   void setDescriptor(std::span<const std::byte> encoded) { descriptors_.add(encoded); }
   const DescriptorBook& descriptors() const { return descriptors_; }
 
-  // Makes room by forgetting the oldest. A hole before the block is kept as a loss of the clock (its index jumped); a
-  // block that goes back in index is ignored.
+  // Makes room by dropping the oldest. A gap before the block is kept as a loss of the clock (its index jumped); a
+  // block with a decreasing index is ignored.
   void push(const EncodedBlock& block);
   // In all profiles.
   void push(const GapNotice& gap);
@@ -34,7 +34,7 @@ class History {
   const TriggerHistory& triggers() const { return triggers_; }
 
   bool has(messages::Profile profile) const { return lineOf(profile) != nullptr; }
-  // Of one of the profiles that it has.
+  // Oldest sample of one of its profiles.
   SampleIndex oldest(messages::Profile profile) const;
   SampleIndex next(messages::Profile profile) const { return lineOf(profile)->ring.next(); }
   // False until the first push.

@@ -9,12 +9,11 @@
 
 namespace probebox::stream {
 
-// What one link's host gets of the stream, and what became of every sample of it. A bounded queue of its own, before it
-// the shared history while a resumed host catches up. Each sample index leaves here exactly once, in a block or in a
-// loss.
+// Selects what one link's host receives, and accounts for every sample. Has its own bounded queue; a resumed host first
+// catches up from the shared history. Each sample index leaves exactly once, in a block or in a loss.
 class SampleFeed {
  public:
-  // As of the last piece taken: produced() = sent + lost_at_source + lost_in_queue.
+  // Up to the last piece taken: produced() = sent + lost_at_source + lost_in_queue.
   struct Ledger {
     SampleIndex start{};
     SampleIndex position{};
@@ -26,24 +25,24 @@ class SampleFeed {
 
   struct Limits {
     std::size_t queue_bytes{512 * 1024};
-    std::size_t live_bytes{64 * 1024};  // policy live keeps no more waiting, or its samples would be stale
+    std::size_t live_bytes{64 * 1024};  // limit of policy live, which avoids stale samples
     std::size_t queue_pieces{1024};     // blocks and losses
     std::size_t max_block{16384};       // bytes of one block
   };
 
   SampleFeed(Limits limits, const History& history);
 
-  // A host wants samples, from the next one on. The history has the profile; blocks of others pass by.
+  // Starts with the next sample. The history must have the profile; blocks of other profiles are ignored.
   void start(messages::Policy policy, messages::Profile profile = {});
-  // A host wants what it has not seen. Begins with the block that holds the sample, hence up to a block earlier; what
-  // the history no longer has is a loss. False, and not started, when the sample does not exist yet.
+  // Resumes with the block that contains the sample, hence up to a block earlier. Samples that the history has dropped
+  // are a loss. Returns false, without starting, when the sample does not exist yet.
   bool resume(messages::Policy policy, SampleIndex from, messages::Profile profile = {});
   void stop();
 
   void offer(const EncodedBlock& block);
   void offer(const GapNotice& gap);
 
-  // What is to be sent next; the same until it is taken. Its bytes live until the next call of offer().
+  // The next piece to send; unchanged until it is taken. Its bytes are valid until the next call of offer().
   std::optional<Piece> next();
   void take(const Piece& piece);
 
@@ -51,7 +50,7 @@ class SampleFeed {
   bool running() const { return running_; }
   std::uint64_t queuedSamples() const;
   std::size_t queueHighWater() const { return high_water_; }
-  // Blocks and gaps that went back in index: the box offered them twice.
+  // Blocks and gaps with a decreasing index: the box offered them twice.
   std::uint64_t repeated() const { return repeated_; }
 
  private:
@@ -66,7 +65,7 @@ class SampleFeed {
   messages::Policy policy_{};
   messages::Profile profile_{};
   Ledger ledger_{};
-  SampleIndex expected_{};  // the next that offer() must bring
+  SampleIndex expected_{};  // index that the next offer() must bring
   bool running_{};
   bool begun_{};  // the first index is known
   bool catching_up_{};

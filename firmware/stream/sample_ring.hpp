@@ -13,7 +13,7 @@ namespace probebox::stream {
 
 using messages::GapReason;
 
-// A block of the codec, as the box closed it, in one of the profiles that it is offered in.
+// A closed block of the codec in one of its profiles.
 struct EncodedBlock {
   SampleIndex first{};
   std::uint32_t count{};
@@ -28,41 +28,41 @@ struct GapNotice {
   GapReason reason{};
 };
 
-// What stands at a place of the stream: a block (with bytes) or a loss (without).
+// A part of the stream: a block (with bytes) or a loss (without).
 struct Piece {
   SampleIndex first{};
   std::uint64_t count{};
   GapReason reason{};
   std::span<const std::byte> bytes{};
-  std::uint32_t descriptor{};  // hash of the one that the block was encoded under
+  std::uint32_t descriptor{};  // hash of the descriptor that the block was encoded under
 
   bool isBlock() const { return !bytes.empty(); }
   SampleIndex end() const { return first + static_cast<std::int64_t>(count); }
 };
 
-// Blocks and losses in the order of their samples, without holes: each piece begins where the one before ends. Bounded
-// in bytes and pieces; what is dropped stays as a loss in its place. Allocates in the constructor only.
+// Holds blocks and losses in the order of their samples, without gaps. Bounded in bytes and pieces; dropped blocks
+// become losses. Allocates in the constructor only.
 class SampleRing {
  public:
   SampleRing(std::size_t bytes, std::size_t pieces);
 
-  // descriptor: hash of the one that the block was encoded under. False when there is no room; nothing has changed
-  // then.
+  // descriptor: hash of the one that the block was encoded under. Returns false and changes nothing when there is no
+  // room.
   bool pushBlock(const EncodedBlock& block, std::uint32_t descriptor = 0);
-  // Always finds room: neighbouring losses become one.
+  // Never fails: neighbouring losses are merged.
   void pushGap(const GapNotice& gap);
 
-  // Turns the oldest block into a loss, or joins the two oldest losses. False when there is nothing left to give up.
+  // Turns the oldest block into a loss, or merges the two oldest losses. Returns false when nothing is left to drop.
   bool giveUpOldest(GapReason reason);
 
   Piece front() const { return piece(0); }
   void popFront();
-  // The piece that holds the sample.
+  // The piece that contains the sample.
   std::optional<Piece> find(SampleIndex sample) const;
   void clear();
 
   bool empty() const { return count_ == 0; }
-  // Index after the newest piece; of an empty ring: where it was emptied.
+  // Index after the newest piece; for an empty ring the index at which it was emptied.
   SampleIndex next() const { return next_; }
   std::uint64_t samples() const { return samples_; }
   std::size_t bytes() const { return blocks_.bytes(); }

@@ -20,25 +20,24 @@
 
 namespace probebox::stream {
 
-// The two ways of a link with lanes of its own for requests and answers; a link without has `data` only.
+// Lanes of a link that carries requests and answers separately; other links have `data` only.
 enum class Lane : std::uint8_t { data, control };
 
 struct SessionOptions {
   std::size_t max_payload{frame::kMaxPayload};
   std::size_t max_request{4096};        // bytes of a frame's payload from the host
-  std::size_t queue_bytes{512 * 1024};  // of samples that wait for the host
+  std::size_t queue_bytes{512 * 1024};  // samples queued for the host
   std::size_t live_bytes{64 * 1024};    // the same under policy live, where old samples are worth less
   std::size_t queue_pieces{1024};       // blocks and losses that wait for the host
   Nanoseconds heartbeat_period{100'000'000};
-  Nanoseconds sign_of_life_period{
-      500'000'000};  // the host sends something at least this often; three missed: link down
-  bool two_lanes{};  // REQUEST and ANSWER on a lane of their own, and frames bare (USB)
+  Nanoseconds sign_of_life_period{500'000'000};  // longest pause of the host; the link is down after three of them
+  bool two_lanes{};                              // REQUEST and ANSWER on a lane of their own, with bare frames (USB)
   std::uint32_t first_session_id{1};
   messages::BootId boot_id{};
   std::string firmware_version{};
 };
 
-// What a heartbeat tells about the box besides this link.
+// State of the box for heartbeats.
 struct Vitals {
   std::uint64_t uptime_ms{};
   ClockState clock_state{};
@@ -49,31 +48,32 @@ struct Vitals {
 
 enum class SessionState : std::uint8_t { waiting, greeted, streaming, down };
 
-// One link's side of the box: bytes in, frames out, whatever the carrier. Pure: time is given. Memory is bounded and
-// taken in the constructor. One thread uses it.
+// The box's side of one link: bytes in, frames out, independent of the carrier. Pure: the caller supplies the time.
+// Memory is bounded and allocated in the constructor. For one thread.
 //
-// The descriptor in force is the history's. When it changes, blocks that wait still go under the one that they were
-// encoded under; the new one is sent between the last of them and the first block under it, and a few times more with
-// heartbeats, because a host that lost it could read nothing. A resumed host gets earlier descriptors in the same way.
+// The descriptor in force is that of the history. When it changes, waiting blocks are still sent under the old one; the
+// new one is sent before the first block encoded under it, and repeated with a few heartbeats, because a host that lost
+// it could not read anything. A resumed host gets earlier descriptors in the same way.
 class Session {
  public:
-  // `history` is shared by all sessions of a box and outlives them. Push there first, then offer here.
+  // `history` is shared by all sessions and must outlive them. Push there first, then offer here.
   Session(SessionOptions options, const History& history);
 
   void receive(std::span<const std::byte> bytes, MonoTime now, Lane lane = Lane::data);
-  // Drives heartbeats and the watch over the host. Call it at least every heartbeat period.
+  // Drives heartbeats and the host time-out. Call it at least every heartbeat period.
   void advance(MonoTime now, const Vitals& vitals);
 
-  // Samples. Never blocks, never refuses: what the host is too slow for is dropped by its policy, counted and declared.
+  // Offers samples. Never blocks or refuses: what a slow host cannot take is dropped by its policy, counted and
+  // declared.
   void offer(const EncodedBlock& block) { feed_.offer(block); }
   void offer(const GapNotice& gap) { feed_.offer(gap); }
 
-  // The rest of the frame that is being sent, or the next one; empty when there is nothing to send now.
+  // The rest of the frame being sent, or the next frame; empty when there is nothing to send.
   std::span<const std::byte> pending(Lane lane = Lane::data);
   void sent(std::size_t bytes, Lane lane = Lane::data);
 
   std::optional<PendingRequest> nextRequest() { return control_.next(); }
-  // False when the ticket is no longer open: the host said HELLO again.
+  // Returns false when the ticket is no longer open: the host has sent HELLO again.
   bool answer(std::uint64_t ticket, messages::ErrorCode code, std::string_view text = {},
               std::span<const std::byte> body = {});
 
@@ -92,7 +92,7 @@ class Session {
   void unexpected(messages::MessageType about);
   bool isGreeted() const { return state_ == SessionState::greeted || state_ == SessionState::streaming; }
 
-  // The frame on its way out of one lane.
+  // The frame being sent on one lane.
   struct Outgoing {
     std::vector<std::byte> frame;
     std::size_t size{};
@@ -128,13 +128,13 @@ class Session {
   std::vector<std::byte> scratch_;
   Outgoing data_out_;
   Outgoing control_out_;
-  std::uint32_t descriptor_hash_{};  // of the one that the host was sent last
+  std::uint32_t descriptor_hash_{};  // hash of the last descriptor sent
   int descriptor_repeats_{};
   bool descriptor_due_{};
   std::uint32_t session_id_{};
   messages::Start start_{};
   std::uint32_t stream_number_{};
-  std::uint64_t sent_bytes_{};  // of SAMPLES and GAP frames since START
+  std::uint64_t sent_bytes_{};  // bytes of SAMPLES and GAP frames since START
   SessionState state_{SessionState::waiting};
   bool lead_with_delimiter_{};
   bool heartbeat_due_{};

@@ -9,15 +9,14 @@
 
 namespace probebox::stream {
 
-// The box closes blocks in profile raw; this makes them anew in profile fast, once for all hosts. Allocates in the
-// constructor only.
+// Re-encodes blocks of profile raw as profile fast, once for all hosts. Allocates in the constructor only.
 class Transcoder {
  public:
-  // samples: the most that a block has.
+  // samples: maximum per block.
   Transcoder(std::span<const codec::ChannelFormat> formats, std::size_t samples);
 
-  // For those who asked for profile fast; valid until the next call. A block of other channels, or a longer one, goes
-  // as it is: a block says for itself how it is coded.
+  // The block in profile fast; valid until the next call. A block with other channels, or a longer one, is returned
+  // unchanged: each block states its coding.
   EncodedBlock fast(const EncodedBlock& raw);
 
  private:

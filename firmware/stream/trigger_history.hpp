@@ -7,27 +7,26 @@
 
 namespace probebox::stream {
 
-// The last triggers of a box, shared by all of its links: each host takes them from here, at its own pace and again
-// after it was away. What was left out, or has been forgotten, is a loss in its place. Allocates in the constructor
-// only.
+// Keeps the last triggers of a box for all links; each host reads them at its own pace, and again after a reconnection.
+// Missing or dropped triggers are losses in their places. Allocates in the constructor only.
 class TriggerHistory {
  public:
   static constexpr std::size_t kKept = 4096;
 
-  // first: the number that the first trigger will have; 0 where nobody knows it before it comes.
+  // first: number of the first trigger; 0 when it is unknown in advance.
   explicit TriggerHistory(std::size_t kept = kKept, std::uint32_t first = 1)
       : ring_(kept), begin_{first}, next_{first} {}
 
-  // Numbers rise; one that does not is ignored.
+  // Numbers must increase; others are ignored.
   void push(const messages::Trigger& trigger);
-  // Below this number all were pushed, or are lost.
+  // Declares all triggers below this number pushed or lost.
   void reach(std::uint32_t number);
 
-  // Of the first trigger that there was or will be, and of the one after the newest; 0 where nobody knows.
+  // Number of the first trigger, and of the one after the newest; 0 when unknown.
   std::uint32_t begin() const { return begin_; }
   std::uint32_t next() const { return next_; }
 
-  // What stands at a number from begin() to below next(): a trigger, or (null) a loss of some that begins there.
+  // Entry at a number in [begin(), next()): a trigger, or (null) a loss that begins there.
   struct Place {
     const messages::Trigger* trigger{};
     messages::TriggerGap loss{};
@@ -42,10 +41,10 @@ class TriggerHistory {
   std::size_t count_{};
   std::uint32_t begin_;
   std::uint32_t next_;
-  std::uint32_t forgotten_{};  // below this number there was no room any more
+  std::uint32_t forgotten_{};  // triggers below this number were dropped for lack of room
 };
 
-// What one link's host gets of them, and the account of it: next - first = sent + lost, at every moment.
+// Triggers for one link's host, and their account: next - first = sent + lost at every moment.
 class TriggerFeed {
  public:
   struct Ledger {
@@ -57,14 +56,14 @@ class TriggerFeed {
 
   explicit TriggerFeed(const TriggerHistory& history) : history_{history} {}
 
-  // from: 0 for the next one that comes.
+  // from: 0 to start with the next trigger.
   void start(std::uint32_t from);
   void stop() { running_ = false; }
-  // No triggers are wanted.
+  // Stops sending triggers.
   void clear();
 
   bool due() const { return running_ && ledger_.next < history_.next(); }
-  // While one is due: what is to be sent next, and that it was.
+  // While one is due: the next trigger to send, and the confirmation that it was sent.
   TriggerHistory::Place next() const;
   void take(const TriggerHistory::Place& place);
 

@@ -6,11 +6,10 @@
 #include "protocol/events/axes.hpp"
 #include "protocol/units/time.hpp"
 
-// Results that come into force, as the core hears of them.
+// Results that come into force, as events for the core.
 namespace probebox {
 
-// A result about the system delay came into force ((A1): tau = t_machine - t_probe). result_id 0: there is none any
-// more.
+// Activates a system delay ((A1): tau = t_machine - t_probe). result_id 0: none is in force any more.
 struct DelayActivated {
   std::uint64_t result_id{};
   std::array<double, kLinearAxes> tau_s{};
@@ -24,8 +23,8 @@ struct DelayActivated {
   }
 };
 
-// A result about the turning axis came into force: c(Z) = centre + slope (Z - reference_z), XY in machine axes, radius
-// (B14). result_id 0: there is none any more.
+// Activates a spindle axis: c(Z) = centre + slope (Z - reference_z), XY in machine axes, radius (B14). result_id 0:
+// none is in force any more.
 struct CentrelineActivated {
   std::uint64_t result_id{};
   std::array<double, 2> centre_mm{};
@@ -47,7 +46,7 @@ struct CentrelineActivated {
 
 inline constexpr std::size_t kMostScrewSectors = 24;
 
-// A result about a screw's sensor came into force (D2, D4). result_id 0: what machine.toml says is in force.
+// Activates a result of a screw's sensor (D2, D4). result_id 0: the values of machine.toml apply.
 struct ScrewActivated {
   std::uint64_t result_id{};
   Axis axis{};
@@ -70,8 +69,8 @@ struct ScrewActivated {
 
 inline constexpr std::size_t kMostErrorRows = 72;
 
-// A result about a swivelling head came into force: E(B, L) (B19)-(B21). Its table by angle follows, a row an event,
-// and it is in force from the last row on. result_id 0: there is none any more.
+// Activates a result of a swivelling head: E(B, L) (B19)-(B21). Its table by angle follows, one row per event; it is in
+// force from the last row on. result_id 0: none is in force any more.
 struct SwivelActivated {
   std::uint64_t result_id{};
   RotaryAxis axis{};
@@ -87,7 +86,7 @@ struct SwivelActivated {
   }
 };
 
-// A result about an axis of the table came into force (E5). Its rows follow, as above. result_id 0: there is none any
+// Activates a result of one rotary axis (E5). Its rows follow as for SwivelActivated. result_id 0: none is in force any
 // more.
 struct RotaryActivated {
   std::uint64_t result_id{};
@@ -110,7 +109,7 @@ struct RotaryActivated {
 
 enum class ErrorsOf : std::uint8_t { swivel = 0, rotary = 1 };
 
-// One row of the result that is coming into force.
+// One row of the result that is being activated.
 struct ErrorsAtAngle {
   ErrorsOf of{};
   RotaryAxis axis{};

@@ -9,12 +9,12 @@
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
-// Everything that reaches the core. An event is a plain, trivially copyable value with its own stamp: the core is a
-// function of the sequence of these, and a journal of them replays to the same bytes. Every event lists its fields
-// once, for the journal's encoder, its decoder and the reference page.
+// Defines every input of the core as an event: a plain, trivially copyable value with its own stamp. The core is a
+// function of the event sequence, so a journal of events replays to the same bytes. Each event lists its fields once,
+// for the journal's encoder and decoder and for the reference page.
 namespace probebox {
 
-// What a wire of the box is for; which line of which chip it is stands in box.toml.
+// Purpose of an input of the box. box.toml maps roles to lines of gpio chips.
 enum class LineRole : std::uint8_t { sync = 0, trigger = 1, index = 2, skip = 3, inhibit = 4 };
 enum class Level : std::uint8_t { inactive = 0, active = 1 };
 
@@ -76,7 +76,8 @@ struct Drift {
 
 enum class MarkerPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 
-// What the machine is doing: encoders do not tell A, B, C, tool or step.
+// State of the machine during a calibration, as sent by the controller: angles, tool and step, which the encoders do
+// not show.
 struct Marker {
   std::uint32_t procedure{};
   std::uint32_t step{};
@@ -89,16 +90,16 @@ struct Marker {
   static constexpr void fields(auto& self, auto&& field) {
     field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
     field("step", self.step, "step of the procedure, from 0");
-    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step will be repeated)");
+    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step is repeated)");
     field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C");
     field("tool", self.tool, "tool number, 0 for none");
     field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");
-    field("at_rest", self.at_rest, "1 when all axes stand still");
+    field("at_rest", self.at_rest, "1 when all axes are at standstill");
     field("at", self.at, "ns, monotonic, of this boot");
   }
 };
 
-// Silence is an event too: it drives ages, hold-over, staleness and time-outs.
+// Reports the present time. It drives ages, holdover, staleness and time-outs when no other events arrive.
 struct TimeAdvanced {
   MonoTime at{};
   static constexpr void fields(auto& self, auto&& field) { field("at", self.at, "ns, monotonic, of this boot"); }
@@ -107,7 +108,7 @@ struct TimeAdvanced {
 enum class Source : std::uint8_t { sync = 0, trigger = 1, encoders = 2, probe = 3, drift = 4, queue = 5 };
 enum class LossReason : std::uint8_t { disconnected = 0, overrun = 1, taken = 2, queue_full = 3 };
 
-// A source has gone away, or has said that it lost events which no sequence number will show.
+// Reports that a source has disappeared, or lost events without a gap in a sequence number.
 struct SourceLost {
   Source source{};
   LossReason reason{};
@@ -121,13 +122,13 @@ struct SourceLost {
   }
 };
 
-// What people and programs ask of the core comes as events as well, so that a journal holds every cause.
+// Requests of people and programs are events too, so a journal contains every cause.
 
 inline constexpr std::size_t kMostSpeeds = 8;
 inline constexpr std::size_t kMostBAngles = 6;
 inline constexpr std::size_t kMostProbeTools = 4;
 
-// What may be chosen about a run. Zero leaves it to the method.
+// Options of a run. Zero means the method's default.
 struct ProcedureOptions {
   std::uint8_t speed_count{};
   std::array<double, kMostSpeeds> speeds_mm_s{};
@@ -174,7 +175,7 @@ struct ProcedureOptions {
   }
 };
 
-// Somebody starts a measuring procedure.
+// Starts a measuring procedure.
 struct ProcedureStarted {
   std::uint32_t run{};
   std::uint16_t method{};
@@ -188,7 +189,7 @@ struct ProcedureStarted {
   }
 };
 
-// Somebody stops it.
+// Aborts a measuring procedure.
 struct ProcedureAborted {
   std::uint32_t run{};
   MonoTime at{};
@@ -198,7 +199,7 @@ struct ProcedureAborted {
   }
 };
 
-// The worker has solved a run's data, or found that they support no answer.
+// Reports that the worker has solved the data of a run, or refused them.
 struct Solved {
   std::uint32_t run{};
   bool refused{};
@@ -218,7 +219,7 @@ struct Solved {
   }
 };
 
-// One sample of a probe receiver that counts its samples on an oscillator of its own. Only clock says when it was.
+// One sample of a probe receiver that counts samples on its own oscillator. firmware/clock assigns its time.
 struct CountedDeflection {
   std::uint8_t run{};
   std::uint32_t counter{};
@@ -237,7 +238,7 @@ struct CountedDeflection {
   }
 };
 
-// The controller says that an axis stands at a known machine position: it has been homed.
+// Reports the machine position of a homed axis at standstill.
 struct AxisHomed {
   Axis axis{};
   double position_mm{};
@@ -249,7 +250,7 @@ struct AxisHomed {
   }
 };
 
-// The controller says that a cut is on, or over: while it is, no result comes into force.
+// Reports the begin or end of a cut. During a cut no result comes into force.
 struct CutInhibit {
   bool active{};
   MonoTime at{};
@@ -259,7 +260,7 @@ struct CutInhibit {
   }
 };
 
-// The correction that was served last before the box stopped: where the machine's axes still stand.
+// The last correction served before the box stopped; the machine's axes may still be displaced by it.
 struct StandingRestored {
   std::array<double, kLinearAxes> correction_mm{};
   MonoTime at{};
@@ -269,7 +270,7 @@ struct StandingRestored {
   }
 };
 
-// Somebody chooses which sources of corrections are summed.
+// Selects the sources of corrections that are summed.
 struct SourcesEnabled {
   std::uint16_t mask{};
   MonoTime at{};
@@ -293,7 +294,7 @@ struct AngleCount {
   }
 };
 
-// The controller says how its rotary axes stand, and which tool is in the spindle.
+// Reports the angles of rotary axes and the tool in the spindle, as sent by the controller.
 struct PoseTold {
   std::uint8_t axes{};
   std::array<double, kRotaryAxes> angles_rad{};
@@ -311,7 +312,7 @@ struct PoseTold {
   }
 };
 
-// The order is the journal's type number: add at the end, never change.
+// The order defines the type numbers in the journal: append only.
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
                            ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
                            ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,

@@ -36,9 +36,8 @@ struct AxisStatus {
   static constexpr void fields(auto& self, auto&& field) {
     field("referenced", self.referenced, "1 when counts mean a machine position");
     field("position_mm", self.position_mm, "mm, machine position, the correction in it; 0 without a reference");
-    field(
-        "last_fault", self.last_fault,
-        "what took the reference away last: 0 nothing, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
+    field("last_fault", self.last_fault,
+          "last cause of a lost reference: 0 none, 1 impossible speed, 2 index at the wrong count, 3 encoder lost");
     field("reference_losses", self.reference_losses, "times that it was lost");
     field("has_screw", self.has_screw, "1 when machine.toml describes its screw");
     field("sensor_fault", self.sensor_fault, "0 good, 1 silent, 2 out of range, 3 unplugged");
@@ -105,7 +104,7 @@ struct StampedTrigger {
     field("has_position", self.has_position, "which positions are known: bit 0 X, 1 Y, 2 Z");
     field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
     field("correction_mm", self.correction_mm,
-          "mm, what was being served then: who measures with the trigger takes it out, or it is corrected twice");
+          "mm, correction at that time: subtract it from measured positions, or it is corrected twice");
     field("correction_valid", self.correction_valid, "1 when it was valid");
     field("sequence", self.sequence, "the corrections' sequence then");
   }
@@ -151,7 +150,8 @@ struct Corrections {
       field("delay_calibrated", self.delay_calibrated, "1 when a result about the system delay is active");
       field("tau_s", self.tau_s, "s, X Y Z, machine minus probe");
       field("tau_sd_s", self.tau_sd_s, "s, X Y Z, standard deviation (k = 1)");
-      field("settled", self.settled, "1 when no limit of rate holds the correction back; since protocol 1.2");
+      field("settled", self.settled,
+            "1 when the correction has reached its target; 0 while the maximum rate limits it; since protocol 1.2");
       field("referenced", self.referenced, "1 when all axes that the summed sources need are; since protocol 1.2");
       field("inhibited", self.inhibited, "1 while a cut is on: no result comes into force; since protocol 1.2");
       field("sources", self.sources, "by rising bit; since protocol 1.2");

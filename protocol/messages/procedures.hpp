@@ -24,11 +24,11 @@ struct PostMarker {
     static constexpr void fields(auto& self, auto&& field) {
       field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
       field("step", self.step, "step of the procedure, from 0");
-      field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step will be repeated)");
+      field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step is repeated)");
       field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C, as procedure_status has asked for them");
       field("tool", self.tool, "tool number, 0 for none");
       field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");
-      field("at_rest", self.at_rest, "1 when all axes stand still");
+      field("at_rest", self.at_rest, "1 when all axes are at standstill");
     }
   };
   using Answer = Nothing;
@@ -113,7 +113,7 @@ struct ProcedureStatus {
           "0 idle, 1 waiting, 2 running, 3 solving, 4 proposed (or done, where there is nothing to accept), 5 refused, "
           "6 aborted");
       field("step", self.step, "present step, from 0");
-      field("steps", self.steps, "how many there are");
+      field("steps", self.steps, "number of steps");
       field("prompt", self.prompt, "what to do next, for a person");
       field("outward_normal", self.outward_normal, "unit vector, machine axes X Y Z: out of the surface to be touched");
       field("retract_direction", self.retract_direction, "unit vector, machine axes X Y Z");

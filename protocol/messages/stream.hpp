@@ -53,7 +53,7 @@ struct Trigger {
     field("has_position", self.has_position, "which positions are known: bit 0 X, 1 Y, 2 Z");
     field("position_mm", self.position_mm, "mm, machine position at the trigger, the correction in it");
     field("correction_mm", self.correction_mm,
-          "mm, what was being served then: who measures with the trigger takes it out, or it is corrected twice");
+          "mm, correction at that time: subtract it from measured positions, or it is corrected twice");
     field("correction_valid", self.correction_valid, "1 when it was valid");
     field("correction_degraded", self.correction_degraded, "1 when a value of it was held or saturated");
     field("sequence", self.sequence, "the corrections' sequence then");

@@ -5,12 +5,12 @@
 
 namespace probebox {
 
-// What went wrong, where, and what to do about it, in one sentence for a person.
+// A message for a person, in one sentence: what failed, where, and the remedy.
 struct Error {
   std::string what;
 };
 
-// A value, or the reason why there is none.
+// Holds a value or the error that prevented it.
 template <class T, class E = Error>
 class [[nodiscard]] Outcome {
  public:

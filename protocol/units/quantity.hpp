@@ -3,8 +3,8 @@
 
 namespace probebox {
 
-// A number with a unit. Two quantities mix only where the unit is the same; a bare double enters and leaves by name.
-// Raw doubles are for the inside of a solver.
+// Wraps a double with its unit. Quantities of different units do not mix; conversion from and to double is explicit.
+// Solvers use raw doubles inside.
 template <class Tag>
 class Quantity {
  public:

@@ -5,9 +5,9 @@
 
 namespace probebox {
 
-// None of these clocks has a now(): time is given to the core, never asked for.
+// Time types of the box. None of these clocks has a now(): the core receives time as data.
 
-// The kernel's CLOCK_MONOTONIC, of one boot.
+// The kernel's CLOCK_MONOTONIC of one boot.
 struct MonotonicClock {
   using duration = std::chrono::nanoseconds;
   using rep = duration::rep;
@@ -17,7 +17,7 @@ struct MonotonicClock {
 };
 using MonoTime = MonotonicClock::time_point;
 
-// The master clock: tick index times nominal period.
+// The master clock: tick index * nominal period.
 struct MasterClock {
   using duration = std::chrono::nanoseconds;
   using rep = duration::rep;
@@ -58,7 +58,7 @@ constexpr MasterTime masterTime(Tick tick, Nanoseconds nominal_period) {
   return MasterTime{tick.index * nominal_period};
 }
 
-// Index of a sample: tick times samples per tick, plus the sub-sample.
+// Index of a sample: tick * samples per tick + sub-sample.
 struct SampleIndex {
   std::int64_t index{};
 
@@ -67,14 +67,14 @@ struct SampleIndex {
   friend constexpr std::int64_t operator-(SampleIndex a, SampleIndex b) { return a.index - b.index; }
 };
 
-// A device's own counter, in its own counts. Only clock turns it into master time.
+// A device's own counter. Only firmware/clock converts it to master time.
 template <class Device>
 struct DeviceTime {
   std::int64_t count{};
   friend constexpr auto operator<=>(DeviceTime, DeviceTime) = default;
 };
 
-// States of the master clock, as in clock servos. Only `locked` and `holdover` give samples.
+// States of the master clock, as in clock servos. Samples exist only in `locked` and `holdover`.
 enum class ClockState : std::uint8_t { unlocked = 0, locked = 1, holdover = 2, ambiguous = 3 };
 
 // When a tick was, and how long ticks are now: integers, so that a sample index becomes the same time on every machine.

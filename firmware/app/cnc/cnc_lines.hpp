@@ -10,7 +10,7 @@
 
 namespace probebox::app {
 
-// One serial line of a CNC with a thread of its own: whatever happens on it, the others do not wait.
+// Serves one serial line of a CNC in its own thread, so lines do not delay each other.
 class CncLine {
  public:
   // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".

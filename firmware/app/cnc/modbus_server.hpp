@@ -31,13 +31,13 @@ Outcome<ModbusOptions> parseModbusOptions(std::string_view text);
 struct ModbusCounters {
   std::uint64_t answered{};
   std::uint64_t refused{};     // answered by an exception
-  std::uint64_t bad_frames{};  // runs of bytes that were no request
+  std::uint64_t bad_frames{};  // runs of bytes that were not a request
   std::uint64_t skipped_bytes{};
   std::uint64_t unsent{};    // answers that the line did not take
-  std::uint64_t reopened{};  // the line went away and came back
+  std::uint64_t reopened{};  // times that the line was closed and opened again
 };
 
-// Serves the register map on one serial line, on a thread of its own. A line that hangs up is opened again, for ever.
+// Serves the register map on one serial line in its own thread. A line that is closed is reopened, without limit.
 class ModbusServer {
  public:
   // All are called on the thread of run().
@@ -51,14 +51,14 @@ class ModbusServer {
   ModbusServer(ModbusOptions options, Faces faces);
   ~ModbusServer();
 
-  // Opens the line, so that a wrong device or setting is told at the start. run() does it where this was not called.
+  // Opens the line, to report a wrong device or setting at the start. run() opens it if this was not called.
   Outcome<bool> open();
 
   void run();
   void stop();  // from any thread; run() returns at once
 
   ModbusCounters counters() const;
-  // Goes on for as long as run() does, whether the line says something or not.
+  // Increases while run() works, with or without traffic.
   std::uint64_t rounds() const { return rounds_; }
 
  private:

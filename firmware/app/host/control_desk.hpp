@@ -23,23 +23,23 @@
 
 namespace probebox::app {
 
-// What a box says about itself when asked.
+// Identity of the box for hosts.
 struct Identity {
   std::string board;
   std::string firmware_version;
   std::vector<messages::LineStatus> lines;
 };
 
-// What the thread of the links knows beyond the box's state.
+// State known only to the thread of the links.
 struct LinkVitals {
   std::uint64_t uptime_ms{};
   messages::LinkCounters from_hosts;  // all links since the start
   std::vector<messages::UsbPortStatus> usb_ports;
 };
 
-// Answers what hosts and the CNC ask of the box. Questions about its state are answered at once; what needs the store
-// or takes its time goes to the worker and is answered later, through `reply_later`, in the worker's thread. Used by
-// the thread of the links, except for post().
+// Answers requests of hosts and the CNC. Questions about the state are answered at once; requests that need the store
+// or take time go to the worker, which answers through `reply_later`. Used by the thread of the links, except for
+// post().
 class ControlDesk {
  public:
   struct Colleagues {
@@ -57,12 +57,12 @@ class ControlDesk {
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
               std::function<void(Reply)> reply_later);
 
-  // Nothing now means: later.
+  // nullopt: the answer follows later.
   std::optional<Reply> handle(std::uint64_t link, const stream::PendingRequest& request, const box::State& state,
                               const LinkVitals& vitals);
 
-  // Any thread, for markers that come over other faces. nullopt when it was taken, or why not.
-  // What a controller says: a marker, an axis that was homed, a cut. The stamp is set here.
+  // Takes a marker, a homed axis or a cut from the controller, from any thread; sets the stamp. Returns why it was
+  // refused; nullopt when it was taken.
   std::optional<Error> post(Event said, const box::State& state);
 
  private:
@@ -85,7 +85,7 @@ class ControlDesk {
   Colleagues with_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};
-  // Of the last run: only the desk starts one.
+  // Plan of the last run; only this class starts runs.
   procedure::Plan plan_;
   ProcedureOptions options_;
 };

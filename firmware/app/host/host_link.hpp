@@ -7,7 +7,7 @@
 
 namespace probebox::app {
 
-// A connection and the session that speaks over it: moves bytes between the two, on one lane or on both.
+// Moves bytes between a connection and its session, on one lane or two.
 class HostLink {
  public:
   // options.two_lanes is set from the connection.
@@ -20,14 +20,14 @@ class HostLink {
   const stream::Session& session() const { return session_; }
   int descriptor() const { return connection_.data->descriptor(); }
 
-  // What has come, up to a bounded amount: a host that talks without end does not keep the others waiting.
+  // Receives a bounded amount, so that one host cannot delay the others.
   void receive(MonoTime now);
-  // As much as the connection takes.
+  // Sends as much as the connection takes.
   void flush();
 
-  // The connection has ended, or hangUp() was called.
+  // True after the connection has ended or hangUp() was called.
   bool closed() const { return connection_.data == nullptr; }
-  // After flush(): whether the descriptor is to be watched for writing.
+  // After flush(): true when the descriptor must be watched for writing.
   bool waitsForWriting() const { return waits_for_writing_; }
   void hangUp();
 

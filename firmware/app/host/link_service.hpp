@@ -26,8 +26,8 @@
 
 namespace probebox::app {
 
-// All links to hosts, in one thread that waits for all of them at once: TCP listeners, serial lines, USB ports, and a
-// session for each host. A slow or mad host costs its own session only.
+// Serves all links to hosts in one thread: TCP listeners, serial lines, USB ports, with a session for each host. A slow
+// or faulty host affects only its own session.
 class LinkService {
  public:
   struct Options {
@@ -51,7 +51,7 @@ class LinkService {
   void start();
   void stop();
 
-  // Any thread: an answer that took its time.
+  // Any thread: delivers an answer that took time.
   void reply(Reply reply);
 
  private:
@@ -59,14 +59,14 @@ class LinkService {
   struct Link {
     HostLink host;
     Door* door{};            // null: from the network
-    EventLoop::Watch watch;  // not for USB, whose port tells
+    EventLoop::Watch watch;  // not for USB, whose port reports events
     bool closed{};
   };
-  // Something that is tried again every second until it is there.
+  // A listener or port that is retried every second until it works.
   struct Door {
-    std::string problem;  // as it was last complained of; empty when all is well
+    std::string problem;  // last reported problem; empty when there is none
     MonoTime next_try{};
-    Link* link{};  // of the host that came in here
+    Link* link{};  // link of the host that connected here
     bool mayTry(MonoTime now);
     void complain(const std::string& what);
   };
@@ -105,7 +105,7 @@ class LinkService {
   StateBuffer& states_;
   Counters& counters_;
   WakeUp& wake_up_;
-  TimeSource time_;  // hosts live in real time, whatever the emulated machine's scale
+  TimeSource time_;  // real time for hosts, regardless of the emulated machine's scale
   MonoTime started_;
   stream::History history_;
   stream::Transcoder transcoder_;
@@ -121,7 +121,7 @@ class LinkService {
   messages::LinkCounters from_gone_hosts_;
   MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};
-  bool a_block_has_come_{};  // until then the state tells what the first one will have
+  bool a_block_has_come_{};  // before the first block its number comes from the state
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;
   bool stopping_{};

@@ -12,15 +12,16 @@
 
 namespace probebox::app {
 
-// Has the box pulse its own output, and says how late its kernel stamps edges. On the worker's thread: nothing that
-// carries samples waits for it. It takes up to 3 s, so there is one measurement at a time.
+// Pulses the box's own output and measures the latency of its edge stamps. Runs on the worker's thread, up to 3 s, one
+// measurement at a time; samples are not delayed.
 class LoopBackDesk {
  public:
-  // `wire` is there where `lines` are.
+  // `wire` exists if `lines` exist.
   LoopBackDesk(board::Access access, std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
       : access_{access}, lines_{std::move(lines)}, wire_{std::move(wire)} {}
 
-  // The thread of the links: false while a measurement waits or goes on; else answer() has to follow, or end().
+  // Called by the thread of the links. Returns false while a measurement waits or runs; otherwise answer() or end()
+  // must follow.
   bool begin() { return !busy_.exchange(true); }
   void end() { busy_ = false; }
 

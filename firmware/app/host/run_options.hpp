@@ -9,10 +9,10 @@
 
 namespace probebox::app {
 
-// What reads the balls of a run that is asked for so.
+// What measures the balls of a requested run.
 procedure::ReadBy readBy(const messages::StartProcedure::Request& request);
 
-// The options of a run as it will be planned, or the reply that says why there can be none.
+// Completes the options of a run, or returns the reply that refuses it.
 Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
                                                 const messages::StartProcedure::Request& request,
                                                 const procedure::Facts& facts, const box::State& state);

@@ -10,16 +10,16 @@
 #include "protocol/frame/reader.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Every event that the core took, in its order, as frames of a file that stays readable when it is cut at any byte.
+// Writes every event of the core, in order, as frames to a file that stays readable when cut at any byte.
 namespace probebox::app {
 
 class JournalWriter {
  public:
   static Outcome<JournalWriter> create(const std::filesystem::path& path);
 
-  // False when the disk does not take it: the journal ends there.
+  // Returns false on a write error, which ends the journal.
   bool write(const Event& event);
-  // Events that never reached the writer: the reader sees the gap.
+  // Counts events that never reached the writer; the reader sees the gap.
   void skip(std::uint64_t events) { sequence_ += static_cast<std::uint32_t>(events); }
   void flush();
 
@@ -38,10 +38,10 @@ class JournalWriter {
 
 struct JournalEnd {
   std::uint64_t events{};
-  std::uint64_t lost{};  // by the gaps in the frame sequence, or damaged
+  std::uint64_t lost{};  // events missing by the frame sequence, or damaged
 };
 
-// Calls `take` for every event that can be read, in order.
+// Calls `take` for every readable event, in order.
 Outcome<JournalEnd> readJournal(const std::filesystem::path& path, const std::function<void(const Event&)>& take);
 
 }  // namespace probebox::app

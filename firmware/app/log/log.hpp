@@ -10,18 +10,17 @@
 
 namespace probebox::app {
 
-// Lines to stderr, with the priority prefix that the journal understands when it is the one that reads. Not for the
-// tick path.
+// Writes lines to stderr, with priority prefixes when the systemd journal reads them. Not for the tick path.
 void logInfo(std::string_view text);
 void logWarning(std::string_view text);
 void logError(std::string_view text);
 
-// Written by the caller itself, past what waits for the worker: for the case that the worker stands still.
+// Writes from the calling thread, ahead of lines that wait for the worker: for a worker that hangs.
 void logErrorAtOnce(std::string_view text);
 
 void leaveLogToWorker();
 void drainLog();
-// At the end: what waits is written, and later lines are written where they arise.
+// At exit: writes waiting lines, and writes later ones directly.
 void writeLogHere();
 
 // Warnings that somebody outside can cause without end: one line in `pause` at most; what was left out meanwhile is

@@ -16,8 +16,8 @@
 
 namespace probebox::app {
 
-// Solves recorded runs, keeps the results, and all that comes of them later. Lives on the worker's thread, except for
-// lastRefusal(), factsNow() and what ResultsInForce allows, which any thread may ask.
+// Solves recorded runs, stores the results and manages their life. Lives on the worker's thread, except for
+// lastRefusal(), factsNow() and the functions of ResultsInForce that any thread may call.
 class Calibrations {
  public:
   // `tell_core` hands a command to the core; false when its queue is full.
@@ -25,23 +25,23 @@ class Calibrations {
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                ResultsInForce::WhyUnfit why_unfit, TellCore tell_core);
 
-  // What the core must hear before anything else: the correction that stands, then the results in force.
+  // Events for the start of the core: the last served correction, then the results in force.
   std::vector<Event> restore();
-  // What the core says now; called again and again. finish(): for the last time.
+  // Takes the newest state of the core; called periodically. finish(): for the last time.
   void look(const box::State& state);
   void finish(const box::State& state) { standing_.finish(state.snapshot); }
 
-  // A calibration is stored and proposed; what a selftest finds is answered alone.
+  // Stores and proposes the result of a calibration; the findings of a selftest are only answered.
   void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
              const capture::Scales& scales);
-  // Solves a case that was measured without the box, and keeps what comes of it. A case that says of which probe,
-  // machine or mounting it is must mean those that the box describes.
+  // Solves a case that was measured without the box, and stores the outcome. A case that names its probe, machine or
+  // mounting must match the descriptions.
   struct Proposed {
     store::Id id{};
-    std::string refusal;  // name, colon and reason; empty where there is a result
+    std::string refusal;  // name, colon and reason; empty if there is a result
   };
   Outcome<Proposed> propose(metrology::Dataset dataset);
-  // As described, and what calibrations in force add to that. Any thread may ask.
+  // Facts from the descriptions and from calibrations in force. Any thread.
   procedure::Facts factsNow() const;
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
@@ -49,7 +49,7 @@ class Calibrations {
   Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
     return store_.history(range);
   }
-  // The data of a run of this process, as JSON text; empty when there is none.
+  // Data of a run of this process as JSON; empty when there are none.
   const std::string& dataset(std::uint32_t run) const;
 
   std::string lastRefusal() const;

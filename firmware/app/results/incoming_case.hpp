@@ -9,19 +9,20 @@
 
 namespace probebox::app {
 
-// A case that a host sends in pieces, put together. On the worker's thread.
+// Assembles a case that a host sends in pieces. On the worker's thread.
 class IncomingCase {
  public:
-  // More numbers than the largest case of the methods has, and few enough for a small box. Eight letters count as one.
+  // More numbers than the largest case of any method, and few enough for a small box. Eight letters count as one
+  // number.
   static constexpr std::size_t kMostNumbers = 2'000'000;
 
-  // The whole case with its last piece, nothing before it. An error forgets all of it.
+  // Returns the whole case with its last piece, nullopt before. An error discards all pieces.
   Outcome<std::optional<metrology::Dataset>> add(const messages::ProposeCase::Request& piece);
 
  private:
   std::optional<Error> append(const messages::ProposeCase::Request& piece);
 
-  std::optional<std::uint32_t> number_;  // of the case that is on its way
+  std::optional<std::uint32_t> number_;  // number of the case being received
   metrology::Dataset dataset_;
   std::size_t numbers_{};
 };

@@ -9,7 +9,7 @@
 
 namespace probebox::app {
 
-// What became of a request: goes back to the link and ticket that it came from.
+// The answer to a request, with the link and ticket that it goes to.
 struct Reply {
   std::uint64_t link{};
   std::uint64_t ticket{};

@@ -7,7 +7,7 @@
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/stream.hpp"
 
-// What the box knows, in the words of the wire.
+// Converts the box's state to messages.
 namespace probebox::app {
 
 messages::ResultState wireState(store::State state);

@@ -12,7 +12,7 @@
 
 namespace probebox::app {
 
-// Answers what needs the store, or may wait for the core. On the worker's thread.
+// Answers requests that need the store or may wait for the core. On the worker's thread.
 class ResultsDesk {
  public:
   ResultsDesk(board::Access access, Calibrations& calibrations, CoreView& core, const TimeSource& time)

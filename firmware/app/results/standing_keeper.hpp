@@ -8,8 +8,7 @@
 
 namespace probebox::app {
 
-// Keeps the correction that is being served where a restart finds it: the machine's axes stand with it. On the worker's
-// thread.
+// Stores the served correction for the next start: the machine's axes are displaced by it. On the worker's thread.
 class StandingKeeper {
  public:
   // A smaller change is not worth a write to the disk.
@@ -18,12 +17,12 @@ class StandingKeeper {
 
   explicit StandingKeeper(store::Store& store) : store_{store} {}
 
-  // What was kept last, for the core's start; nothing when nothing ever was.
+  // The stored correction for the start of the core; nullopt when there is none.
   std::optional<StandingRestored> restore(MonoTime now);
 
-  // Writes when it must. A correction that is not valid is not applied by anybody: what was kept stays.
+  // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
-  // The last word: writes what has not been written yet.
+  // Writes what is not written yet.
   void finish(const published::Snapshot& snapshot);
 
  private:

@@ -18,10 +18,10 @@ namespace probebox::app {
 
 using EventQueue = SpscQueue<Event>;
 
-// Empties the sources into the core's queue, and says how time goes on. SCHED_FIFO where the system grants it.
+// Polls the sources, pushes their events into the core's queue, and reports the time. SCHED_FIFO if permitted.
 class CaptureThread {
  public:
-  // Silence is an event too, this often.
+  // Interval of TimeAdvanced.
   static constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
 
   // `table` gets a row for every source.
@@ -48,9 +48,9 @@ class CaptureThread {
     std::string problem;
     std::uint64_t unusable{};
   };
-  std::vector<Told> told_;  // of every source, to the table
+  std::vector<Told> told_;  // per source, last reported to the table
   std::vector<pollfd> waiting_;
-  std::uint32_t lost_unsaid_{};  // lost for want of room, and the core does not know yet
+  std::uint32_t lost_unsaid_{};  // lost because the queue was full, not reported to the core yet
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -6,10 +6,10 @@
 
 namespace probebox::app {
 
-// Commands of many threads to the core. Only those who command ever wait for the lock; the core takes without one.
+// Carries commands of many threads to the core. Only the senders share a lock; the core takes commands without one.
 class CommandQueue {
  public:
-  // False when full: the caller tells its client that the box is busy.
+  // Returns false when full: the caller reports that the box is busy.
   bool push(const Event& command) {
     const std::lock_guard lock{commanders_};
     return queue_.push(command);
@@ -18,7 +18,7 @@ class CommandQueue {
 
  private:
   std::mutex commanders_;
-  // At its start the core hears of all results in force, and a table by angle is an event a row.
+  // At its start the core receives all results in force, one event per row of a table by angle.
   SpscQueue<Event> queue_{1024};
 };
 

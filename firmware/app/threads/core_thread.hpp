@@ -18,8 +18,8 @@ namespace probebox::app {
 
 using StateBuffer = TripleBuffer<box::State>;
 
-// The thread of the pure rooms: from the queue's pop to the published state and the closed block nothing allocates,
-// locks or waits.
+// Runs the pure rooms. From popping an event to the published state and the closed block it neither allocates, locks
+// nor waits.
 class CoreThread : private box::Outputs {
  public:
   CoreThread(const box::BoxConfig& config, EventQueue& events, CommandQueue& commands, WakeUp& wake_up,
@@ -28,18 +28,18 @@ class CoreThread : private box::Outputs {
   CoreThread(const CoreThread&) = delete;
   CoreThread& operator=(const CoreThread&) = delete;
 
-  // Before start(). Each reader thread gets a buffer of its own; everything returned lives as long as this.
+  // Before start(). Each reader thread gets its own buffer; everything returned lives as long as this.
   StateBuffer& addStateReader();
   Feed& feed() { return feed_; }
-  // Every event, in the order in which the core took it, for a journal on the worker.
+  // Every event in the order of the core, for a journal on the worker.
   EventQueue& openJournal();
 
-  // `worker` is woken, without waiting, when a run is ready to be solved or the journal has filled up; `links` when
-  // blocks are there.
+  // Wakes `worker`, without waiting, when a run is ready to be solved or the journal has filled up, and `links` when
+  // blocks are available.
   void start(Worker& worker, WakeUp& links);
   void stop();
 
-  // The run that waits to be solved; asked by the worker.
+  // The run to solve; called by the worker.
   std::optional<std::uint32_t> takeRunToSolve();
   // Stable from takeRunToSolve() until the core has got Solved.
   const capture::Recording& recording() const { return box_.recording(); }
@@ -65,7 +65,7 @@ class CoreThread : private box::Outputs {
   Feed feed_{64};
   FeedItem item_;
   SampleIndex unsaid_first_{};
-  std::uint64_t unsaid_count_{};  // lost because the feed was full, and the links do not know yet
+  std::uint64_t unsaid_count_{};  // lost because the feed was full, not reported to the links yet
   std::vector<std::unique_ptr<StateBuffer>> readers_;
   std::unique_ptr<EventQueue> journal_;
   Worker* worker_{};

@@ -8,19 +8,19 @@
 
 namespace probebox::app {
 
-// The core as the worker sees it.
+// The worker's access to the core.
 class CoreView {
  public:
-  // tell: hands an event to the core; false when its queue is full. `states` is the worker's own reader.
+  // tell: sends an event to the core; false when its queue is full. `states`: the worker's own reader.
   CoreView(StateBuffer& states, std::function<bool(const Event&)> tell) : states_{states}, tell_{std::move(tell)} {}
 
   const box::State& newest() { return states_.newest(); }
 
-  // Tells the core, and waits until it has published a state that knows of it. False when it does not take it, or
-  // stands still: a thread that may wait calls this.
+  // Sends an event and waits until a published state reflects it. Returns false when the core does not take it or does
+  // not respond. Only for threads that may wait.
   bool tellAndSee(const Event& event) {
     if (!tell_(event)) return false;
-    // The state after the next one: the next may have been made while the event still waited.
+    // The second next state: the next one may have been made while the event still waited.
     constexpr int kStates = 2;
     constexpr int kPatience_ms = 2000;
     auto seen = newest().at;

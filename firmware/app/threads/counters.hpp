@@ -4,7 +4,7 @@
 
 namespace probebox::app {
 
-// How far each stage of the chain has come: each counts for itself, the watchdog compares.
+// Progress of each stage of the chain, counted by the stage and compared by the watchdog.
 struct Progress {
   std::atomic<std::uint64_t> capture{0};  // rounds over all sources
   std::atomic<std::uint64_t> core{0};     // events taken from the capture queue
@@ -13,7 +13,7 @@ struct Progress {
   std::atomic<std::uint64_t> worker{0};   // rounds
 };
 
-// What the threads count about themselves, for status and heartbeats.
+// Counters of the threads, for status and heartbeats.
 struct Counters {
   std::atomic<std::uint64_t> deadline_misses{0};       // the capture thread woke up too late
   std::atomic<std::uint32_t> queue_high_water{0};      // events, the fullest that the capture queue has been

@@ -9,8 +9,7 @@ struct sd_event_source;
 
 namespace probebox::app {
 
-// Waits for descriptors and for time to pass: sd-event, with callbacks as functions. One thread, except for quit's
-// flag.
+// Waits for descriptors and timers (sd-event) and calls functions. One thread, except for quit's flag.
 class EventLoop {
  public:
   EventLoop();
@@ -18,13 +17,13 @@ class EventLoop {
   EventLoop(const EventLoop&) = delete;
   EventLoop& operator=(const EventLoop&) = delete;
 
-  // Watches a descriptor, which stays open for as long as the watch lives or until it is paused.
+  // Watches a descriptor, which must stay open until the watch is destroyed or paused.
   class Watch {
    public:
     Watch() = default;
-    // Also tells when the descriptor can be written to.
+    // Also reports when the descriptor is writable.
     void wantWrite(bool wanted);
-    // For good, also from its own callback: the descriptor may be closed from then on.
+    // Stops for good, also from its own callback: the descriptor may be closed afterwards.
     void pause();
 
    private:

@@ -13,7 +13,7 @@
 
 namespace probebox::app {
 
-// What the core hands to the links: an encoded block, samples that are lost, or a trigger.
+// One item from the core for the links: an encoded block, lost samples, or a trigger.
 struct FeedItem {
   enum class Kind : std::uint8_t { block, lost_at_source, lost_in_queue, trigger };
 
@@ -22,14 +22,14 @@ struct FeedItem {
   SampleIndex first{};
   std::uint64_t count{};
   std::uint32_t size{};
-  published::DelayInForce delay;  // in the samples of the block
+  published::DelayInForce delay;  // applied to the samples of the block
   std::uint32_t next_trigger{};   // with a block: those before it were given to the links, or are lost
   box::PlacedTrigger trigger;
   std::array<std::byte, box::BlockBuilder::kMostBytes> bytes{};
 };
 using Feed = SpscQueue<FeedItem>;
 
-// What the wire calls the reason of a loss at the source.
+// Reason of a loss at the source in messages.
 messages::GapReason wireReason(latch::LostReason reason);
 
 }  // namespace probebox::app

@@ -1,14 +1,14 @@
 #pragma once
 
-// What a box asks of the kernel so that it never waits for memory or for lesser threads. What is not granted is said
-// once, with what would grant it, and the daemon runs on.
+// Requests real-time behaviour from the kernel. What is not permitted is logged once with the setting that permits it;
+// the daemon continues.
 namespace probebox::app {
 
-// For the whole process, before it makes any thread: all its memory stays resident, what comes later included. Stacks
-// and heaps are made small for that in any case.
+// Locks all present and future memory of the process. Call before threads are made. Stacks and heaps are made small in
+// any case.
 void keepMemoryResident();
 
-// For the calling thread: SCHED_FIFO.
+// Requests SCHED_FIFO for the calling thread.
 void askForRealTime();
 
 }  // namespace probebox::app

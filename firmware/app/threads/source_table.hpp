@@ -8,17 +8,17 @@
 
 namespace probebox::app {
 
-// The sources of events, and what keeps each of them from giving any. Any thread.
+// Lists the sources of events and their problems. Any thread.
 class SourceTable {
  public:
   struct Row {
     std::string name;
-    std::string problem;  // empty when all is well
+    std::string problem;  // empty when there is none
     std::uint64_t unusable{};
   };
 
   void add(std::string_view name);
-  // By the order of add(). What is new is also said in the log, once.
+  // Rows in the order of add(). A new problem is also logged once.
   void tell(std::size_t row, std::string_view problem);
   void tellUnusable(std::size_t row, std::uint64_t count);
 

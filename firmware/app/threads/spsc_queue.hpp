@@ -15,7 +15,7 @@ class SpscQueue {
   explicit SpscQueue(std::size_t at_least)
       : capacity_{std::bit_ceil(at_least)}, slots_{std::make_unique<T[]>(capacity_)} {}
 
-  // False when full: the caller counts what it could not hand over.
+  // Returns false when full: the caller counts the loss.
   bool push(const T& value) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ == capacity_) {
@@ -38,7 +38,7 @@ class SpscQueue {
     return true;
   }
 
-  // A moment's view, for high-water marks.
+  // Momentary size, for high-water marks.
   std::size_t size() const { return tail_.load(std::memory_order_relaxed) - head_.load(std::memory_order_relaxed); }
   std::size_t capacity() const { return capacity_; }
 

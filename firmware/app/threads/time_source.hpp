@@ -5,8 +5,8 @@
 
 namespace probebox::app {
 
-// The one place of the daemon that reads a clock. With a scale other than 1 (emulated machine only) its time runs
-// faster or slower than the kernel's, from the same start.
+// The daemon's only access to a clock. With a scale other than 1 (emulated machine only) time runs faster or slower
+// than the kernel's.
 class TimeSource {
  public:
   explicit TimeSource(double scale = 1.0) : scale_{scale}, start_ns_{kernelNs()} {}
@@ -15,7 +15,7 @@ class TimeSource {
     const auto elapsed_ns = static_cast<double>(kernelNs() - start_ns_);
     return monoTime(start_ns_ + static_cast<std::int64_t>(elapsed_ns * scale_));
   }
-  // How long to wait in the kernel's time for `duration` to pass here.
+  // Kernel time to wait for `duration` of scaled time.
   Nanoseconds kernelDuration(Nanoseconds duration) const {
     return Nanoseconds{static_cast<std::int64_t>(static_cast<double>(duration.count()) / scale_)};
   }

@@ -5,7 +5,7 @@
 
 namespace probebox::app {
 
-// The newest value of one writer for one reader: neither waits, and the reader sees a whole value or the one before.
+// Passes the newest value of one writer to one reader without waiting. The reader gets complete values only.
 template <class T>
 class TripleBuffer {
  public:

@@ -3,7 +3,7 @@
 
 namespace probebox::app {
 
-// Wakes one waiting thread from others, by an eventfd. notify() neither blocks nor allocates.
+// Wakes one waiting thread through an eventfd. notify() neither blocks nor allocates.
 class WakeUp {
  public:
   WakeUp();
@@ -13,7 +13,7 @@ class WakeUp {
 
   void notify();
   void wait(std::chrono::milliseconds at_most);
-  // Takes back all notifications so far: for owners that wait for descriptor() by other means.
+  // Clears all notifications: for owners that wait for descriptor() themselves.
   void clear();
   int descriptor() const { return descriptor_; }
 

@@ -9,21 +9,21 @@
 
 namespace probebox::app {
 
-// The one thread for all that may take its time: solving, SQLite, writing files. Jobs run in the order of posting, the
-// patient ones after all others.
+// Runs everything that may take time in one thread: solving, SQLite, files. Jobs run in the order of posting; patient
+// ones run when no others wait.
 class Worker {
  public:
-  // `on_wake` runs in the worker's thread after every notify(), after every job, and now and then.
+  // `on_wake` runs in the worker's thread after every notify(), after every job, and periodically.
   explicit Worker(std::function<void()> on_wake);
   ~Worker() { stop(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  // False when too much is waiting: the caller tells its client that the box is busy.
+  // Returns false when too many jobs wait: the caller reports that the box is busy.
   bool post(std::function<void()> job);
-  // For what takes seconds: done when nothing else waits.
+  // For jobs that take seconds: run when nothing else waits.
   bool postPatient(std::function<void()> job);
-  // Runs what was posted before, then ends the thread; notify() stays allowed.
+  // Runs the posted jobs, then ends the thread; notify() stays allowed.
   void stop();
   // Neither blocks nor allocates: for the tick path.
   void notify() { wake_up_.notify(); }

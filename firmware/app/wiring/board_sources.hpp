@@ -14,22 +14,22 @@
 
 namespace probebox::app {
 
-// The emulated machine takes the place of all devices.
+// True when the emulated machine replaces all devices.
 bool isEmulated(const board::Descriptions& descriptions);
 
-// Says what of [devices] this build has no driver for; nothing when all is good.
+// Names a device in [devices] without a driver in this build; nullopt when all are supported.
 std::optional<Error> whyUnsupported(const board::Descriptions& descriptions);
 
-// The receiver that probe = "usb" or "usb:SERIAL" asks for; the serial number is empty for the only one there is.
+// The receiver named by probe = "usb" or "usb:SERIAL"; an empty serial number means the only one.
 std::optional<std::string> receiverOf(const board::Devices& devices);
 
-// The drivers that a board's description asks for. Here, and nowhere else, concrete drivers are named. `box` is where
-// the emulated machine's controller finds its box.
+// Opens the drivers that a board's description names; concrete drivers are named only here. `box`: address of the box
+// for the emulated machine's controller.
 Outcome<std::vector<std::unique_ptr<io::EventSource>>> openSources(const board::Descriptions& descriptions,
                                                                    const tcp::Address& box, MonoTime now,
                                                                    Counters& counters);
 
-// The wire of [loop_back], real or emulated; null where the board has none.
+// The loop-back wire, real or emulated; null if the board has none.
 std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions);
 
 }  // namespace probebox::app

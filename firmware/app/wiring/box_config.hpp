@@ -8,7 +8,7 @@
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 
-// From what people described to what the rooms need.
+// Converts the descriptions to the configuration of the rooms.
 namespace probebox::app {
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions);

@@ -13,8 +13,8 @@
 
 namespace probebox::app {
 
-// How the emulated controller reaches its box: over TCP and the public control channel, like any other host. Asks and
-// listens without waiting; a connection that is gone is opened again by the next question.
+// Connects the emulated controller to its box over TCP and the public control channel, like any other host. Never
+// waits; the next question reopens a lost connection.
 class ControllerLink : public world::BoxLink {
  public:
   explicit ControllerLink(tcp::Address box);

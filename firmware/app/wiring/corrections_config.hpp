@@ -4,7 +4,7 @@
 
 namespace probebox::app {
 
-// What machine.toml says about references, screws, rotary axes, the turning axis and the limits of corrections.
+// Reads references, screws, rotary axes, the spindle axis and the limits of corrections from machine.toml.
 corrections::CorrectionsConfig correctionsConfig(const board::Machine& machine);
 
 }  // namespace probebox::app

@@ -304,7 +304,7 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
   add(box::whyRefused(boxConfig(descriptions)));
   add(whyNoAddresses(options, descriptions.service));
   if (options.time_scale != 1.0 && !isEmulated(descriptions))
-    add(Error{"--time-scale is for the emulated machine: real edges come at the kernel's time."});
+    add(Error{"--time-scale is for the emulated machine only: real edges are stamped in real time."});
   return refused;
 }
 

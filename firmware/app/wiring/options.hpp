@@ -13,7 +13,7 @@
 
 namespace probebox::app {
 
-// What the command line of probeboxd says.
+// Options of the command line of probeboxd.
 struct Options {
   std::string board = "sim";
   std::filesystem::path state;   // folder of what must survive a restart; empty: the default
@@ -26,12 +26,12 @@ struct Options {
   bool usb_identity = false;
 };
 
-// A place where hosts come in.
+// Address of a link for hosts.
 using LinkAddress = std::variant<tcp::Address, serial::Address, usb_gadget::PortAddress>;
 // "tcp:HOST:PORT", "serial:DEVICE[,baud=..]" or "usb".
 Outcome<LinkAddress> parseLink(const std::string& text);
 
-// The folder of what must survive a restart, held by one daemon at a time.
+// The folder for data that survive a restart, locked by one daemon at a time.
 struct StateDirectory {
   std::filesystem::path path;
   io::Descriptor lock;

@@ -8,10 +8,10 @@
 
 namespace probebox::app {
 
-// A probe receiver whose damaged packets are counted where status can see them.
+// A probe receiver whose damaged packets are counted for status.
 class ProbeReceiver final : public io::EventSource {
  public:
-  // serial_number: empty for the only receiver there is. `counters` outlives it.
+  // serial_number: empty for the only receiver. `counters` must outlive this.
   ProbeReceiver(std::string serial_number, Counters& counters)
       : receiver_{std::move(serial_number)}, counters_{counters} {}
 

@@ -9,28 +9,28 @@
 
 namespace probebox::app {
 
-// What is said to the service manager (systemd) that started this process. Nobody listens when a person did.
+// Sends notifications to the service manager (systemd) if it started this process.
 class ServiceManager {
  public:
-  // How long it waits for feedWatchdog() before it restarts the process; nothing where it does not watch.
+  // Watchdog time-out; nullopt without a watchdog.
   std::optional<Nanoseconds> watchdog() const;
 
   void ready();
   void stopping();
   void feedWatchdog();
-  // One line for `systemctl status`. The same line again is not sent again.
+  // One line for `systemctl status`; repeated lines are not sent.
   void status(std::string_view text);
 
  private:
   std::string status_;
 };
 
-// A socket that the service manager opened for this process, and the name that its unit gives it.
+// A socket that the service manager opened for this process, with the name from its unit.
 struct PassedSocket {
   io::Descriptor descriptor;
   std::string name;
 };
-// Once: the sockets belong to the caller from then on.
+// Call once: the caller owns the sockets afterwards.
 std::vector<PassedSocket> takePassedSockets();
 
 }  // namespace probebox::app

@@ -12,8 +12,8 @@
 
 namespace probebox::app {
 
-// The emulated machine in the place of all drivers. Its controller lives in the same thread and reaches the box through
-// `link` alone.
+// Replaces all drivers by the emulated machine. Its controller runs in the same thread and reaches the box only through
+// `link`.
 class SimSource : public io::EventSource {
  public:
   SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,

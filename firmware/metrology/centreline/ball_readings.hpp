@@ -15,25 +15,25 @@
 
 namespace probebox::metrology {
 
-// A ball that turns with the C axis, read in the plane by a probe that turns with the spindle.
+// A ball turned by the C axis, measured in the plane by a probe turned by the spindle.
 struct BallReading {
   Eigen::Vector2d at;  // mm
   double spindle{};    // rad, right-handed about +Z (the sources call it A)
   double c{};          // rad, right-handed about +Z
   std::size_t set{};   // of readings at one height or tip length
   double lever{};      // that height or length, about the mean of all readings; mm
-  // Touched by a shank from this side, a unit vector: what is read counts along it only, and is further out by the
-  // radii of ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
+  // Unit vector of the side touched by a shank: the reading counts along it only, and is further out by the radii of
+  // ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
   std::optional<Eigen::Vector2d> shank_side{};
   double spread{1.0};  // its sd, in sigma
 };
 
-// Model (B4): m = o + R2(C) r - R2(A) s. o is the C axis minus the spindle axis, r how far the ball is off C, s how far
-// the stylus is off the spindle. Everything is linear; the readings decide what can be told apart.
+// Model (B4): m = o + R2(C) r - R2(A) s. o: C axis minus spindle axis; r: offset of the ball from C; s: offset of the
+// stylus from the spindle. Linear; the readings decide which of them can be separated.
 struct BallModel {
   bool sloped{};          // o changes with the lever: o + k lever
   bool arm_per_set{};     // each set has its own r (a ball of its own)
-  bool stylus_per_set{};  // each set has its own s (a tip of its own)
+  bool stylus_per_set{};  // each set has its own s (its own tip)
 };
 
 enum class Turned {
@@ -53,19 +53,19 @@ struct BallFit {
   Eigen::Index styli{};  // column of the first stylus offset; -1: not in the model
 };
 
-// sigma: mm, of one coordinate. Refuses: angles-too-close (neither axis turned, or so little that o or k is 20 times
-// less certain than a reading, |sin(alpha/2)| < 0.05 for two angles), spindle-not-turned or c-not-turned (what the
-// model would need to tell k), and what linearLeastSquares refuses.
+// sigma: mm, of one coordinate. Refuses: angles-too-close (neither axis turned, or o or k more than 20 times less
+// certain than a reading, |sin(alpha/2)| < 0.05 for two angles), spindle-not-turned or c-not-turned (needed to separate
+// k), and what linearLeastSquares refuses.
 Outcome<BallFit, Refusal> fitBall(std::span<const BallReading> readings, const BallModel& model, double sigma);
 
 struct BallColumns {
   std::string_view table{"readings"};
-  std::string_view lever{};  // none where it is empty
+  std::string_view lever{};  // empty: none
   std::vector<std::string_view> further{};
 };
 
-// Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever make a
-// set; levers are about their mean, which is `mean_lever`.
+// Table{<lever>,A_rad,C_rad,x_mm,y_mm} and further columns. Config: A_sense, C_sense. Rows with the same lever form a
+// set; levers are relative to their mean, `mean_lever`.
 struct BallTable {
   std::vector<BallReading> readings;
   std::vector<std::string> warnings;
@@ -73,7 +73,7 @@ struct BallTable {
   double mean_lever{};
 
   double leverSpan() const;
-  // Levers about the mean of all readings from now on.
+  // Makes levers relative to the mean of all readings.
   void centreLevers();
 };
 Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColumns& named);

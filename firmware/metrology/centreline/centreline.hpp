@@ -10,13 +10,13 @@
 
 namespace probebox::metrology {
 
-// A feature that turns about an axis, read in the plane across it.
+// A feature turned about an axis, measured in the plane across it.
 struct RotationReading {
   Eigen::Vector2d at;  // mm
   double angle{};      // rad, right-handed
 };
 
-// What one reading is uncertain by (k = 1).
+// Uncertainty of one reading (k = 1).
 struct RotationNoise {
   double position{1.0};  // mm, of one coordinate; 1 gives the cofactor
   double angle{};        // rad, of the axis
@@ -34,11 +34,11 @@ Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, con
 // Refuses what fitRotation does.
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 
-// What the two rows of a reading are in that fit, and the sign that turns its residuals into read minus fitted.
+// Names of the two rows of a reading in that fit, and the sign that turns its residuals into measured minus fitted.
 std::span<const std::string_view> residualParts(const RotationNoise& noise);
 double residualSense(const RotationNoise& noise);
 
-// sigma_mm and sigma_C_rad of a case, as fitRotation takes them. Refuses: bad-config.
+// sigma_mm and sigma_C_rad of a case for fitRotation. Refuses: bad-config.
 struct StatedNoise {
   RotationNoise noise;
   bool stated{};

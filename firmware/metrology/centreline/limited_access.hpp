@@ -8,14 +8,14 @@
 
 namespace probebox::metrology {
 
-// A ball on the rim of a large chuck, of which the probe reaches an arc only (CN101976057 equations 7 to 11,
+// A ball on the rim of a large chuck that the probe reaches over an arc only (CN101976057 equations 7 to 11,
 // docs/metrology.md B.11). C counts clockwise from +Y here: ball = centre + R (sin(C + psi), cos(C + psi)).
 
-// (B26): what to add to the zero of C after readings at C = +theta and -theta, so that the ball lies on +Y at zero.
+// (B26): correction of the zero of C from readings at C = +theta and -theta, so that the ball lies on +Y at zero.
 double remainingShift(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus);
 
-// (B27): centre and radius from readings at +theta, -theta and 0, psi being zero. Nothing when the reading at 0 is no
-// higher or lower than the one at +theta.
+// (B27): centre and radius from readings at +theta, -theta and 0 with psi = 0. nullopt when the readings at 0 and
+// +theta have the same height.
 struct RimCentre {
   Eigen::Vector2d centre;  // mm
   double radius{};         // mm, signed
@@ -31,8 +31,7 @@ struct RimSteps {
   double theta{};  // rad
 };
 
-// (B26), (B27) without going back to the machine: instead of turning C by phi, the readings are turned. Nothing as
-// above.
+// (B26), (B27) without moving the machine: the readings are turned instead of C. nullopt as above.
 std::optional<RimCentre> turnedRimCentre(const RimSteps& steps);
 
 // Method "centreline-limited-access": all readings by least squares with their known angles (B6), weighted for the

@@ -5,7 +5,7 @@
 
 namespace probebox::metrology {
 
-// Readings at +theta and -theta whose y differ by less are level, where level_limit_mm does not say otherwise.
+// Default of level_limit_mm: readings at +theta and -theta whose y differ by less are level.
 inline constexpr double kUsualLevelLimit_mm = 0.01;
 
 // Method "centreline-by-steps": the source's own way to the centre of a large chuck, step by step, and one weighted fit

@@ -9,11 +9,11 @@ namespace probebox::metrology {
 
 inline constexpr std::string_view kTipLength = "tip_length_mm";
 
-// Readings with tips of several lengths, with a shank, of one ball or of two on one holder, as if all were of the first
-// ball (CN101976057, docs/metrology.md B.7, (B15), (B16)).
+// Readings of one ball or of two on one holder, with tips of several lengths or a shank, converted to the first ball
+// (CN101976057, docs/metrology.md B.7, (B15), (B16)).
 struct SpindleReadings {
   BallTable table;
-  // Of every row of the fit.
+  // One per row of the fit.
   std::vector<std::string> names;
   std::vector<double> lengths;  // mm
   std::vector<double> spreads;  // sd, in sigma_mm

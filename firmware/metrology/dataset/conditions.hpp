@@ -7,11 +7,11 @@
 
 namespace probebox::metrology {
 
-// Keys that every method takes for the record: probe, machine, mounting, measured_utc, measured_by, temperature_c,
-// note.
+// Tests for the keys that every method accepts for the record: probe, machine, mounting, measured_utc, measured_by,
+// temperature_c, note.
 bool isCondition(std::string_view key);
 
-// Those of them that the case states, in this order.
+// Those keys that the case states, in this order.
 std::vector<Condition> conditionsOf(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -9,10 +9,10 @@
 
 namespace probebox::metrology {
 
-// A unit vector from a config key; nothing when the key is absent. Refuses: bad-config.
+// Reads a unit vector from a config key; nullopt when the key is absent. Refuses: bad-config.
 Outcome<std::optional<Eigen::Vector3d>, Refusal> configDirection(const Dataset& dataset, std::string_view key);
 
-// The same, that the method cannot do without. Refuses: missing-key, bad-config.
+// Reads a unit vector that the method requires. Refuses: missing-key, bad-config.
 Outcome<Eigen::Vector3d, Refusal> requiredDirection(const Dataset& dataset, std::string_view key);
 
 }  // namespace probebox::metrology

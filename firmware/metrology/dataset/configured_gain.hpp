@@ -8,8 +8,8 @@
 
 namespace probebox::metrology {
 
-// Gain matrix A of the probe (A3) from a config key, three rows of three numbers; the identity without it.
-// Refuses: bad-config.
+// Reads the gain matrix A of the probe (A3), three rows of three numbers; identity when the key is absent. Refuses:
+// bad-config.
 Outcome<Eigen::Matrix3d, Refusal> configGain(const Dataset& dataset, std::string_view key = "gain_matrix");
 
 }  // namespace probebox::metrology

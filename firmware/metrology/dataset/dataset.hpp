@@ -10,8 +10,7 @@
 
 namespace probebox::metrology {
 
-// What the box is told about a measurement: the value of one key of the configuration. Units are in the key
-// ("sigma_mm").
+// Value of one configuration key. Units are in the key ("sigma_mm").
 using Matrix = std::vector<std::vector<double>>;
 using Value = std::variant<double, bool, std::string, std::vector<double>, Matrix>;
 
@@ -22,28 +21,28 @@ struct Column {
   friend bool operator==(const Column&, const Column&) = default;
 };
 
-// Measurements of one kind. All columns have the same length unless somebody else filled them: solvers check.
+// Measurements of one kind. Columns should have equal lengths; solvers check this.
 struct Table {
   std::string name;
   std::vector<Column> columns;
 
   static Table withColumns(std::string name, std::span<const std::string_view> column_names);
 
-  // The number of rows of the shortest column; 0 without columns.
+  // Length of the shortest column; 0 without columns.
   std::size_t rows() const;
   bool rectangular() const;
   const std::vector<double>* column(std::string_view column_name) const;
 
-  // One value a column, in the order of the columns. A row of another width is a programming error (asserted).
+  // Appends one value per column, in their order. Asserts the number of values.
   void append(std::initializer_list<double> row);
 
   friend bool operator==(const Table&, const Table&) = default;
 };
 
-// A measured case: the folder of `probebox solve` in memory. Capture fills it, tools/case reads and writes it.
+// A measured case: the folder of `probebox solve` in memory. Filled by capture, read and written by tools/case.
 struct Dataset {
   std::string method;
-  std::map<std::string, Value, std::less<>> config;  // without the method
+  std::map<std::string, Value, std::less<>> config;  // all keys except the method
   std::vector<Table> tables;                         // table "machine" is the file machine.csv
 
   const Table* table(std::string_view name) const;
@@ -51,14 +50,14 @@ struct Dataset {
   friend bool operator==(const Dataset&, const Dataset&) = default;
 };
 
-// The three tables of every touch method. Streams are at their native rates, each with its own stamps on the master
-// clock. machine: position of the moving reference. probe: raw deflection channels. touches: outward normal n of the
-// surface, unit direction u of the retract, nominal speed.
+// Tables of every touch method. Streams keep their native rates, each with its own stamps on the master clock. machine:
+// position of the moving reference. probe: raw deflection channels. touches: outward normal n, unit direction u of the
+// retract, nominal speed.
 inline constexpr std::string_view kMachineColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
 inline constexpr std::string_view kProbeColumns[]{"touch", "t_s", "a", "b", "c"};
 inline constexpr std::string_view kTouchesColumns[]{"touch", "nx", "ny", "nz", "ux", "uy", "uz", "speed_mm_s"};
 
-// A dataset with the empty tables "machine", "probe" and "touches", in this order.
+// Makes a dataset with the empty tables "machine", "probe" and "touches".
 Dataset touchDataset(std::string method);
 
 }  // namespace probebox::metrology

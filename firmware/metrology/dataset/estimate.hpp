@@ -8,24 +8,24 @@ namespace probebox::metrology {
 
 enum class Shape { scalar, vector, matrix };
 
-// One estimated quantity with its standard deviation (k = 1), in the unit that its key names ("tau_s", "centre_mm").
+// One estimated quantity with its standard deviation (k = 1), in the unit named by its key ("tau_s", "centre_mm").
 struct Estimate {
   std::string key;
   Shape shape{Shape::scalar};
-  std::vector<double> values;  // a matrix row by row
+  std::vector<double> values;  // a matrix in row order
   std::vector<double> sd;      // one a value; empty when neither a stated sigma nor a residual exists
   std::size_t columns{1};      // of a matrix
-  // sd of each value per unit sigma of one reading: how well the chosen positions determine it, whatever the noise.
-  // Empty where it is not defined. Its unit: that of the value per that of the reading (Result::design_per).
+  // sd of each value per unit sigma of one reading: the geometry's contribution, independent of the noise. Empty if
+  // undefined. Unit: that of the value per that of the reading (Result::design_per).
   std::vector<double> design{};
-  // Combined standard uncertainty, type A and B (k = 1), one a value; without type B inputs it is sd. U = 2 * this.
+  // Combined standard uncertainty of each value, type A and B (k = 1); equal to sd without type B inputs. U = 2 * this.
   std::vector<double> uncertainty{};
 
   static Estimate scalar(std::string key, double value, std::optional<double> sd);
   static Estimate vector(std::string key, std::vector<double> values, std::vector<double> sd);
   static Estimate matrix(std::string key, std::size_t columns, std::vector<double> values, std::vector<double> sd);
 
-  // The value and sd of a scalar.
+  // Value and sd of a scalar.
   double value() const { return values.front(); }
   std::optional<double> standardDeviation() const {
     return sd.empty() ? std::nullopt : std::optional<double>{sd.front()};
@@ -33,13 +33,13 @@ struct Estimate {
   friend bool operator==(const Estimate&, const Estimate&) = default;
 };
 
-// Values of an estimate that have one unit: their indices, and a key that names the unit.
+// Values of an estimate that share a unit: their indices, and a key that names the unit.
 struct EstimatePart {
   std::string key;
   std::vector<std::size_t> at;
 };
 
-// The whole estimate; of "six_errors", whose rows hold three lengths and three angles, "translations_mm" and
+// The whole estimate; for "six_errors", whose rows hold three lengths and three angles, "translations_mm" and
 // "rotations_rad".
 std::vector<EstimatePart> partsOf(const Estimate& estimate);
 

@@ -10,8 +10,8 @@
 
 namespace probebox::metrology {
 
-// How much less certain some of the coordinates are than a usual one of the readings: config `key` over sigma_mm; 1
-// where either is not stated. Refuses: bad-config.
+// Ratio of the sd of some coordinates to that of the others: config `key` / sigma_mm; 1 when either is not stated.
+// Refuses: bad-config.
 struct RelativeSigma {
   double ratio{1.0};
   std::vector<std::string> warnings;

@@ -7,7 +7,7 @@
 
 namespace probebox::metrology {
 
-// The named columns of a table that checkedTable() has passed, side by side: a row a row.
+// Copies named columns of a checked table into a matrix with one row per row.
 Eigen::MatrixXd columnsOf(const Table& table, std::span<const std::string_view> names);
 
 }  // namespace probebox::metrology

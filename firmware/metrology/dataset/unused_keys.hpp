@@ -8,7 +8,7 @@
 
 namespace probebox::metrology {
 
-// One sentence for every key that is none of these: a misspelt key must not be passed over in silence.
+// Returns one sentence for every key that is not in the list, so misspelt keys are noticed.
 std::vector<std::string> unusedKeys(const Dataset& dataset, std::span<const std::string_view> used);
 
 }  // namespace probebox::metrology

@@ -9,7 +9,7 @@
 
 namespace probebox::metrology {
 
-// What is known of a touched feature, and which delays are asked for.
+// Known properties of a touched feature, and the delays to estimate.
 struct FeatureQuestion {
   std::string shape;                               // sphere, cylinder, plane-pair, box, plane
   Eigen::Vector3d axis{Eigen::Vector3d::UnitZ()};  // of a cylinder
@@ -17,10 +17,10 @@ struct FeatureQuestion {
   Eigen::Vector3d box_mm{Eigen::Vector3d::Zero()};
   bool each_axis{};
   bool own_article{};
-  std::optional<double> threshold_mm;  // |A d| of the points, in place of the slope
+  std::optional<double> threshold_mm;  // |A d| at the points, instead of the slope
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};
 
-  // In which the centre can be told: those in which the feature has extent.
+  // Directions in which the centre can be determined: those in which the feature has extent.
   Eigen::Index dimensions() const {
     return shape == "plane" || shape == "plane-pair" ? 1 : shape == "cylinder" ? 2 : 3;
   }

@@ -19,7 +19,7 @@ struct SurfacePoint {
   Eigen::Vector3d machine;  // M, mm: of the probe relative to the workpiece
   Eigen::Vector3d apex;     // the same at rest on the surface
   Eigen::Vector3d probe_velocity;
-  Eigen::Vector3d article_velocity;  // zero where only the probe moves
+  Eigen::Vector3d article_velocity;  // zero when only the probe moves
   double depth_mm{};                 // overtravel, as the gain of the touch has it
   double lever_s{};                  // from the middle of the machine's window to the point
   double of_mean{};   // variance, mm^2: along the motion of the machine's line at its middle, and of the probe
@@ -32,20 +32,19 @@ struct SurfacePoints {
   std::vector<SurfacePoint> points;
   std::vector<Dropped> dropped;
   std::vector<std::string> warnings;
-  std::size_t dof{};  // of the residuals that the variances come from
+  std::size_t dof{};  // of the residuals behind the variances
 };
 
-// Where the deflection is zero (A6), (A7), or, with a threshold, where |A d| falls through that level, between samples.
-// A table "article" is the workpiece's own position on stamps of its own: points are then relative to it.
+// The point is at zero deflection (A6), (A7) or, with a threshold, where |A d| falls through it. A table "article"
+// holds the workpiece's own position on its own stamps: points are then relative to it.
 struct PointQuestion {
   std::optional<double> threshold_mm{};
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A, for the threshold
   std::size_t unknowns{};                             // that the points have to tell
 };
 
-// Touches that are bad on their own are left out by name, as long as more than half stay and one more than there are
-// unknowns. Refuses what readTouches and fitRetract refuse; bad-threshold (under five deviations of a sample, or above
-// 0.8 of the deflection).
+// Drops bad touches by name as long as more than half remain, and one more than the unknowns. Refuses what readTouches
+// and fitRetract refuse; bad-threshold (under five sd of a sample, or above 0.8 of the deflection).
 Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const PointQuestion& question);
 
 }  // namespace probebox::metrology

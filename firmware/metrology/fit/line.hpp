@@ -8,8 +8,8 @@ namespace probebox::metrology {
 
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-// Straight line through three channels on exact stamps, about the mean stamp: there mean and slope are uncorrelated,
-// with covariances C/n and C/sxx, where C is the covariance of one sample.
+// Straight line through three channels on exact stamps, about the mean stamp, where mean and slope are uncorrelated
+// with covariances C/n and C/sxx; C: covariance of one sample.
 struct Line {
   std::size_t n{};
   double t_mean{};          // s
@@ -23,19 +23,20 @@ struct Line {
   double scatterAlong(const Eigen::Vector3d& direction) const { return direction.dot(scatter * direction); }
 };
 
-// times: s, at least two different ones. values: one row a stamp.
+// times: s, at least two different ones. values: one row per stamp.
 Line fitLine(std::span<const double> times, const Eigen::Ref<const Rows3>& values);
 
-// How large a share of the samples may lie in ramps: two fifths, or three.
+// Largest fraction of the samples in ramps: two fifths, or three fifths.
 enum class Trim { light, heavy };
 
-// Robust standard deviation of one sample against its neighbours: blind to slopes. 0 for fewer than three samples.
+// Robust standard deviation of one sample relative to its neighbours, insensitive to slopes. 0 for fewer than three
+// samples.
 double localDeviation(std::span<const double> times, std::span<const double> values, Trim trim);
 
-// The same about zero, of a signal that rests there for two fifths of its samples.
+// The same about zero, for a signal that is at rest for two fifths of its samples.
 double deviationAboutZero(std::span<const double> values);
 
-// A run of samples, [begin, end).
+// Index range of samples, [begin, end).
 struct Run {
   std::size_t begin{};
   std::size_t end{};
@@ -45,17 +46,16 @@ struct Run {
 // Samples that lie on one straight line.
 struct SteadyRun {
   Run run;
-  std::vector<std::size_t> spikes;  // samples within the run, each alone among good ones, that do not
+  std::vector<std::size_t> spikes;  // isolated samples within the run that are off the line
 };
 
-// The longest run about the middle of `trusted` that lies on one straight line with it: what remains when ramps at
-// either end are cut away. A sample belongs to a ramp when it and the next one are more than four deviations off a
-// robust line through the trusted ones; one that is off alone, by five, is a spike. Next to a cut as many samples more
-// are left out as a ramp of constant acceleration may hide in the noise. trusted: at least three fifths of it free of
-// ramps. noise: least deviation of one sample to reckon with.
+// Finds the longest run around the middle of `trusted` on one straight line, without ramps at its ends. A sample
+// belongs to a ramp when it and the next one are more than four sd off a robust line; a single sample five sd off is a
+// spike. Next to a cut, samples that may hide a ramp below the noise are omitted too. trusted: at least three fifths
+// without ramps. noise: smallest sd of one sample.
 SteadyRun steadyRun(std::span<const double> times, std::span<const double> values, Run trusted, double noise);
 
-// Step of the encoder or converter of which all values are multiples; 0 when there is none.
+// Resolution of the encoder or converter: the step of which all values are multiples; 0 if there is none.
 double resolutionOf(std::span<const double> values);
 
 }  // namespace probebox::metrology

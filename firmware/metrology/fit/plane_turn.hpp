@@ -4,11 +4,11 @@
 
 namespace probebox::metrology {
 
-// R2(a): turns vectors of the plane by a, right-handed.
+// R2(a): rotation of the plane by a, right-handed.
 Eigen::Matrix2d turn(double angle_rad);
 
-// How much less certain than the mean of `count` readings the angles make a parameter, squared, from its cofactor with
-// unit sigma: 1/(1 - |w|^2) of (B7).
+// Variance ratio of a parameter to the mean of `count` readings due to their angles, from its cofactor with unit sigma:
+// 1/(1 - |w|^2) of (B7).
 double inflation(double cofactor, std::size_t count);
 
 }  // namespace probebox::metrology

@@ -6,7 +6,7 @@
 
 namespace probebox::metrology {
 
-// A turn and a shift: point -> rotation * point + shift.
+// A rigid motion: point -> rotation * point + shift.
 struct RigidMotion {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
@@ -14,12 +14,11 @@ struct RigidMotion {
   Eigen::Vector3d operator()(const Eigen::Vector3d& point) const { return rotation * point + shift; }
 };
 
-// The motion that brings `from` closest to `to`, row by row, in the sense of least squares; mm (Kabsch, with a rotation
-// and never a reflection; docs/metrology.md (E3)). Refuses: too-few-balls (3), collinear (second width below 1e-9 of
-// the first).
+// Finds the least-squares motion of `from` to `to`, row by row, mm (Kabsch, without reflections; docs/metrology.md
+// (E3)). Refuses: too-few-balls (3), collinear (second width below 1e-9 of the first).
 Outcome<RigidMotion, Refusal> registerRigid(const Eigen::MatrixX3d& from, const Eigen::MatrixX3d& to);
 
-// Rotation vector of a rotation by less than half a turn, rad.
+// Rotation vector of a rotation below half a turn, rad.
 Eigen::Vector3d rotationVector(const Eigen::Matrix3d& rotation);
 
 // Rows of (E5) for a point at `lever` from the reference: displacement = rows * (translation, rotation).

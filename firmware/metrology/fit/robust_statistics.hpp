@@ -6,41 +6,41 @@
 
 namespace probebox::metrology {
 
-// Samples further apart than this leave no value between them.
+// Largest distance of samples, in periods, across which values are interpolated.
 inline constexpr double kGapPeriods = 2.5;
 
-// One signal on its own stamps. Stamps rise, s.
+// One signal on its own increasing stamps, s.
 struct Signal {
   std::vector<double> times;
   std::vector<double> values;
 
-  double period() const;  // median distance of the stamps, s; 0 for fewer than two
+  double period() const;  // median interval of the stamps, s; 0 for fewer than two
 };
 
-// Every which one of so many tells a mean or a median well enough: some thousand are looked at.
+// Stride that reduces `size` samples to some thousand, which are enough for a mean or median.
 std::size_t strideOf(std::size_t size);
 
-// Of values that are there. Reorders them.
+// Median of a non-empty list. Reorders it.
 double median(std::vector<double>& values);
 
-// Samples of a signal between its stamps: by lines, or by cubics through four of them (Lagrange).
+// Interpolation between samples: linear, or cubic through four of them (Lagrange).
 enum class Interpolation { linear = 2, cubic = 4 };
 
-// Variance of one sample from what it misses the line or cubic through its neighbours by; blind to slopes, the cubic to
-// bends too, and to a few kinks and spikes: the line to more of them. Of a long signal some thousand samples are looked
-// at.
+// Estimates the variance of one sample from its deviation from the interpolation of its neighbours. Insensitive to
+// slopes, the cubic also to curvature, and to a few kinks and spikes, the line to more of them. Uses some thousand
+// samples of a long signal.
 double sampleVariance(const Signal& signal, Interpolation interpolation);
 
-// By lines or by cubics, whichever gives less: lines take a bend for noise, cubics a kink.
+// The smaller of the linear and cubic estimates: lines mistake curvature for noise, cubics kinks.
 double smallerVariance(const Signal& signal);
 
-// Value at t by a line between the samples beside it; the ends beyond them. cursor: where the last search ended.
+// Linear interpolation at t; constant beyond the ends. cursor: end of the last search.
 double between(const std::vector<double>& times, const std::vector<double>& values, double t, std::size_t& cursor);
 
-// Means over 2 half + 1 values about each; fewer at the ends.
+// Moving average over 2 half + 1 values; fewer at the ends.
 Eigen::VectorXd boxed(const Eigen::VectorXd& values, Eigen::Index half);
 
-// A signal between its stamps. Made once, so that asking it is cheap.
+// Interpolates a signal between its stamps. Prepared once, so evaluation is cheap.
 class Interpolant {
  public:
   struct Sample {
@@ -49,23 +49,21 @@ class Interpolant {
   };
   Interpolant(const Signal& signal, Interpolation interpolation);
 
-  // cursor: where the last search ended; times are best asked for in rising order. Beyond the ends the last piece goes
-  // on.
+  // cursor: end of the last search; increasing times are fastest. The last piece is extrapolated beyond the ends.
   Sample at(double t, std::size_t& cursor) const;
 
-  // Adds weight times the value at t to a sum over the signal's samples: what that sum gives of each of them.
-  // gains: one a sample.
+  // Adds weight times the value at t to a sum, as gains of the individual samples (one per sample).
   void addGains(double t, double weight, std::size_t& cursor, Eigen::VectorXd& gains) const;
   // Variance of the value at t for samples of unit variance.
   double varianceAt(double t, std::size_t& cursor) const;
 
  private:
-  // Between two stamps: the value as powers of the time since the first of them.
+  // Polynomial between two stamps, in the time since the first.
   struct Piece {
     double from{};
     std::array<double, 4> powers{};
   };
-  // Samples that a piece goes through, and what each of them gives at t.
+  // Samples used by a piece, and their weights at t.
   struct Stencil {
     std::size_t first{};
     std::size_t count{};
@@ -78,7 +76,7 @@ class Interpolant {
 
   const std::vector<double>* times_;
   Interpolation interpolation_;
-  double gap_;  // s: wider than this only a line leads across
+  double gap_;  // s: intervals wider than this are interpolated linearly
   std::vector<Piece> pieces_;
 };
 

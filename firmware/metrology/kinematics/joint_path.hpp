@@ -7,24 +7,27 @@
 
 namespace probebox::metrology {
 
-// How the joints move within the window of a line through the tip's positions: a parabola in time each, or a line.
+// Motion of the joints within the window of a line through the tip positions: a parabola or line in time for each
+// joint.
 struct JointPath {
-  double t_mean{};               // s
-  double half_s{1.0};            // half the window
-  Eigen::MatrixXd coefficients;  // a row a joint, of 1, s, s^2 with s = (t - t_mean)/half_s; no rows: no joints
+  double t_mean{};     // s
+  double half_s{1.0};  // half the window
+  Eigen::MatrixXd
+      coefficients;  // one row per joint: coefficients of 1, s, s^2 with s = (t - t_mean)/half_s; no rows: no joints
 
-  // Joint positions and rates, every joint at its own time.
+  // Joint positions and rates, each joint at its own time.
   Eigen::VectorXd at(const Eigen::VectorXd& times) const;
   Eigen::VectorXd rates(const Eigen::VectorXd& times) const;
 };
 
-// joints: a row a stamp of times, positions their tips. Samples that the line does not use are left out.
+// joints: one row per stamp of times; positions: their tips. Samples that the line does not use are omitted.
 JointPath fitJointPath(std::span<const double> times, const Eigen::MatrixXd& joints,
                        const Eigen::Ref<const Rows3>& positions, const Line& line);
 
-// How far the tip moves when every joint is taken by that much later than t (s), mm.
+// Displacement of the tip when each joint is evaluated at t plus its own delay (s), mm. Joint delays that differ from
+// the mean displace the point off the line.
 Eigen::Vector3d shiftOf(const Kinematics& machine, const JointPath& path, double t, const Eigen::VectorXd& later);
-// What one second more of each joint then adds, mm/s: one column a joint.
+// Derivative of the tip position by each joint's delay, mm/s, one column per joint.
 Eigen::Matrix3Xd carriedBy(const Kinematics& machine, const JointPath& path, double t, const Eigen::VectorXd& later);
 
 }  // namespace probebox::metrology

@@ -12,14 +12,14 @@ class Kinematics {
   virtual ~Kinematics() = default;
 
   virtual Eigen::Index size() const = 0;
-  // Of a table of joint positions: "q1_rad" of a revolute joint, "q2_mm" of a prismatic one.
+  // Columns of a table of joint positions: "q1_rad" for a revolute joint, "q2_mm" for a prismatic one.
   virtual std::vector<std::string> columns() const = 0;
-  // Where the tip is, mm. q: joint positions, rad or mm. Nothing where no pose has them.
+  // Position of the tip, mm, for joint positions q, rad or mm; nullopt when no pose has them.
   virtual std::optional<Eigen::Vector3d> reached(const Eigen::VectorXd& q) const = 0;
-  // Derivative of the tip by every joint, one column each. q can be reached.
+  // Derivative of the tip by each joint, one column each. q must be reachable.
   virtual Eigen::Matrix3Xd jacobian(const Eigen::VectorXd& q) const = 0;
 
-  // Of joint positions close to some that were reached.
+  // Position of the tip for joint positions close to reachable ones.
   Eigen::Vector3d tip(const Eigen::VectorXd& q) const { return reached(q).value(); }
 };
 

@@ -12,10 +12,10 @@
 
 namespace probebox::metrology {
 
-// What a leg's joint moves: the length of the strut itself, or the lower end of a strut of fixed length.
+// What the joint of a leg moves: the length of the strut, or the lower end of a strut of fixed length.
 enum class LegKind : std::uint8_t { strut, slide, crank };
 
-// One leg, as it stands in the platform's reference pose.
+// One leg in the platform's reference pose.
 struct Leg {
   LegKind kind{};
   double q{};                 // its joint position then, mm; rad of a crank
@@ -26,30 +26,30 @@ struct Leg {
 
   Eigen::Vector3d lowerAt(double joint) const;
   double lengthAt(double joint) const;
-  // How fast the joint pushes the upper end along the strut, mm a unit. along: unit, from the lower end to the upper
-  // one.
+  // Speed of the strut's upper end along the strut per unit of the joint, mm. along: unit vector from the lower to the
+  // upper end.
   double pushOf(double joint, const Eigen::Vector3d& along) const;
 };
 
-// A platform on legs (docs/metrology.md A.6c, (A21b)): the three arms of a delta, whose platform keeps its orientation,
-// or the six legs of a hexapod.
+// Forward kinematics of a platform on legs (docs/metrology.md A.6c, (A21b)): a delta with three arms, whose platform
+// keeps its orientation, or a hexapod with six legs.
 class ParallelKinematics final : public Kinematics {
  public:
   // tip: mm, in the reference pose. legs: three or six.
   ParallelKinematics(std::vector<Leg> legs, const Eigen::Vector3d& tip);
 
-  // Table legs{kind,q,lx_mm,ly_mm,lz_mm,px_mm,py_mm,pz_mm,ux,uy,uz,cx_mm,cy_mm,cz_mm}, a row a leg, and config tip_mm.
-  // Refuses what checkedTable refuses, and: missing-key, bad-config, bad-flag, bad-direction, bad-legs.
+  // Reads table legs{kind,q,lx_mm,ly_mm,lz_mm,px_mm,py_mm,pz_mm,ux,uy,uz,cx_mm,cy_mm,cz_mm}, one row per leg, and
+  // config tip_mm. Refuses what checkedTable refuses, and: missing-key, bad-config, bad-flag, bad-direction, bad-legs.
   static Outcome<ParallelKinematics, Refusal> read(const Dataset& dataset);
 
   Eigen::Index size() const override { return static_cast<Eigen::Index>(legs_.size()); }
   std::vector<std::string> columns() const override;
-  // The pose that the platform comes to from its reference without passing one where the legs do not hold it.
+  // The pose reached from the reference pose without passing a singular one.
   std::optional<Eigen::Vector3d> reached(const Eigen::VectorXd& q) const override;
   Eigen::Matrix3Xd jacobian(const Eigen::VectorXd& q) const override;
 
  private:
-  // At most six of each, without a heap.
+  // At most six of each, on the stack.
   using PerLeg = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
   using ByLeg = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   struct Pose {
@@ -58,8 +58,8 @@ class ParallelKinematics final : public Kinematics {
   };
   Eigen::Vector3d strutOf(Eigen::Index leg, const Pose& pose, double q) const;
   PerLeg gaps(const Pose& pose, const PerLeg& q) const;
-  // How far the upper ends go along their struts, a row a leg: by the translations, and by rotations about the tip in
-  // mm at arm_mm_ from it.
+  // Motion of the upper ends along their struts, one row per leg: by translations, and by rotations about the tip in mm
+  // at distance arm_mm_.
   ByLeg carried(const Pose& pose, const PerLeg& q) const;
   std::optional<Pose> closed(Pose pose, const PerLeg& q) const;
   std::optional<Pose> poseAt(const PerLeg& q) const;

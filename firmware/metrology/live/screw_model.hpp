@@ -3,46 +3,45 @@
 #include <cstddef>
 #include <optional>
 
-// Thermal extension of a ball screw: what it does at every reading (CN101394969, docs/metrology.md section D). Nothing
-// here allocates, so the box calls the same functions at every tick as the off-line methods do.
+// Evaluates the thermal extension of a ball screw at every reading (CN101394969, docs/metrology.md section D). Nothing
+// allocates; box and off-line methods call the same functions.
 namespace probebox::metrology {
 
 inline constexpr std::size_t kMostSectors = 72;
 
-// One ball screw: an axial bearing at one end, a floating one at the other, a sensor on the free end's face.
+// One ball screw: a fixed bearing at one end, a floating one at the other, a sensor at the face of the free end.
 struct ScrewModel {
   double length_mm{};  // bearing to sensor face
   double offset_mm{};  // from the fixed bearing to the axis zero
   double gain{};       // K; -1 where the sensor sees it all and the correction is wanted, +1 for the error
   bool reversed{};  // the axis counts towards the fixed bearing: the distance is offset - position, and the sign turns
   double reference_um{};                         // reading of the sensor on the cold screw (D1a)
-  std::array<double, kMostSectors> sector_um{};  // T: how far the face is off its mean plane, sector by sector
+  std::array<double, kMostSectors> sector_um{};  // T: deviation of the face from its mean plane, by sector
   std::size_t sector_count{};                    // 0: no table
   double threshold_rpm{};                        // above it the sensor averages over the face and the table is left out
 };
 
-// Distance of the nut from the fixed bearing, as a share of the screw's length, with the sign that `reversed` asks for.
+// Distance of the nut from the fixed bearing as a fraction of the screw's length, signed by `reversed`.
 double leverOf(const ScrewModel& screw, double position_mm);
 
-// (D1): what an extension of the whole screw does to the nut at this position, um.
+// (D1): displacement of the nut at this position by an extension of the whole screw, um.
 double compensationUm(const ScrewModel& screw, double position_mm, double extension_um);
 
-// (D3): sector of `count` equal ones in which the screw stands; any angle, whole turns do not matter. count > 0.
+// (D3): sector of `count` equal ones at this angle; whole turns are ignored. count > 0.
 std::size_t sectorAt(double angle_rad, std::size_t count);
 
-// (D3): the face's error at this angle, um; 0 without a table.
+// (D3): error of the face at this angle, um; 0 without a table.
 double faceErrorUm(const ScrewModel& screw, double angle_rad);
 
-// (D5) for a single reading: the table below the threshold, the bare sensor at and above it.
+// (D5) for a single reading: with the table below the threshold speed, without it above.
 double extensionUm(const ScrewModel& screw, double angle_rad, double speed_rpm, double sensor_um);
 
-// (D5): the speed at which the table starts to do harm, for the h-th harmonic of the face and a sensor of this time
-// constant: 60 / (2 pi h Tf).
+// (D5): speed above which the table does harm, for the h-th harmonic of the face and this time constant of the sensor:
+// 60 / (2 pi h Tf).
 double thresholdRpm(unsigned harmonic, double time_constant_s);
 
-// (D5) for a stream: how much of the table to take, from 1 below the threshold to 0 above it. It runs linearly over a
-// band of 10 % to both sides, so that no speed makes the compensation jump by a whole sector. What `inUse` says has
-// hysteresis: it turns at the far end of the band.
+// (D5) for a stream: weight of the table, from 1 below the threshold to 0 above it, linear over +-10 %, so the
+// compensation never jumps by a whole sector. `inUse` has hysteresis: it changes at the far end of the band.
 class TableShare {
  public:
   double at(double speed_rpm, double threshold_rpm);
@@ -52,14 +51,14 @@ class TableShare {
   bool in_use_{true};
 };
 
-// What an installation promises of a screw; a reading that breaks it is not believed.
+// Limits of plausible readings.
 struct ScrewLimits {
   double least_extension_um{};
   double greatest_extension_um{};
-  double rate_um_s{};  // how fast the compensation may change; 0: no limit
+  double rate_um_s{};  // maximum rate of the compensation; 0: no limit
 };
 
-// One stamped reading of a screw. sensor_um: nothing when the sensor is silent, faulty or stale.
+// One stamped reading of a screw. sensor_um: nullopt when the sensor is silent, faulty or stale.
 struct ScrewReading {
   double position_mm{};
   double angle_rad{};
@@ -69,19 +68,19 @@ struct ScrewReading {
 
 struct ScrewOutput {
   double compensation_um{};
-  double extension_um{};  // of the screw, what its face added taken out; of the value that is held
+  double extension_um{};  // extension of the screw without the face error; of the held value
   bool table_used{};
   bool held{};          // the last good value: the reading was not usable (D6)
-  bool rate_limited{};  // the value is still on its way
+  bool rate_limited{};  // the rate limit is active
 };
 
-// (D6): one output a cycle. A reading without a sensor, out of its limits or not finite holds the last value and says
-// so; nothing is ever compensated with a stale reading.
+// (D6): one output per cycle. A missing, implausible or non-finite reading holds the last value and reports it; stale
+// readings are never used.
 class ScrewCompensator {
  public:
   ScrewCompensator(const ScrewModel& screw, const ScrewLimits& limits);
 
-  // elapsed_s: since the last step, for the rate limit; it is not used on the first one.
+  // elapsed_s: since the last step, for the rate limit; ignored on the first one.
   ScrewOutput step(const ScrewReading& reading, double elapsed_s);
 
  private:

@@ -9,8 +9,8 @@
 
 namespace probebox::metrology {
 
-// E(B, L) = (sine + L sine_per_mm) sin B + (rest + L rest_per_mm) (1 - cos B): what (B19), (B20) and (B21) have in
-// common. mm, machine axes; B in the sense of the control.
+// E(B, L) = (sine + L sine_per_mm) sin B + (rest + L rest_per_mm) (1 - cos B): common form of (B19), (B20) and (B21).
+// mm, machine axes; B in the sense of the control.
 struct SwivelTerms {
   Eigen::Vector3d sine = Eigen::Vector3d::Zero();
   Eigen::Vector3d sine_per_mm = Eigen::Vector3d::Zero();
@@ -20,21 +20,20 @@ struct SwivelTerms {
   Eigen::Vector3d at(double swivel_rad, double length_mm) const;
 };
 
-// What a swivelling head adds to the commanded tool point, at every tick (docs/metrology.md F). Allocates nothing after
-// it was made.
+// Computes the correction of a swivelling head at every tick (docs/metrology.md F). Does not allocate after
+// construction.
 class SwivelCorrection {
  public:
-  // left: what is left at each angle, and added too; nothing for none.
+  // left: residuals by angle that are added; nullopt for none.
   explicit SwivelCorrection(const SwivelTerms& terms, const std::optional<AngleTable<3>>& left = {})
       : terms_{terms}, left_{left} {}
 
-  // From what the method swivel-error answered: its swivel_terms_mm. With `by_angle`, what its readings have left at
-  // each angle is added too (left_by_angle_mm: an index error of B). Refuses: wrong-result, and what AngleTable::make
-  // does.
+  // From a result of swivel-error: its swivel_terms_mm and, with `by_angle`, the residuals of its readings by angle
+  // (left_by_angle_mm: an index error of B). Refuses: wrong-result, and what AngleTable::make refuses.
   static Outcome<SwivelCorrection, Refusal> from(const Result& result, bool by_angle);
 
-  // + E(B, L), mm. swivel: rad, of encoder, register or marker; length: mm, of the tool that is in the spindle. Nothing
-  // without one of them, or beyond the angles of the table: without its inputs a correction is invalid, never zero.
+  // + E(B, L), mm. swivel: rad; length: mm, of the tool in the spindle. nullopt without one of them, or outside the
+  // angles of the table: a correction without inputs is invalid, never zero.
   std::optional<Eigen::Vector3d> at(std::optional<double> swivel_rad, std::optional<double> length_mm) const;
 
  private:

@@ -10,16 +10,16 @@
 #include "firmware/metrology/rotary/rotary_location.hpp"
 #include "protocol/units/outcome.hpp"
 
-// What a case of "rotary-axis-errors" has read of a ball plate in one or several mounts.
+// Readings of a ball plate in one or several mounts, for "rotary-axis-errors".
 namespace probebox::metrology {
 
-// Where a ball was read, from the axis point.
+// Position of a measured ball relative to the axis point.
 struct PlateReading {
   std::size_t mount{};
   std::size_t ball{};
   Eigen::Vector3d at;
   std::optional<std::size_t> angle;    // of first; nothing in second
-  std::optional<std::size_t> station;  // index of the reading of second that stands there
+  std::optional<std::size_t> station;  // index of the reading of second at this station
 };
 
 struct PlateReadings {
@@ -30,8 +30,8 @@ struct PlateReadings {
   std::size_t second_count{};
 };
 
-// Tables first, second, third, with `mount` or without. Puts the plate where the second coordinates have it, mount by
-// mount. Refuses: what checkedTable and registerRigid refuse, duplicated-ball, missing-ball.
+// Reads the tables first, second, third, with `mount` or without, and locates the plate by the second coordinates,
+// mount by mount. Refuses: what checkedTable and registerRigid refuse, duplicated-ball, missing-ball.
 Outcome<PlateReadings, Refusal> readPlates(const Dataset& dataset, const NominalAxis& axis);
 
 }  // namespace probebox::metrology

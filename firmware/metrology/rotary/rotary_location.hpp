@@ -10,32 +10,32 @@
 
 namespace probebox::metrology {
 
-// A rotary axis where it nominally is.
+// The nominal rotary axis.
 struct NominalAxis {
   Eigen::Vector3d point;      // mm
   Eigen::Vector3d direction;  // length 1
 };
 
-// Config keys axis_point_mm and axis_direction. Refuses: missing-key, bad-config.
+// Reads axis_point_mm and axis_direction. Refuses: missing-key, bad-config.
 Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset);
 
-// What the errors are about, beside them: axis_point_mm and axis_direction.
+// Adds axis_point_mm and axis_direction, to which the errors refer.
 void addNominalAxis(Result& result, const NominalAxis& axis);
 
 // (E7) as a linear map of the six errors at all angles: (I - R(phi)) d + b, d across the axis, by least squares.
-// offset: 0 for the translations, 3 for the rotations. Rows: the three components of d in machine axes.
+// offset: 0 for translations, 3 for rotations. Rows: three components of d in machine axes.
 Eigen::MatrixXd locationMap(std::span<const double> angles, const Eigen::Vector3d& direction, Eigen::Index offset);
 
-// (E8) as a linear map of the six errors at all angles: what is left of the translations (offset 0) or the rotations
-// (3), three rows an angle, once location and the error of the reference angle (E7) are taken out. Along the axis that
-// is what differs from the mean.
+// (E8) as a linear map of the six errors at all angles: the residual of the translations (offset 0) or rotations (3),
+// three rows per angle, after location and the error of the reference angle (E7). Along the axis: the deviation from
+// the mean.
 Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen::Vector3d& direction,
                                      Eigen::Index offset);
 
-// Angles closer than this are one, rad.
+// Angles closer than this are equal, rad.
 inline constexpr double kSameRotaryAngle = 1e-8;
 
-// The angles, each once, rising.
+// The distinct angles, increasing.
 std::vector<double> distinctAngles(std::vector<double> angles);
 
 // Promises six_errors, a row an angle, and location_mm and tilt_rad (E7) where four or more angles are spread wider

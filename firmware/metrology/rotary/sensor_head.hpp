@@ -8,15 +8,15 @@
 
 namespace probebox::metrology {
 
-// An R-test sensor head: three displacement sensors on the spindle that look at one ball from different sides. Reading
-// = zero + matrix * (place of the ball from the head's reference, mm) (CN112247668, docs/metrology.md (E1)).
+// An R-test sensor head: three displacement sensors on the spindle that measure one ball from different sides. Reading
+// = zero + matrix * (position of the ball relative to the head's reference, mm) (CN112247668, docs/metrology.md (E1)).
 struct SensorHead {
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // K, in units of the sensors per mm; a row a sensor
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // K, in units of the sensors per mm; one row per sensor
   Eigen::Vector3d zero = Eigen::Vector3d::Zero();
 
-  // Place of the ball from the reference, mm.
+  // Position of the ball relative to the reference, mm.
   Eigen::Vector3d displacement(const Eigen::Vector3d& sensors) const;
-  // The ball in the machine, mm: machine position, tool vector and displacement.
+  // Position of the ball in the machine, mm: machine position, tool vector and displacement.
   Eigen::Vector3d ball(const Eigen::Vector3d& machine, const Eigen::Vector3d& tool,
                        const Eigen::Vector3d& sensors) const;
 };

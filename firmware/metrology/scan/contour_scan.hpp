@@ -30,18 +30,18 @@ struct ScanQuestion {
   bool in_circles{};               // about the feature, so that a scan repeats itself
 };
 
-// Config key search_window_s. Refuses: missing-key, bad-config, window-too-small.
+// Reads search_window_s. Refuses: missing-key, bad-config, window-too-small.
 Outcome<double, Refusal> searchWindow(const Dataset& dataset);
 
-// The scans of the tables machine, probe and scans, in the order of the last. Refuses what checkedTable refuses, and:
-// unknown-scan, bad-speed, too-few-samples (fifty), time-not-rising, duplicated-reading (two scans with the same
-// samples), contact-lost, constant-distance or constant-radius (squares of its rate under ten times those of its
-// noise), window-too-large (half a turn, or half a scan).
+// Reads the scans of the tables machine, probe and scans, in the order of the last. Refuses what checkedTable refuses,
+// and: unknown-scan, bad-speed, too-few-samples (fifty), time-not-rising, duplicated-reading (two scans with the same
+// samples), contact-lost, constant-distance or constant-radius (squared rate under ten times its noise),
+// window-too-large (half a turn, or half a scan).
 Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question);
 
-// Where the rates of distance and deflection match best (A13), s: the highest peak of their correlation over the search
-// window, refined by a parabola through the three topmost values. Refuses: rival-peak (another above 0.6 of it, or
-// steps that repeat within twice the window), no-peak.
+// Finds the delay with the highest correlation of the rates of distance and deflection in the search window (A13), s,
+// refined by a parabola. Refuses: rival-peak (another above 0.6 of it, or steps that repeat within twice the window),
+// no-peak.
 Outcome<double, Refusal> coarseDelay(const std::vector<ContourScan>& scans, double window_s);
 
 }  // namespace probebox::metrology

@@ -7,20 +7,20 @@
 
 namespace probebox::metrology {
 
-// A probe that does not touch reads its distance from the surface, mm, on one channel along its axis; it takes the
-// place of the deflection with the gain 1: what the distance falls by (CN101622513, docs/metrology.md A.10).
+// A non-contact probe measures the distance from the surface, mm, along its axis. The decrease of the distance replaces
+// the deflection, with gain 1 (CN101622513, docs/metrology.md A.10).
 
-// Config key probe_kind: deflection (without the key too) or distance. Refuses: bad-config.
+// Reads probe_kind: deflection (default) or distance. Refuses: bad-config.
 Outcome<bool, Refusal> readsDistances(const Dataset& dataset);
 
-// What counts as no deflection.
+// The distance that counts as zero deflection.
 enum class Undeflected {
   ends,      // the smaller of the first and last distance: a drive begins and ends clear of the surface
   farthest,  // a millimetre more than the largest distance: a scan is never clear of it
 };
 
-// The dataset with a table probe of deflections a, b, c from one of distances, by touch or scan as the column `group`
-// tells: a is what the distance has fallen by. Refuses what checkedTable refuses.
+// Replaces a table probe of distances by one of deflections a, b, c, by touch or scan as in column `group`: a is the
+// decrease of the distance. Refuses what checkedTable refuses.
 Outcome<Dataset, Refusal> withDeflections(const Dataset& dataset, std::string_view group, Undeflected undeflected);
 
 }  // namespace probebox::metrology

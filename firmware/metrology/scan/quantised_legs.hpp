@@ -9,9 +9,8 @@
 
 namespace probebox::metrology {
 
-// What the encoder's steps do to a drive in and out: a line on either leg, each rounded in a way of its own. legs:
-// machine time, from and until, s. Nothing where the steps are no larger than the noise, or a leg has too few samples
-// for a line.
+// Effect of encoder quantisation on a drive in and out: a line on either leg, each with its own quantisation error.
+// legs: machine time, s. nullopt when the steps are no larger than the noise, or a leg has too few samples for a line.
 std::optional<RoundedMotion> roundedLegs(const Stream& machine, const Eigen::Vector3d& direction,
                                          const std::array<std::pair<double, double>, 2>& legs);
 

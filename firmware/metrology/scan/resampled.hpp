@@ -10,7 +10,7 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 
-// Of matchWaveforms() alone.
+// Used by matchWaveforms() only.
 namespace probebox::metrology {
 
 inline constexpr Eigen::Index kLeast = 12;  // points of the grid
@@ -18,7 +18,7 @@ inline constexpr double kLeastDeviation_mm = 1e-12;
 inline constexpr double kFinest = 0.1;     // of that: noise that is not believed to be smaller
 inline constexpr double kFollowed = 1e-3;  // of the motion: what cubics may miss it by
 
-// One record on its grid. shapes: those of the record, rows that are left out set to zero.
+// One record on its grid. shapes: those of the record; omitted rows are zero.
 class ResampledPair {
  public:
   using Index = Eigen::Index;
@@ -54,7 +54,7 @@ class ResampledPair {
     rate_.resize(n);
     use(offered_);
     machine_variance_ = std::max(machine_variance_, std::pow(kFinest * missed(), 2));
-    // Samples that are rounded alike tell less about what they are off by.
+    // Samples with the same quantisation error carry less information.
     if (record.rounded) machine_variance_ = record.rounded->own;
   }
 
@@ -68,13 +68,14 @@ class ResampledPair {
   double least() const {
     return std::max(missed(), record_.rounded ? std::sqrt(record_.rounded->own + record_.rounded->common) : 0.0);
   }
-  // What interpolation may miss the motion by; nothing is known of lines, which miss kinks.
+  // Interpolation error of the motion; unknown for lines, which miss kinks.
   double missed() const {
     if (interpolation_ == Interpolation::linear || shapes_.size() == 0) return 0.0;
     return kFollowed * std::sqrt(shapes_.col(1).squaredNorm() / static_cast<double>(shapes_.rows()));
   }
 
-  // Nuisances g, b at a delay, and what the instrument that does not see them says of tau.
+  // Solves for the nuisance parameters g, b at a delay, and the information of the instrument orthogonal to them about
+  // tau.
   bool settleAt(double tau) {
     std::size_t cursor = 0;
     for (Index k = 0; k < grid_.times.size(); ++k) {
@@ -97,12 +98,12 @@ class ResampledPair {
 
   double score() const { return score_; }
   double information() const { return information_; }
-  // Variance of the score for noise that the grid is fine for: to weigh records with.
+  // Variance of the score for noise resolved by the grid: used to weight records.
   double roughVariance() const {
     const VectorXd z = ownInstrument();
     return (density_machine_ + nuisance_[0] * nuisance_[0] * density_probe_) * z.squaredNorm();
   }
-  // The same sample by sample, times how large e is where the motion is fast against elsewhere: stamps that jitter.
+  // Variance sample by sample, scaled by the ratio of e in fast and slow motion: jitter of the stamps.
   double variance() const {
     const VectorXd z = ownInstrument();
     VectorXd machine = VectorXd::Zero(static_cast<Index>(record_.machine->times.size()));
@@ -118,7 +119,7 @@ class ResampledPair {
     return common + jitterFactor(z) * (machine_variance_ * machine.squaredNorm() +
                                        nuisance_[0] * nuisance_[0] * probe_variance_ * probe.squaredNorm());
   }
-  // Residuals at a delay that was settled at.
+  // Computes the residuals at a solved delay.
   void finishAt(double tau) {
     tau_ = tau;
     const Index m = unknowns();
@@ -152,7 +153,7 @@ class ResampledPair {
     const double sum = machine_variance_ * machine + nuisance_[0] * nuisance_[0] * probe_variance_ * probe;
     return (count > 0.0 ? sum / count : 0.0) + missed() * missed() + (record_.rounded ? record_.rounded->common : 0.0);
   }
-  // Leaves out what lies beyond so many deviations; whether that changes anything.
+  // Omits rows beyond this many sd; returns whether anything changed.
   bool leaveOut(double deviations, double deviation) {
     const double jitter = jitterBeyond(deviation);
     const Eigen::ArrayXd variance = deviation * deviation + jitter * jitter * shapes_.col(0).array().square();
@@ -172,13 +173,13 @@ class ResampledPair {
     const double steps = std::ceil((t - record_.from) / grid_.step);
     return static_cast<Index>(std::clamp(steps, 0.0, static_cast<double>(grid_.times.size())));
   }
-  // Stamps that jitter make e larger where the motion is fast, which is where the instrument looks.
+  // Stamp jitter increases e in fast motion, where the instrument is sensitive.
   double jitterFactor(const VectorXd& z) const {
     const VectorXd weights = z.cwiseAbs2();
     const double mean_square = usedResiduals().squaredNorm() / used_.sum();
     return mean_square > 0.0 ? weights.dot(e_.cwiseAbs2()) / (weights.sum() * mean_square) : 1.0;
   }
-  // What e is larger by where the motion is fast, per rate; 0 where it is not.
+  // Increase of e in fast motion, per rate; 0 if there is none.
   double jitterBeyond(double deviation) const {
     const Eigen::ArrayXd rates = shapes_.col(0).array().abs() * offered_.array();
     const double fast = 0.5 * rates.maxCoeff();
@@ -194,7 +195,7 @@ class ResampledPair {
     const double there = 1.4826 * median(sizes);
     return std::sqrt(std::max(0.0, there * there - deviation * deviation) / mean_square);
   }
-  // What does not depend on tau: products of the instruments with q and with the shapes that it may be off by.
+  // Precomputes what does not depend on tau: products of the instruments with q and its error shapes.
   void use(const VectorXd& used) {
     used_ = used;
     if (grid_.times.size() < kLeast) return;
@@ -203,7 +204,7 @@ class ResampledPair {
     seen_q_ = instruments_.transpose() * grid_.q;
     products_ = instruments_.transpose() * shapes_.rightCols(shapes_.cols() - 2);
   }
-  // The instrument of tau less what the nuisances see of it.
+  // The instrument of tau, orthogonal to the nuisance parameters.
   VectorXd ownInstrument() const { return instruments_.col(0) - instruments_.rightCols(unknowns()) * shares_; }
 
   const WaveformPair& record_;
@@ -212,7 +213,7 @@ class ResampledPair {
   Interpolant probe_;
   double machine_variance_;
   double probe_variance_;
-  double density_machine_{};  // variance of a point of a grid that holds all the noise
+  double density_machine_{};  // variance of a grid point that contains all the noise
   double density_probe_{};
   Grid grid_;
   VectorXd offered_;  // 1 where the record may be compared, else 0

@@ -20,31 +20,31 @@ struct Match {
   double tau_s{};
   double sd_s{};
   double rms_mm{};       // of e
-  double expected_mm{};  // what the noise of the samples promises for it
+  double expected_mm{};  // expected rms from the noise of the samples
   std::size_t dof{};
   double condition{};                // of the column-scaled Jacobian of e
-  std::vector<std::string> dropped;  // stretches of time, by name, in which e lies beyond 4.5 deviations
+  std::vector<std::string> dropped;  // names of time ranges in which e exceeds 4.5 sd
   double dropped_share{};
-  Residuals residuals;  // e against the machine's time; every so many, so that a picture needs no more than 600
+  Residuals residuals;  // e over machine time, thinned to at most 600 points for a plot
 };
 
-// The tau that settles e(t) = q(t) + g d(t - tau) - b . shapes(t), by the instrumental step of CN101622513
-// (docs/metrology.md (A14), (A16), (A17), (A19)): Z'e = 0 with the shapes as instruments Z, because interpolating a
-// noisy deflection changes its noise with the fraction between the samples, which draws least squares to whole ones. g
-// and b belong to each record, tau to all; a record weighs as much as it tells. Both signals are interpolated onto one
-// grid as fine as the finer of them. start: s, to within a few samples. Refuses: gap (more than 2.5 periods between
-// samples), too-few-samples, ill-conditioned, no-convergence.
+// Finds tau with e(t) = q(t) + g d(t - tau) - b . shapes(t) by the instrumental step of CN101622513 (docs/metrology.md
+// (A14), (A16), (A17), (A19)): Z'e = 0 with the shapes as instruments Z. Interpolating a noisy deflection changes its
+// noise with the fraction between samples, which would bias least squares to whole samples. g and b belong to each
+// record, tau to all; records are weighted by their information. Both signals are interpolated onto the finer grid.
+// start: s, within a few samples. Refuses: gap (more than 2.5 periods), too-few-samples, ill-conditioned,
+// no-convergence.
 Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, double start,
                                        Interpolation interpolation);
 
-// Refuses residual-too-large: rms above three times what the noise promises, or more dropped than this share.
+// Refuses residual-too-large: rms above three times the expected one, or a larger fraction dropped than this.
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share);
 
-// The sd; where residuals are larger than the noise promises by one deviation of theirs, it grows with them.
+// The sd, widened when the residuals exceed the expected ones by one sd of theirs.
 double widenedSd(const Match& match);
 
-// The answer of a method that matches waveforms: tau_s on top of the delay that the stamps were corrected by. A warning
-// where the residuals are worse than the noise promises by more than two fifths.
+// Result of a method that matches waveforms: tau_s in addition to the previous delay. Warns when the residuals exceed
+// the expected ones by more than two fifths.
 Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
                    std::span<const std::string_view> keys);
 

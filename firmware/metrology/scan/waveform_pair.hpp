@@ -10,33 +10,33 @@
 
 namespace probebox::metrology {
 
-// Equal steps of machine time, and what the machine shows there.
+// Equidistant machine times, and the machine's signal there.
 struct Grid {
   Eigen::VectorXd times;  // s
   Eigen::VectorXd q;      // mm
   double step{};          // s
 };
 
-// What an encoder's steps do to q where they are coarse: more than noise that every sample has for itself.
+// Effect of coarse encoder quantisation on q: more than independent noise of each sample.
 struct RoundedMotion {
   double own{};     // variance that a sample has for itself, mm^2
-  double common{};  // variance of a sample that it shares with others
-  // Variance that the common part gives a sum over the machine's samples, one gain a sample.
+  double common{};  // covariance of a sample with the others
+  // Variance that the common part adds to a weighted sum over the machine's samples; one gain per sample.
   std::function<double(const Eigen::VectorXd& gains)> of_sum;
 };
 
-// The same motion seen twice: by the machine as q (mm), and by the probe as a deflection (raw or mm).
+// The same motion recorded twice: by the machine as q (mm), and by the probe as a deflection (raw or mm).
 struct WaveformPair {
   std::string name;
-  const Signal* machine{};  // they outlive what compares them
+  const Signal* machine{};  // must outlive the pair
   const Signal* probe{};
-  double from{};  // machine time between which the two are compared: samples of both on either side
+  double from{};  // range of machine time for the comparison: both have samples on either side
   double until{};
-  // Columns, one row a point of the grid: the rate of q or what has its shape, then the shape of q itself, then 1 and
-  // further shapes that q may be off by. The first may depend on q only as the rate of a smooth does (antisymmetric in
-  // time, equal all over the grid), the second as a smooth does: then the noise of q takes no side.
+  // Columns, one row per grid point: the rate of q, the shape of q itself, then 1 and further shapes of possible errors
+  // of q. Build column 1 from a smoothed q, so the instruments are uncorrelated with the noise of q: antisymmetric in
+  // time and equal over the grid; column 2 likewise, symmetric.
   std::function<Eigen::MatrixXd(const Grid& grid)> shapes;
-  // Machine time that is left out, as [from, until], in rising order: gaps, and kinks that interpolation cannot follow.
+  // Omitted machine times, as increasing [from, until]: gaps, and kinks that interpolation cannot follow.
   std::vector<std::pair<double, double>> skipped{};
   std::optional<RoundedMotion> rounded{};
 };

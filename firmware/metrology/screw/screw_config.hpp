@@ -6,8 +6,8 @@
 
 namespace probebox::metrology {
 
-// Length, offset and sense of the screw of a case: config screw_length_mm, orgoff_mm, axis_reversed.
-// Refuses: missing-key, bad-config.
+// Reads length, offset and sense of a screw: config screw_length_mm, orgoff_mm, axis_reversed. Refuses: missing-key,
+// bad-config.
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
 
 }  // namespace probebox::metrology

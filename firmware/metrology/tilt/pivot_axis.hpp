@@ -12,7 +12,7 @@ struct TiltAxis {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  // mm
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
 
-  // (B31): where a point is after a tilt, rad, right-handed about the direction; mm. Allocates nothing.
+  // (B31): position of a point after a tilt, rad, right-handed about the direction; mm. Does not allocate.
   Eigen::Vector3d tilted(const Eigen::Vector3d& at, double tilt_rad) const;
 };
 

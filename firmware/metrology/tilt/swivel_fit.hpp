@@ -10,7 +10,7 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/outcome.hpp"
 
-// What a swivelling head does to the place of a ball, as a linear model, and its fit (docs/metrology.md B.8).
+// Linear model of the ball positions that a swivelling head produces, and its fit (docs/metrology.md B.8).
 namespace probebox::metrology {
 
 enum class SwivelKind { sine, rigid, free };
@@ -19,8 +19,8 @@ enum class SwivelKind { sine, rigid, free };
 struct SwivelModel {
   SwivelKind kind{SwivelKind::rigid};
   SwivelPlane plane;
-  bool one_minus_cosine{true};  // known along the axis; one angle alone cannot tell it from the sine
-  // Which of the two components of t is not in the model, because it is along the tool, where a shank tells nothing.
+  bool one_minus_cosine{true};  // fitted along the axis; one angle alone cannot separate it from the sine
+  // The component of t that is omitted because it is along the tool, where a shank does not measure.
   std::optional<Eigen::Index> without{};
 
   Eigen::Index parameters() const;

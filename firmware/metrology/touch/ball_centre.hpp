@@ -10,14 +10,14 @@
 
 namespace probebox::metrology {
 
-// One reading of a ball: the machine position at which the stylus ball would be centred on it.
+// One ball reading: the machine position at which the stylus ball would be centred on the ball.
 struct BallCentre {
   Eigen::Vector3d centre_mm;
   Eigen::Vector3d sd_mm;  // k = 1
   double radius_mm{};     // effective: ball and stylus ball
 };
 
-// A touch that belongs to no reading: the machine position at which the surface was met.
+// A touch without a reading: the machine position at contact.
 struct LoneTouch {
   std::size_t touch{};  // row of touches
   Eigen::Vector3d at_mm;
@@ -30,15 +30,14 @@ struct BallCentres {
   std::vector<LoneTouch> alone;      // in the order of the touches
   double chi2_reduced{};             // of the touches against their spheres, all readings together
   std::size_t dof{};
-  std::vector<Dropped> dropped;  // touches that are bad on their own
+  std::vector<Dropped> dropped;  // touches dropped because of their own data
 };
 
-// Centres of the balls that were touched, one a reading, with the system delay taken out: P = M + T v (A2), then the
-// sphere with a free radius (B.0). Tables machine, probe, touches; reading_of_touch: one a row of touches, from 0
-// without a gap, or kAlone for a touch that is told by itself. tau_s: X Y Z. A delay error that the axes share moves
-// all touches of a reading outwards, hence the radius and not the centre. sd: from the pooled residuals of the samples
-// (A8), widened when the touches agree worse. Refuses: what readTouches, fitRetract and fitSphere refuse, naming the
-// reading.
+// Computes the centre of the touched ball for each reading, corrected by the system delay: P = M + T v (A2), then a
+// sphere with free radius (B.0). Tables machine, probe, touches; reading_of_touch: one per touch, from 0 without gaps,
+// or kAlone. tau_s: X Y Z. A common delay error changes the radius, not the centre. sd: from the pooled residuals of
+// the samples (A8), widened when the touches scatter more. Refuses what readTouches, fitRetract and fitSphere refuse,
+// naming the reading.
 Outcome<BallCentres, Refusal> ballCentres(const Dataset& touches, const std::vector<std::size_t>& reading_of_touch,
                                           const std::array<double, 3>& tau_s);
 

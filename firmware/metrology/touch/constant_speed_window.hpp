@@ -12,7 +12,7 @@
 
 namespace probebox::metrology {
 
-// One stream of a touch, as it is looked at. Touch and stream outlive it.
+// One stream of a touch under analysis. Touch and stream must outlive it.
 struct Seen {
   const Touch& touch;
   const Stream& stream;
@@ -24,8 +24,8 @@ struct Seen {
 };
 
 struct Window {
-  Run offered;  // samples that may belong
-  Run trusted;  // those of them that hardly hold a ramp
+  Run offered;  // samples that may belong to the window
+  Run trusted;  // those of them that contain almost no ramp
 };
 
 struct Steady {
@@ -35,18 +35,16 @@ struct Steady {
   std::vector<std::string> spikes;
 };
 
-// Names of samples, by stream and stamp.
+// Name of a sample: stream and stamp.
 std::string stampOf(const std::string& stream, double time);
 
 Refusal aboutTouch(const Touch& touch, std::string name, const std::string& what);
 
-// Refuses too-few-samples (under three: what makes a line with something left to tell whether it is one) and gap (more
-// than 40 % of the run, and more than two samples lost).
+// Refuses too-few-samples (fewer than three) and gap (more than 40 % of the run, and more than two samples lost).
 std::optional<Refusal> tooSparse(const Seen& seen, Run run);
 
-// The line through what is left of the window without ramps at its ends and without spikes. Refuses also
-// speed-not-constant (within 2 %) and residual-too-large (slip or bounce: rms above three deviations of a sample, or
-// many spikes).
+// Fits a line to the window without ramps at its ends and without spikes. Also refuses speed-not-constant (2 %) and
+// residual-too-large (slip or bounce: rms above three sd of a sample, or many spikes).
 Outcome<Steady, Refusal> fitWindow(const Seen& seen, Window window);
 
 }  // namespace probebox::metrology

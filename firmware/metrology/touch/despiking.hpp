@@ -5,10 +5,10 @@
 
 namespace probebox::metrology {
 
-// A stream without the samples that cannot be motion: those that miss what both neighbours on the left, both on the
-// right and the two beside them say, all to the same side, by more than twenty deviations of one sample. Kinks, ramps
-// and steps pass: there one side agrees. jitter_s: of the stamps, which takes samples of a fast motion off their
-// neighbours.
+// Removes samples that cannot be motion: those that deviate from the extrapolation of both left neighbours, of both
+// right neighbours and from the interpolation of the two adjacent ones, all in the same direction, by more than twenty
+// sd of a sample. Kinks, ramps and steps agree with one side and are kept. jitter_s: sd of the stamps, which moves
+// samples of a fast motion.
 struct Despiked {
   Stream stream;
   std::vector<double> removed;  // stamps, s

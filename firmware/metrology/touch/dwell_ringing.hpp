@@ -5,11 +5,10 @@
 
 namespace probebox::metrology {
 
-// The touches without what still rings in the stylus from the moment of contact. While the machine rests at the apex
-// the probe shows c + exp(-t/T) (a cos wt + b sin wt); w and T are the stylus' own and common to all touches, the
-// amplitudes belong to each. What rings in the rest rings on into the retract, where it would pull on the line, always
-// to the same side: it is taken out from the rest to the separation (docs/metrology.md A.3). Touches whose rest is too
-// short, and all of them where the rests hold no more than noise, come back as they are.
+// Removes the stylus ringing since contact from the touches. During the rest at the apex the probe shows c + exp(-t/T)
+// (a cos wt + b sin wt), with w and T common to all touches and amplitudes per touch. The ringing continues into the
+// retract and would bias its line, so it is subtracted from the rest to the separation (docs/metrology.md A.3). Touches
+// with too short a rest are returned unchanged, and all of them if the rests contain only noise.
 std::vector<Touch> withoutRinging(std::vector<Touch> touches);
 
 }  // namespace probebox::metrology

@@ -8,17 +8,17 @@
 
 namespace probebox::metrology {
 
-// The delay that the stamps of the machine have been corrected by before they were recorded, s: what is measured then
-// is the residual, and the whole delay is previous plus residual (CN101622513, docs/metrology.md A.9).
+// The delay, s, by which the machine's stamps were corrected before recording: the measured delay is then the residual,
+// and the whole delay is their sum (CN101622513, docs/metrology.md A.9).
 
 // "previous_tau_s", or "previous_tau_axis_s" for x, y and z.
 std::string_view previousDelayKey(Eigen::Index count);
 
-// Zeros when the key is absent: a number for "previous_tau_s", a list for others. Refuses: bad-config.
+// Reads it: a number for "previous_tau_s", otherwise a list; zeros when the key is absent. Refuses: bad-config.
 Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, std::string_view key, Eigen::Index count);
 Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, Eigen::Index count);
 
-// Adds to a result what was measured on top of the previous delay, where there was one.
+// Adds the residual delay to a result if there was a previous delay.
 void addResidualDelay(Result& result, const Estimate& whole, const Eigen::VectorXd& previous);
 
 // "tau = ..." for a person.

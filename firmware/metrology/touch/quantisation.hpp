@@ -7,14 +7,14 @@
 
 namespace probebox::metrology {
 
-// What the steps of an encoder do to a line through its positions. Rounding is a sawtooth of the position, and at
-// constant speed a sawtooth of time. Where a period of the samples takes about a whole number of steps, many or all
-// samples are rounded alike: that moves the line and hardly shows in its residuals. Noise before the rounding wears the
-// sawtooth off. By harmonics of the sawtooth, of unit amplitude and unknown phase.
+// Computes the effect of encoder quantisation on a line through positions. The error is a sawtooth of the position, and
+// of time at constant speed. When a sample period is close to a whole number of steps, many samples have the same
+// error, which shifts the line but hardly shows in its residuals. Noise before the quantisation smooths the sawtooth.
+// Uses its harmonics with unit amplitude and unknown phase.
 class Rounding {
  public:
-  // Variances of one axis, mm^2 and s: of the line's mean and slope, what both share, and of a residual on average over
-  // the degrees of freedom.
+  // Variances for one axis, mm^2 and s: of the line's mean and slope, of their common part, and of a residual averaged
+  // over the degrees of freedom.
   struct Share {
     double mean{};
     double slope{};
@@ -23,15 +23,15 @@ class Rounding {
   };
 
   Rounding() = default;
-  // times: of the line's samples. steps: mm, of each axis, 0 where there is none.
+  // times: of the line's samples. steps: resolution of each axis, mm, 0 if there is none.
   Rounding(std::span<const double> times, const Line& line, const Eigen::Vector3d& steps);
 
-  // What noise of this deviation (mm, of one axis, before rounding) leaves of it.
+  // Variances for noise of this sd (mm, one axis, before quantisation).
   Share shareOf(Eigen::Index axis, double noise) const;
-  // Variance of noise and rounding that every sample has for itself.
+  // Variance of noise and quantisation that is independent for each sample.
   double ownVariance(Eigen::Index axis, double noise) const;
   double coarsest() const { return steps_.maxCoeff(); }
-  // What the other samples share with a sample.
+  // Covariance of a sample with the others.
   double commonVariance(Eigen::Index axis, double noise) const;
 
  private:
@@ -42,8 +42,8 @@ class Rounding {
   std::array<std::array<Share, kHarmonics>, 3> of_harmonic_{};  // of unit power
 };
 
-// Deviation of the noise before rounding, mm, that makes the residuals along the motions of these lines what they are.
-// lines and roundings: one each a line.
+// sd of the noise before quantisation, mm, that explains the residuals of these lines along their motions. lines and
+// roundings: one per line.
 double noiseBeforeRounding(std::span<const Line> lines, std::span<const Rounding> roundings);
 
 }  // namespace probebox::metrology

@@ -13,25 +13,24 @@
 
 namespace probebox::metrology {
 
-// A touch reduced to the two lines of its retract, each over its own stream's window of constant speed: the machine
-// stream lags by speed times delay, so one common window would take in a ramp (CN101622513, docs/metrology.md A.3).
+// A touch reduced to two lines of its retract, each over the constant-speed window of its own stream: the machine
+// stream lags by speed times delay, so a common window would include a ramp (CN101622513, docs/metrology.md A.3).
 struct Retract {
   TouchPlan plan;
   Line machine;  // mm
   Line probe;    // raw channels
-  // Rests at the apex, each in its own stream; for the check of full deflection.
+  // Rests at the apex in each stream, for the check of full deflection.
   Eigen::Vector3d machine_apex;
   Eigen::Vector3d probe_apex;
-  std::vector<std::string> spikes;  // samples within the windows that the lines do not use
+  std::vector<std::string> spikes;  // samples in the windows that the lines do not use
   Rounding rounding{};              // of the machine's line
   JointPath joints{};               // within the machine's window, where its axes are not Cartesian
 };
 
-// Parameter of the probe's line where the deflection is zero, s (A5), (A6): principal direction of the retract's own
-// slope.
+// Time at which the probe's line has zero deflection, s (A5), (A6): along the principal direction of the retract.
 double separationTime(const Line& probe);
 
-// Machine position where the deflection is zero (A7), mm: displaced by the lag, M = P - tau v (A2).
+// Machine position at zero deflection (A7), mm, displaced by the lag: M = P - tau v (A2).
 Eigen::Vector3d separationPoint(const Line& machine, const Line& probe);
 
 // Finds the windows and fits the lines.

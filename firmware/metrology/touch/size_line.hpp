@@ -7,7 +7,7 @@
 
 namespace probebox::metrology {
 
-// A size that was measured at one speed.
+// A size measured at one speed.
 struct SizeAtSpeed {
   double normal_speeds_mm_s{};  // sum of the outward-normal velocities of the touches that make the size: 2 S for a
                                 // diameter on retract from an external feature, -2 S on approach, -2 S for an internal
@@ -18,22 +18,22 @@ struct SizeAtSpeed {
 
 struct SizeLine {
   double tau_s{};
-  double size_mm{};  // D0, without the delay; D0 minus the known size is the static error
+  double size_mm{};  // D0, corrected by the delay; D0 minus the known size is the static error
   double tau_variance{};
   double size_variance{};
   double covariance{};    // tau with size, s mm
   double chi2_reduced{};  // 0 for two speeds
 };
 
-// Refuses single-speed and speeds-too-close (span under 20 % of the fastest); nothing when the speeds tell delay from
-// size.
+// Refuses single-speed and speeds-too-close (span under 20 % of the fastest); nullopt when the speeds separate delay
+// and size.
 std::optional<Refusal> refuseSpeeds(double least, double greatest);
 
-// D = D0 - tau * normal_speeds by weighted least squares (CN101622513, docs/metrology.md (A10)).
-// Refuses what refuseSpeeds does.
+// Fits D = D0 - tau * normal_speeds by weighted least squares (CN101622513, docs/metrology.md (A10)). Refuses what
+// refuseSpeeds refuses.
 Outcome<SizeLine, Refusal> fitSizeLine(std::span<const SizeAtSpeed> sizes);
 
-// The delay that a known size tells (A9), by weighted least squares: tau = (size - D) / normal speeds, s.
+// Delay from a known size (A9), by weighted least squares: tau = (size - D) / normal speeds, s.
 double delayOfKnownSize(double size_mm, std::span<const SizeAtSpeed> sizes);
 
 }  // namespace probebox::metrology

@@ -5,22 +5,22 @@
 
 namespace probebox::metrology {
 
-// How much the stamps of either stream jitter, s (k = 1). It shows as noise of what moves, in proportion to its speed.
+// Jitter of the stamps of either stream, s (k = 1). It acts as noise of moving channels, proportional to the speed.
 struct StampJitter {
   double machine_s{};
   double probe_s{};
 };
 
-// From the retracts of all touches together, robust: what a sample misses the line between its neighbours by, beyond
-// what the stream's own noise at rest explains. One touch alone moves for too few samples to tell noise from a slip.
-// Never above 0.3 ms: what looks like more is no jitter.
+// Estimates it robustly from the retracts of all touches together: deviation of a sample from the line between its
+// neighbours, beyond the stream's noise at rest. One touch moves for too few samples to separate jitter from slip. At
+// most 0.3 ms.
 StampJitter stampJitter(std::span<const Touch> touches);
 
-// Of the encoder or converter of each channel, 0 where there are none.
+// Resolution of each channel's encoder or converter, 0 if there is none.
 Eigen::Vector3d stepsOf(const Stream& stream);
 
-// Deviation of one sample of a stream along a direction, as its whole record tells it: a window alone holds too few to
-// tell noise from a ramp. Not below what the steps of the encoder or converter leave.
+// sd of one sample of a stream along a direction, from its whole record, because a window has too few samples to
+// separate noise from a ramp. At least the quantisation noise.
 double noiseOf(const Stream& stream, const Eigen::Vector3d& direction);
 
 }  // namespace probebox::metrology

@@ -10,7 +10,7 @@
 
 namespace probebox::metrology {
 
-// One stream during one touch, at its native rate. Stamps rise.
+// One stream during one touch, at its native rate with increasing stamps.
 struct Stream {
   std::vector<double> times;  // s, master clock
   Rows3 values;               // machine: mm; probe: raw channels
@@ -19,13 +19,13 @@ struct Stream {
   Eigen::Ref<const Rows3> valuesOf(Run run) const {
     return values.middleRows(static_cast<Eigen::Index>(run.begin), static_cast<Eigen::Index>(run.size()));
   }
-  // Mean time between samples, s; 0 for fewer than two.
+  // Mean interval of the samples, s; 0 for fewer than two.
   double period() const;
   // Projections onto a direction.
   std::vector<double> along(const Eigen::Vector3d& direction, Run run) const;
 };
 
-// How a touch was meant.
+// The planned touch.
 struct TouchPlan {
   std::string name;         // "touch 7"
   Eigen::Vector3d normal;   // of the surface, outward, unit
@@ -33,12 +33,12 @@ struct TouchPlan {
   double speed_mm_s{};      // nominal
 };
 
-// One drive onto the surface and back.
+// One approach to the surface and the retract.
 struct Touch {
   TouchPlan plan;
   Stream machine;
   Stream probe;
-  Eigen::MatrixXd joints{};  // rad or mm, a row a stamp of the machine; empty where its axes are Cartesian
+  Eigen::MatrixXd joints{};  // rad or mm, one row per machine stamp; empty for Cartesian axes
 };
 
 class Kinematics;
@@ -50,7 +50,7 @@ class Kinematics;
 // times).
 Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset);
 
-// The same from a table machine of joint positions, which the machine's forward kinematics turn into those of the tip.
+// Reads a table machine of joint positions and converts them to tip positions by the forward kinematics.
 Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, const Kinematics& kinematics);
 
 }  // namespace probebox::metrology

@@ -11,38 +11,38 @@
 
 namespace probebox::metrology {
 
-// How the probe's gain enters.
+// How the gain of the probe enters.
 enum class Gain {
   common,    // one matrix A for all touches (A3): its slopes are pooled, and each touch needs only its mean deflection
-  by_touch,  // each touch by its own slope (A6): where the gain depends on speed or direction
+  by_touch,  // own slope of each touch (A6): for a gain that depends on speed or direction
 };
 
-// Whether the machine's axes share one delay, or x, y and z have their own, or the joints of a machine.
+// One delay for all machine axes, one each for x, y and z, or one per joint.
 enum class Delays { common, each_axis, each_joint };
 
-// What is asked of the touches, and what is known beforehand.
+// The unknowns of a fit, and the known quantities.
 struct TouchQuestion {
   Delays delays{Delays::common};
-  std::optional<double> size_mm{};  // effective, 2 R; free without it
+  std::optional<double> size_mm{};  // effective, 2 R; fitted if absent
   Gain gain{Gain::common};
-  const Kinematics* kinematics{};  // of a machine whose axes are not Cartesian; it outlives the question
+  const Kinematics* kinematics{};  // for non-Cartesian machines; must outlive the question
 
   Eigen::Index delayCount() const {
     return delays == Delays::common ? 1 : delays == Delays::each_axis ? 3 : kinematics->size();
   }
 };
 
-// d point / d tau, one column a delay: of a touch's point at a time (s) of its machine's line, with these delays.
+// d point / d tau, one column per delay, for a point of a touch at a time (s) of its machine line, with these delays.
 Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const Eigen::VectorXd& tau);
 
-// Orthonormal columns that span the rows (unit vectors). flat: singular value, relative to the largest, below which
-// they have no extent; 0.05 takes directions closer together than about three degrees for one.
+// Orthonormal basis of the span of the rows (unit vectors). flat: singular value, relative to the largest, below which
+// a direction is ignored; 0.05 merges directions closer than about three degrees.
 inline constexpr double kFlat = 0.05;
 Eigen::MatrixXd spanOf(const Eigen::MatrixXd& rows, double flat = kFlat);
 
-// The general touch model (A12) as least squares sees it. Parameters: c in the span of the normals, R unless it is
-// known, tau (one or three), then (common gain) A on the span of the deflections, column by column. Rows of a touch:
-// with a common gain the three of A d' + v, then the radial one, |M + T v - c| - R.
+// The general touch model (A12) for least squares. Parameters: c in the span of the normals, R unless known, tau (one
+// or three), then (common gain) A on the span of the deflections, column by column. Rows of a touch: with a common gain
+// the three of A d' + v, then the radial one, |M + T v - c| - R.
 class TouchModel {
  public:
   TouchModel(std::span<const Retract> retracts, const PooledNoise& noise, const TouchQuestion& question);
@@ -57,18 +57,18 @@ class TouchModel {
   double radius(const Eigen::VectorXd& at) const {
     return question_.size_mm ? *question_.size_mm / 2.0 : at[tauAt() - 1];
   }
-  // A (A3), with a common gain; its columns lie in the span of the deflections.
+  // A (A3) of a common gain; its columns lie in the span of the deflections.
   Eigen::Matrix3d gain(const Eigen::VectorXd& at) const;
   // Orthonormal directions of deflection, raw channels; A = (parameters from gainAt(), 3 to a column) channels'.
   const Eigen::MatrixXd& channels() const { return channels_; }
 
-  // Close enough to settle from. Refuses: one-sided, coplanar, and what fitSizeLine refuses.
+  // Starting values close enough to converge. Refuses: one-sided, coplanar, and what fitSizeLine refuses.
   Outcome<Eigen::VectorXd, Refusal> start() const;
-  // Weights depend, weakly, on the answer: they are taken at a given one.
+  // Sets the weights, which depend weakly on the parameters, at these parameters.
   void weighAt(const Eigen::VectorXd& at);
   Linearised operator()(const Eigen::VectorXd& at) const;
 
-  // One a touch, mm, mm/s and mm: radial residual, outward speed, and the radial residual of the point at rest at the
+  // One per touch, mm, mm/s and mm: radial residual, outward speed, and radial residual of the point at rest at the
   // apex.
   Eigen::VectorXd radial(const Eigen::VectorXd& at) const;
   Eigen::VectorXd normalSpeed(const Eigen::VectorXd& at) const;
@@ -79,18 +79,18 @@ class TouchModel {
   const TouchNoise& noiseOf(Eigen::Index i) const { return noise_.of_touch[static_cast<std::size_t>(i)]; }
   Eigen::VectorXd delays(const Eigen::VectorXd& at) const { return at.segment(tauAt(), question_.delayCount()); }
   Eigen::Matrix3d velocityShare(Eigen::Index i, const Eigen::VectorXd& at) const;
-  // The machine's position at the point's time, the delays taken out.
+  // Machine position at the point's time, corrected by the delays.
   Eigen::Vector3d undelayed(Eigen::Index i, const Eigen::VectorXd& at) const;
   // A deflection in machine axes, mm: A d (A3), or along the motion by the touch's own gain.
   Eigen::Vector3d reach(Eigen::Index i, const Eigen::Vector3d& deflection, const Eigen::VectorXd& at) const;
   Eigen::Matrix3d deflectionCovariance(Eigen::Index i, const Eigen::VectorXd& at) const;
-  // Machine time of the probe's line at which the point is taken.
+  // Machine time at which the point is evaluated.
   double pointTime(Eigen::Index i) const;
   Eigen::Vector3d point(Eigen::Index i, const Eigen::VectorXd& at) const;
   Eigen::VectorXd arm(const Eigen::Vector3d& point, const Eigen::VectorXd& at) const {
     return span_.transpose() * point - at.head(dimensions());
   }
-  // Of the slope residual and of the radial residual; both hold the velocity, hence the cross term.
+  // Covariance of slope and radial residuals; both contain the velocity, hence the cross term.
   Eigen::Matrix4d covariance(Eigen::Index i, const Eigen::VectorXd& at) const;
   Eigen::MatrixXd carriedOutwards() const;
   bool oneSided(const Eigen::MatrixXd& carried) const;

@@ -10,32 +10,31 @@
 
 namespace probebox::metrology {
 
-// Touches that agree on one answer, and those that were left out.
+// Touches that agree, and those that were dropped.
 struct AgreedTouches {
   std::vector<Retract> retracts;
   std::vector<Dropped> dropped;
-  std::vector<Refusal> refusals;  // of the dropped touches, in the same order
+  std::vector<Refusal> refusals;  // of the dropped touches, in their order
   TouchFit fit;
   PooledNoise noise;
   bool common_gain{};    // else each touch was extrapolated by its own slope
   double gain_misfit{};  // reduced chi-square of the slopes against one common gain
 
-  // They agree worse than their samples promise: repeatability of surface and machine.
+  // They scatter more than the noise of their samples explains: repeatability of surface and machine.
   bool disagree() const;
-  // Factor on the covariance that the samples state: believe the touches.
+  // Factor on the covariance from the samples, to match the scatter of the touches.
   double widening() const { return disagree() ? fit.radial_chi2 : 1.0; }
 };
 
-// Reduces every touch to its retract, leaves out by name those that are bad on their own, clipped or at odds with the
-// others, and fits the rest together: with one gain where their slopes agree on it, else each touch with its own. A
-// touch is left out only as long as more than half of them stay, and enough that the rest check each other; else the
-// set is refused by the name that most of them have. A record that ends too early is always refused, and so is one
-// speed where the size is not known. Refuses what fitRetract, refuseSpeeds and fitTouches refuse; clipped;
-// residual-too-large.
+// Reduces every touch to its retract, drops by name those that are bad, clipped or outliers, and fits the rest: with
+// one common gain if their slopes agree, else with a gain per touch. Touches are dropped only while more than half of
+// them remain and the rest is redundant; otherwise the set is refused by the most frequent name. A truncated record is
+// always refused, as is a single speed with unknown size. Refuses what fitRetract, refuseSpeeds and fitTouches refuse;
+// clipped; residual-too-large.
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question);
 
-// Whether a deflection stays so far behind the overtravel that the sensor or its converter must have limited it (A.3).
-// missing_mm: what the deflection, which shows depth_mm, does not.
+// Tests whether a deflection is smaller than the overtravel because sensor or converter limited it (A.3). missing_mm:
+// difference; depth_mm: the measured deflection.
 bool isClipped(double missing_mm, double depth_mm);
 Refusal clippedTouch(const std::string& name);
 

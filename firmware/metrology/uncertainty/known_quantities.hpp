@@ -12,31 +12,31 @@
 
 namespace probebox::metrology {
 
-// The cell of a store that stands for a config key, and the sd beside it.
+// The cell of a store that replaces a config key, and its sd.
 struct StoredLength {
   std::string_view table;
   std::string_view column;
   std::size_t row{};
   double sd{};
 };
-// Finds that cell; nothing where no store stands for the key or its sd is zero.
+// Finds that cell; nullopt when no store replaces the key or its sd is zero.
 using StoreReader = std::optional<StoredLength> (*)(const Dataset& dataset, std::string_view key);
 
-// One quantity that the measurement rests on and that its readings do not tell: a certificate, a temperature.
+// A quantity that the measurement relies on and cannot determine: a certificate, a temperature.
 struct TypeBInput {
-  std::string name;  // of the budget line: "sd_gap_mm"; "sd_part_mm[2]" where a key stands for several numbers
+  std::string name;  // name of the budget line: "sd_gap_mm"; "sd_part_mm[2]" if a key holds several numbers
   double sd{};       // k = 1
-  // The case with the quantity off by so many sd.
+  // Changes the quantity in the case by this many sd.
   std::function<void(Dataset&, double)> move;
-  bool in_sd{};  // the method's own sd holds it already
+  bool in_sd{};  // included in the method's own sd
 };
 
-// What the case states. Refuses: bad-config (no number above zero, as large as the quantity itself, a temperature or an
-// expansion of another unit), missing-key (an uncertainty without its quantity).
+// Type B inputs stated in the case. Refuses: bad-config (not above zero, as large as the quantity itself, wrong unit of
+// temperature or expansion), missing-key (an uncertainty without its quantity).
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, StoreReader store = nullptr);
 
-// The case with every known size of the method as it is at temperature_c, from its size at 20 degrees and
-// expansion_per_k; unchanged without these keys.
+// Converts every known size of the method from 20 degrees to temperature_c by expansion_per_k; unchanged without these
+// keys.
 Dataset atTemperature(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -4,8 +4,8 @@
 
 namespace probebox::metrology {
 
-// Adds what the method cannot tell from readings of its kind, whatever their number, and what these readings leave
-// open: one sentence each, naming the combination. They are behind what the solver itself has said.
+// Adds one sentence for each quantity or combination that such readings cannot determine, whatever their number, or
+// that these readings do not determine, after those of the solver.
 void addUnobservable(Result& result, const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -5,8 +5,8 @@
 
 namespace probebox::metrology {
 
-// From the covariance of the promised values, in units of their own sd: its worst direction. Nothing where the readings
-// tell all values apart (every correlation below 0.9), or where there is only one.
+// Finds the worst-determined combination in the covariance of the promised values, in units of their own sd. nullopt
+// for a single value, or when every correlation is below 0.9.
 std::optional<Weakest> weakestOf(const Covariance& covariance);
 
 }  // namespace probebox::metrology

@@ -6,11 +6,10 @@
 
 namespace probebox::procedure {
 
-// What a run of tool-assembly measured, as its case (CN103801980, docs/metrology.md C). The tool-setting device is the
-// measuring unit: its middle, where machine.toml has it accepted, is the unit's reference B, and its half width the
-// distance from B to the touched edge. A row of readings is a round: W0 from opposed faces, L0 from the top. The stores
-// hold the holder's and the tool's length of machine.toml. The case also holds machine, touches, edges and contacts;
-// the time of day (measured_at_s) is whoever solves it to add. Refusal: what roundsOf() refuses.
+// Builds the case of a tool-assembly run (CN103801980, docs/metrology.md C). The tool-setting device is the measuring
+// unit: its accepted centre in machine.toml is reference B, its half width the distance from B to the touched edge.
+// Each round is a row of readings: W0 from opposed faces, L0 from the top. The stores hold the lengths of holder and
+// tool from machine.toml. The caller adds measured_at_s. Refuses what roundsOf() refuses.
 RunDataset assemblyDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts);
 
 }  // namespace probebox::procedure

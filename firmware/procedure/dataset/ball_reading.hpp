@@ -9,15 +9,15 @@
 #include "firmware/capture/recording.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
 
-// What the tables of a run that reads balls are made of.
+// Rows from which the tables of ball readings are made.
 namespace probebox::procedure {
 
-// One place of one ball, and what was found there.
+// One position of one ball, and its measured centre.
 struct Reading {
   double number{};
   double ball{};
   double a_rad{}, b_rad{}, c_rad{};
-  std::uint32_t tool{};  // that carried the probe
+  std::uint32_t tool{};  // tool that carried the probe
   capture::RimStep rim{};
   metrology::BallCentre centre;
 };
@@ -25,9 +25,9 @@ struct Reading {
 // One touch with the shank, and the machine position at which it met the ball.
 struct ShankReading {
   double number{};       // of the reading that it belongs to
-  Eigen::Vector3d side;  // from the ball, unit vector
+  Eigen::Vector3d side;  // unit vector from the ball to the touched side
   double a_rad{}, b_rad{}, c_rad{};
-  Eigen::Vector3d at_mm;  // it counts along the side alone
+  Eigen::Vector3d at_mm;  // used along `side` only
   double sd_mm{};         // k = 1
 };
 
@@ -35,12 +35,12 @@ inline double degrees(double angle_rad) {
   return angle_rad * 180 / std::numbers::pi;
 }
 
-// To the multiple of 180 degrees that the step asked for: the machine says it to within its tolerance.
+// Rounds to the multiple of 180 degrees that the step asked for; the machine reports angles within its tolerance.
 inline double halfTurns_deg(double angle_rad) {
   return 180.0 * std::round(angle_rad / std::numbers::pi);
 }
 
-// Of one coordinate of one reading, X and Y together.
+// Standard deviation of one coordinate of one reading, X and Y pooled.
 inline double sigmaOf(const std::vector<Reading>& readings) {
   double sum = 0;
   for (const auto& reading : readings) sum += reading.centre.sd_mm.head<2>().squaredNorm() / 2;

@@ -7,11 +7,10 @@
 
 namespace probebox::procedure {
 
-// What a run measured whose steps are holds, as its case. Table holds: of each the means of machine positions and
-// sensors, with their sd; tables machine and probe have every row of them. sensor-head-calibration: moves, from the
-// mean place of all. rotary-axis-errors: first, second and third, a ball being at machine position + tool vector + K^-1
-// sensors ((E1), with the head's centre where all sensors read zero). Refusal: no-sensor-head (its calibration is no
-// longer in force).
+// Builds the case of a run whose steps are holds. Table holds: mean machine position and sensor readings of each hold
+// with their sd; tables machine and probe keep every row. sensor-head-calibration: moves relative to their mean.
+// rotary-axis-errors: first, second, third, with ball = machine position + tool vector + K^-1 sensors (E1). Refuses:
+// no-sensor-head (its calibration is no longer in force).
 RunDataset holdsDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
                         const Facts& facts);
 

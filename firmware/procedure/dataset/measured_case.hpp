@@ -8,13 +8,13 @@
 
 namespace probebox::procedure {
 
-// What a run measured, as the case of its method: the same tables and keys, so that a saved run solves to the same
-// digits. A reading of a ball is the centre of its touches with the delay in force taken out; the touches stay in the
-// case as further tables. `refusal`: the readings could not be computed; the touches are there nevertheless.
+// The case of a run, with the tables and keys of its method, so a saved run solves to the same digits. A ball reading
+// is the centre of its touches, corrected by the delay in force; the touches are kept as further tables. `refusal`: the
+// readings could not be computed; the touches are still there.
 struct RunDataset {
   metrology::Dataset dataset;
   std::optional<metrology::Refusal> refusal;
-  std::vector<std::string> warnings;  // about what is not in the case
+  std::vector<std::string> warnings;  // about data that are not in the case
 };
 
 }  // namespace probebox::procedure

@@ -11,13 +11,13 @@
 
 namespace probebox::procedure {
 
-// Adds to the touches of a run that reads balls: the poses, the centres with the delay in force taken out, and the
-// tables and keys of the method. Refusal: the centres could not be computed; no-delay.
+// Adds to the touches of a run that reads balls: poses, centres corrected by the delay in force, and the tables and
+// keys of the method. Refuses: no-delay, and what the computation of centres refuses.
 std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, Method method,
                                               const capture::Recording& recording, const Facts& facts);
 
-// Tables first, second and third of rotary-axis-errors, and its keys: all balls at each stop of C, and at the last one
-// where C began. Angles count from there.
+// Tables first, second and third of rotary-axis-errors, and its keys: all balls at each station of C, the last one
+// being the first again. Angles are relative to the first station.
 void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
               const Facts& facts);
 

@@ -15,9 +15,9 @@ namespace probebox::procedure {
 // Tables readings and stylus, and the keys.
 void addRimSteps(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
 
-// How a run goes on after what it has measured so far: with the ball at zero where the readings of the last loop are
-// level or there have been enough loops, else with one more loop from the zero that they tell (B26). Nothing when all
-// is done, or when no step follows from what was measured: it can be solved.
+// Computes how a run continues: with a reading at zero when the last loop is level or the loops are used up, else with
+// one more loop from the corrected zero (B26). nullopt when all is done, or when no further step follows: the run can
+// be solved.
 std::optional<RimLoops> nextLoops(Method method, const capture::Recording& recording, const RunDataset& measured);
 
 }  // namespace probebox::procedure

@@ -6,11 +6,10 @@
 
 namespace probebox::procedure {
 
-// What a run of tool-setter measured, as its case. A row of readings is a round of touches: where the machine stands
-// when the tip is at the middle of the device (docs/metrology.md B.9). Opposed faces give X and Y; half width and, with
-// the probe, the radius of the stylus ball are taken off the top. The case also holds machine, touches, edges and
-// contacts. Refusal: no-delay; setter-width-wrong (the probe finds another width than is stated); what
-// switchedTouches() refuses.
+// Builds the case of a tool-setter run. Each round is a row of readings: the machine position with the tip at the
+// centre of the device (docs/metrology.md B.9). Opposed faces give X and Y; half width and, for the probe, the stylus
+// radius are subtracted from the top. Refuses: no-delay; setter-width-wrong (the measured width differs from the stated
+// one); what switchedTouches() refuses.
 RunDataset setterDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts);
 
 }  // namespace probebox::procedure

@@ -8,24 +8,24 @@
 #include "firmware/procedure/facts/facts.hpp"
 #include "firmware/procedure/plan/method.hpp"
 
-// Touches of a tool-setting device whose switch tells the contact, a round of all its faces at a time.
+// Touches of a tool-setting device whose switch reports the contact, in rounds of all its faces.
 namespace probebox::procedure {
 
 struct Round {
   std::uint32_t tool{};  // 0: the probe
-  // Machine position along each axis, the mean of the touches from either side.
+  // Machine position along each axis: mean of the touches from either side.
   std::array<double, 3> from_above_mm{}, from_below_mm{};
-  std::array<int, 3> above{}, below{};  // how many
+  std::array<int, 3> above{}, below{};  // number of touches
 
   double middle_mm(std::size_t axis) const { return (from_above_mm[axis] + from_below_mm[axis]) / 2; }
   double width_mm(std::size_t axis) const { return from_above_mm[axis] - from_below_mm[axis]; }
 };
 
-// A run of touches by edges as the dataset of a method, with tables machine, touches, edges and contacts. Refusal:
-// no-delay; what metrology::switchedTouches() refuses.
+// Converts a run of touches by edges to a dataset with tables machine, touches, edges and contacts. Refuses: no-delay;
+// what metrology::switchedTouches() refuses.
 struct Rounds {
   RunDataset run;
-  std::vector<Round> rounds;  // none with a refusal
+  std::vector<Round> rounds;  // empty with a refusal
 };
 Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scales, Method method);
 

@@ -9,42 +9,41 @@
 
 namespace probebox::procedure {
 
-// A ball screw with a sensor at its end, as machine.toml describes it.
+// A ball screw with a sensor at its end, as described in machine.toml.
 struct ScrewFacts {
   double length_mm{};
   double offset_mm{};
   bool reversed{};
-  double gain{};  // K of (D2), which predicts the error
+  double gain{};  // K of (D2): predicts the error
   double pitch_mm{};
   double sector_zero_mm{};
   double threshold_rpm{};
   double travel_min_mm{}, travel_max_mm{};  // machine positions of its axis
 };
 
-// The ball of the part that periodic-check reads, and what was accepted of it.
+// The ball that periodic-check reads, and its accepted values.
 struct CheckedBall {
   double diameter_mm{};
   double centre_z_mm{};  // at C = 0
-  // Where the axis C was found, relative to that of the probe's spindle.
+  // Measured position of axis C relative to the probe's spindle.
   std::optional<double> accepted_x_mm, accepted_y_mm;
   std::optional<double> limit_mm;
 };
 
 // The ball that centreline-by-steps reads.
 struct RimBall {
-  double c_on_line_rad{};  // how C stands with it on the line along +Y, as far as that is known
+  double c_on_line_rad{};  // approximate angle of C at which the ball is above the axis, along +Y
   std::optional<double> level_limit_mm;
 };
 
-// The balls that rotary-axis-errors reads, and the axis C as it should be: along Z, through a point.
+// The balls that rotary-axis-errors reads, and the nominal axis C: along Z, through a point.
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
-  std::optional<double> sd_mm;  // of a certified coordinate
+  std::optional<double> sd_mm;  // sd of a certified coordinate
   std::vector<std::array<double, 3>> balls_mm;
 };
 
-// What the rotary axis B is like, which tilts a table or swivels a head: where it is to stand, and how exactly it finds
-// an angle.
+// The rotary axis B, which tilts a table or swivels a head: its angles for a run, and its positioning uncertainty.
 struct BFacts {
   std::array<double, 3> axis{1, 0, 0};  // unit vector along a machine axis, right-handed
   std::size_t count{};
@@ -55,46 +54,45 @@ struct BFacts {
 // A head that swivels the probe.
 struct HeadFacts {
   BFacts b;
-  std::array<double, 3> pivot_mm{};  // nominal: its axis from the gauge line of the spindle, at B = 0
-  // Where the datum sphere stands: machine position of what the pivot is to be told from. Its sd (k = 1), each
-  // coordinate.
+  std::array<double, 3> pivot_mm{};  // nominal vector from the gauge line of the spindle to its axis, at B = 0
+  // Machine position of the datum sphere relative to the reference of the pivot, and its sd (k = 1) per coordinate.
   std::optional<std::array<double, 3>> ball_mm;
   std::optional<double> sd_ball_mm;
 };
 
-// The tools that carry the probe, and how far its stylus ball is from the gauge line in each.
+// The tools that carry the probe, and the distance of its stylus ball from the gauge line in each.
 struct ProbeTools {
   std::size_t count{};
   std::array<std::uint32_t, kMostProbeTools> numbers{};
   std::array<double, kMostProbeTools> lengths_mm{};
 
-  // 0 for a tool that is none of them.
+  // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
-  // The longest less the shortest.
+  // Longest minus shortest length.
   double span_mm() const;
 };
 
-// The shank of the stylus of one tool, which touches as a shorter tool would.
+// The shank of one tool's stylus, which acts as a shorter tool.
 struct ProbeShank {
   std::uint32_t tool{};
-  double tip_length_mm{};  // of that tool, from the gauge line to the stylus ball
+  double tip_length_mm{};  // from the gauge line to the stylus ball
   double radius_mm{};
-  double height_mm{};  // at which it touches, above the middle of the stylus ball
+  double height_mm{};  // height of the contact above the centre of the stylus ball
 
   double length_mm() const { return tip_length_mm - height_mm; }
 };
 
-// The device that tools are set on, and what was accepted of it. Its places are those of the head's reference.
+// The tool-setting device and its accepted values. Positions refer to the head's reference.
 struct ToolSetter {
   std::array<double, 3> half_width_mm{};    // from its middle to its faces
-  std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference
+  std::array<double, 3> probe_offset_mm{};  // probe tip relative to the head's reference
   std::optional<double> sd_probe_offset_mm;
   std::optional<std::array<double, 3>> accepted_mm;
   double limit_mm{};
   double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
 };
 
-// Lengths in store, from the gauge line, and their sd (k = 1; 0: not stated).
+// Stored lengths from the gauge line, and their sd (k = 1; 0: not stated).
 struct HolderFacts {
   std::uint32_t number{};
   double length_mm{}, sd_mm{};
@@ -105,31 +103,32 @@ struct ToolFacts {
   std::optional<HolderFacts> holder{};
 };
 
-// What a calibration of the sensor head has found, as far as it is in force.
+// Calibration of the sensor head that is in force.
 struct CalibratedHead {
   std::uint64_t result_id{};
   std::uint32_t tool{};
-  // K of (E1): a row a sensor, per mm along X, Y and Z. And the sd of each (k = 1).
+  // K of (E1), one row per sensor, per mm along X, Y and Z, with the sd of each entry (k = 1).
   std::array<std::array<double, 3>, 3> matrix{};
   std::array<std::array<double, 3>, 3> sd{};
 };
 
-// A sensor head in the place of the probe.
+// A sensor head in place of the probe.
 struct SensorHead {
   std::uint32_t tool{};
-  double range_mm{};                         // of its sensors, to either side
-  std::array<double, 3> centre_offset_mm{};  // where all of them read zero, from the middle of the probe's ball
-  double sd_centre_offset_mm{};              // of each coordinate
+  double range_mm{};  // of its sensors, to either side
+  std::array<double, 3>
+      centre_offset_mm{};        // position at which all sensors read zero, relative to the centre of the probe's ball
+  double sd_centre_offset_mm{};  // of each coordinate
   std::optional<CalibratedHead> calibrated{};
 };
 
-// What is known about features, stylus and rotary axes beforehand, from the descriptions.
+// A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
-  std::optional<double> sphere_diameter_mm;  // of the datum sphere, certified
+  std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
   std::optional<double> gap_mm;              // between the plates, certified
   double stylus_ball_diameter_mm{};
-  double sigma_c_rad{};  // how exactly the rotary axis C finds an angle (k = 1)
-  // Of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
+  double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)
+  // Gain matrix of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<std::optional<ScrewFacts>, kLinearAxes> screws;
   std::optional<CheckedBall> checked_ball{};
@@ -143,7 +142,7 @@ struct Facts {
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
 
-  // From the gauge line to the stylus ball of a tool that carries the probe; 0 for another one.
+  // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;
 };
 

@@ -9,28 +9,28 @@
 
 namespace probebox::procedure {
 
-// What reads the balls of a run.
+// What measures the balls of a run.
 enum class ReadBy : std::uint8_t {
   tip,    // of the stylus
   head,   // a sensor head in its place
-  shank,  // the tip of one tool, and its shank as the other length
+  shank,  // the tip of one tool, and its shank as the second length
 };
 
-// Why a method cannot be started with these facts, and the remedy; nothing when it can. delay_in_force: a result about
-// the system delay is; a sensor head needs none.
+// Explains why a method cannot be started with these facts, with the remedy; nullopt when it can. delay_in_force: a
+// system delay is in force; a sensor head needs none.
 std::optional<Error> whyUnready(Method method, const Facts& facts, bool delay_in_force, ReadBy by = ReadBy::tip);
-// Why the method cannot be read with a sensor head; nothing when it can.
+// Explains why the method cannot use a sensor head; nullopt when it can.
 std::optional<Error> whyNoHead(Method method, const Facts& facts);
-// Why no shank can take the place of a second tool; nothing when one can.
+// Explains why a shank cannot replace a second tool; nullopt when it can.
 std::optional<Error> whyNoShank(Method method, const Facts& facts);
-// Why the options ask for balls that the plate does not have; nothing when they do not.
+// Explains which requested balls the plate does not have; nullopt when it has all.
 std::optional<Error> whyNoSuchBall(Method method, const ProcedureOptions& options, const Facts& facts);
-// The options with what the descriptions say about B and the probe's tools, where the method turns or changes them, and
-// about the sensor head or the shank, where it reads.
+// Completes the options from the descriptions: angles of B and the probe's tools where the method uses them, sensor
+// head or shank if chosen.
 ProcedureOptions described(Method method, ProcedureOptions options, const Facts& facts, ReadBy by = ReadBy::tip);
-// The same about the tool of a run, for a method that measures one.
+// Explains why a tool cannot be measured: it is not described. nullopt for methods that measure no tool.
 std::optional<Error> whyUnknownTool(Method method, std::uint32_t tool, const Facts& facts);
-// Its result is a place in machine positions, so the axes have to be referenced.
+// Tests whether the result is a machine position, so the axes must be referenced.
 bool findsAPlace(Method method);
 
 }  // namespace probebox::procedure

@@ -3,7 +3,7 @@
 
 namespace probebox::procedure {
 
-// Numbers of the methods in events and registers: add at the end, never change.
+// Numbers of the methods in events and registers: append only.
 enum class Method : std::uint16_t {
   none = 0,
   delay_multi_speed = 1,
@@ -31,22 +31,22 @@ enum class Method : std::uint16_t {
   centreline_by_steps = 23,
 };
 
-// What a method needs to be told about the features before its data mean anything.
+// What must be known about the features before a method can run.
 enum class Needs : std::uint8_t {
   nothing,
   sphere_diameter,
   plates_gap,
   delay_in_force,
   screw,
-  checked_ball,  // and a delay in force, as all below
+  checked_ball,  // this and all below also need a delay in force
   ball_plate,
   tilting_table,
-  swivel_lengths,  // a head that swivels, and the probe with tools of several lengths
+  swivel_lengths,  // a swivelling head, and the probe in tools of several lengths
   swivel_head,     // and where its ball stands
   probe_lengths,
   tool_setter,
   rim_ball,
-  measuring_unit,  // a tool setter whose place is known, and what the tool is made of
+  measuring_unit,  // a tool setter at a known position, and the tool's parts
   sensor_head,
 };
 

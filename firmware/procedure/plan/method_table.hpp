@@ -7,20 +7,20 @@
 #include "firmware/procedure/plan/method.hpp"
 #include "firmware/procedure/plan/step.hpp"
 
-// Every measuring procedure as a row of one table; only sources of this room read it.
+// Table of all measuring procedures, one row each. Used by sources of this room only.
 namespace probebox::procedure {
 
 struct Side {
   const char* name;
   std::array<double, 3> outward_normal;
-  std::array<double, 3> aside;  // along the surface: where an approach off the normal comes from
+  std::array<double, 3> aside;  // along the surface: direction of an approach off the normal
 };
 
-// In which rotary poses the touches are made.
+// Rotary poses in which the touches are made.
 enum class Poses : std::uint8_t {
   one,           // wherever the rotary axes stand
   around_c,      // one ball, C at several angles
-  within_reach,  // the same, to either side of 0, as far as the probe reaches
+  within_reach,  // as around_c, on both sides of 0 as far as the probe reaches
   together,      // one ball, A and C together at 0, 90, 180 and 270 degrees
   two_by_two,    // A and C at 0 and 180 degrees each
   plate,         // all balls, C at several angles and at 0 once more
@@ -40,12 +40,12 @@ struct MethodRow {
   Feature feature;
   Kind kind;
   std::span<const Side> sides;
-  std::span<const double> speeds_mm_s;  // usual
+  std::span<const double> speeds_mm_s;  // default speeds
   Poses poses;
   Needs needs;
   bool off_normal;
   bool jogs;       // first of all, every linear axis alone
-  bool heights{};  // several balls of one holder, not the first alone
+  bool heights{};  // several balls of one holder instead of the first only
 };
 
 namespace usual {
@@ -60,8 +60,8 @@ inline constexpr std::uint16_t kPlateAngles = 8;
 inline constexpr std::uint16_t kBalls = 3;
 inline constexpr double kJog_mm = 10;
 inline constexpr double kHold_mm_s = 15;   // from one hold to the next
-inline constexpr std::size_t kRounds = 3;  // with the probe, and as many with the tool
-// Those of the patent.
+inline constexpr std::size_t kRounds = 3;  // with the probe, and the same number with the tool
+// The two speeds of the patent.
 inline constexpr std::array<double, 2> kTilts_rad{-kTurn_rad / 4, 0};
 inline constexpr std::array<double, 3> kTiltAxis{1, 0, 0};
 inline constexpr std::array<double, 3> kSwivels_rad{0, kTurn_rad / 8, kTurn_rad / 4};
@@ -80,7 +80,7 @@ inline constexpr std::array<Side, 2> kPlateSides{{
     {"-X", {-1, 0, 0}, {0, 1, 0}},
     {"+X", {1, 0, 0}, {0, 1, 0}},
 }};
-// The device stands on its -Z face. +Z twice, so that every coordinate is the mean of two touches.
+// The device is mounted on its -Z face. +Z twice, so every coordinate is the mean of two touches.
 inline constexpr std::array<Side, 6> kSetterSides{kSphereSides[0], kSphereSides[1], kSphereSides[2],
                                                   kSphereSides[3], kSphereSides[4], kSphereSides[4]};
 inline constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};
@@ -89,13 +89,13 @@ inline constexpr std::span<const Side, 1> kOneSide{kSphereSides.begin(), 1};
 inline constexpr std::array<double, 5> kFiveSpeeds{5, 10, 20, 30, 40};
 inline constexpr std::array<double, 2> kTwoSpeeds{10, 40};
 inline constexpr std::array<double, 1> kOneSpeed{25};
-// Slow enough that a bounce is over early on the way in.
+// Slow, so that contact bounce ends early on the way in.
 inline constexpr std::array<double, 1> kInOutSpeed{10};
 inline constexpr std::array<double, 1> kReadingSpeed{15};
 inline constexpr std::array<double, 1> kToolSpeed{5};
 
-// In the order of their numbers. delay-per-axis: nothing reaches the sphere from -Z, so tau_z comes from two speeds
-// (A11).
+// In the order of their numbers. delay-per-axis: the sphere cannot be touched from -Z, so tau_z is determined by two
+// speeds (A11).
 inline constexpr std::array<MethodRow, 23> kMethods{{
     {Method::delay_multi_speed, "delay-multi-speed", Feature::datum_sphere, Kind::touch, kSphereSides, kFiveSpeeds,
      Poses::one, Needs::nothing, false, false},
@@ -161,7 +161,7 @@ inline constexpr std::array<MethodRow, 23> kMethods{{
      Poses::rim_steps, Needs::rim_ball, false, false},
 }};
 
-// Nothing for a number that no method has.
+// nullptr for an unknown number.
 inline const MethodRow* rowOf(Method method) {
   const auto number = static_cast<std::size_t>(method);
   return number >= 1 && number <= kMethods.size() ? &kMethods[number - 1] : nullptr;

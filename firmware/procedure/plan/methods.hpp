@@ -9,22 +9,22 @@ namespace probebox::procedure {
 
 std::string_view nameOf(Method method);
 std::optional<Method> methodNamed(std::string_view name);
-// The names of the methods that a box can run, for messages to a person.
+// Names of the methods that a box can run, for messages.
 std::span<const std::string_view> methodNames();
-// False for the selftest: it says what it found, and there is nothing of it that could be in force.
+// False for the selftest, whose findings cannot come into force.
 bool isCalibration(Method method);
 
 Needs needsOf(Method method);
-// It measures the tool that the options name, on the device that tells of touches by its edges.
+// Tests whether the method measures the tool in the options, on the tool-setting device.
 bool measuresATool(Method method);
-// It reads the centres of balls, with the delay in force taken out.
+// Tests whether the method reads centres of balls, corrected by the delay in force.
 bool readsBalls(Method method);
 
-// It reads balls with a sensor head in the place of the probe: always, or where it is asked to.
+// Tests whether the method reads balls with a sensor head: always (needsHead), or as an option (canReadByHead).
 bool needsHead(Method method);
 bool canReadByHead(Method method);
 
-// It reads with several lengths, of which the shank of the stylus may be one.
+// Tests whether the shank may be one of the lengths that the method needs.
 bool canTouchByShank(Method method);
 
 }  // namespace probebox::procedure

@@ -9,10 +9,10 @@
 #include "firmware/procedure/plan/step.hpp"
 #include "protocol/events/event.hpp"
 
-// Where the rotary axes stand for each reading of a method, and which sides of the feature can be touched there.
+// Angles of the rotary axes for each reading of a method, and the sides of the feature that can be touched there.
 namespace probebox::procedure {
 
-// The options of a run with the method's usual values in the place of zeros. Points into row and options.
+// Options of a run, with the method's defaults for zeros. Points into row and options.
 struct Chosen {
   std::span<const double> speeds_mm_s;
   double overtravel_mm{};
@@ -22,39 +22,39 @@ struct Chosen {
   std::uint16_t angles{};
   std::uint16_t balls{};
   std::uint32_t tool{};            // that is measured
-  std::array<double, 3> b_axis{};  // what B turns about, right-handed
+  std::array<double, 3> b_axis{};  // axis of B, right-handed
   std::span<const double> b_angles_rad;
   std::span<const std::uint32_t> tools;
-  double shank_height_mm{};  // the last of the tools touches with its shank; 0: none does
+  double shank_height_mm{};  // height at which the last tool touches with its shank; 0: it does not
   double c_on_line_rad{};    // how C stands at the zero of the first loop
   RimLoops loops{};
 };
 Chosen chosen(const MethodRow& row, const ProcedureOptions& options);
 
-// C at several angles, over as much as --arc chooses.
+// Tests whether the method uses several angles of C over the range --arc.
 bool spreadsC(const MethodRow& row);
-// At as many as --angles chooses.
+// Tests whether --angles sets the number of angles.
 bool countsAngles(const MethodRow& row);
-// B at several angles, as machine.toml describes.
+// Tests whether the method uses several angles of B, as described in machine.toml.
 bool turnsB(const MethodRow& row);
 
-// One tool after the other carries the probe.
+// Tests whether the probe is carried by several tools in turn.
 bool changesTools(const MethodRow& row);
 
 struct Pose {
   std::array<double, 3> angles_rad{};  // A B C
   std::uint16_t ball{};                // of the part, from 1; 0 for another feature
   BMoves b_moves{};
-  std::uint32_t tool{};  // 0: whichever carries the probe
+  std::uint32_t tool{};  // 0: any tool that carries the probe
   bool by_shank{};
   capture::RimStep rim{};
 };
 std::size_t poseCount(const MethodRow& row, const Chosen& with);
 Pose poseOf(const MethodRow& row, const Chosen& with, std::size_t index);
 
-// In machine axes. They swivel with the head, since the stylus has to come from its own side; one where the stem of the
-// ball stands, which holds it from below and tilts with a table, is left out. A shank touches across the tool alone,
-// and not from below: there what hangs on it would cross the stem.
+// Sides to touch, in machine axes. They turn with a swivelling head. The side of the ball's stem is omitted; the stem
+// holds the ball from below and tilts with a table. A shank touches across the tool only, and not from below, where the
+// parts under it would hit the stem.
 class Sides {
  public:
   Sides(const MethodRow& row, const Chosen& with, const Pose& pose);

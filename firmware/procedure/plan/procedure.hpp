@@ -12,12 +12,12 @@ enum class State : std::uint8_t {
   waiting = 1,   // for the machine to begin a step
   running = 2,   // between the markers of begin and end
   solving = 3,   // the recording is with the worker
-  proposed = 4,  // a result waits for somebody to accept it; with result_id 0 all is done, and nothing waits
+  proposed = 4,  // a result waits for acceptance; with result_id 0 the run is done without one
   refused = 5,
   aborted = 6,
 };
 
-// Where a run stands. Plain, so that it can be published whole.
+// State of a run. Plain data, published as a whole.
 struct Progress {
   std::uint32_t run{};
   Method method{};
@@ -25,34 +25,33 @@ struct Progress {
   std::uint32_t step{};
   std::uint32_t steps{};
   std::uint32_t repeats{};           // of the present step
-  capture::TouchFault last_fault{};  // why the present step is repeated, or why the run was refused
+  capture::TouchFault last_fault{};  // why the present step is repeated, or the run was refused
   bool timed_out{};                  // the end of a step never came
   std::uint64_t result_id{};
   RimLoops rim{};  // of centreline-by-steps, as far as they are known
 };
 
-// The step machine of the measuring procedures: a marker begins a step, a marker ends it; a faulty step is asked for
-// again. Of centreline-by-steps the later steps follow from what the earlier ones have measured: whoever solves says
-// how the run goes on.
+// Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated. The
+// later steps of centreline-by-steps depend on earlier measurements; the worker supplies them with Solved.
 class Procedure {
  public:
   static constexpr std::uint32_t kMostRepeats = 3;
-  // A begun step that has not ended by then, beside the time that its travel takes, is asked for again.
+  // A step that has not ended after this time plus its travel time is repeated.
   static constexpr Nanoseconds kStepTimeout = std::chrono::seconds{60};
 
-  // How far the machine may say that a rotary axis stands from where the step needs it.
+  // Largest difference between the reported and the wanted angle of a rotary axis.
   static constexpr double kPoseTolerance_rad = 2e-3;
 
   // mm_per_count: of the linear axes.
   explicit Procedure(capture::Capacity capacity, const std::array<double, kLinearAxes>& mm_per_count = {})
       : capture_{capacity, mm_per_count} {}
 
-  // Ignored while a run is in progress, and for a method or options that cannot be planned. `delay` is the one in
-  // force, result_id 0 for none; `offset_mm` the machine position where the counts are 0.
+  // Ignored during a run, and for a method or options that cannot be planned. `delay`: in force, result_id 0 for none;
+  // `offset_mm`: machine positions at count 0.
   void start(const ProcedureStarted& started, const DelayActivated& delay = {},
              const std::array<double, kLinearAxes>& offset_mm = {});
   void abort(const ProcedureAborted& aborted);
-  // `map` is the clock's, of this moment. Markers of another run or step are counted and change nothing.
+  // `map`: present clock map. Markers of another run or step are only counted.
   void mark(const Marker& marker, const TickMap& map);
   void push(const Count& count, std::optional<std::int32_t> screw_nm = 0) { capture_.push(count, screw_nm); }
   void push(const Deflection& deflection) { capture_.push(deflection); }
@@ -62,7 +61,7 @@ class Procedure {
   void advance(MonoTime now);
   void solved(const Solved& solved);
 
-  // True once, when all steps are done and the recording is ready for the worker, which may read it until solved().
+  // Returns true once, when all steps are done. The worker may then read the recording until solved().
   bool takeReadyToSolve();
 
   const Progress& progress() const { return progress_; }

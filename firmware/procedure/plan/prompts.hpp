@@ -6,7 +6,7 @@
 
 namespace probebox::procedure {
 
-// What a person or a controller is to do, in one sentence.
+// Describes a step to the operator or controller in one sentence.
 std::string promptFor(const Plan& plan, std::size_t step);
 
 }  // namespace probebox::procedure

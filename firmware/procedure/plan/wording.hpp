@@ -3,13 +3,13 @@
 #include <cstddef>
 #include <string>
 
-// What prompts and refusals are made of.
+// Helpers for the text of prompts and refusals.
 namespace probebox::procedure {
 
-// "0.5", "40": as short as it can be.
+// Shortest form of a number: "0.5", "40".
 std::string number(double value);
 
-// 0 for X, 1 Y, 2 Z, of a direction along one axis, either way.
+// Axis of a direction along X, Y or Z of either sign: 0, 1, 2.
 std::size_t axisAlong(const std::array<double, 3>& direction);
 
 }  // namespace probebox::procedure
