@@ -1,7 +1,8 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <functional>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 
@@ -20,7 +21,8 @@ inline Eigen::MatrixXd smallestCovariance(const Observe& observe, const Eigen::V
     down[k] -= kStep;
     derivatives.col(k) = (observe(up) - observe(down)) / (2.0 * kStep);
   }
-  return (derivatives.transpose() * derivatives).inverse() * sigma * sigma;
+  const Eigen::MatrixXd information = derivatives.transpose() * derivatives;
+  return inverse(information) * sigma * sigma;
 }
 
 }  // namespace probebox::metrology

@@ -1,10 +1,11 @@
 #include "host-tests/metrology/scan_simulation.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
@@ -80,7 +81,7 @@ Dataset measure(const ScanScene& scene, std::mt19937_64& random) {
                              {"gain_matrix", gain}},
                   .tables = {Table::withColumns("machine", kMachine), Table::withColumns("probe", kProbe),
                              Table::withColumns("scans", kScans)}};
-  const Eigen::Matrix3d raw = scene.gain.inverse();
+  const Eigen::Matrix3d raw = inverse(scene.gain);
   double scan = 0.0;
   for (const double speed : scene.speeds_mm_s) {
     const double turning = speed / scene.outer_mm;

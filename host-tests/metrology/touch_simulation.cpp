@@ -1,12 +1,12 @@
 #include "host-tests/metrology/touch_simulation.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology::simulation {
 namespace {
@@ -50,7 +50,7 @@ class Contact {
         surface_{scene.centre_mm + scene.radius_mm * normal},
         in_{scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, true},
         out_{2.0 * scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, false},
-        inverse_gain_{scene.gain.inverse()} {
+        inverse_gain_{inverse(scene.gain)} {
     const double reach = 0.5 * speed * speed / scene.acceleration_mm_s2;
     touched_ = speed / scene.acceleration_mm_s2 + (scene.clearance_mm - reach) / speed;
   }
@@ -262,7 +262,7 @@ Reference referencePrecision(const Scene& scene) {
       fisher += row * row.transpose() / (pointVariance(scene, speed) * seen * seen);
     }
   }
-  const Eigen::MatrixXd covariance = fisher.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd covariance = pseudoInverse(fisher);
   return {std::sqrt(covariance(3, 3)), 2.0 * std::sqrt(covariance(6, 6))};
 }
 

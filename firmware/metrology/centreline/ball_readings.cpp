@@ -1,6 +1,5 @@
 #include "firmware/metrology/centreline/ball_readings.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 
 namespace probebox::metrology {
@@ -64,8 +64,8 @@ bool radiusSeen(std::span<const BallReading> readings, std::size_t set) {
     const Eigen::Vector3d row{on_shank.x(), on_shank.y(), 1.0};
     seen += row * row.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread{seen, Eigen::EigenvaluesOnly};
-  return spread.eigenvalues()[0] > kRadiusSeen * spread.eigenvalues()[2];
+  const Eigen::VectorXd spread = symmetricEigenvalues(seen);
+  return spread[0] > kRadiusSeen * spread[2];
 }
 
 // Which unknown stands where: o, k, then the arms, the styli and the radii of the shanks.

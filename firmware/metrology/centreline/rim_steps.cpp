@@ -1,6 +1,5 @@
 #include "firmware/metrology/centreline/rim_steps.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
 namespace probebox::metrology {
@@ -312,7 +312,7 @@ Result resultOfSteps(const Dataset& dataset, const Measured& measured, const Rim
   }
   result.rms = std::sqrt(squares / 3.0);
   result.dof = 1;
-  result.condition = scaledCondition(covariance.inverse());  // of a Jacobian that would have this covariance
+  result.condition = scaledCondition(inverse(covariance));  // of a Jacobian that would have this covariance
   if (stated) {
     const auto entries = covariance.reshaped();
     result.covariance = Covariance{{"centre_mm[0]", "centre_mm[1]", "radius_mm"}, {entries.begin(), entries.end()}};

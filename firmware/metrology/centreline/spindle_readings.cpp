@@ -1,11 +1,11 @@
 #include "firmware/metrology/centreline/spindle_readings.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 
 namespace probebox::metrology {
@@ -76,8 +76,8 @@ std::optional<Refusal> refuseOneSided(const BallTable& shank) {
         opposed += *a.shank_side * a.shank_side->transpose();
       }
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread{opposed, Eigen::EigenvaluesOnly};
-    if (spread.eigenvalues()[0] > kTwoDirections * spread.eigenvalues()[1]) continue;
+    const Eigen::VectorXd spread = symmetricEigenvalues(opposed);
+    if (spread[0] > kTwoDirections * spread[1]) continue;
     return Refusal{"not-opposed", "the shank at length " + text(shank.levers[set]) +
                                       " mm did not touch from opposite sides in two directions: touch the ball from +X "
                                       "and -X, +Y and -Y, with the spindle turned by 180 degrees in between"};

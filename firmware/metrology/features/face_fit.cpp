@@ -1,9 +1,6 @@
 #include "firmware/metrology/features/face_fit.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +11,7 @@
 #include "firmware/metrology/dataset/configured_direction.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/points.hpp"
 
@@ -114,7 +112,7 @@ struct Corner {
 VectorXd widthsOf(const Face& face) {
   const MatrixXd centred = face.points.rowwise() - face.mean().transpose();
   const MatrixXd along = centred - centred * face.normal * face.normal.transpose();
-  return Eigen::JacobiSVD<MatrixXd>{along}.singularValues();
+  return singularValues(along);
 }
 
 Refusal collinear(const std::string& face) {
@@ -178,8 +176,7 @@ struct Leaning {
 
 Leaning leaning(const Face& face, const VectorXd& parameters) {
   const Index n = face.normal.size();
-  const MatrixXd basis = Eigen::HouseholderQR<MatrixXd>{face.normal}.householderQ();
-  const MatrixXd across = basis.rightCols(n - 1);
+  const MatrixXd across = complementOf(face.normal);
   const VectorXd direction = face.normal + across * parameters.head(n - 1);
   const VectorXd normal = direction.normalized();
   const MatrixXd slopes = (across - normal * (normal.transpose() * across)) / direction.norm();
@@ -231,12 +228,12 @@ Outcome<Meeting, Refusal> meet(const Corner& corner, const VectorXd& parameters,
     normals.row(f) = leans.back().normal.transpose();
     distances[f] = leans.back().normal.dot(face.mean()) + parameters[n * f + n - 1] - stylus;
   }
-  if (std::abs(normals.determinant()) < kLeastVolume) {
+  if (std::abs(determinant(normals)) < kLeastVolume) {
     return Refusal{"faces-parallel",
                    "the faces are nearly parallel and form no corner: touch faces at a larger angle to each other"};
   }
-  const MatrixXd inverse = normals.inverse();
-  Meeting meeting{inverse * distances, MatrixXd::Zero(n, n * n), 0.0, Eigen::RowVectorXd::Zero(n * n)};
+  const MatrixXd inverted = inverse(normals);
+  Meeting meeting{inverted * distances, MatrixXd::Zero(n, n * n), 0.0, Eigen::RowVectorXd::Zero(n * n)};
   for (Index f = 0; f < n; ++f) {
     Eigen::RowVectorXd shift = Eigen::RowVectorXd::Ones(n);  // of the face at the corner
     const Face& face = corner.faces[static_cast<std::size_t>(f)];
@@ -244,7 +241,7 @@ Outcome<Meeting, Refusal> meet(const Corner& corner, const VectorXd& parameters,
     if (widthsOf(face)[0] < kStraight * arm.norm())
       return collinear("row " + std::to_string(f + 1) + " of table 'faces'");
     shift.head(n - 1) = arm.transpose() * leans[static_cast<std::size_t>(f)].slopes;
-    meeting.slopes.middleCols(n * f, n) = inverse.col(f) * shift;
+    meeting.slopes.middleCols(n * f, n) = inverted.col(f) * shift;
   }
   const double cosine = normals.row(0).dot(normals.row(1));
   const double sine = std::sqrt(1.0 - cosine * cosine);

@@ -1,14 +1,14 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 
 namespace probebox::metrology {
@@ -17,15 +17,9 @@ namespace {
 constexpr int kSteps = 30;
 constexpr double kStepLimit = 1e-12;
 
-Eigen::MatrixXd upperOf(const Eigen::HouseholderQR<Eigen::MatrixXd>& qr) {
-  return qr.matrixQR().topRows(qr.cols()).triangularView<Eigen::Upper>();
-}
-
 // r: upper factor of the scaled Jacobian.
 Eigen::MatrixXd invertedNormal(const Eigen::MatrixXd& r, const Eigen::VectorXd& norms) {
-  const Eigen::Index n = r.cols();
-  const Eigen::MatrixXd inverse = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::MatrixXd unscaled = norms.cwiseInverse().asDiagonal() * inverse;
+  const Eigen::MatrixXd unscaled = norms.cwiseInverse().asDiagonal() * inverseOfUpper(r);
   return unscaled * unscaled.transpose();
 }
 
@@ -88,10 +82,9 @@ std::optional<Step> stepOf(Linearised& at, const Eigen::VectorXd& parameters) {
   step.norms = at.jacobian.colwise().norm();
   if (step.norms.minCoeff() == 0.0) return std::nullopt;
   at.jacobian.array().rowwise() /= step.norms.transpose().array();
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr{at.jacobian};
-  const Eigen::VectorXd scaled = -qr.solve(at.residuals);
-  step.upper = at.jacobian.topRows(at.jacobian.cols()).triangularView<Eigen::Upper>();
-  step.change = scaled.cwiseQuotient(step.norms);
+  auto [scaled, upper] = solveInPlace(at.jacobian, at.residuals);
+  step.upper = std::move(upper);
+  step.change = -scaled.cwiseQuotient(step.norms);
   step.length = scaled.norm();
   step.rounding = 1e-10 * parameters.norm() * step.norms.maxCoeff();
   return step;
@@ -138,10 +131,7 @@ double scaledCondition(const Eigen::MatrixXd& normal) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Eigen::VectorXd norms = normal.diagonal().cwiseSqrt();
   if (!(norms.minCoeff() > 0.0)) return kInfinite;
-  const Eigen::VectorXd squares =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{normal.cwiseQuotient(norms * norms.transpose()),
-                                                     Eigen::EigenvaluesOnly}
-          .eigenvalues();
+  const Eigen::VectorXd squares = symmetricEigenvalues(normal.cwiseQuotient(norms * norms.transpose()));
   return squares[0] > 0.0 ? std::sqrt(squares[squares.size() - 1] / squares[0]) : kInfinite;
 }
 
@@ -167,13 +157,11 @@ Outcome<Fit, Refusal> linearLeastSquares(const Eigen::MatrixXd& design, const Ei
   if (auto refusal = unusable({values, design})) return *refusal;
   const Eigen::VectorXd norms = design.colwise().norm();
   if (norms.minCoeff() == 0.0) return illConditioned(std::numeric_limits<double>::infinity());
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{design * norms.cwiseInverse().asDiagonal()};
-  const Eigen::MatrixXd upper = upperOf(qr);
+  const auto [scaled, upper] = solveRefined(design * norms.cwiseInverse().asDiagonal(), values);
   Fit fit;
   fit.condition = conditionOf(upper);
   if (!(fit.condition <= kConditionLimit)) return illConditioned(fit.condition);
-  fit.parameters = norms.cwiseInverse().asDiagonal() * qr.solve(values);
-  fit.parameters += norms.cwiseInverse().asDiagonal() * qr.solve(values - design * fit.parameters);  // rounding
+  fit.parameters = scaled.cwiseQuotient(norms);
   fit.residuals = design * fit.parameters - values;
   fit.cofactor = invertedNormal(upper, norms);
   fit.dof = static_cast<std::size_t>(design.rows() - design.cols());

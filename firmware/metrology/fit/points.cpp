@@ -1,11 +1,11 @@
 #include "firmware/metrology/fit/points.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <string>
 
 #include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -35,10 +35,7 @@ std::optional<Refusal> equalPoints(const Eigen::MatrixXd& points) {
 Eigen::VectorXd widthsOf(const Eigen::MatrixXd& points) {
   const Eigen::MatrixXd centred = points.rowwise() - points.colwise().mean();
   const Eigen::MatrixXd scatter = centred.transpose() * centred;
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>{scatter, Eigen::EigenvaluesOnly}
-      .eigenvalues()
-      .cwiseMax(0.0)
-      .cwiseSqrt();
+  return symmetricEigenvalues(scatter).cwiseMax(0.0).cwiseSqrt();
 }
 
 std::optional<Refusal> pointOff(const Fit& fit, double sigma, std::string_view off_what, std::string_view remedy) {

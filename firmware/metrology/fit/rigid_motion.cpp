@@ -1,8 +1,9 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <string>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -19,16 +20,17 @@ Outcome<RigidMotion, Refusal> registerRigid(const Eigen::MatrixX3d& from, const 
   const Eigen::RowVector3d from_mean = from.colwise().mean();
   const Eigen::RowVector3d to_mean = to.colwise().mean();
   const Eigen::MatrixXd centred = from.rowwise() - from_mean;
-  const Eigen::VectorXd widths = Eigen::JacobiSVD<Eigen::MatrixXd>{centred}.singularValues();
+  const Eigen::VectorXd widths = singularValues(centred);
   if (!(widths[1] > kLine * widths[0])) {
     return Refusal{"collinear",
                    "the balls lie on one line and do not determine the rotation about it: add a ball beside the line"};
   }
   const Eigen::Matrix3d moment = (to.rowwise() - to_mean).transpose() * centred;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd{moment, Eigen::ComputeFullU | Eigen::ComputeFullV};
-  const double handed = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  const SingularSystem axes = singularSystem(moment);
+  const Eigen::Matrix3d left = axes.left, right = axes.right;
+  const double handed = determinant(left * right.transpose());
   RigidMotion motion;
-  motion.rotation = svd.matrixU() * Eigen::Vector3d{1.0, 1.0, handed}.asDiagonal() * svd.matrixV().transpose();
+  motion.rotation = left * Eigen::Vector3d{1.0, 1.0, handed}.asDiagonal() * right.transpose();
   motion.shift = to_mean.transpose() - motion.rotation * from_mean.transpose();
   return motion;
 }

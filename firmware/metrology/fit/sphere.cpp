@@ -1,9 +1,9 @@
 #include "firmware/metrology/fit/sphere.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/points.hpp"
 
 namespace probebox::metrology {
@@ -42,11 +42,10 @@ std::optional<Ball> algebraicBall(const Eigen::MatrixXd& points) {
   const Eigen::MatrixXd centred = points.rowwise() - mean;
   Eigen::MatrixXd rows{points.rows(), dimensions + 1};
   rows << 2.0 * centred, Eigen::VectorXd::Ones(points.rows());
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr{rows};
-  if (qr.rank() <= dimensions) return std::nullopt;
-  const Eigen::VectorXd solution = qr.solve(centred.rowwise().squaredNorm());
-  const Eigen::VectorXd centre = solution.head(dimensions);
-  const double squared = solution[dimensions] + centre.squaredNorm();
+  const auto solution = solveFullRank(rows, centred.rowwise().squaredNorm());
+  if (!solution) return std::nullopt;
+  const Eigen::VectorXd centre = solution->topRows(dimensions);
+  const double squared = (*solution)(dimensions, 0) + centre.squaredNorm();
   if (!(squared > 0.0)) return std::nullopt;
   return Ball{centre + mean.transpose(), std::sqrt(squared)};
 }

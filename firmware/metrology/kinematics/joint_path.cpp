@@ -1,10 +1,10 @@
 #include "firmware/metrology/kinematics/joint_path.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -19,14 +19,13 @@ constexpr double kBend = 4.0;  // deviations
 
 // Coefficients of 1, s, s^2. The bend counts only where it stands out of its noise: else a line says more.
 Vector3d parabola(const Eigen::MatrixXd& powers, const VectorXd& values) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr{powers};
-  const Vector3d bent = qr.solve(values);
+  const Vector3d bent = solveLeastSquares(powers, values);
   const double variance =
       (values - powers * bent).squaredNorm() / std::max(1.0, static_cast<double>(values.size() - 3));
-  const Eigen::Matrix3d cofactor = (powers.transpose() * powers).inverse();
+  const Eigen::Matrix3d cofactor = inverse(Eigen::Matrix3d{powers.transpose() * powers});
   if (bent[2] * bent[2] > kBend * kBend * variance * cofactor(2, 2)) return bent;
   Vector3d straight = Vector3d::Zero();
-  straight.head<2>() = powers.leftCols<2>().colPivHouseholderQr().solve(values);
+  straight.head<2>() = solveLeastSquares(powers.leftCols(2), values);
   return straight;
 }
 

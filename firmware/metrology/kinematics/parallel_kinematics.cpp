@@ -1,7 +1,6 @@
 #include "firmware/metrology/kinematics/parallel_kinematics.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -140,12 +140,11 @@ std::optional<ParallelKinematics::Pose> ParallelKinematics::closed(Pose pose, co
   double before = std::numeric_limits<double>::infinity();
   for (;;) {
     const PerLeg apart = gaps(pose, q);
-    Eigen::FullPivLU<ByLeg> legs{carried(pose, q)};
-    legs.setThreshold(kHeld);
-    if (!legs.isInvertible() || !(apart.norm() < before * kShare)) return std::nullopt;
+    const auto step = solveInvertible(carried(pose, q), -apart, kHeld);
+    if (!step || !(apart.norm() < before * kShare)) return std::nullopt;
     if (apart.norm() < kClosed_mm) return pose;
     before = apart.norm();
-    const PerLeg by = legs.solve(-apart);
+    const PerLeg by = *step;
     pose.tip += by.head<3>();
     if (legs_.size() == kDelta) continue;
     const Vector3d turn = by.tail<3>() / arm_mm_;
@@ -183,7 +182,7 @@ Matrix3Xd ParallelKinematics::jacobian(const VectorXd& q) const {
     pushes[k] = legs_[static_cast<std::size_t>(k)].pushOf(q[k], strutOf(k, pose, q[k]).normalized());
   }
   const ByLeg pushed = pushes.asDiagonal();
-  return carried(pose, q).partialPivLu().solve(pushed).topRows<3>();
+  return solveSquare(carried(pose, q), pushed).topRows(3);
 }
 
 }  // namespace probebox::metrology

@@ -1,7 +1,6 @@
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
@@ -24,7 +24,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Balls = std::map<double, Vector3d>;
 
 constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
@@ -48,7 +47,7 @@ struct Station {
 // The rigid motion between ideal and read coordinates as six errors.
 struct Motion {
   SixErrors errors;
-  Matrix6 information;   // for unit sigma
+  Matrix6d information;  // for unit sigma
   Eigen::VectorXd left;  // residuals, mm, three a ball
   double condition{};
 
@@ -153,9 +152,9 @@ bool atZero(double angle) {
 }
 
 // An error of the plate's place, as seen after the axis has turned it.
-Matrix6 turnedPlate(const NominalAxis& axis, double angle) {
+Matrix6d turnedPlate(const NominalAxis& axis, double angle) {
   const Matrix3d turned = Eigen::AngleAxisd{angle, axis.direction}.toRotationMatrix();
-  Matrix6 both = Matrix6::Zero();
+  Matrix6d both = Matrix6d::Zero();
   both.topLeftCorner<3, 3>() = turned;
   both.bottomRightCorner<3, 3>() = turned;
   return both;
@@ -212,8 +211,8 @@ bool zeroAgrees(const std::vector<Station>& stations, const Motions& motions, co
   for (std::size_t k = 0; k < stations.size(); ++k) {
     if (!atZero(stations[k].angle)) continue;
     const Motion& motion = motions.first[k];
-    const Matrix6 difference = motions.second.information.inverse() + motion.information.inverse();
-    if (motion.errors.dot(difference.inverse() * motion.errors) > kSameState * variance) return false;
+    const Matrix6d difference = inverse(motions.second.information) + inverse(motion.information);
+    if (motion.errors.dot(inverse(difference) * motion.errors) > kSameState * variance) return false;
   }
   return true;
 }
@@ -221,18 +220,18 @@ bool zeroAgrees(const std::vector<Station>& stations, const Motions& motions, co
 // How far the readings at zero move the plate, and what remains uncertain of its place, for unit sigma.
 struct PlatePlace {
   SixErrors shift = SixErrors::Zero();
-  Matrix6 cofactor;
+  Matrix6d cofactor;
 };
 
 PlatePlace plateOf(const std::vector<Station>& stations, const Motions& motions, bool zero_agrees) {
-  Matrix6 information = motions.second.information;
+  Matrix6d information = motions.second.information;
   SixErrors weighted = SixErrors::Zero();
   for (std::size_t k = 0; zero_agrees && k < stations.size(); ++k) {
     if (!atZero(stations[k].angle)) continue;
     information += motions.first[k].information;
     weighted += motions.first[k].information * motions.first[k].errors;
   }
-  const Matrix6 cofactor = information.inverse();
+  const Matrix6d cofactor = inverse(information);
   return {cofactor * weighted, cofactor};
 }
 
@@ -253,10 +252,10 @@ Fit errorsOf(const std::vector<Station>& stations, const NominalAxis& axis, cons
     const Motion& motion = motions.first[static_cast<std::size_t>(k)];
     fit.parameters.segment<6>(6 * k) = motion.errors;
     if (!isZero(k)) fit.parameters.segment<6>(6 * k) -= seen(k) * plate.shift;
-    fit.cofactor.block<6, 6>(6 * k, 6 * k) = motion.information.inverse();
+    fit.cofactor.block<6, 6>(6 * k, 6 * k) = inverse(motion.information);
     for (Eigen::Index l = 0; l < count; ++l) {
       if (isZero(k) && isZero(l)) {
-        fit.cofactor.block<6, 6>(6 * k, 6 * l) += motions.second.information.inverse();
+        fit.cofactor.block<6, 6>(6 * k, 6 * l) += inverse(motions.second.information);
       } else if (!isZero(k) && !isZero(l)) {
         fit.cofactor.block<6, 6>(6 * k, 6 * l) += seen(k) * plate.cofactor * seen(l).transpose();
       }

@@ -1,7 +1,6 @@
 #include "firmware/metrology/rotary/rotary_joint_errors.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/plate_readings.hpp"
@@ -253,7 +253,7 @@ std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, con
   const auto rows = 3 * static_cast<Index>(stack.second_count);
   Index worst = 0;
   const double sigmas = fit.residuals.head(rows).cwiseAbs().maxCoeff(&worst);
-  const double off = (weightOf(keys).inverse() * fit.residuals.segment<3>(worst / 3 * 3)).cwiseAbs().maxCoeff();
+  const double off = (inverse(weightOf(keys)) * fit.residuals.segment<3>(worst / 3 * 3)).cwiseAbs().maxCoeff();
   if (sigmas <= kWorstResidual || off <= kResidualFloor) return std::nullopt;
   return Refusal{"residual-too-large", "row " + std::to_string(worst / 3 + 1) + " of table 'second' is " + text(off) +
                                            " mm off, more than 5 sigma: measure it again"};
@@ -261,7 +261,7 @@ std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, con
 
 // Read minus fitted, one a coordinate.
 Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& keys) {
-  const Matrix3d sigma = weightOf(keys).inverse();
+  const Matrix3d sigma = inverse(weightOf(keys));
   Residuals residuals{.unit = "mm", .against = "phi_rad", .names = {}, .at = {}, .values = {}};
   for (std::size_t k = 0; k < 3 * stack.readings.size(); ++k) {
     const PlateReading& reading = stack.readings[k / 3];

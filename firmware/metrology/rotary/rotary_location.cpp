@@ -1,13 +1,13 @@
 #include "firmware/metrology/rotary/rotary_location.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_direction.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -57,7 +57,7 @@ Eigen::MatrixXd locationMap(std::span<const double> angles, const Vector3d& dire
     const Eigen::Matrix2d seen = plane.transpose() * (plane - turned * plane);
     design.middleRows<2>(2 * k) << seen, Eigen::Matrix2d::Identity();
   }
-  const Eigen::MatrixXd solve = (design.transpose() * design).inverse() * design.transpose();
+  const Eigen::MatrixXd solve = solveCholesky(design.transpose() * design, design.transpose());
   Eigen::MatrixXd map = Eigen::MatrixXd::Zero(3, 6 * count);
   for (Eigen::Index k = 0; k < count; ++k) {
     map.middleCols<3>(6 * k + offset) = plane * solve.block(0, 2 * k, 2, 2) * plane.transpose();

@@ -1,7 +1,5 @@
 #include "firmware/metrology/rotary/sensor_head.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
 namespace probebox::metrology {
@@ -51,7 +50,7 @@ std::optional<Refusal> badHead(const Matrix3d& matrix, const MatrixXd& moves, do
     return Refusal{"moves-too-small", "the moves along " + std::string(1, "XYZ"[axis]) + " change the sensors by " +
                                           text(seen) + ", less than five times their noise: move further"};
   }
-  const Vector3d widths = Eigen::JacobiSVD<Matrix3d>{matrix}.singularValues();
+  const Vector3d widths = singularValues(matrix);
   if (!(widths[0] <= kWorstHead * widths[2])) {
     return Refusal{"sensors-dependent",
                    "the sensors measure in nearly the same direction: the condition number of their matrix is " +
@@ -77,12 +76,12 @@ struct Balls {
 
 Balls ballsOf(const Table& table, const SensorHead& head, const Vector3d& tool) {
   const MatrixXd readings = columnsOf(table, kReadingColumns);
-  const Matrix3d inverse = head.matrix.inverse();
+  const Matrix3d inverted = inverse(head.matrix);
   Balls balls{Eigen::VectorXd{3 * readings.rows()}, MatrixXd{3 * readings.rows(), kParameters}};
   for (Index i = 0; i < readings.rows(); ++i) {
     const Vector3d sensors = readings.row(i).tail<3>().transpose();
     balls.values.segment<3>(3 * i) = head.ball(readings.row(i).head<3>().transpose(), tool, sensors);
-    balls.slopes.middleRows<3>(3 * i) = displacementSlopes(inverse, head.displacement(sensors));
+    balls.slopes.middleRows<3>(3 * i) = displacementSlopes(inverted, head.displacement(sensors));
   }
   return balls;
 }
@@ -103,7 +102,7 @@ void addReadingNoise(Result& result, const Matrix3d& seen) {
 }  // namespace
 
 Vector3d SensorHead::displacement(const Vector3d& sensors) const {
-  return matrix.inverse() * (sensors - zero);
+  return inverse(matrix) * (sensors - zero);
 }
 
 Vector3d SensorHead::ball(const Vector3d& machine, const Vector3d& tool, const Vector3d& sensors) const {
@@ -141,10 +140,10 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
   if (reference.value()) {
     // Where the sensors all read zero the ball is away from the reference by -K^-1 zero.
-    const Matrix3d inverse = head.matrix.inverse();
-    const Vector3d centre = inverse * head.zero;
+    const Matrix3d inverted = inverse(head.matrix);
+    const Vector3d centre = inverted * head.zero;
     const Vector3d at = Vector3d{reference.value()->data()} + centre;
-    answer.alsoVector("centred_mm", at, -displacementSlopes(inverse, -centre));
+    answer.alsoVector("centred_mm", at, -displacementSlopes(inverted, -centre));
   }
   if (dataset.table("readings")) {
     const auto readings = checkedTable(dataset, "readings", kReadingColumns);
@@ -159,7 +158,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
   answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
   Result result = std::move(answer).take(true);
-  if (dataset.table("readings")) addReadingNoise(result, head.matrix.inverse() * noise.value_or(0.0));
+  if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise.value_or(0.0));
   return result;
 }
 

@@ -1,13 +1,13 @@
 #include "firmware/metrology/scan/contact_ringing.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numbers>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -67,7 +67,7 @@ std::optional<Beyond> beyondMotion(const DrivenContact& contact, double tau_s) {
   }
   columns.col(1).array() -= columns.col(1).mean();
   const double gain = columns.col(1).dot(beyond.left) / columns.col(1).squaredNorm();
-  beyond.motion = columns.householderQr().householderQ() * MatrixXd::Identity(n, 3);
+  beyond.motion = orthonormalColumns(columns);
   beyond.left = beyond.without(beyond.left);
   // Probe samples between two of the machine share its noise.
   const double shared = gain * gain * std::max(1.0, machine.period() / probe.period());
@@ -107,11 +107,14 @@ class Contacts {
     columns << turn.cos(), turn.sin();
     return columns;
   }
+  static Eigen::Vector2d solveNormal(const MatrixXd& columns, const Eigen::Vector2d& products) {
+    return solveCholesky(columns.transpose() * columns, products);
+  }
   // Weighted squares that two columns take away.
   static double explained(const Beyond& one, const Eigen::MatrixX2d& phases) {
     const MatrixXd columns = one.without(phases);
     const Eigen::Vector2d products = columns.transpose() * one.left;
-    return products.dot((columns.transpose() * columns).ldlt().solve(products)) / one.variance;
+    return products.dot(solveNormal(columns, products)) / one.variance;
   }
   double explained(const Tone& tone) const {
     double squares = 0.0;
@@ -122,7 +125,7 @@ class Contacts {
   }
   Eigen::Vector2d amplitude(const Beyond& one, const Tone& tone) const {
     const MatrixXd columns = one.without(left(one, tone.decay).matrix().asDiagonal() * turned(one, tone.turns));
-    return (columns.transpose() * columns).ldlt().solve(columns.transpose() * one.left);
+    return solveNormal(columns, columns.transpose() * one.left);
   }
   Tone coarse() const {
     std::vector<std::array<VectorXd, kDecays.size()>> decaying(each_.size());

@@ -1,7 +1,5 @@
 #include "firmware/metrology/scan/contour_match.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/scan/non_contact_probe.hpp"
 #include "firmware/metrology/scan/waveform_match.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
@@ -38,7 +37,7 @@ std::optional<Refusal> wrongPlace(const ContourScan& scan, double tau) {
     normal += row * row.transpose();
     right += row * scan.distance.values[k];
   }
-  const VectorXd solution = normal.fullPivLu().solve(right);
+  const VectorXd solution = solveSquare(normal, right);
   const double off_mm = solution.tail(places).norm();
   if (off_mm <= kCentreError_mm) return std::nullopt;
   return Refusal{"centre-error", scan.name + ": the stated centre is off by " + text(off_mm) +
@@ -112,7 +111,7 @@ Eigen::MatrixXd shapesOf(const ContourScan& scan, double start, const Grid& grid
     before = at;
   }
   const auto errors = shapes.rightCols(1 + places);
-  steps = grid.q - errors * (errors.transpose() * errors).ldlt().solve(errors.transpose() * grid.q);
+  steps = grid.q - errors * solveCholesky(errors.transpose() * errors, errors.transpose() * grid.q);
   const Smoothed best = bestSmoothed(steps, probe_rate, grid.step);
   shapes.col(0) = best.rate;
   shapes.col(1) = -best.value;

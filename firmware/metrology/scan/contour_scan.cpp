@@ -1,7 +1,5 @@
 #include "firmware/metrology/scan/contour_scan.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -70,10 +69,10 @@ std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan
 
 // Directions in which the normals of a scan differ, and by how much (mean square), rising: an error of the feature's
 // place along others looks like one of its size, or like nothing at all.
-Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> directionsOf(const Eigen::MatrixX3d& normals) {
+SymmetricEigen directionsOf(const Eigen::MatrixX3d& normals) {
   const Eigen::MatrixX3d centred = normals.rowwise() - normals.colwise().mean();
   const Eigen::Matrix3d scatter = centred.transpose() * centred / static_cast<double>(normals.rows());
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{scatter};
+  return symmetricEigen(scatter);
 }
 
 VectorXd mapped(const std::vector<double>& values) {
@@ -88,19 +87,23 @@ Eigen::MatrixXd errorShapes(const ContourScan& scan) {
   return shapes;
 }
 
+// What is left of values without the columns of shapes.
+VectorXd without(const Eigen::MatrixXd& shapes, const VectorXd& values) {
+  return values - shapes * solveSquare(shapes.transpose() * shapes, shapes.transpose() * values);
+}
+
 // What is left of the distance without that.
 std::vector<double> stepsOf(const ContourScan& scan) {
   const Eigen::MatrixXd shapes = errorShapes(scan);
   const VectorXd distance = mapped(scan.distance.values);
-  const VectorXd fitted = (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * distance);
-  const VectorXd steps = distance - shapes * fitted;
+  const VectorXd steps = without(shapes, distance);
   return {steps.begin(), steps.end()};
 }
 
 // Whether an error of the place that is not among the scan's yet would explain much of its steps.
 bool likeSteps(const ContourScan& scan, const VectorXd& place) {
   const Eigen::MatrixXd shapes = errorShapes(scan);
-  const VectorXd own = place - shapes * (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * place);
+  const VectorXd own = without(errorShapes(scan), place);
   const VectorXd steps = mapped(stepsOf(scan));
   return std::pow(own.dot(steps), 2) > kLikeSteps * own.squaredNorm() * steps.squaredNorm();
 }
@@ -110,9 +113,9 @@ bool likeSteps(const ContourScan& scan, const VectorXd& place) {
 void addPlaces(ContourScan& scan, const Eigen::MatrixX3d& normals) {
   const auto axes = directionsOf(normals);
   for (Index k = 2; k >= 0; --k) {
-    const double seen = std::sqrt(std::max(axes.eigenvalues()[k], 0.0));
+    const double seen = std::sqrt(std::max(axes.values[k], 0.0));
     if (seen <= kHardlySeen) return;
-    const VectorXd column = normals * axes.eigenvectors().col(k);
+    const VectorXd column = normals * axes.vectors.col(k);
     if (seen <= kSeen && likeSteps(scan, column)) return;
     scan.places.emplace_back(column.begin(), column.end());
   }
@@ -173,7 +176,7 @@ bool looksLikeAPlace(const ContourScan& scan) {
   const auto [rate, from, noise] =
       smoothRate(scan.distance.values, variance, scan.distance.period(), 2.0 * kTransition_s);
   const Eigen::MatrixXd shapes = errorShapes(scan).middleRows(from, rate.size());
-  const VectorXd own = rate - shapes * (shapes.transpose() * shapes).fullPivLu().solve(shapes.transpose() * rate);
+  const VectorXd own = without(shapes, rate);
   return own.squaredNorm() - static_cast<double>(rate.size()) * noise < kOwnShare * rate.squaredNorm();
 }
 

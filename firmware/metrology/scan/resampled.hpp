@@ -1,12 +1,12 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/scan/waveform_pair.hpp"
 
@@ -86,10 +86,10 @@ class ResampledPair {
     const Index m = unknowns();
     MatrixXd seen{m + 1, m};  // Z' J, J being the derivative of e by g and b
     seen << instruments_.transpose() * delta_, -products_;
-    const Eigen::FullPivLU<MatrixXd> lu{seen.bottomRows(m)};
-    if (!lu.isInvertible()) return false;
-    nuisance_ = lu.solve(-seen_q_.tail(m));
-    shares_ = MatrixXd{seen.bottomRows(m).transpose()}.fullPivLu().solve(seen.row(0).transpose());
+    const auto nuisance = solveInvertible(seen.bottomRows(m), -seen_q_.tail(m));
+    if (!nuisance) return false;
+    nuisance_ = *nuisance;
+    shares_ = solveSquare(seen.bottomRows(m).transpose(), seen.row(0).transpose());
     const VectorXd slope = -nuisance_[0] * (instruments_.transpose() * rate_);
     score_ = seen_q_[0] + seen.row(0).dot(nuisance_);
     information_ = slope[0] - shares_.dot(slope.tail(m));

@@ -1,6 +1,5 @@
 #include "firmware/metrology/scan/waveform_match.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>

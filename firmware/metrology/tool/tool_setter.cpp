@@ -1,7 +1,6 @@
 #include "firmware/metrology/tool/tool_setter.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
 
@@ -211,7 +211,7 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
       const auto angle = device.angle[static_cast<std::size_t>(row)];
       if (2 * angle + (touches(row, 0) == 1.0 ? 1 : 0) == group) spread += normal * normal.transpose();
     }
-    if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>{spread}.eigenvalues()[0] < 0.1) {
+    if (symmetricEigenvalues(spread)[0] < 0.1) {
       return Refusal{"missing-face", std::string{"the faces that the "} + (group % 2 == 1 ? "tool" : "probe") +
                                          " touched" + device.at(group / 2) +
                                          " do not determine all three coordinates: touch one more"};

@@ -1,12 +1,11 @@
 #include "firmware/metrology/touch/constant_speed_window.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -28,10 +27,10 @@ double speedChange(std::span<const double> times, std::span<const double> values
   const Eigen::ArrayXd s = (t - t[0]) / length - 0.5;
   Eigen::MatrixXd basis{n, 3};
   basis << Eigen::ArrayXd::Ones(n), s, s.square();
-  const Eigen::MatrixXd normal = basis.transpose() * basis;
-  const Eigen::Vector3d fitted = normal.ldlt().solve(basis.transpose() * (x - x[0]).matrix());
+  const Eigen::Matrix3d normal = basis.transpose() * basis;
+  const Eigen::Vector3d fitted = solveCholesky(normal, basis.transpose() * (x - x[0]).matrix());
   const double variance = ((x - x[0]).matrix() - basis * fitted).squaredNorm() / static_cast<double>(n - 3);
-  const double sd = std::sqrt(std::max(variance, noise * noise) * normal.inverse()(2, 2)) + kResolution;
+  const double sd = std::sqrt(std::max(variance, noise * noise) * inverse(normal)(2, 2)) + kResolution;
   // With few samples the sd itself is uncertain.
   const double limit = 5.0 * (1.0 + 4.0 / static_cast<double>(n - 3));
   return std::abs(fitted[2]) > limit * sd + bend ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;

@@ -1,6 +1,5 @@
 #include "firmware/metrology/touch/dwell_ringing.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,8 @@
 #include <numbers>
 #include <optional>
 #include <span>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -166,9 +167,8 @@ class Rests {
   void takeOut(const Tone& tone, std::vector<Touch>& touches) const {
     for (const auto& rest : rests_) {
       const auto times = timesOf(rest);
-      const Eigen::Matrix3d amplitudes = shapes(times, times.front(), length_s_, tone)
-                                             .colPivHouseholderQr()
-                                             .solve(Eigen::MatrixXd{probeOf(rest).valuesOf(rest.run)});
+      const Eigen::Matrix3d amplitudes =
+          solveLeastSquares(shapes(times, times.front(), length_s_, tone), probeOf(rest).valuesOf(rest.run));
       Stream& probe = touches[rest.touch].probe;
       const Run run{rest.run.begin, rest.until + 1};
       const Eigen::MatrixX3d shape = shapes(probe.timesOf(run), times.front(), length_s_, tone);
@@ -190,7 +190,7 @@ class Rests {
       const auto times = timesOf(rest);
       const Eigen::MatrixXd values = probeOf(rest).valuesOf(rest.run);
       const Eigen::MatrixX3d shape = shapes(times, times.front(), length_s_, tone);
-      squares += (values - shape * shape.householderQr().solve(values)).squaredNorm() / noiseOf(rest);
+      squares += (values - shape * solveLeastSquares(shape, values)).squaredNorm() / noiseOf(rest);
     }
     return squares;
   }

@@ -1,8 +1,8 @@
 #include "firmware/metrology/touch/gain_matrix.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <string>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 
@@ -11,12 +11,12 @@ Outcome<Eigen::Matrix3d, Refusal> gainMatrix(const Eigen::MatrixX3d& velocities,
     return Refusal{"too-few-readings", std::to_string(slopes.rows()) +
                                            " touches do not determine a gain matrix: touch in three directions"};
   }
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>{slopes}.singularValues();
+  const Eigen::VectorXd singular = singularValues(slopes);
   if (!(singular[2] >= 1e-3 * singular[0])) {
     return Refusal{"dependent-directions",
                    "the touches deflect the probe in one plane only: touch in three independent directions"};
   }
-  const Eigen::Matrix3d transposed = slopes.colPivHouseholderQr().solve(-velocities);
+  const Eigen::Matrix3d transposed = solveLeastSquares(slopes, -velocities);
   return Eigen::Matrix3d{transposed.transpose()};
 }
 

@@ -1,7 +1,8 @@
 #include "firmware/metrology/touch/touch_design.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -34,9 +35,9 @@ MatrixXd rowsOf(std::span<const Retract> retracts, const TouchFit& fit, const To
 std::optional<MatrixXd> unitCofactor(const MatrixXd& rows) {
   const Eigen::RowVectorXd scale = rows.colwise().norm().cwiseInverse();
   const MatrixXd scaled = rows * scale.asDiagonal();
-  const Eigen::FullPivLU<MatrixXd> lu{scaled.transpose() * scaled};
-  if (!lu.isInvertible()) return std::nullopt;
-  return MatrixXd{scale.asDiagonal() * lu.inverse() * scale.asDiagonal()};
+  const auto inverted = inverseIfRegular(scaled.transpose() * scaled);
+  if (!inverted) return std::nullopt;
+  return MatrixXd{scale.asDiagonal() * *inverted * scale.asDiagonal()};
 }
 
 TouchDesign touchDesign(std::span<const Retract> retracts, const TouchFit& fit, const TouchQuestion& question) {

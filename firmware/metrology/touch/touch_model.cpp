@@ -1,12 +1,10 @@
 #include "firmware/metrology/touch/touch_model.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
 
@@ -31,10 +29,10 @@ Matrix3d covarianceOf(const SampleNoise& noise, const Vector3d& motion) {
 }  // namespace
 
 MatrixXd spanOf(const MatrixXd& rows, double flat) {
-  const Eigen::JacobiSVD<MatrixXd> svd{rows, Eigen::ComputeThinV};
+  const SingularSystem axes = singularSystem(rows);
   Index rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > flat * svd.singularValues()[0]) ++rank;
-  return svd.matrixV().leftCols(rank);
+  while (rank < axes.values.size() && axes.values[rank] > flat * axes.values[0]) ++rank;
+  return axes.right.leftCols(rank);
 }
 
 Eigen::Matrix3Xd carriedBy(const Retract& touch, const TouchQuestion& question, double t, const VectorXd& tau) {
@@ -102,8 +100,7 @@ Matrix3d TouchModel::velocityShare(Index i, const VectorXd& at) const {
   if (question_.delays == Delays::common) return share;
   const VectorXd times = VectorXd::Constant(tau.size(), pointTime(i) + common);
   const MatrixXd jacobian = question_.kinematics->jacobian(touch(i).joints.at(times));
-  share += jacobian * (tau.array() - common).matrix().asDiagonal() *
-           jacobian.completeOrthogonalDecomposition().pseudoInverse();
+  share += jacobian * (tau.array() - common).matrix().asDiagonal() * pseudoInverse(jacobian);
   return share;
 }
 
@@ -165,7 +162,7 @@ bool TouchModel::oneSided(const MatrixXd& carried) const {
     rows.row(i).head(dimensions()) = (span_.transpose() * touch(i).plan.normal).transpose();
   }
   rows.rightCols(carried.cols()) = carried;
-  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>{rows}.singularValues();
+  const VectorXd singular = singularValues(rows);
   return rows.rows() < rows.cols() || singular[singular.size() - 1] < kFlat * singular[0];
 }
 
@@ -233,7 +230,7 @@ Outcome<VectorXd, Refusal> TouchModel::start() const {
     at[dimensions()] = line->size_mm / 2.0;
   }
   if (question_.gain == Gain::common) {
-    const MatrixXd a = slopes.colPivHouseholderQr().solve(-velocities).transpose();
+    const MatrixXd a = solveLeastSquares(slopes, -velocities).transpose();
     at.tail(a.size()) = a.reshaped();
   }
   return at;
@@ -244,7 +241,7 @@ void TouchModel::weighAt(const VectorXd& at) {
   for (Index i = 0; i < size(); ++i) {
     Eigen::Matrix4d all = covariance(i, at);
     if (question_.gain == Gain::by_touch) all = all(3, 3) * Eigen::Matrix4d::Identity();
-    factor_.push_back(all.llt().matrixL());
+    factor_.emplace_back(lowerCholesky(all));
   }
 }
 

@@ -1,6 +1,5 @@
 #include "firmware/metrology/touch/touch_noise.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
 
 namespace probebox::metrology {
@@ -117,7 +117,7 @@ NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std:
       normal += weight * row * row.transpose();
       right += weight * row * own.along / own.dof;
     }
-    const Eigen::Matrix2d covariance = normal.inverse();
+    const Eigen::Matrix2d covariance = inverse(normal);
     const Eigen::Vector2d solution = covariance * right;
     if (!(solution[1] > 3.0 * std::sqrt(covariance(1, 1)))) return law;
     tried.still = std::max(solution[0] * all.spread(), kFloor * kFloor);

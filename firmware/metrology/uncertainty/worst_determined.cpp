@@ -1,11 +1,12 @@
 #include "firmware/metrology/uncertainty/worst_determined.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
+
+#include "firmware/metrology/fit/decompositions.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -47,13 +48,13 @@ std::optional<Weakest> weakestOf(const Covariance& all) {
   const Eigen::MatrixXd correlation = scale.asDiagonal() * given * scale.asDiagonal();
   const Eigen::MatrixXd off_diagonal = correlation - Eigen::MatrixXd::Identity(n, n);
   if (off_diagonal.cwiseAbs().maxCoeff() < kHighCorrelation) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{correlation};
-  Eigen::VectorXd direction = solver.eigenvectors().col(n - 1);
+  const SymmetricEigen axes = symmetricEigen(correlation);
+  Eigen::VectorXd direction = axes.vectors.col(n - 1);
   Eigen::Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   if (direction[largest] < 0.0) direction = -direction;
   Weakest weakest;
-  weakest.sd = std::sqrt(solver.eigenvalues()[n - 1]);
+  weakest.sd = std::sqrt(axes.values[n - 1]);
   for (Eigen::Index k = 0; k < n; ++k) {
     if (std::abs(direction[k]) < kSmallShare) continue;
     weakest.components.push_back(covariance.components[static_cast<std::size_t>(k)]);

@@ -1,7 +1,6 @@
 #include "firmware/procedure/dataset/hold_readings.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/dataset/reading_tables.hpp"
 #include "firmware/procedure/plan/methods.hpp"
@@ -129,7 +129,7 @@ Vector3d sdByMatrix(const Matrix3d& inverse, const Matrix3d& sd, const Vector3d&
 // common to all of them, and the rest belongs to each.
 void addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const SensorHead& head,
               const CalibratedHead& calibrated, const Facts& facts) {
-  const Matrix3d inverse = matrixOf(calibrated.matrix).inverse(), sd = matrixOf(calibrated.sd);
+  const Matrix3d inverse = metrology::inverse(matrixOf(calibrated.matrix)), sd = matrixOf(calibrated.sd);
   Vector3d usual = Vector3d::Zero();
   for (const auto& hold : holds) usual += inverse * hold.sensors / static_cast<double>(holds.size());
   std::vector<Reading> readings;

@@ -1,0 +1,133 @@
+#include "firmware/metrology/fit/decompositions.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+using Pivoted = Eigen::ColPivHouseholderQR<MatrixXd>;
+using Plain = Eigen::HouseholderQR<MatrixXd>;
+using PlainInPlace = Eigen::HouseholderQR<Eigen::Ref<MatrixXd>>;
+using Svd = Eigen::JacobiSVD<MatrixXd>;
+using Eigensolver = Eigen::SelfAdjointEigenSolver<MatrixXd>;
+
+MatrixXd upperOf(const MatrixXd& packed) {
+  return packed.topRows(packed.cols()).triangularView<Eigen::Upper>();
+}
+
+}  // namespace
+
+MatrixXd solveLeastSquares(const MatrixXd& rows, const MatrixXd& values) {
+  return Pivoted{rows}.solve(values);
+}
+
+std::optional<MatrixXd> solveFullRank(const MatrixXd& rows, const MatrixXd& values) {
+  const Pivoted qr{rows};
+  if (qr.rank() < rows.cols()) return std::nullopt;
+  return MatrixXd{qr.solve(values)};
+}
+
+FactoredSolution solveInPlace(MatrixXd& rows, const VectorXd& values) {
+  FactoredSolution result;
+  result.solution = PlainInPlace{rows}.solve(values);
+  result.upper = upperOf(rows);
+  return result;
+}
+
+FactoredSolution solveRefined(const MatrixXd& rows, const VectorXd& values) {
+  const Plain qr{rows};
+  FactoredSolution result{qr.solve(values), upperOf(qr.matrixQR())};
+  const VectorXd left = values - rows * result.solution;
+  result.solution += VectorXd{qr.solve(left)};
+  return result;
+}
+
+MatrixXd inverseOfUpper(const MatrixXd& upper) {
+  MatrixXd inverse = MatrixXd::Identity(upper.cols(), upper.cols());
+  upper.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  return inverse;
+}
+
+MatrixXd orthonormalColumns(const MatrixXd& columns) {
+  return Plain{columns}.householderQ() * MatrixXd::Identity(columns.rows(), columns.cols());
+}
+
+MatrixXd complementOf(const VectorXd& direction) {
+  const MatrixXd basis = Plain{direction}.householderQ();
+  return basis.rightCols(direction.size() - 1);
+}
+
+MatrixXd solveSquare(const MatrixXd& matrix, const MatrixXd& right) {
+  return Eigen::FullPivLU<MatrixXd>{matrix}.solve(right);
+}
+
+std::optional<MatrixXd> solveInvertible(const MatrixXd& matrix, const MatrixXd& right,
+                                        std::optional<double> threshold) {
+  Eigen::FullPivLU<MatrixXd> lu{matrix};
+  if (threshold) lu.setThreshold(*threshold);
+  if (!lu.isInvertible()) return std::nullopt;
+  return MatrixXd{lu.solve(right)};
+}
+
+MatrixXd solveCholesky(const MatrixXd& normal, const MatrixXd& right) {
+  return Eigen::LDLT<MatrixXd>{normal}.solve(right);
+}
+
+MatrixXd lowerCholesky(const MatrixXd& covariance) {
+  return Eigen::LLT<MatrixXd>{covariance}.matrixL();
+}
+
+MatrixXd inverse(const MatrixXd& matrix) {
+  return Eigen::PartialPivLU<MatrixXd>{matrix}.inverse();
+}
+
+Matrix6d inverse(const Matrix6d& matrix) {
+  return inverse(MatrixXd{matrix});
+}
+
+Eigen::Matrix3d inverse(const Eigen::Matrix3d& matrix) {
+  return matrix.inverse();
+}
+
+Eigen::Matrix2d inverse(const Eigen::Matrix2d& matrix) {
+  return matrix.inverse();
+}
+
+std::optional<MatrixXd> inverseIfRegular(const MatrixXd& matrix) {
+  return solveInvertible(matrix, MatrixXd::Identity(matrix.rows(), matrix.cols()));
+}
+
+MatrixXd pseudoInverse(const MatrixXd& matrix) {
+  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>{matrix}.pseudoInverse();
+}
+
+double determinant(const MatrixXd& matrix) {
+  return Eigen::PartialPivLU<MatrixXd>{matrix}.determinant();
+}
+
+VectorXd singularValues(const MatrixXd& matrix) {
+  return Svd{matrix}.singularValues();
+}
+
+SingularSystem singularSystem(const MatrixXd& matrix) {
+  const Svd svd{matrix, Eigen::ComputeThinU | Eigen::ComputeThinV};
+  return {svd.singularValues(), svd.matrixU(), svd.matrixV()};
+}
+
+VectorXd symmetricEigenvalues(const MatrixXd& matrix) {
+  return Eigensolver{matrix, Eigen::EigenvaluesOnly}.eigenvalues();
+}
+
+SymmetricEigen symmetricEigen(const MatrixXd& matrix) {
+  const Eigensolver solver{matrix};
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+}  // namespace probebox::metrology

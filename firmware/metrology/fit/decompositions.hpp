@@ -1,0 +1,86 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+// Linear algebra that needs a decomposition. This room alone instantiates them: each costs seconds of compile time
+// wherever it stands. All matrices are dense; an argument may be any expression, which is evaluated first.
+namespace probebox::metrology {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// Solves rows * x = values by least squares, a column of x for each of values. A column of rows that depends on the
+// others gets 0.
+Eigen::MatrixXd solveLeastSquares(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& values);
+
+// The same; nothing when the columns of rows depend on each other.
+std::optional<Eigen::MatrixXd> solveFullRank(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& values);
+
+struct FactoredSolution {
+  Eigen::VectorXd solution;
+  Eigen::MatrixXd upper;  // R of rows = QR
+};
+
+// Solves rows * x = values by least squares for columns that are independent. Leaves rows overwritten.
+FactoredSolution solveInPlace(Eigen::MatrixXd& rows, const Eigen::VectorXd& values);
+
+// The same with one step of iterative refinement, which takes off rounding.
+FactoredSolution solveRefined(const Eigen::MatrixXd& rows, const Eigen::VectorXd& values);
+
+// Inverts R of rows = QR: R^-1.
+Eigen::MatrixXd inverseOfUpper(const Eigen::MatrixXd& upper);
+
+// Orthonormal columns that span those of a tall matrix whose columns are independent.
+Eigen::MatrixXd orthonormalColumns(const Eigen::MatrixXd& columns);
+
+// Orthonormal columns that complete a unit vector to a basis: n x (n - 1).
+Eigen::MatrixXd complementOf(const Eigen::VectorXd& direction);
+
+// Solves matrix * x = right for a square matrix, with full pivoting.
+Eigen::MatrixXd solveSquare(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
+// The same; nothing when a pivot is at most threshold times the largest (without one: the rounding of the matrix).
+std::optional<Eigen::MatrixXd> solveInvertible(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right,
+                                               std::optional<double> threshold = std::nullopt);
+
+// Solves normal * x = right for a symmetric matrix that is positive semidefinite, J'J for one (LDL').
+Eigen::MatrixXd solveCholesky(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right);
+
+// L of covariance = LL', for a positive definite one.
+Eigen::MatrixXd lowerCholesky(const Eigen::MatrixXd& covariance);
+
+// Inverts a square matrix that is not singular.
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& matrix);
+Matrix6d inverse(const Matrix6d& matrix);
+Eigen::Matrix3d inverse(const Eigen::Matrix3d& matrix);
+Eigen::Matrix2d inverse(const Eigen::Matrix2d& matrix);
+
+// The same; nothing for a singular matrix.
+std::optional<Eigen::MatrixXd> inverseIfRegular(const Eigen::MatrixXd& matrix);
+
+// Moore and Penrose's.
+Eigen::MatrixXd pseudoInverse(const Eigen::MatrixXd& matrix);
+
+double determinant(const Eigen::MatrixXd& matrix);
+
+// Greatest first.
+Eigen::VectorXd singularValues(const Eigen::MatrixXd& matrix);
+
+// matrix = left * diag(values) * right', values greatest first.
+struct SingularSystem {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd left;
+  Eigen::MatrixXd right;
+};
+SingularSystem singularSystem(const Eigen::MatrixXd& matrix);
+
+// Eigenvalues of a symmetric matrix, least first.
+Eigen::VectorXd symmetricEigenvalues(const Eigen::MatrixXd& matrix);
+
+// With their vectors, as columns of length 1.
+struct SymmetricEigen {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+SymmetricEigen symmetricEigen(const Eigen::MatrixXd& matrix);
+
+}  // namespace probebox::metrology
