@@ -1,6 +1,7 @@
 #include "tools/case/solve_json.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace probebox::casefolder {

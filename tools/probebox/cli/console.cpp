@@ -9,11 +9,6 @@ namespace {
 
 constexpr std::string_view kRedraw = "\r\x1b[K";  // to the start of the line, and clear it
 
-// Text may come from a box or a file: it need not be UTF-8, and in ASCII it holds nothing that a terminal obeys.
-std::string dump(const Json& json) {
-  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
-}
-
 }  // namespace
 
 Trouble outputGone() {
@@ -24,7 +19,7 @@ Trouble outputGone() {
 void Console::object(const Json& json) {
   Json versioned{{"schema_version", kSchemaVersion}};
   versioned.update(json);
-  *answers_ << dump(versioned) << '\n' << std::flush;
+  *answers_ << versioned.dump() << '\n' << std::flush;
 }
 
 void Console::line(std::string_view text) {

@@ -2,16 +2,15 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
-#include <iosfwd>
-#include <nlohmann/json.hpp>
+#include <istream>
+#include <ostream>
 #include <string>
 #include <string_view>
 
 #include "tools/probebox/cli/exit_status.hpp"
+#include "tools/probebox/cli/json.hpp"
 
 namespace probebox::command {
-
-using Json = nlohmann::ordered_json;
 
 // Version of every JSON object that this program prints. Keys may be added within a version.
 inline constexpr int kSchemaVersion = 1;
