@@ -98,7 +98,6 @@ void Json::update(const Json& object) {
   for (std::size_t k = 0; k < object.items_.size(); ++k) (*this)[object.keys_[k]] = object.items_[k];
 }
 
-// Text may come from a box or a file and is not UTF-8 by right.
 std::string Json::dump() const {
   // Text may come from a box or a file: it need not be UTF-8, and in ASCII it holds nothing that a terminal obeys.
   return Printing::printed(*this).dump(-1, ' ', true, Printing::Printed::error_handler_t::replace);
