@@ -61,7 +61,7 @@ Outcome<Address> parseAddress(std::string_view text, const Settings& usual) {
     const unsigned baud = address.settings.baud;
     if (good && std::ranges::find(kRates, baud) == kRates.end())
       return Error{address.path + ": " + std::to_string(baud) +
-                   " baud is no standard rate: did you mean baud=" + std::to_string(nearestRate(baud)) + "?"};
+                   " baud is not a standard rate: did you mean baud=" + std::to_string(nearestRate(baud)) + "?"};
     if (good) continue;
     return Error{"'" + std::string{option} + "' is not a setting of " + address.path +
                  ": known are baud=RATE, parity=none|even|odd, data=7|8, stop=1|2"};

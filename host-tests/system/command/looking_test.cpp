@@ -80,7 +80,7 @@ TEST_F(Looking, InfoNamesBoxMachineAndChannels) {
   const auto page = probebox({"-u", uri_, "info"});
   EXPECT_EQ(page.status, 0) << page.err;
   EXPECT_THAT(page.out, AllOf(HasSubstr("F-0001"), HasSubstr("test mill"), HasSubstr("deflection_a"),
-                              HasSubstr("1000 samples a second")));
+                              HasSubstr("1000 samples per second")));
   const auto info = probebox({"-u", uri_, "info", "--json"}).object();
   EXPECT_EQ(info["channels"][1]["name"], "x");
   EXPECT_EQ(info["nominal_tick_period_ns"], 1'000'000);

@@ -272,7 +272,7 @@ TEST(BallPlans, ReadNoMoreBallsThanThePlateHas) {
   EXPECT_FALSE(whyUnready(method, facts, true));
   EXPECT_FALSE(whyNoSuchBall(method, {}, facts));
   EXPECT_FALSE(whyNoSuchBall(method, {.balls = 3}, facts));
-  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, but 4 are to be read"));
+  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, but 4 are to be measured"));
   EXPECT_FALSE(whyNoSuchBall(Method::c_axis_alignment, {.balls = 4}, facts));
 }
 

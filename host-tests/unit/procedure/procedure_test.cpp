@@ -185,7 +185,7 @@ TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
     EXPECT_NEAR(n[0] * u[0] + n[1] * u[1] + n[2] * u[2], std::cos(0.5), 1e-12);
     EXPECT_GE(u[2], 0) << "nothing reaches the sphere from below";
   }
-  EXPECT_NE(promptFor(plan, 0).find("coming along (-"), std::string::npos);
+  EXPECT_NE(promptFor(plan, 0).find("approaching along (-"), std::string::npos);
 }
 
 TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {

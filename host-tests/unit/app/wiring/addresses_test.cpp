@@ -63,10 +63,11 @@ TEST_F(Addresses, NameEachDeviceOnce) {
 }
 
 TEST_F(Addresses, HaveSettingsThatLinesHave) {
-  EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
-              HasSubstr("service.toml:1: 'cnc': /dev/ttyS1: 19201 baud is no standard rate: did you mean baud=19200?"));
+  EXPECT_THAT(
+      problemOf("cnc = [\"modbus:/dev/ttyS1,baud=19201\"]"),
+      HasSubstr("service.toml:1: 'cnc': /dev/ttyS1: 19201 baud is not a standard rate: did you mean baud=19200?"));
   EXPECT_THAT(problemOf("cnc = [\"modbus:/dev/ttyS1,unit=248\"]"), HasSubstr("write unit=1 to unit=247"));
-  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("is no TCP address"));
+  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("is not a TCP address"));
 }
 
 TEST_F(Addresses, LetNobodyFromElsewhereAcceptResults) {
