@@ -269,6 +269,12 @@ void Box::closeBlock() {
   }
 }
 
+void Box::showBeforeStart(MonoTime now) {
+  state_.at = now;
+  state_.snapshot = {corrections_.state(), calibrationOf(procedure_.progress(), corrections_.state().delay)};
+  outputs_.state(state_);
+}
+
 void Box::publish(MonoTime now) {
   const auto& latch = latch_.counters();
   corrections_.advance(

@@ -46,6 +46,8 @@ class Box {
   Box(const BoxConfig& config, Outputs& outputs);
 
   void push(const Event& event);
+  // Publishes what is known before the first TimeAdvanced, so that nobody reads zeros meanwhile.
+  void showBeforeStart(MonoTime now);
 
   const State& state() const { return state_; }
   const procedure::Plan& plan() const { return procedure_.plan(); }

@@ -133,6 +133,13 @@ void Corrections::inhibit() {
   state_.inhibited = inhibit_said_ || inhibit_lines_ != 0;
 }
 
+void Corrections::push(const StandingRestored& standing) {
+  output_.standAt(standing.correction_mm, standing.doubt_mm);
+  const Nanometres value_nm = nanometres(output_.value_mm());
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) state_.correction_mm[axis] = value_nm[axis] * 1e-6;
+  history_.push({.from = standing.at, .correction_nm = value_nm, .mask = mask_});
+}
+
 void Corrections::push(const SourcesEnabled& enabled) {
   mask_ = enabled.mask;
 }
@@ -167,7 +174,7 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
   rotary_.tick(tick);
   const bool nothing_to_serve = mask_ == 0 && !was_valid_;
   if (const Sum now = sum(); now.any_invalid || nothing_to_serve) {
-    output_.freeze();
+    output_.freeze(tick.elapsed_s);
   } else {
     output_.follow(now.value_mm, tick.elapsed_s);
   }
@@ -204,7 +211,7 @@ void Corrections::serve(MonoTime now, const Sum& sum) {
   state_.saturated = output_.saturated();
   state_.settled = state_.valid && output_.arrived();
   const bool frozen = was_valid_ && !state_.valid;
-  state_.degraded = sum.any_held || (state_.valid && state_.saturated) || frozen;
+  state_.degraded = sum.any_held || (state_.valid && (state_.saturated || output_.keptBack())) || frozen;
   state_.mask = mask_;
   state_.health = sum.health;
   const Nanometres value_nm = nanometres(output_.value_mm());
@@ -250,7 +257,7 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
     rotary_.doubtful(now);
   }
   const Sum sum = this->sum();
-  if (sum.any_invalid) output_.freeze();
+  if (sum.any_invalid) output_.freeze(0);
   serve(now, sum);
   beat(now);
   tick_since_advance_ = false;

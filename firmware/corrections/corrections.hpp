@@ -77,7 +77,9 @@ class Corrections {
   void push(const ErrorsAtAngle& row) { swivel_.push(row), rotary_.push(row); }
   void push(const PoseTold& pose);
   void push(const CutInhibit& inhibit);
-  void push(const StandingRestored& standing) { output_.standAt(standing.correction_mm); }
+  // Told before anything is served, it is in the first snapshot.
+  void push(const StandingRestored& standing);
+  void push(const ServableWithin& bounds) { output_.keepWithin(bounds.least_mm, bounds.greatest_mm); }
   void push(const SourcesEnabled& enabled);
 
   // Takes the first record of a tick; `at` is its time.

@@ -17,18 +17,24 @@ struct OutputLimits {
 // zero.
 class Output {
  public:
-  explicit Output(const std::array<OutputLimits, kLinearAxes>& limits) : limits_{limits} {}
+  explicit Output(const std::array<OutputLimits, kLinearAxes>& limits);
 
-  // Starts from the correction served before the restart.
-  void standAt(const Vector& value_mm);
-  // Call when every summed source is good or held.
+  // Where the axes still stand from before the box started, to within `doubt_mm`. With a doubt it becomes valid only
+  // after the time in which an axis may come from anywhere within it at the limit of rate.
+  void standAt(const Vector& value_mm, const Vector& doubt_mm);
+  // What is known on the disk before it is served: from now on the value goes no further. Without a word of it,
+  // anywhere.
+  void keepWithin(const Vector& least_mm, const Vector& greatest_mm);
+  // Every source that is summed is good or held.
   void follow(const Vector& sum_mm, double elapsed_s);
-  // Call when at least one source is invalid.
-  void freeze() { valid_ = false; }
+  // At least one is not.
+  void freeze(double elapsed_s);
 
   bool valid() const { return valid_; }
   bool saturated() const { return saturated_; }
-  bool arrived() const { return arrived_; }  // the output equals the sum, within the size limits
+  // What it may not go beyond has kept it back for longer than a disk takes.
+  bool keptBack() const { return kept_back_s_ > kDiskPatience_s; }
+  bool arrived() const { return arrived_; }  // at the sum, within the limits in size
   const Vector& value_mm() const { return value_mm_; }
 
  private:
@@ -36,8 +42,13 @@ class Output {
   // Longest time step that counts for the rate: a gap in time must not cause a jump.
   static constexpr double kLongestStep_s = 0.02;
 
+  static constexpr double kDiskPatience_s = 2;
+
   std::array<OutputLimits, kLinearAxes> limits_;
   Vector value_mm_{};
+  Vector least_mm_, greatest_mm_;
+  double doubtful_s_{};  // still to be waited for
+  double kept_back_s_{};
   bool valid_{};
   bool saturated_{};
   bool arrived_{};

@@ -55,6 +55,11 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
   return asked;
 }
 
+void WritableRegisters::restore(WordOrder order, bool inhibits) {
+  words_[address::word_order] = static_cast<std::uint16_t>(order);
+  words_[address::inhibit] = inhibits ? 1 : 0;
+}
+
 std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   const auto refuse = [](std::string_view reason) { return WriteRefusal{ExceptionCode::illegal_value, reason}; };
   if (words[address::word_order] > 1) return refuse("word order is 0 or 1");

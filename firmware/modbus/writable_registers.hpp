@@ -28,6 +28,11 @@ class WritableRegisters {
   // pose when their commit register was written, and a change of inhibit. The caller sets the stamps.
   Outcome<std::vector<Event>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
 
+  // What outlives a restart of the box and a line that was unplugged: as it was kept.
+  void restore(WordOrder order, bool inhibits);
+  // The line was unplugged: markers, homings and poses that were being put together are gone.
+  void restart() { *this = {}; }
+
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
 
   // Copies the written values into an image, for reading back.

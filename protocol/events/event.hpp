@@ -264,8 +264,22 @@ struct CutInhibit {
 struct StandingRestored {
   std::array<double, kLinearAxes> correction_mm{};
   MonoTime at{};
+  std::array<double, kLinearAxes> doubt_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("correction_mm", self.correction_mm, "mm, machine axes X Y Z, radius");
+    field("at", self.at, "ns, monotonic, of this boot");
+    field("doubt_mm", self.doubt_mm, "mm, to either side: how far from it the axes may stand");
+  }
+};
+
+// The disk knows that the correction is within these bounds: nothing beyond them may be served.
+struct ServableWithin {
+  std::array<double, kLinearAxes> least_mm{};
+  std::array<double, kLinearAxes> greatest_mm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("least_mm", self.least_mm, "mm, machine axes X Y Z, radius");
+    field("greatest_mm", self.greatest_mm, "mm, machine axes X Y Z, radius");
     field("at", self.at, "ns, monotonic, of this boot");
   }
 };
@@ -316,7 +330,7 @@ struct PoseTold {
 using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
                            ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
                            ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,
-                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle>;
+                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -33,6 +33,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, LineStatus>) return "LineStatus";
   if constexpr (std::same_as<T, CncLineStatus>) return "CncLineStatus";
   if constexpr (std::same_as<T, UsbPortStatus>) return "UsbPortStatus";
+  if constexpr (std::same_as<T, InhibitHolder>) return "InhibitHolder";
   if constexpr (std::same_as<T, UnusedEvents>) return "UnusedEvents";
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
   if constexpr (std::same_as<T, CorrectionSource>) return "CorrectionSource";
@@ -249,7 +250,8 @@ std::string control() {
          operation<GetDataset>("The data of a run, for saving.") +
          operation<RollbackResult>("Goes back to the result that was in force before. Since protocol 1.2.") +
          operation<ResultHistory>("What happened to results, and who did it. Since protocol 1.2.") +
-         operation<SetInhibit>("Says that a cut is on, or over; answered once the box holds it. Since protocol 1.2.") +
+         operation<SetInhibit>(
+             "Says that a cut is on, or over; answered once the box has stored it and holds it. Since protocol 1.2.") +
          operation<HomeAxes>("Axes were homed: they stand still at known machine positions. Allowed as markers are.") +
          operation<EnableSources>(
              "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.") +
@@ -268,10 +270,11 @@ std::string structures() {
   return "## Structures\n\n" + structure<ChannelDescription>() + structure<DelayInForce>() + structure<LinkCounters>() +
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
-         structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<UnusedEvents>() + structure<NamedValue>() +
-         structure<ResultSummary>() + structure<ResultTransition>() + structure<CorrectionSource>() +
-         structure<AxisStatus>() + structure<StampedTrigger>() + structure<RotaryAxisStatus>() +
-         structure<SwivelStatus>() + structure<CaseEntry>() + structure<CaseColumn>();
+         structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<InhibitHolder>() +
+         structure<UnusedEvents>() + structure<NamedValue>() + structure<ResultSummary>() +
+         structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
+         structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
+         structure<CaseEntry>() + structure<CaseColumn>();
 }
 
 std::string numbers() {

@@ -41,6 +41,8 @@ struct ResultSummary {
   std::string retired_utc{};
   std::string subject{};
   bool waiting_for_cut{};
+  std::uint32_t first_value{};
+  std::uint32_t value_count{};
   static constexpr void fields(auto& self, auto&& field) {
     field("id", self.id, "of the result, never used twice");
     field("state", self.state, "0 proposed, 1 accepted, 2 active, 3 retired");
@@ -61,6 +63,9 @@ struct ResultSummary {
     field("subject", self.subject, "what the result is about, such as delay or screw-x; since protocol 1.2");
     field("waiting_for_cut", self.waiting_for_cut,
           "1 when it is accepted and comes into force at the end of the cut; since protocol 1.2");
+    field("first_value", self.first_value, "how many of its values come before those here; since protocol 1.2");
+    field("value_count", self.value_count,
+          "of all its values; where there are more than came, ask again for the rest; since protocol 1.2");
   }
 };
 
@@ -68,8 +73,13 @@ struct ListResults {
   static constexpr Operation kOperation = Operation::list_results;
   struct Request {
     std::uint64_t after_id{};
+    std::uint32_t first_value{};
+    std::uint32_t newest{};
     static constexpr void fields(auto& self, auto&& field) {
       field("after_id", self.after_id, "only results with a higher id; 0 for all");
+      field("first_value", self.first_value,
+            "of the first of these results the values from this one on, counted from 0; since protocol 1.2");
+      field("newest", self.newest, "of these results only the newest so many; 0 for all; since protocol 1.2");
     }
   };
   struct Answer {
@@ -77,7 +87,8 @@ struct ListResults {
     bool more{};
     static constexpr void fields(auto& self, auto&& field) {
       field("results", self.results, "by rising id, as many as one answer holds");
-      field("more", self.more, "1 when there are more: ask again with the last id");
+      field("more", self.more,
+            "1 when there are more: ask again with the last id, or one below it where its values are not all there");
     }
   };
 };
@@ -180,13 +191,19 @@ struct ResultHistory {
   };
 };
 
-// The controller's word about a cut. Since protocol 1.2.
+// Somebody's word about a cut. Each door holds an inhibit of its own, over restarts too. Since protocol 1.2.
 struct SetInhibit {
   static constexpr Operation kOperation = Operation::set_inhibit;
   struct Request {
     bool active{};
+    std::string by{};
+    std::string door{};
     static constexpr void fields(auto& self, auto&& field) {
       field("active", self.active, "1 while a cut is on: no result comes into force; 0 when it is over");
+      field("by", self.by, "the person whose inhibit it is; empty: the link's own");
+      field(
+          "door", self.door,
+          "with active 0: clears the inhibit of that door, as status names it, in the name of `by`; empty: one's own");
     }
   };
   using Answer = Nothing;

@@ -173,6 +173,18 @@ struct UnusedEvents {
   }
 };
 
+// A door that says that a cut is on. Since protocol 1.2.
+struct InhibitHolder {
+  std::string door{};
+  std::string by{};
+  std::string since_utc{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("door", self.door, "a line of the controller, a link of hosts, or a person");
+    field("by", self.by, "who said so; empty for a controller");
+    field("since_utc", self.since_utc, "ISO 8601");
+  }
+};
+
 struct Status {
   static constexpr Operation kOperation = Operation::status;
   using Request = Nothing;
@@ -197,6 +209,8 @@ struct Status {
     UnusedEvents unused_events{};
     std::uint64_t journal_lost{};
     std::vector<UsbPortStatus> usb_ports{};
+    std::vector<InhibitHolder> inhibits{};
+    std::vector<std::string> storage_problems{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -220,6 +234,9 @@ struct Status {
       field("journal_lost", self.journal_lost,
             "events that are missing in the journal, where one is written; since protocol 1.1");
       field("usb_ports", self.usb_ports, "the box as a USB device; since protocol 1.1");
+      field("inhibits", self.inhibits, "the doors that say that a cut is on; since protocol 1.2");
+      field("storage_problems", self.storage_problems,
+            "what the box cannot store, or has lost, and what to do; empty when all is well; since protocol 1.2");
     }
   };
 };

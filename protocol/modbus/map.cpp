@@ -48,7 +48,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::axes_fault + 1, "Y reference fault", u16, 1, "", read, "as X"},
     {address::axes_fault + 2, "Z reference fault", u16, 1, "", read, "as X"},
     {address::inhibited, "inhibited", u16, 1, "", read,
-     "1 during a cut, by an inhibit line or register 138: no result comes into force"},
+     "1 during a cut, by an inhibit line or the inhibit of any line, host or person: no result comes into force"},
     {address::settled, "settled", u16, 1, "", read,
      "1 when the correction has reached its target; 0 while the maximum rate limits it"},
     {address::refused_homings, "refused homings", u16, 1, "", read,
@@ -86,7 +86,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::samples_lost_in_queue, "samples lost in the queue", u32, 1, "", read, "modulo 2^32"},
 
     {address::word_order, "word order", u16, 1, "", write,
-     "order of the words of all 32-bit values on this line: 0 high word first (at power-on), 1 low word first"},
+     "order of the words of all 32-bit values on this line: 0 high word first (until it is written), 1 low word first; "
+     "kept "
+     "over restarts of the box and an unplugged adapter"},
 
     {address::home_position, "homing: X position", i32, 0.0001, "mm", write,
      "machine position of the axis at standstill"},
@@ -97,8 +99,11 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "write a number from 1 to 65535 that differs from the present one: the axes of register 136 are referenced at the "
      "positions in registers 130 to 135; they must be at standstill"},
     {address::inhibit, "inhibit", u16, 1, "", write,
-     "write 1 at the begin of a cut: no result comes into force. It remains set when this line goes silent, until 0 is "
-     "written"},
+     "write 1 at the begin of a cut: no result comes into force. This line's own inhibit, beside those of other lines, "
+     "hosts "
+     "and persons (register 47 has them all). It remains set when this line goes silent, is unplugged or the box "
+     "restarts, "
+     "until 0 is written or a person clears it by name (`probebox inhibit`)"},
 
     {address::marker_run, "marker: run", u32, 1, "", write, "number of the calibration run of the step"},
     {address::marker_step, "marker: step", u16, 1, "", write, "step of the run, from 0"},

@@ -25,10 +25,14 @@ Rules for the master:
 - Corrections are in machine axes, radius, to be added to the commanded position. They saturate at +-3.2767 mm with status bit 5
   set, and never wrap. When a source fails, its last value is held with bit 5 set; after the hold time bit 0 is cleared and the
   value stays frozen. It never jumps to 0.
-- 32-bit values are high word first unless register 128 is 1.
+- 32-bit values are high word first unless register 128 is 1, which the box keeps for the line.
+- After any end of the box the first correction is the one that it served last, with bit 0 clear until all inputs are known.
+- Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
+  homings, poses and their commit registers begin at 0 again when the box starts or the line was unplugged.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
-  Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow. A refused write
-  changes nothing.
+  Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow. Exception 4 (device
+  failure): a word order that cannot be stored. A refused write changes nothing, except an inhibit that cannot be stored: it
+  holds until the box ends, and reads 1.
   Exception 1 (illegal function): every function but 3, 4, 6 and 16, also 43 (device identification).
 - The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then an
   answer to function 6 that comes back may be answered once or twice again.

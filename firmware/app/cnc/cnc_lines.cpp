@@ -14,14 +14,24 @@ Outcome<ModbusOptions> CncLine::parse(const std::string& text) {
   return parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
 }
 
-CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk)
+CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, DoorBook& doors,
+                 ServedRecord& served)
     : states_{states},
       desk_{desk},
+      doors_{doors},
+      served_{served},
       device_{options.line.path},
+      door_{"modbus:" + device_},
       server_{options,
-              {.snapshot = [this] { return states_.newest().snapshot; },
+              {.snapshot = [this] { return toBeServed(); },
                .take = [this](const Event& event) { return take(event); },
                .report = [](const std::string& text) { logWarning(text); },
+               .kept =
+                   [this] {
+                     return ModbusServer::Kept{static_cast<modbus::WordOrder>(doors_.wordOrder(door_)),
+                                               doors_.inhibits(door_)};
+                   },
+               .keep = [this](modbus::WordOrder order) { return keep(order); },
                .round = [this] { refused_.look(time_.now()); }}} {}
 
 CncLine::~CncLine() {
@@ -34,9 +44,23 @@ void CncLine::start() {
   pthread_setname_np(thread_.native_handle(), "cnc");
 }
 
+// Written down before the answer that has it goes out.
+const published::Snapshot& CncLine::toBeServed() {
+  const auto& snapshot = states_.newest().snapshot;
+  served_.note(snapshot);
+  return snapshot;
+}
+
 bool CncLine::take(const Event& event) {
-  const auto error = desk_.post(event, states_.newest());
+  const auto* cut = std::get_if<CutInhibit>(&event);
+  const auto error = cut != nullptr ? desk_.setInhibit(door_, cut->active) : desk_.post(event, states_.newest());
   if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
+  return !error;
+}
+
+bool CncLine::keep(modbus::WordOrder order) {
+  const auto error = doors_.keepWordOrder(door_, static_cast<std::uint16_t>(order));
+  if (error) logWarning("The word order of " + device_ + " was refused: " + error->what);
   return !error;
 }
 

@@ -5,6 +5,8 @@
 #include "firmware/app/cnc/modbus_server.hpp"
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/served_record.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/time_source.hpp"
 
@@ -16,7 +18,7 @@ class CncLine {
   // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".
   static Outcome<ModbusOptions> parse(const std::string& text);
 
-  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk);
+  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, DoorBook& doors, ServedRecord& served);
   ~CncLine();
   CncLine(const CncLine&) = delete;
   CncLine& operator=(const CncLine&) = delete;
@@ -29,10 +31,15 @@ class CncLine {
 
  private:
   bool take(const Event& event);
+  bool keep(modbus::WordOrder order);
+  const published::Snapshot& toBeServed();
 
   StateBuffer& states_;
   ControlDesk& desk_;
+  DoorBook& doors_;
+  ServedRecord& served_;
   std::string device_;
+  std::string door_;  // in the book
   TimeSource time_;
   LimitedWarning refused_{std::chrono::seconds{10}};  // a master may repeat a refused write at every cycle
   ModbusServer server_;

@@ -153,8 +153,7 @@ bool ModbusServer::opened() {
 void ModbusServer::lost() {
   pipe_.reset();
   silence();
-  // A new master starts from power-on settings.
-  writable_ = {};
+  writable_.restart();
   was_lost_ = true;
   faces_.report(options_.line.path + ": the line was closed; opening it again");
 }
@@ -187,6 +186,8 @@ void ModbusServer::silence() {
 void ModbusServer::answer(const modbus::Request& request) {
   if (request.unit() != options_.unit && request.unit() != MODBUS_BROADCAST_ADDRESS) return;
   std::this_thread::sleep_for(turnaround(options_.line.settings.baud));
+  const Kept kept = faces_.kept();
+  writable_.restore(kept.word_order, kept.inhibits);
   image_.fill(faces_.snapshot(), writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:
@@ -224,9 +225,14 @@ void ModbusServer::write(const modbus::Request& request) {
   auto changed = writable_;
   const auto outcome = changed.write(request.address(), std::span{values}.first(wanted));
   if (!outcome) return refuse(request, static_cast<unsigned>(outcome.error().code));
+  const auto order = writable_.wordOrder();
+  if (changed.wordOrder() != order && !faces_.keep(changed.wordOrder()))
+    return refuse(request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
   // What the box does not want leaves no trace, so that the same request may be tried again.
   for (const auto& event : *outcome) {
-    if (!faces_.take(event)) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
+    if (faces_.take(event)) continue;
+    if (changed.wordOrder() != order) faces_.keep(order);
+    return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }
   writable_ = changed;
   reply(request);

@@ -40,11 +40,18 @@ struct ModbusCounters {
 // Serves the register map on one serial line in its own thread. A line that is closed is reopened, without limit.
 class ModbusServer {
  public:
-  // All are called on the thread of run().
+  // What a master chose that outlives a restart of the box and an adapter that was unplugged.
+  struct Kept {
+    modbus::WordOrder word_order{};
+    bool inhibits{};
+  };
+  // All of these are called on the thread of run().
   struct Faces {
     std::function<published::Snapshot()> snapshot;   // what the next answer shows, as a whole
     std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
     std::function<void(const std::string&)> report;  // the line was lost, or is back
+    std::function<Kept()> kept;                      // as it holds now for this line
+    std::function<bool(modbus::WordOrder)> keep;     // true: it is on the disk
     std::function<void()> round{};                   // after every wait, once a second at least while the line is there
   };
 

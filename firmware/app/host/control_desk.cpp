@@ -71,11 +71,12 @@ ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagu
                          std::function<void(Reply)> reply_later)
     : identity_{std::move(identity)}, access_{access}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
 
-std::optional<Reply> ControlDesk::handle(std::uint64_t link, const stream::PendingRequest& request,
-                                         const box::State& state, const LinkVitals& vitals) {
+std::optional<Reply> ControlDesk::handle(std::uint64_t link, const std::string& door,
+                                         const stream::PendingRequest& request, const box::State& state,
+                                         const LinkVitals& vitals) {
   followLoops(state.procedure);
   if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
-    return askWorker(link, request);
+    return askWorker(link, door, request);
   Reply reply = answer(request, state, vitals);
   reply.link = link;
   reply.ticket = request.ticket;
@@ -136,8 +137,13 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   for (auto& row : with_.sources.rows())
     answer.sources.push_back(
         {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
-  for (auto& problem : with_.calibrations.inForce().storageProblems())
-    answer.sources.push_back({.name = "results.db", .problem = std::move(problem), .unusable = 0});
+  for (auto& holder : with_.doors.holders())
+    answer.inhibits.push_back(
+        {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
+  answer.storage_problems = with_.calibrations.inForce().storageProblems();
+  for (auto problem : {with_.doors.problem(), with_.standing.problem()}) {
+    if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
+  }
   answer.lines = identity_.lines;
   for (auto& line : answer.lines) {
     const auto& counters = state.lines.at(line.role).at(line.line);
@@ -243,6 +249,12 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
   std::visit([now](auto& event) { event.at = now; }, said);
   if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
+}
+
+std::optional<Error> ControlDesk::setInhibit(const std::string& door, bool active) {
+  if (!access_.allow_marker)
+    return Error{"Inhibits are off on this box: set allow_marker = true in [access] of service.toml."};
+  return with_.doors.setInhibit(door, active, "");
 }
 
 Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& state) {
@@ -353,11 +365,12 @@ Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::St
   return ok(messages::Nothing{});
 }
 
-std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const stream::PendingRequest& request) {
+std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const std::string& door,
+                                            const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
-  const auto job = [this, link, body, ticket = request.ticket, operation = request.operation] {
-    Reply reply =
-        operation == Operation::loop_back ? with_.loop_back.answer(*body) : with_.results.answer(operation, *body);
+  const auto job = [this, link, door, body, ticket = request.ticket, operation = request.operation] {
+    Reply reply = operation == Operation::loop_back ? with_.loop_back.answer(*body)
+                                                    : with_.results.answer(operation, *body, door);
     reply.link = link;
     reply.ticket = ticket;
     reply_later_(std::move(reply));

@@ -8,8 +8,10 @@
 #include "board/describe/service.hpp"
 #include "firmware/app/host/loop_back_desk.hpp"
 #include "firmware/app/results/calibrations.hpp"
+#include "firmware/app/results/door_book.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/results/results_desk.hpp"
+#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/app/threads/command_queue.hpp"
 #include "firmware/app/threads/counters.hpp"
 #include "firmware/app/threads/source_table.hpp"
@@ -50,6 +52,8 @@ class ControlDesk {
     const Calibrations& calibrations;
     ResultsDesk& results;
     LoopBackDesk& loop_back;
+    DoorBook& doors;
+    const StandingKeeper& standing;
     Counters& counters;
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
@@ -57,13 +61,16 @@ class ControlDesk {
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
               std::function<void(Reply)> reply_later);
 
-  // nullopt: the answer follows later.
-  std::optional<Reply> handle(std::uint64_t link, const stream::PendingRequest& request, const box::State& state,
-                              const LinkVitals& vitals);
+  // `door`: what the link came in through, as DoorBook names it. Nothing now means: later.
+  std::optional<Reply> handle(std::uint64_t link, const std::string& door, const stream::PendingRequest& request,
+                              const box::State& state, const LinkVitals& vitals);
 
   // Takes a marker, a homed axis or a cut from the controller, from any thread; sets the stamp. Returns why it was
   // refused; nullopt when it was taken.
   std::optional<Error> post(Event said, const box::State& state);
+
+  // Any thread, which waits for the disk: a line of the CNC says that a cut is on, or over.
+  std::optional<Error> setInhibit(const std::string& door, bool active);
 
  private:
   Reply answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals);
@@ -78,7 +85,7 @@ class ControlDesk {
   void followLoops(const procedure::Progress& progress);
   std::string procedureInWords(const box::State& state) const;
   std::string whereItStands(std::uint64_t result) const;
-  std::optional<Reply> askWorker(std::uint64_t link, const stream::PendingRequest& request);
+  std::optional<Reply> askWorker(std::uint64_t link, const std::string& door, const stream::PendingRequest& request);
 
   Identity identity_;
   board::Access access_;

@@ -15,6 +15,7 @@ namespace {
 constexpr std::chrono::milliseconds kAdvance{10};
 constexpr Nanoseconds kUsbHeartbeat = std::chrono::milliseconds{10};
 constexpr Nanoseconds kRetry = std::chrono::seconds{1};
+const std::string kNetwork = "network";  // the door of all hosts that come over TCP
 
 messages::GapReason reasonOf(const FeedItem& item) {
   return item.kind == FeedItem::Kind::lost_in_queue ? messages::GapReason::queue_full : wireReason(item.reason);
@@ -53,10 +54,12 @@ void LinkService::listen(tcp::Listener listener) {
 }
 void LinkService::serve(const serial::Address& line) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
+  serial_lines_.back()->name = "serial:" + line.path;
   serial_lines_.back()->address = line;
 }
 void LinkService::serve(const usb_gadget::PortAddress& port) {
   usb_ports_.push_back(std::make_unique<UsbPort>());
+  usb_ports_.back()->name = "usb";
   usb_ports_.back()->address = port;
 }
 
@@ -188,7 +191,8 @@ void LinkService::serve(Link& link) {
 
 void LinkService::answerRequests(Link& link) {
   while (const auto request = link.host.session().nextRequest()) {
-    const auto reply = desk_.handle(link.host.id(), *request, states_.newest(), vitals());
+    const auto reply = desk_.handle(link.host.id(), link.door == nullptr ? kNetwork : link.door->name, *request,
+                                    states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
 }

@@ -64,6 +64,7 @@ class LinkService {
   };
   // A listener or port that is retried every second until it works.
   struct Door {
+    std::string name;     // as DoorBook has it
     std::string problem;  // last reported problem; empty when there is none
     MonoTime next_try{};
     Link* link{};  // link of the host that connected here

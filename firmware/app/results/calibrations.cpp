@@ -1,5 +1,6 @@
 #include "firmware/app/results/calibrations.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -64,16 +65,11 @@ Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Fac
       in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
                 [this](const Event& event) { insist(event); }} {}
 
-std::vector<Event> Calibrations::restore() {
-  std::vector<Event> events;
-  if (const auto standing = standing_.restore(now_())) events.emplace_back(*standing);
-  for (const auto& event : in_force_.restore()) events.push_back(event);
-  return events;
-}
-
-void Calibrations::look(const box::State& state) {
-  in_force_.look(state);
-  standing_.look(state.snapshot);
+std::optional<store::Standing> Calibrations::standingOfBefore() {
+  auto standing = store_.standing();
+  if (standing) return std::move(*standing);
+  logError(standing.error().what);
+  return std::nullopt;
 }
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
@@ -121,6 +117,14 @@ std::optional<store::Id> Calibrations::keep(const metrology::Dataset& dataset, c
   logError("A calibration could not be stored: " + id.error().what);
   if (solved) setRefusal("not-stored: The calibration succeeded and could not be stored: " + id.error().what);
   return std::nullopt;
+}
+
+Outcome<std::vector<store::Record>, store::Failure> Calibrations::results(store::Id after, std::size_t count,
+                                                                          std::size_t newest) {
+  if (newest == 0) return store_.resultsAfter(after, count);
+  const auto before = store_.idBeforeNewest(newest);
+  if (!before) return before.error();
+  return store_.resultsAfter(std::max(after, *before), count);
 }
 
 const std::string& Calibrations::dataset(std::uint32_t run) const {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "firmware/app/results/results_in_force.hpp"
-#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -25,11 +24,12 @@ class Calibrations {
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                ResultsInForce::WhyUnfit why_unfit, TellCore tell_core);
 
-  // Events for the start of the core: the last served correction, then the results in force.
-  std::vector<Event> restore();
-  // Takes the newest state of the core; called periodically. finish(): for the last time.
-  void look(const box::State& state);
-  void finish(const box::State& state) { standing_.finish(state.snapshot); }
+  // What the core must hear before anything else: the results in force.
+  std::vector<Event> restore() { return in_force_.restore(); }
+  // What the core says now; called again and again.
+  void look(const box::State& state) { in_force_.look(state); }
+  // The correction that an earlier version kept in the store; StandingKeeper has it now.
+  std::optional<store::Standing> standingOfBefore();
 
   // Stores and proposes the result of a calibration; the findings of a selftest are only answered.
   void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
@@ -45,7 +45,8 @@ class Calibrations {
   procedure::Facts factsNow() const;
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
-  Outcome<std::vector<store::Record>, store::Failure> newest(std::size_t count) { return store_.newest(count); }
+  // By rising id, at most `count` above `after`; with `newest` none but the newest so many.
+  Outcome<std::vector<store::Record>, store::Failure> results(store::Id after, std::size_t count, std::size_t newest);
   Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
     return store_.history(range);
   }
@@ -66,7 +67,6 @@ class Calibrations {
   std::function<MonoTime()> now_;
   TellCore tell_core_;
   ResultsInForce in_force_;
-  StandingKeeper standing_{store_};
   std::uint32_t dataset_run_{};
   std::string dataset_;
   mutable std::mutex mutex_;

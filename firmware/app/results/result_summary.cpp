@@ -142,6 +142,25 @@ messages::ResultSummary summaryOf(const store::Record& record) {
   return summary;
 }
 
+bool keepValues(messages::ResultSummary& summary, std::uint32_t first, std::size_t most_bytes) {
+  auto values = std::move(summary.values);
+  summary.values.clear();
+  summary.value_count = static_cast<std::uint32_t>(values.size());
+  summary.first_value = std::min(first, summary.value_count);
+  std::size_t cut_off = 0;
+  for (; messages::encodedSize(summary) > most_bytes / 2 && !summary.warnings.empty(); ++cut_off)
+    summary.warnings.pop_back();
+  if (cut_off > 0) summary.warnings.push_back("and " + std::to_string(cut_off) + " more warnings");
+  std::size_t bytes = messages::encodedSize(summary);
+  std::size_t next = summary.first_value;
+  for (; next < values.size(); ++next) {
+    bytes += messages::encodedSize(values[next]) + sizeof(std::uint16_t);
+    if (bytes > most_bytes) break;
+    summary.values.push_back(std::move(values[next]));
+  }
+  return next == values.size();
+}
+
 messages::ResultTransition wireTransition(const store::Transition& transition) {
   const auto& binding = transition.binding;
   return {.number = transition.number,

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/box/placed_trigger.hpp"
@@ -12,6 +13,9 @@ namespace probebox::app {
 
 messages::ResultState wireState(store::State state);
 messages::ResultSummary summaryOf(const store::Record& record);
+// Keeps of its values those from `first` on that fit with the rest into so many bytes, and says which they are.
+// Warnings that leave no room for any value are cut off and counted. True when no value behind them is left out.
+bool keepValues(messages::ResultSummary& summary, std::uint32_t first, std::size_t most_bytes);
 messages::ResultTransition wireTransition(const store::Transition& transition);
 messages::Corrections::Answer correctionsAnswer(const box::State& state);
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed);

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "protocol/messages/control.hpp"
@@ -46,7 +47,7 @@ bool ResultsDesk::answers(Operation operation) {
   }
 }
 
-Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body) {
+Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const std::string& door) {
   switch (operation) {
     case Operation::list_results:
       return listResults(body);
@@ -59,7 +60,7 @@ Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body) 
     case Operation::get_dataset:
       return getDataset(body);
     case Operation::set_inhibit:
-      return setInhibit(body);
+      return setInhibit(body, door);
     case Operation::propose_case:
       return proposeCase(body);
     default:
@@ -68,21 +69,29 @@ Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body) 
 }
 
 Reply ResultsDesk::listResults(std::span<const std::byte> body) {
-  constexpr std::size_t kMostResults = 1000;
+  constexpr std::size_t kMostResults = 64;
   const auto request = messages::decode<messages::ListResults::Request>(body);
   if (!request) return malformed(Operation::list_results);
-  auto records = calibrations_.newest(kMostResults);
+  auto records = calibrations_.results(request->after_id, kMostResults, request->newest);
   if (!records) return whyNot(records.error());
   messages::ListResults::Answer answer;
+  answer.more = records->size() == kMostResults;
   std::size_t bytes = 0;
-  for (auto record = records->rbegin(); record != records->rend(); ++record) {
-    if (record->id <= request->after_id || record->result() == nullptr) continue;
-    auto summary = summaryOf(*record);
-    summary.waiting_for_cut = calibrations_.inForce().isWaiting(record->id);
+  std::uint32_t first_value = request->first_value;
+  for (const auto& record : *records) {
+    auto summary = summaryOf(record);
+    summary.waiting_for_cut = calibrations_.inForce().isWaiting(record.id);
+    // One that no answer holds comes in parts; others wait for the next answer.
+    const bool is_whole = keepValues(summary, std::exchange(first_value, 0), kMostBytes);
     bytes += messages::encodedSize(summary);
-    answer.more = bytes > kMostBytes;
-    if (answer.more) break;
+    if (bytes > kMostBytes && !answer.results.empty()) {
+      answer.more = true;
+      break;
+    }
     answer.results.push_back(std::move(summary));
+    if (is_whole) continue;
+    answer.more = true;
+    break;
   }
   return ok(answer);
 }
@@ -164,15 +173,33 @@ Reply ResultsDesk::proposeCase(std::span<const std::byte> body) {
   return ok(messages::ProposeCase::Answer{.result_id = proposed->id, .refusal = proposed->refusal});
 }
 
-// Answered when the core holds it: what is asked for next finds it so.
-Reply ResultsDesk::setInhibit(std::span<const std::byte> body) {
+// Answered when it is stored and the core holds it: what is asked for next finds it so.
+Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const std::string& door) {
   const auto request = messages::decode<messages::SetInhibit::Request>(body);
   if (!request) return malformed(Operation::set_inhibit);
   if (!access_.allow_marker) return notPermitted("allow_marker");
-  if (!core_.tellAndSee(CutInhibit{.active = request->active, .at = time_.now()}))
-    return refused(ErrorCode::busy, "The box is busy: send it again.");
+  const std::string own = request->by.empty() ? door : "person:" + request->by;
+  const bool of_another = !request->door.empty() && request->door != own;
+  if (of_another) {
+    if (auto refusal = clearForAnother(*request)) return *refusal;
+  } else if (const auto error = doors_.setInhibit(own, request->active, request->by)) {
+    return refused(ErrorCode::refused, error->what);
+  }
+  if (!core_.seesWhatWasTold()) return refused(ErrorCode::busy, "The box is busy: send it again.");
   calibrations_.look(core_.newest());
   return ok(messages::Nothing{});
+}
+
+// A controller that is gone never ends its cut: a person who may change what is in force does.
+std::optional<Reply> ResultsDesk::clearForAnother(const messages::SetInhibit::Request& request) {
+  if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (request.active) return refused(ErrorCode::refused, "An inhibit is set in one's own name: leave the door out.");
+  if (request.by.empty())
+    return refused(ErrorCode::refused, "To clear the inhibit of another door needs the name of who does it (by).");
+  if (const auto error = doors_.clearInhibit(request.door, request.by))
+    return refused(ErrorCode::not_found, error->what);
+  logWarning("the inhibit of " + request.door + " was cleared by " + request.by);
+  return std::nullopt;
 }
 
 }  // namespace probebox::app

@@ -1,13 +1,16 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 
 #include "board/describe/service.hpp"
 #include "firmware/app/results/calibrations.hpp"
+#include "firmware/app/results/door_book.hpp"
 #include "firmware/app/results/incoming_case.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/threads/core_view.hpp"
-#include "firmware/app/threads/time_source.hpp"
+#include "protocol/messages/control.hpp"
 #include "protocol/messages/types.hpp"
 
 namespace probebox::app {
@@ -15,11 +18,12 @@ namespace probebox::app {
 // Answers requests that need the store or may wait for the core. On the worker's thread.
 class ResultsDesk {
  public:
-  ResultsDesk(board::Access access, Calibrations& calibrations, CoreView& core, const TimeSource& time)
-      : access_{access}, calibrations_{calibrations}, core_{core}, time_{time} {}
+  ResultsDesk(board::Access access, Calibrations& calibrations, CoreView& core, DoorBook& doors)
+      : access_{access}, calibrations_{calibrations}, core_{core}, doors_{doors} {}
 
   static bool answers(messages::Operation operation);
-  Reply answer(messages::Operation operation, std::span<const std::byte> body);
+  // `door`: what the link came in through.
+  Reply answer(messages::Operation operation, std::span<const std::byte> body, const std::string& door);
 
  private:
   Reply listResults(std::span<const std::byte> body);
@@ -28,12 +32,14 @@ class ResultsDesk {
   Reply history(std::span<const std::byte> body);
   Reply getDataset(std::span<const std::byte> body);
   Reply proposeCase(std::span<const std::byte> body);
-  Reply setInhibit(std::span<const std::byte> body);
+  Reply setInhibit(std::span<const std::byte> body, const std::string& door);
+
+  std::optional<Reply> clearForAnother(const messages::SetInhibit::Request& request);
 
   board::Access access_;
   Calibrations& calibrations_;
   CoreView& core_;
-  const TimeSource& time_;
+  DoorBook& doors_;
   IncomingCase incoming_;
 };
 

@@ -24,6 +24,11 @@ EventQueue& CoreThread::openJournal() {
   return *journal_;
 }
 
+void CoreThread::tellBeforeStart(std::span<const Event> events, MonoTime now) {
+  for (const auto& event : events) take(event);
+  box_.showBeforeStart(now);
+}
+
 void CoreThread::start(Worker& worker, WakeUp& links) {
   worker_ = &worker;
   links_ = &links;

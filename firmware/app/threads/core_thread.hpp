@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -34,8 +35,11 @@ class CoreThread : private box::Outputs {
   // Every event in the order of the core, for a journal on the worker.
   EventQueue& openJournal();
 
-  // Wakes `worker`, without waiting, when a run is ready to be solved or the journal has filled up, and `links` when
-  // blocks are available.
+  // What the core must know before anybody can read of it, and its first state. Before start().
+  void tellBeforeStart(std::span<const Event> events, MonoTime now);
+
+  // `worker` is woken, without waiting, when a run is ready to be solved or the journal has filled up; `links` when
+  // blocks are there.
   void start(Worker& worker, WakeUp& links);
   void stop();
 

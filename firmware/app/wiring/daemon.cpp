@@ -17,6 +17,9 @@
 #include "firmware/app/log/journal.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/calibrations.hpp"
+#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/app/threads/capture_thread.hpp"
 #include "firmware/app/threads/chain_watch.hpp"
 #include "firmware/app/threads/core_thread.hpp"
@@ -78,8 +81,8 @@ Outcome<board::Descriptions> loadDescriptions(const Options& options) {
 
 // Constructed from the top; ~Parts() says in which order the threads end.
 struct Daemon::Parts {
-  Parts(const Options& options, const board::Descriptions& descriptions, store::Store store,
-        std::optional<JournalWriter> journal_writer)
+  Parts(const Options& options, const board::Descriptions& descriptions, const std::filesystem::path& state,
+        store::Store store, std::optional<JournalWriter> journal_writer)
       : time{options.time_scale},
         core{boxConfig(descriptions), events, commands, core_wake_up, counters},
         calibrations{
@@ -89,15 +92,20 @@ struct Daemon::Parts {
             [this] { return time.now(); },
             [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
             [this](const Event& command) { return tellCore(command); }},
+        doors{(state / "doors").string(),
+              [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); }},
+        served{(state / "served-last").string()},
+        standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
+                 [this](const Event& bounds) { insist(bounds); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
-        results_desk{descriptions.service.access, calibrations, core_view, time},
+        results_desk{descriptions.service.access, calibrations, core_view, doors},
         loop_back_desk{descriptions.service.access, descriptions.box.loop_back, loopBackOf(descriptions)},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
              {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
-              loop_back_desk, counters, source_table, [this] { return cncLineStatus(); }},
+              loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); }},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -108,7 +116,7 @@ struct Daemon::Parts {
     cnc_lines.clear();
     worker.stop();  // while the core still takes what it has to say
     core.stop();
-    calibrations.finish(core_view.newest());
+    standing.finish(core_view.newest().snapshot);
     writeJournal();
     writeLogHere();
   }
@@ -119,11 +127,19 @@ struct Daemon::Parts {
     return taken;
   }
 
+  // The core empties its queue within milliseconds, and the worker may wait.
+  void insist(const Event& command) {
+    while (!tellCore(command)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+
   void workerRound() {
     ++counters.progress.worker;
     writeJournal();
     drainLog();
-    calibrations.look(core_view.newest());
+    const auto& state = core_view.newest();
+    calibrations.look(state);
+    served.note(state.snapshot);
+    standing.look(state.snapshot);
     if (const auto run = core.takeRunToSolve())
       calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
   }
@@ -165,6 +181,7 @@ struct Daemon::Parts {
   Outcome<bool> openMachine(const board::Descriptions& descriptions);
   void serve(tcp::Listener listener);
   void announce();
+  std::vector<Event> fromBefore();
   void run();
   Condition condition(Nanoseconds patience);
 
@@ -178,8 +195,11 @@ struct Daemon::Parts {
   WakeUp links_wake_up;
   CoreThread core;
   StateBuffer& state_for_watch{core.addStateReader()};
-  CoreView core_view{core.addStateReader(), [this](const Event& command) { return tellCore(command); }};
+  CoreView core_view{core.addStateReader()};
   Calibrations calibrations;
+  DoorBook doors;
+  ServedRecord served;
+  StandingKeeper standing;
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
   std::uint64_t journal_lost_said{};
@@ -241,7 +261,7 @@ Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts)
     const auto options = CncLine::parse(text);
     if (!options) return options.error();
     // A line that is not there yet is opened when it comes.
-    cnc_lines.push_back(std::make_unique<CncLine>(*options, core.addStateReader(), desk));
+    cnc_lines.push_back(std::make_unique<CncLine>(*options, core.addStateReader(), desk, doors, served));
   }
   return true;
 }
@@ -266,9 +286,18 @@ void Daemon::Parts::announce() {
     logWarning(announced.error().what + " probebox list will not find this box by itself.");
 }
 
+// The last end may have been any: what was served, what is in force, and whether a cut is on.
+std::vector<Event> Daemon::Parts::fromBefore() {
+  auto events = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
+  for (const auto& event : calibrations.restore()) events.push_back(event);
+  // After what was in force before: that is no change, and a cut does not keep it out.
+  if (doors.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = time.now()});
+  return events;
+}
+
 void Daemon::Parts::run() {
   leaveLogToWorker();
-  for (const auto& event : calibrations.restore()) tellCore(event);
+  core.tellBeforeStart(fromBefore(), time.now());
   core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();
@@ -323,8 +352,9 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
     journal.emplace(std::move(*created));
   }
 
-  auto parts = std::make_unique<Parts>(options, descriptions, std::move(store), std::move(journal));
+  auto parts = std::make_unique<Parts>(options, descriptions, state->path, std::move(store), std::move(journal));
   parts->state_lock = std::move(state->lock);
+  if (const auto problem = parts->doors.problem(); !problem.empty()) logWarning(problem);
   const auto& service = descriptions.service;
   if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();
   if (auto opened = parts->openLinks(linksOf(options, service)); !opened) return opened.error();

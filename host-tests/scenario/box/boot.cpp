@@ -9,6 +9,9 @@ using namespace std::chrono_literals;
 
 constexpr board::Access kAll{.allow_marker = true, .allow_calibrate = true, .allow_accept = true};
 
+// As the boxes of these scenarios have them.
+constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
+
 store::Store opened(const std::filesystem::path& file) {
   return std::move(store::Store::open(file.string())).value();
 }
@@ -17,7 +20,7 @@ store::Store opened(const std::filesystem::path& file) {
 
 Boot::Boot(Office& office, const std::filesystem::path& file)
     : office_{office},
-      core_{states_, [](const Event&) { return false; }},
+      core_{states_},
       calibrations_{opened(file),
                     {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle"},
                     usualFacts(),
@@ -27,14 +30,26 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
                       tell(event);
                       return true;
                     }},
-      results_{kAll, calibrations_, core_, time_},
+      doors_{(file.parent_path() / "doors").string(),
+             [this](bool inhibited) {
+               tell(CutInhibit{.active = inhibited, .at = {}});
+               return true;
+             }},
+      standing_{(file.parent_path() / "served").string(), kLimits, [this](const Event& bounds) { tell(bounds); }},
+      results_{kAll, calibrations_, core_, doors_},
       loop_back_{kAll, std::nullopt, nullptr},
       worker_{[] {}},
       desk_{{"office", "0", {}},
             kAll,
-            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, counters_, sources_,
-             [] { return std::vector<messages::CncLineStatus>{}; }},
+            {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
+             sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
             [](const app::Reply&) {}} {}
+
+std::vector<Event> Boot::restored() {
+  auto events = standing_.restore(office_.scenario().now(), std::nullopt, std::nullopt);
+  for (const auto& event : calibrations_.restore()) events.push_back(event);
+  return events;
+}
 
 // The desk stamps what it takes with the kernel's time.
 void Boot::tell(Event event) {
@@ -47,11 +62,13 @@ void Boot::run(Nanoseconds duration) {
   for (Nanoseconds done{}; done < duration; done += kRound) {
     office_.run(kRound);
     calibrations_.look(office_.scenario().state());
+    standing_.look(office_.scenario().state().snapshot);
   }
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
-  auto reply = desk_.handle(1, {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
+  auto reply =
+      desk_.handle(1, "network", {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
   for (Event event; commands_.pop(event);) tell(event);
   return reply.value_or(app::Reply{});
 }

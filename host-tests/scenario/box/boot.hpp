@@ -19,7 +19,7 @@ class Boot {
   Boot(Office& office, const std::filesystem::path& file);
 
   // What the core has to hear before anything else.
-  std::vector<Event> restored() { return calibrations_.restore(); }
+  std::vector<Event> restored();
 
   void run(Nanoseconds duration);
   // Asks as a controller would, over its control channel. Nothing for what the worker answers.
@@ -47,6 +47,8 @@ class Boot {
   app::StateBuffer states_;
   app::CoreView core_;
   app::Calibrations calibrations_;
+  app::DoorBook doors_;
+  app::StandingKeeper standing_;
   app::ResultsDesk results_;
   app::LoopBackDesk loop_back_;
   app::Worker worker_;

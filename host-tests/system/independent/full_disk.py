@@ -118,7 +118,7 @@ def box_that_starts_on_a_full_disk(probeboxd, folder, box):
     os.mkdir(folder)
     with Daemon(probeboxd, folder, file_size=100) as port:
         box.wait(port)
-        problems = [source["problem"] for source in box.answer("status")["sources"]]
+        problems = box.answer("status")["storage_problems"]
         assert any("results.db" in problem for problem in problems), problems
         box.exact_record("on-a-full-disk.pbx")
         done = box.run("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
@@ -135,12 +135,12 @@ def box_with_a_damaged_result(probeboxd, folder, box):
     store.close()
     with Daemon(probeboxd, folder) as port:
         box.wait(port)
-        problems = [source["problem"] for source in box.answer("status")["sources"]]
+        problems = box.answer("status")["storage_problems"]
         assert any("about delay is damaged" in problem for problem in problems), problems
         assert not box.answer("corrections")["delay_calibrated"]
         box.answer("calibrate", "delay-multi-speed", "--accept", "--by", "Ada")
         delay_in_force(box)
-        assert not any(source["problem"] for source in box.answer("status")["sources"])
+        assert box.answer("status")["storage_problems"] == []
 
 
 def delay_in_force(box):

@@ -32,18 +32,23 @@ class ModbusOnCable : public ::testing::Test {
     auto cable = serial::EmulatedCable::open(folder_ / "box", folder_ / "cnc");
     ASSERT_TRUE(cable.ok()) << cable.error().what;
     cable_.emplace(std::move(cable).value());
-    ModbusOptions options;
-    options.line = {(folder_ / "box").string(), {19200, serial::Parity::even, 8, 1}};
-    server_ = std::make_unique<ModbusServer>(options, faces());
-    const auto opened = server_->open();
-    ASSERT_TRUE(opened.ok()) << opened.error().what;
-    server_thread_ = std::jthread{[this] { server_->run(); }};
+    options_.line = {(folder_ / "box").string(), {19200, serial::Parity::even, 8, 1}};
+    startServer();
     cable_thread_ = std::jthread{[this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         const std::lock_guard lock{cable_mutex_};
         cable_->pump(std::chrono::milliseconds{2});
       }
     }};
+  }
+
+  void startServer() {
+    if (server_) server_->stop();
+    server_thread_ = {};
+    server_ = std::make_unique<ModbusServer>(options_, faces());
+    const auto opened = server_->open();
+    ASSERT_TRUE(opened.ok()) << opened.error().what;
+    server_thread_ = std::jthread{[this] { server_->run(); }};
   }
 
   void TearDown() override {
@@ -91,6 +96,8 @@ class ModbusOnCable : public ::testing::Test {
 
   std::unique_ptr<ModbusServer> server_;
   std::atomic<bool> markers_allowed_{true};
+  std::atomic<bool> disk_takes_{true};
+  std::atomic<bool> inhibits_{false};
 
  private:
   ModbusServer::Faces faces() {
@@ -105,10 +112,19 @@ class ModbusOnCable : public ::testing::Test {
               return markers_allowed_.load();
             },
             [](const std::string&) {},
+            [this] {
+              return ModbusServer::Kept{word_order_, inhibits_};
+            },
+            [this](modbus::WordOrder order) {
+              if (disk_takes_) word_order_ = order;
+              return disk_takes_.load();
+            },
             {}};
   }
 
   std::filesystem::path folder_;
+  ModbusOptions options_;
+  std::atomic<modbus::WordOrder> word_order_{};
   std::optional<serial::EmulatedCable> cable_;
   std::mutex cable_mutex_;
   std::mutex mutex_;

@@ -162,6 +162,34 @@ TEST_F(ModbusMaster, IsAnsweredAfterTheBoxsAdapterWasPulledAndPluggedAgain) {
   EXPECT_THAT(poll("-r 5 -c 1 -t 4"), HasSubstr("[5]: \t42"));
 }
 
+TEST_F(ModbusMaster, FindsTheWordOrderThatItChoseAfterAPulledAdapterAndARestart) {
+  show(snapshotOf(-0.003728, 0, 0));
+  ASSERT_THAT(poll("-r 128 -t 4", "1"), HasSubstr("Written 1 references"));
+  using End = serial::EmulatedCable::End;
+  onCable([](serial::EmulatedCable& cable) { cable.unplug(End::a); });
+  EXPECT_THAT(poll("-o 0.2 -r 5 -c 1 -t 4"), HasSubstr("timed out"));
+  onCable([](serial::EmulatedCable& cable) { EXPECT_TRUE(cable.plug(End::a).ok()); });
+  EXPECT_TRUE(eventually([&] { return server_->counters().reopened == 1; }));
+  EXPECT_THAT(poll("-r 32 -c 1 -t 4:int"), HasSubstr("[32]: \t-3728"));
+  EXPECT_THAT(poll("-r 128 -c 1 -t 4"), HasSubstr("[128]: \t1"));
+  startServer();
+  EXPECT_THAT(poll("-r 32 -c 1 -t 4:int"), HasSubstr("[32]: \t-3728")) << "in the first answer";
+}
+
+TEST_F(ModbusMaster, IsToldThatAWordOrderCannotBeKept) {
+  show(snapshotOf(-0.5, 0, 0));
+  disk_takes_ = false;
+  EXPECT_THAT(poll("-r 128 -t 4", "1"), HasSubstr("failure"));
+  EXPECT_THAT(poll("-r 128 -c 1 -t 4"), HasSubstr("[128]: \t0"));
+  EXPECT_THAT(poll("-r 32 -c 1 -t 4:int -B"), HasSubstr("[32]: \t-500000"));
+}
+
+TEST_F(ModbusMaster, ReadsTheInhibitOfItsOwnLine) {
+  EXPECT_THAT(poll("-r 138 -c 1 -t 4"), HasSubstr("[138]: \t0"));
+  inhibits_ = true;
+  EXPECT_THAT(poll("-r 138 -c 1 -t 4"), HasSubstr("[138]: \t1"));
+}
+
 TEST(ModbusOptions, AreReadOrRefusedByName) {
   const auto good = parseModbusOptions("/dev/ttyS3,baud=38400,unit=17,parity=none,stop=2");
   ASSERT_TRUE(good.ok());

@@ -147,6 +147,40 @@ TEST_F(Joint, IsTakenOverFromAStandingCorrection) {
   EXPECT_LE(largest_step_mm, kStep_mm);
 }
 
+TEST_F(Joint, SeesNoStepWhereOnlyBoundsAreKnownOfWhatWasServed) {
+  // It stands anywhere within 0.05 mm of what the disk has: a second at its limit of rate.
+  joint_mm[0] = -0.07;
+  machine.corrections.push(
+      StandingRestored{.correction_mm = {-0.1, 0, 0}, .at = machine.now, .doubt_mm = {0.05, 0, 0}});
+  EXPECT_NEAR(machine.snapshot().correction_mm[0], -0.1, 1e-9) << "in the first snapshot, before any time has passed";
+  EXPECT_FALSE(machine.snapshot().valid);
+  machine.home();
+  machine.extension_um = 40;
+  run(0.9);
+  EXPECT_FALSE(machine.snapshot().valid) << "the joint could not have come from everywhere within it";
+  run(0.3);
+  EXPECT_TRUE(machine.snapshot().valid);
+}
+
+TEST_F(Joint, GoesNoFurtherThanTheDiskKnows) {
+  start();
+  machine.corrections.push(ServableWithin{.least_mm = {-0.01, 0, 0}, .greatest_mm = {0.01, 0, 0}, .at = machine.now});
+  machine.extension_um = 100;  // 0.05 mm wanted
+  run(1);
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_FALSE(machine.snapshot().settled);
+  EXPECT_FALSE(machine.snapshot().degraded) << "a disk may take a while";
+  EXPECT_GE(joint_mm[0], -0.01);
+  run(2);
+  EXPECT_TRUE(machine.snapshot().degraded);
+  EXPECT_GE(joint_mm[0], -0.01);
+  machine.corrections.push(ServableWithin{.least_mm = {-1, -1, -1}, .greatest_mm = {1, 1, 1}, .at = machine.now});
+  run(2);
+  EXPECT_FALSE(machine.snapshot().degraded);
+  EXPECT_LT(joint_mm[0], -0.03);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
 TEST_F(Joint, IsTakenBackWhenTheLastSourceIsSwitchedOff) {
   machine.extension_um = 100;
   start();

@@ -325,12 +325,19 @@ class CommandLine {
             "what", rollback_.what,
             "the subject (delay, centreline, screw-x, ...), one of its methods, or the number of the result to retire")
         ->required();
-    rollback->add_option("--by", rollback_.by, "the name of the person who does it")
-        ->required()
-        ->check(personsName());
+    rollback->add_option("--by", rollback_.by, "the name of the person who does it")->required()->check(personsName());
     auto* history =
         add("history", "list every change of stored results, with person and time", "probebox history delay", history_);
     history->add_option("what", history_.what, "only one result (its number), one subject or one method");
+    auto* inhibit =
+        add("inhibit", "say that a cut is on or over, and who says so: no result comes into force meanwhile",
+            "probebox inhibit on --by Ada", inhibit_);
+    inhibit->add_option("what", inhibit_.what, "on or off; without it only who holds an inhibit is told")
+        ->check(CLI::IsMember({"on", "off"}));
+    inhibit->add_option("--by", inhibit_.by, "the person whose inhibit it is; without it this link's own");
+    inhibit
+        ->add_option("--door", inhibit_.door, "with off: end that one's inhibit, such as of a controller that is gone")
+        ->needs("--by");
   }
 
   static void checkCalibrate(const Calibrate& options) {
@@ -370,6 +377,7 @@ class CommandLine {
   Rollback rollback_;
   History history_;
   Corrections corrections_;
+  Inhibit inhibit_;
 };
 
 }  // namespace

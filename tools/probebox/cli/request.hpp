@@ -134,8 +134,14 @@ struct Corrections {
   Until until;
 };
 
+struct Inhibit {
+  std::string what;  // on, off, or empty: only say who holds one
+  std::string by;    // a person; empty: the link's own
+  std::string door;  // with off: whose; empty: one's own
+};
+
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, History, Corrections>;
+                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, History, Corrections, Inhibit>;
 
 struct Request {
   Job job;

@@ -8,6 +8,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/tables/dataset_from_json.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -66,11 +67,9 @@ class Run {
       return console_.fail({ExitStatus::failed, "aborted", "the calibration was aborted; start it again"});
     }
     if (last.result_id == 0) return tellDone(last.method);
-    const auto results = ask<messages::ListResults>(run_.box(), console_, {last.result_id - 1});
+    const auto results = storedResults(run_.box(), console_, {.after_id = last.result_id - 1, .newest = 0}, 1);
     if (!results) return console_.fail(results.error());
-    for (const auto& result : results->results) {
-      if (result.id == last.result_id) return propose(result);
-    }
+    if (!results->empty() && results->front().id == last.result_id) return propose(results->front());
     return console_.fail(
         {ExitStatus::failed, "no-result",
          "the box has no result " + std::to_string(last.result_id) + ", though it proposed it; look at its log"});

@@ -26,5 +26,6 @@ ExitStatus run(const Accept& options, const std::string& uri, Console& console);
 ExitStatus run(const Rollback& options, const std::string& uri, Console& console);
 ExitStatus run(const History& options, const std::string& uri, Console& console);
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
+ExitStatus run(const Inhibit& options, const std::string& uri, Console& console);
 
 }  // namespace probebox::command

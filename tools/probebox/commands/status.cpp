@@ -1,32 +1,18 @@
-#include <algorithm>
-#include <iterator>
-#include <utility>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/read_through.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 
 namespace {
 
-constexpr std::size_t kNewest = 5;
-
-// The newest stored results, the newest last: a proposed one is found here after its command has ended.
-Outcome<std::vector<messages::ResultSummary>, Trouble> newestResults(link::Client& box, const Console& console) {
-  std::vector<messages::ResultSummary> newest;
-  bool more = true;
-  while (more) {
-    auto list = ask<messages::ListResults>(box, console, {newest.empty() ? 0 : newest.back().id});
-    if (!list) return list.error();
-    more = list->more && !list->results.empty();
-    std::ranges::move(list->results, std::back_inserter(newest));
-    if (newest.size() > kNewest) newest.erase(newest.begin(), newest.end() - kNewest);
-  }
-  return newest;
-}
+constexpr std::uint32_t kNewest = 5;
 
 // What a recording says of its box, the last word of each.
 class LastWords : public link::StreamListener {
@@ -56,6 +42,13 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   return ExitStatus::ok;
 }
 
+// The newest last. A box of before gives all that it has: the newest of them are kept.
+Outcome<std::vector<messages::ResultSummary>, Trouble> newestResults(link::Client& box, const Console& console) {
+  auto all = storedResults(box, console, {.after_id = 0, .newest = kNewest}, std::numeric_limits<std::size_t>::max());
+  if (all && all->size() > kNewest) all->erase(all->begin(), all->end() - kNewest);
+  return all;
+}
+
 }  // namespace
 
 ExitStatus run(const Status&, const std::string& given, Console& console) {
@@ -66,6 +59,7 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   if (!box) return console.fail(box.error());
   const auto status = ask<messages::Status>(**box, console);
   if (!status) return console.fail(status.error());
+  // A proposed one is found here after its command has ended.
   const auto results = newestResults(**box, console);
   if (!results) return console.fail(results.error());
   if (console.json()) {

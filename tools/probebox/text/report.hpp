@@ -36,6 +36,8 @@ std::string page(const RecordedStatus& status);
 std::string page(const messages::ResultSummary& result);
 // "17  proposed  delay-multi-speed  tau 5447.1 +/- 5.0 us"
 std::string line(const messages::ResultSummary& result);
+Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders);
+std::string line(const messages::InhibitHolder& holder);
 std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);
 std::string line(const messages::ResultTransition& transition);

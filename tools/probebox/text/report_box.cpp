@@ -121,6 +121,11 @@ Json linesOf(const std::vector<messages::LineStatus>& lines) {
   return all;
 }
 
+void addStorage(const messages::Status::Answer& s, std::string& all) {
+  for (const auto& holder : s.inhibits) all += row("a cut is on", line(holder));
+  for (const auto& problem : s.storage_problems) all += row("storage", problem);
+}
+
 Json cncLinesOf(const std::vector<messages::CncLineStatus>& lines) {
   Json all = Json::array();
   for (const auto& line : lines) {
@@ -207,6 +212,17 @@ messages::Status::Answer answerOf(const RecordedStatus& r) {
 
 }  // namespace
 
+Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders) {
+  Json all = Json::array();
+  for (const auto& holder : holders)
+    all.push_back({{"door", holder.door}, {"by", holder.by}, {"since_utc", holder.since_utc}});
+  return all;
+}
+
+std::string line(const messages::InhibitHolder& holder) {
+  return (holder.by.empty() ? holder.door : holder.by) + ", since " + holder.since_utc;
+}
+
 std::string readableNs(double ns) {
   if (ns < 1e4) return printed("%.0f ns", ns);
   if (ns < 1e7) return printed("%.1f us", ns * 1e-3);
@@ -289,7 +305,9 @@ Json describe(const messages::Status::Answer& s) {
             {"discarded_bytes", s.from_hosts.discarded_bytes}}},
           {"modbus", {{"requests", s.modbus.requests}, {"bad_frames", s.modbus.bad_frames}}},
           {"cnc_lines", cncLinesOf(s.cnc_lines)},
-          {"usb_ports", usbPortsOf(s.usb_ports)}};
+          {"usb_ports", usbPortsOf(s.usb_ports)},
+          {"inhibits", inhibitsOf(s.inhibits)},
+          {"storage_problems", s.storage_problems}};
 }
 
 std::string page(const messages::Status::Answer& s) {
@@ -316,6 +334,7 @@ std::string page(const messages::Status::Answer& s) {
   all += row("late ticks", to_string(s.deadline_misses));
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));
+  addStorage(s, all);
   all += row("links", to_string(s.links) + " connected");
   for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
   all += row("from hosts", hostsOf(s.from_hosts));
@@ -334,7 +353,7 @@ Json describe(const RecordedStatus& r) {
     for (const auto* key : keys) all[key] = nullptr;
   };
   not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
-                "links", "modbus", "cnc_lines", "usb_ports", "newest_results"});
+                "links", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems", "newest_results"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <numbers>
 
-#include "firmware/app/results/standing_keeper.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -186,31 +185,6 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}), "sensor-head-5");
   EXPECT_EQ(sensorHeadOf("sensor-head-calibration"), std::nullopt);
   EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), std::nullopt) << "the case names no axis";
-}
-
-TEST(StandingCorrection, IsKeptWhenItHasMovedAndNotTooOften) {
-  const support::TemporaryFolder folder;
-  auto store = store::Store::open(folder.file("results.db"));
-  ASSERT_TRUE(store) << store.error().what;
-  {
-    StandingKeeper keeper{*store};
-    EXPECT_FALSE(keeper.restore(kNow)) << "nothing was ever served";
-    published::Snapshot served{};
-    served.at = kNow;
-    served.correction_mm = {0.05, 0, -0.01};
-    keeper.look(served);
-    EXPECT_FALSE(StandingKeeper{*store}.restore(kNow)) << "what is not valid is applied by nobody";
-    served.valid = true;
-    keeper.look(served);
-    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, served.correction_mm);
-    const auto first_mm = served.correction_mm;
-    served.correction_mm[0] = 0.06;
-    served.at += std::chrono::milliseconds{100};
-    keeper.look(served);
-    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, first_mm) << "at most once a second";
-    keeper.finish(served);
-    EXPECT_EQ(StandingKeeper{*store}.restore(kNow)->correction_mm, served.correction_mm) << "the last word";
-  }
 }
 
 }  // namespace

@@ -44,5 +44,45 @@ TEST(SummaryOfAResult, NamesTheErrorsOfARotaryAxisByTheirAngle) {
   EXPECT_EQ(summaryOf(record).values[7].key, "EY_at_60_deg_mm") << "of an axis that the case does not name";
 }
 
+TEST(SummaryOfAResult, ComesInPartsWhereItIsTooLargeForOneAnswer) {
+  constexpr std::size_t kMost = 12'000;
+  metrology::Result result;
+  std::vector<double> errors(6 * 73);
+  for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = static_cast<double>(i);
+  std::vector<double> angles(73);
+  for (std::size_t i = 0; i < angles.size(); ++i) angles[i] = static_cast<double>(i) * 0.0872664625997165;
+  result.estimates = {metrology::Estimate::matrix("six_errors", 6, errors, std::vector<double>(errors.size(), 1e-4))};
+  result.also = {metrology::Estimate::vector("angle_rad", angles, {})};
+  result.warnings.assign(200, std::string(100, 'w'));
+  store::Record record{};
+  record.binding.subject = "rotary-c";
+  record.content = result;
+  const auto whole = summaryOf(record);
+  ASSERT_GT(messages::encodedSize(whole), kMost);
+  std::vector<messages::NamedValue> values;
+  int parts = 0;
+  for (bool is_all = false; !is_all && parts < 20; ++parts) {
+    auto part = whole;
+    is_all = keepValues(part, static_cast<std::uint32_t>(values.size()), kMost);
+    EXPECT_LE(messages::encodedSize(part), kMost);
+    EXPECT_EQ(part.first_value, values.size());
+    EXPECT_EQ(part.value_count, whole.values.size());
+    EXPECT_NE(part.warnings.back().find("more warnings"), std::string::npos);
+    values.insert(values.end(), part.values.begin(), part.values.end());
+  }
+  EXPECT_GT(parts, 1);
+  ASSERT_EQ(values.size(), whole.values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) EXPECT_EQ(values[i].key, whole.values[i].key);
+}
+
+TEST(SummaryOfAResult, ThatFitsComesWhole) {
+  messages::ResultSummary summary;
+  summary.values = {{"tau_s", 1e-3, 1e-6, true}};
+  EXPECT_TRUE(keepValues(summary, 0, 12'000));
+  EXPECT_EQ(summary.values.size(), 1U);
+  EXPECT_TRUE(keepValues(summary, 7, 12'000)) << "from beyond the end there is nothing";
+  EXPECT_TRUE(summary.values.empty());
+}
+
 }  // namespace
 }  // namespace probebox::app

@@ -1,0 +1,170 @@
+#include "firmware/app/results/door_book.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+#include <thread>
+
+#include "firmware/app/results/results_in_force.hpp"
+#include "protocol/messages/fields.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kMostBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
+constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
+
+// All that the file holds.
+struct Content {
+  std::vector<DoorEntry> doors{};
+  static constexpr void fields(auto& self, auto&& field) { field("doors", self.doors, ""); }
+};
+
+std::vector<DoorEntry> doorsIn(const std::string& text) {
+  const auto content = messages::decode<Content>(std::as_bytes(std::span{text}));
+  return content ? content->doors : std::vector<DoorEntry>{};
+}
+
+bool saysNothing(const DoorEntry& entry) {
+  return !entry.inhibits && entry.word_order == 0;
+}
+
+const DoorEntry* find(const std::vector<DoorEntry>& doors, std::string_view door) {
+  const auto found = std::ranges::find(doors, door, &DoorEntry::door);
+  return found == doors.end() ? nullptr : &*found;
+}
+
+Outcome<DoorEntry*> findOrAdd(std::vector<DoorEntry>& doors, std::string_view door) {
+  const auto found = std::ranges::find(doors, door, &DoorEntry::door);
+  if (found != doors.end()) return &*found;
+  if (door.size() > DoorBook::kMostName)
+    return Error{"A name has up to " + std::to_string(DoorBook::kMostName) + " bytes."};
+  if (doors.size() >= DoorBook::kMostDoors) std::erase_if(doors, saysNothing);
+  if (doors.size() >= DoorBook::kMostDoors)
+    return Error{std::to_string(DoorBook::kMostDoors) + " doors hold something already: clear what is no more needed."};
+  return &doors.emplace_back(DoorEntry{.door = std::string{door}});
+}
+
+std::string problemOf(const store::TwinFile& file) {
+  std::string all = file.notice();
+  if (file.lost()) {
+    all +=
+        std::string{
+            ". Word orders and inhibits of before are lost: have each controller write register 128 again, and "
+            "clear the inhibit '"} +
+        kUnknown + "' when no cut is on";
+  }
+  if (!file.whyNotWritable().empty()) all += (all.empty() ? "" : ". ") + file.whyNotWritable();
+  return all;
+}
+
+}  // namespace
+
+DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
+    : tell_core_{std::move(tell_core)},
+      file_{store::TwinFile::open(path, kMostBytes)},
+      doors_{doorsIn(file_.content())},
+      problem_{problemOf(file_)} {
+  if (!file_.lost()) return;
+  // Whether a cut was on nobody knows: a person looks, and clears it by this name.
+  doors_.push_back({.door = kUnknown, .word_order = 0, .inhibits = true, .by = {}, .since_utc = utcNow()});
+  unsaved_ = store(doors_).has_value();
+}
+
+std::string DoorBook::problem() const {
+  const std::lock_guard lock{mutex_};
+  return problem_;
+}
+
+std::uint16_t DoorBook::wordOrder(std::string_view door) const {
+  const std::lock_guard lock{mutex_};
+  const auto* entry = find(doors_, door);
+  return entry == nullptr ? std::uint16_t{0} : entry->word_order;
+}
+
+bool DoorBook::inhibits(std::string_view door) const {
+  const std::lock_guard lock{mutex_};
+  const auto* entry = find(doors_, door);
+  return entry != nullptr && entry->inhibits;
+}
+
+bool DoorBook::anyInhibits() const {
+  const std::lock_guard lock{mutex_};
+  return std::ranges::any_of(doors_, &DoorEntry::inhibits);
+}
+
+std::vector<DoorEntry> DoorBook::holders() const {
+  const std::lock_guard lock{mutex_};
+  std::vector<DoorEntry> all;
+  std::ranges::copy_if(doors_, std::back_inserter(all), &DoorEntry::inhibits);
+  return all;
+}
+
+std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_t order) {
+  const std::lock_guard lock{changing_};
+  if (wordOrder(door) == order && !unsaved_) return std::nullopt;
+  Doors doors = doors_;
+  const auto entry = findOrAdd(doors, door);
+  if (!entry) return entry.error();
+  (*entry)->word_order = order;
+  if (auto failed = store(doors)) return failed;
+  show(std::move(doors));
+  return std::nullopt;
+}
+
+std::optional<Error> DoorBook::setInhibit(std::string_view door, bool active, std::string_view by) {
+  const std::lock_guard lock{changing_};
+  if (inhibits(door) == active && !unsaved_) return std::nullopt;
+  return change(door, active, by);
+}
+
+std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_view by) {
+  const std::lock_guard lock{changing_};
+  if (inhibits(door)) return change(door, false, by);
+  std::string names;
+  for (const auto& each : holders()) names.append(names.empty() ? "" : ", ").append(each.door);
+  return Error{"'" + std::string{door} + "' holds no inhibit; " +
+               (names.empty() ? "nobody does." : "these do: " + names + ".")};
+}
+
+std::optional<Error> DoorBook::change(std::string_view door, bool active, std::string_view by) {
+  if (by.size() > kMostName) return Error{"A name has up to " + std::to_string(kMostName) + " bytes."};
+  Doors doors = doors_;
+  const auto entry = findOrAdd(doors, door);
+  if (!entry) return entry.error();
+  (*entry)->inhibits = active;
+  (*entry)->by = by;
+  (*entry)->since_utc = utcNow();
+  const auto failed = store(doors);
+  if (failed && !active) return Error{"The end of the cut cannot be stored, and the inhibit stays: " + failed->what};
+  show(std::move(doors));
+  unsaved_ = failed.has_value();
+  if (auto untold = tellCore()) return untold;
+  if (!failed) return std::nullopt;
+  return Error{"The inhibit is in force until the box ends, and would not survive that: " + failed->what};
+}
+
+std::optional<Error> DoorBook::store(const Doors& doors) {
+  const auto bytes = messages::encoded(Content{doors});
+  const auto written = file_.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!written) return Error{written.error().what};
+  unsaved_ = false;
+  return std::nullopt;
+}
+
+void DoorBook::show(Doors doors) {
+  const std::lock_guard lock{mutex_};
+  doors_ = std::move(doors);
+}
+
+// While changing_ is held, so that the core hears of changes in the order in which they were made.
+std::optional<Error> DoorBook::tellCore() {
+  constexpr int kPatience_ms = 2000;
+  for (int waited_ms = 0; waited_ms < kPatience_ms; ++waited_ms) {
+    if (tell_core_(anyInhibits())) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+  return Error{"The box takes nothing now: say it again."};
+}
+
+}  // namespace probebox::app

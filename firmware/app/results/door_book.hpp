@@ -1,0 +1,74 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/store/twin_file.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+// What came in through one door and must outlive it. A door is a line of the CNC ("modbus:/dev/ttyS2"), a link of hosts
+// ("serial:/dev/ttyS1", "usb", "network"), or a person ("person:Ada").
+struct DoorEntry {
+  std::string door{};
+  std::uint16_t word_order{};  // of a Modbus line, as register 128 has it
+  bool inhibits{};             // says that a cut is on
+  std::string by{};            // who said so last; empty for a controller
+  std::string since_utc{};     // ISO 8601
+  static constexpr void fields(auto& self, auto&& field) {
+    field("door", self.door, "");
+    field("word_order", self.word_order, "");
+    field("inhibits", self.inhibits, "");
+    field("by", self.by, "");
+    field("since_utc", self.since_utc, "");
+  }
+};
+
+// Keeps what each door has chosen on the disk before anybody is told that it holds, and tells the core whether any door
+// says that a cut is on. Any thread; each call may wait for the disk.
+class DoorBook {
+ public:
+  static constexpr std::size_t kMostDoors = 32;
+  static constexpr std::size_t kMostName = 80;  // bytes of a door's or a person's name
+
+  // tell_core: hands over whether any door inhibits; false when the core's queue is full.
+  DoorBook(const std::string& path, std::function<bool(bool)> tell_core);
+
+  // What a person must know about the file; empty when all is well.
+  std::string problem() const;
+
+  std::uint16_t wordOrder(std::string_view door) const;
+  std::optional<Error> keepWordOrder(std::string_view door, std::uint16_t order);
+
+  bool inhibits(std::string_view door) const;
+  bool anyInhibits() const;
+  std::vector<DoorEntry> holders() const;
+
+  // A door says that a cut is on, or over. One that cannot be stored is in force all the same until the box ends, and
+  // the error says so; the end of a cut that cannot be stored does not count.
+  std::optional<Error> setInhibit(std::string_view door, bool active, std::string_view by);
+  // A person clears what another door holds, such as that of a controller that is gone.
+  std::optional<Error> clearInhibit(std::string_view door, std::string_view by);
+
+ private:
+  using Doors = std::vector<DoorEntry>;
+  std::optional<Error> store(const Doors& doors);
+  std::optional<Error> change(std::string_view door, bool active, std::string_view by);
+  std::optional<Error> tellCore();
+  void show(Doors doors);
+
+  std::function<bool(bool)> tell_core_;
+  std::mutex changing_;  // held while the disk writes; whoever changes doors_ has it
+  store::TwinFile file_;
+  bool unsaved_{};            // the file does not have what doors_ has
+  mutable std::mutex mutex_;  // never held for long
+  Doors doors_;
+  std::string problem_;
+};
+
+}  // namespace probebox::app

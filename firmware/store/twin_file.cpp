@@ -1,0 +1,201 @@
+#include "firmware/store/twin_file.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+#include "firmware/store/set_aside.hpp"
+#include "protocol/frame/bytes.hpp"
+#include "protocol/frame/crc32c.hpp"
+
+namespace probebox::store {
+namespace {
+
+constexpr std::size_t kDiskBlock = 4096;  // no disk has larger ones: a cut write spoils one copy
+constexpr std::size_t kCopies = 2;
+constexpr std::size_t kHeaderBytes = 24;             // mark, number, length, CRC of all but itself
+constexpr std::uint64_t kMark = 0x316e697754786250;  // "PbxTwin1"
+
+struct Copy {
+  std::uint64_t number{};
+  std::string content;
+};
+
+std::uint32_t crcOf(std::span<const std::byte> block) {
+  const auto head = frame::crc32c(block.first(20));
+  return frame::crc32c(block.subspan(kHeaderBytes), head);
+}
+
+// The whole block counts, so that a bit that falls over beyond the text is seen as well.
+std::string blockOf(const Copy& copy, std::size_t copy_bytes) {
+  std::string block(copy_bytes, '\0');
+  const auto bytes = std::as_writable_bytes(std::span{block});
+  frame::ByteWriter writer{bytes};
+  writer.put(kMark);
+  writer.put(copy.number);
+  writer.put(static_cast<std::uint32_t>(copy.content.size()));
+  std::memcpy(block.data() + kHeaderBytes, copy.content.data(), copy.content.size());
+  writer.put(crcOf(bytes));
+  return block;
+}
+
+std::optional<Copy> copyIn(const std::string& block) {
+  if (block.size() < kDiskBlock) return std::nullopt;
+  const auto bytes = std::as_bytes(std::span{block});
+  frame::ByteReader reader{bytes};
+  const auto mark = reader.get<std::uint64_t>();
+  const auto number = reader.get<std::uint64_t>();
+  const auto size = reader.get<std::uint32_t>();
+  const auto crc = reader.get<std::uint32_t>();
+  if (mark != kMark || size > block.size() - kHeaderBytes || crc != crcOf(bytes)) return std::nullopt;
+  return Copy{number, block.substr(kHeaderBytes, size)};
+}
+
+// Empty where the file ends before.
+std::string blockAt(int descriptor, std::size_t copy, std::size_t copy_bytes) {
+  std::string block(copy_bytes, '\0');
+  const auto got = ::pread(descriptor, block.data(), block.size(), static_cast<off_t>(copy * copy_bytes));
+  return got == static_cast<ssize_t>(block.size()) ? block : std::string{};
+}
+
+std::string reasonNow() {
+  return std::strerror(errno);
+}
+
+void syncFolderOf(const std::string& path) {
+  const auto folder = std::filesystem::path{path}.parent_path();
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+TwinFile::TwinFile(std::string path, std::size_t most_bytes)
+    : path_{std::move(path)}, copy_bytes_{(most_bytes + kHeaderBytes + kDiskBlock - 1) / kDiskBlock * kDiskBlock} {}
+
+TwinFile::TwinFile(TwinFile&& other) noexcept
+    : path_{std::move(other.path_)},
+      copy_bytes_{other.copy_bytes_},
+      descriptor_{std::exchange(other.descriptor_, -1)},
+      number_{other.number_},
+      content_{std::move(other.content_)},
+      notice_{std::move(other.notice_)},
+      why_not_writable_{std::move(other.why_not_writable_)},
+      lost_{other.lost_} {}
+
+TwinFile& TwinFile::operator=(TwinFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(copy_bytes_, other.copy_bytes_);
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(number_, other.number_);
+  std::swap(content_, other.content_);
+  std::swap(notice_, other.notice_);
+  std::swap(why_not_writable_, other.why_not_writable_);
+  std::swap(lost_, other.lost_);
+  return *this;
+}
+
+TwinFile::~TwinFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+TwinFile TwinFile::open(const std::string& path, std::size_t most_bytes) {
+  TwinFile file{path, most_bytes};
+  if (std::error_code error; !std::filesystem::exists(std::filesystem::status(path, error))) {
+    file.make();
+    return file;
+  }
+  file.descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (file.descriptor_ < 0) {
+    file.why_not_writable_ = path + " cannot be written (" + reasonNow() + ")";
+    file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file.descriptor_ < 0) {
+      file.lost_ = true;
+      file.notice_ = path + " cannot be read (" + reasonNow() + ")";
+      return file;
+    }
+  }
+  file.read();
+  return file;
+}
+
+void TwinFile::read() {
+  std::array<std::optional<Copy>, kCopies> copies;
+  const Copy* newest = nullptr;
+  for (std::size_t i = 0; i < kCopies; ++i) {
+    copies[i] = copyIn(blockAt(descriptor_, i, copy_bytes_));
+    if (copies[i] && (newest == nullptr || copies[i]->number > newest->number)) newest = &*copies[i];
+  }
+  if (newest == nullptr) {
+    ::close(std::exchange(descriptor_, -1));
+    lost_ = true;
+    if (!why_not_writable_.empty()) {
+      notice_ = path_ + " is damaged";
+      return;
+    }
+    const auto aside = setAside(path_, "damaged");
+    notice_ = aside ? path_ + " was damaged, and was moved to " + *aside : aside.error().what;
+    if (aside) return make();
+    why_not_writable_ = aside.error().what;
+    return;
+  }
+  number_ = newest->number;
+  content_ = newest->content;
+  const bool both_alike = copies[0] && copies[1] && copies[0]->number == copies[1]->number;
+  if (both_alike || !why_not_writable_.empty()) return;
+  // After a cut in mid-write, or damage: the whole copy is told from now on by both.
+  if (!copies[0] || !copies[1]) notice_ = "one of the two copies in " + path_ + " was damaged; the other one is used";
+  if (const auto done = write(std::string{content_}); !done) why_not_writable_ = done.error().what;
+}
+
+// Under another name first: the file is whole from the moment that it has its own.
+void TwinFile::make() {
+  const std::string fresh = path_ + ".new";
+  descriptor_ = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) {
+    why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
+    return;
+  }
+  if (const auto written = write({}); !written) {
+    why_not_writable_ = written.error().what;
+  } else if (::rename(fresh.c_str(), path_.c_str()) != 0) {
+    why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
+  }
+  if (why_not_writable_.empty()) return syncFolderOf(path_);
+  ::unlink(fresh.c_str());
+  ::close(std::exchange(descriptor_, -1));
+}
+
+Outcome<Done, Failure> TwinFile::write(std::string_view content) {
+  if (!why_not_writable_.empty()) return Failure{Reason::unavailable, why_not_writable_};
+  const std::size_t room = copy_bytes_ - kHeaderBytes;
+  if (content.size() > room)
+    return Failure{Reason::bad_argument, path_ + " has room for " + std::to_string(room) + " bytes"};
+  const Copy next{number_ + 1, std::string{content}};
+  // Also after an error: what one copy may hold by now is never written again under the same number.
+  number_ = next.number;
+  const std::string block = blockOf(next, copy_bytes_);
+  for (std::size_t copy = 0; copy < kCopies; ++copy) {
+    if (const auto done = writeCopy(copy, block); !done) return done.error();
+  }
+  content_ = next.content;
+  return Done{};
+}
+
+Outcome<Done, Failure> TwinFile::writeCopy(std::size_t copy, const std::string& block) {
+  const auto put = ::pwrite(descriptor_, block.data(), block.size(), static_cast<off_t>(copy * copy_bytes_));
+  if (put == static_cast<ssize_t>(block.size()) && ::fdatasync(descriptor_) == 0) return Done{};
+  const std::string why = put >= 0 && put != static_cast<ssize_t>(block.size()) ? "the disk is full" : reasonNow();
+  return Failure{Reason::unavailable, path_ + " cannot be written (" + why + "); check the disk"};
+}
+
+}  // namespace probebox::store

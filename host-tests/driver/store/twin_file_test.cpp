@@ -1,0 +1,158 @@
+#include "firmware/store/twin_file.hpp"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "scratch.hpp"
+
+namespace probebox::store {
+namespace {
+
+using testing::AnyOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::size_t kRoom = 3000;
+
+class TwinFileTest : public testing::Test {
+ protected:
+  std::string path() const { return (scratch_.directory() / "settings").string(); }
+  TwinFile open() const { return TwinFile::open(path(), kRoom); }
+  std::string bytes() const {
+    std::ifstream in{path(), std::ios::binary};
+    return {std::istreambuf_iterator<char>{in}, {}};
+  }
+  void put(const std::string& content) const { std::ofstream{path(), std::ios::binary | std::ios::trunc} << content; }
+  std::string filled(const std::string& content) const {
+    auto file = open();
+    EXPECT_TRUE(file.write(content));
+    return bytes();
+  }
+
+  Scratch scratch_;
+};
+
+// A child may limit itself without harm to the other tests.
+template <class Check>
+bool holdsInChild(Check check) {
+  const auto child = ::fork();
+  if (child == 0) ::_exit(check() ? 0 : 1);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST_F(TwinFileTest, KeepsWhatWasWrittenLast) {
+  {
+    auto file = open();
+    EXPECT_THAT(file.content(), IsEmpty());
+    ASSERT_TRUE(file.write("first"));
+    ASSERT_TRUE(file.write(std::string(kRoom, 'x')));
+    ASSERT_TRUE(file.write(std::string{"last\0one", 8}));
+  }
+  const auto file = open();
+  EXPECT_EQ(file.content(), std::string("last\0one", 8));
+  EXPECT_THAT(file.notice(), IsEmpty());
+  EXPECT_FALSE(file.lost());
+}
+
+TEST_F(TwinFileTest, RefusesWhatHasNoRoomAndKeepsWhatItHad) {
+  auto file = open();
+  ASSERT_TRUE(file.write("kept"));
+  EXPECT_EQ(file.write(std::string(5000, 'x')).error().reason, Reason::bad_argument);
+  EXPECT_EQ(open().content(), "kept");
+}
+
+TEST_F(TwinFileTest, OutlivesAnyOneBitThatFallsOver) {
+  const auto sound = filled("register 128 is 1");
+  std::mt19937 random{20261122};
+  for (int trial = 0; trial < 300; ++trial) {
+    auto damaged = sound;
+    const auto bit = random() % (8 * sound.size());
+    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
+    put(damaged);
+    EXPECT_EQ(open().content(), "register 128 is 1") << "bit " << bit;
+    EXPECT_EQ(open().notice(), "") << "the damaged copy was written anew";
+  }
+}
+
+// Whatever the disk had of a write when the power went: the text of before or the new one, whole.
+TEST_F(TwinFileTest, IsOldOrNewAfterACutInMidWrite) {
+  const auto old = filled("old");
+  const auto fresh = filled("new");
+  ASSERT_EQ(old.size(), fresh.size());
+  const auto half = old.size() / 2;
+  const auto with = [&](const std::string& first, const std::string& second) {
+    return first.substr(0, half) + second.substr(half);
+  };
+  const std::string torn = fresh.substr(0, 512) + old.substr(512, half - 512) + old.substr(half);
+  for (const auto& content : {with(fresh, old), torn}) {
+    put(content);
+    EXPECT_THAT(open().content(), AnyOf("old", "new"));
+  }
+  put(with(fresh, old));
+  EXPECT_EQ(open().content(), "new") << "the newer of two whole copies";
+}
+
+TEST_F(TwinFileTest, PutsAFileAsideThatHoldsNothingWhole) {
+  filled("register 128 is 1");
+  int number = 0;
+  for (const std::string& content : {std::string{}, std::string(8192, '\0'), std::string{"somebody's notes"}}) {
+    put(content);
+    const auto file = open();
+    EXPECT_TRUE(file.lost());
+    const auto aside = path() + ".damaged-" + std::to_string(++number);
+    EXPECT_THAT(file.notice(), HasSubstr(aside));
+    EXPECT_EQ(std::filesystem::file_size(aside), content.size());
+    EXPECT_THAT(file.whyNotWritable(), IsEmpty());
+    EXPECT_FALSE(open().lost()) << "told once";
+  }
+}
+
+TEST_F(TwinFileTest, TakesANewTextOnAFullDisk) {
+  filled("before");
+  EXPECT_TRUE(holdsInChild([&] {
+    auto file = open();
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1, 1};  // whatever lies beyond this must have had its place before
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    return !file.write("after") && file.content() == "before";
+  })) << "the limit is felt";
+  EXPECT_TRUE(holdsInChild([&] {
+    auto file = open();
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlim_t size = std::filesystem::file_size(path());
+    const rlimit limit{size, size};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    return file.write(std::string(kRoom, 'x')).ok();
+  }));
+  EXPECT_EQ(open().content(), std::string(kRoom, 'x'));
+}
+
+TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
+  namespace fs = std::filesystem;
+  filled("kept");
+  fs::permissions(path(), fs::perms{0444});
+  fs::permissions(scratch_.directory(), fs::perms{0555});
+  EXPECT_TRUE(holdsInChild([&] {
+    constexpr uid_t kNobody = 65534;
+    if (::geteuid() == 0 && ::seteuid(kNobody) != 0) return false;
+    auto file = open();
+    const auto written = file.write("other");
+    const auto absent = TwinFile::open((scratch_.directory() / "absent").string(), kRoom);
+    return file.content() == "kept" && !file.lost() && !written && written.error().reason == Reason::unavailable &&
+           file.whyNotWritable().find("settings") != std::string::npos && !absent.lost() &&
+           !absent.whyNotWritable().empty();
+  }));
+  fs::permissions(scratch_.directory(), fs::perms{0755});
+}
+
+}  // namespace
+}  // namespace probebox::store

@@ -1,0 +1,188 @@
+"""A box that is killed, and one whose line was unplugged, goes on as the controller left it. Written from
+protocol/MODBUS.md. `survive_ends.py PROBEBOXD PROBEBOX`; status 0 when all holds."""
+import json
+import os
+import pty
+import random
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+
+from door import port_of
+from master import Master
+
+PATIENCE_S = 120
+
+
+class Box:
+    """A daemon with one serial line to the controller; the line outlives it."""
+
+    def __init__(self, probeboxd, probebox, folder, config=None):
+        self.config = ["--config", config] if config else []
+        self.probeboxd, self.probebox, self.folder = probeboxd, probebox, folder
+        ours, self.theirs = pty.openpty()
+        tty.setraw(ours)
+        tty.setraw(self.theirs)
+        self.master = Master(ours)
+        self.door = "modbus:" + os.ttyname(self.theirs)
+        self.daemon = None
+
+    def start(self):
+        command = [self.probeboxd, "--board", "sim", "--state", os.path.join(self.folder, "state")]
+        command += ["--link", "tcp:127.0.0.1:0", "--cnc", self.door] + self.config
+        log = open(os.path.join(self.folder, "log"), "a")
+        self.daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "XDG_RUNTIME_DIR": self.folder})
+
+    def kill(self):
+        self.daemon.kill()
+        self.daemon.wait(PATIENCE_S)
+
+    def command(self, *words):
+        port = port_of(self.daemon, self.folder)
+        done = subprocess.run(
+            [self.probebox, "-u", f"tcp:127.0.0.1:{port}", "--json", *words],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def until(condition):
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, "it did not come"
+        time.sleep(0.05)
+
+
+def word_order_survives(box):
+    box.start()
+    m = box.master
+    assert m.values(128, "H") == 0
+    m.write(128, 1)
+    box.kill()  # at once after the answer
+    box.start()
+    assert m.values(128, "H") == 1, "in the first answer"
+    high_last = m.values(116, "HH")
+    assert high_last[1] == 0, f"samples of a box that has just started, low word first: {high_last}"
+    m.write(128, 0)
+
+
+def inhibit_survives(box):
+    m = box.master
+    m.write(138, 1)
+    box.kill()
+    box.start()
+    assert m.values(138, "H") == 1 and m.values(47, "H") == 1, "in the first answers"
+    held = box.command("inhibit")["inhibits"]
+    assert [each["door"] for each in held] == [box.door], held
+    held = box.command("inhibit", "on", "--by", "Ada")["inhibits"]
+    assert len(held) == 2 and held[1]["by"] == "Ada" and held[1]["since_utc"], held
+    m.write(138, 0)
+    assert m.values(138, "H") == 0 and m.values(47, "H") == 1, "Ada's cut is still on"
+    held = box.command("inhibit", "off", "--by", "Ada")["inhibits"]
+    assert not held, held
+    until(lambda: m.values(47, "H") == 0)
+    m.write(138, 1)
+    held = box.command("inhibit", "off", "--by", "Ada")["inhibits"]
+    assert len(held) == 1, "nobody ends another one's cut by the way"
+    held = box.command("inhibit", "off", "--door", box.door, "--by", "Ada")["inhibits"]
+    assert not held and m.values(138, "H") == 0, held
+    with open(os.path.join(box.folder, "log")) as log:
+        assert any(box.door in line and "cleared by Ada" in line for line in log)
+
+
+RATE_NM_S = 2000
+NOISE_NM = 2  # of rounding
+
+
+def config_of_long_ramps(folder):
+    """Screws that are warm within seconds, on a machine whose corrections may move by 2 um/s."""
+    board = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "board", "sim")
+    config = os.path.join(folder, "config")
+    os.mkdir(config)
+
+    def put(name, changes):
+        with open(os.path.join(board, name)) as file:
+            lines = file.read().splitlines()
+        for key, value in changes.items():
+            changed = [i for i, line in enumerate(lines) if line.split("=")[0].strip() == key]
+            assert changed, key
+            for i in changed:
+                lines[i] = f"{key} = {value}"
+        with open(os.path.join(config, name), "w") as file:
+            file.write("\n".join(lines) + "\n")
+
+    put("machine.toml", {"correction_rate_mm_s": RATE_NM_S * 1e-6, "rate_um_s": 1000})
+    put("world.toml", {"time_constant_s": 3})
+    return config
+
+
+class Follower:
+    """What a controller sees of the corrections, with its own clock: it holds the last value that was valid."""
+
+    def __init__(self, master):
+        self.master = master
+        self.held, self.sent = None, None
+
+    def read(self):
+        sent = time.monotonic()
+        block = self.master.registers(0, 38)
+        got = time.monotonic()
+        valid = struct.unpack_from(">H", block, 4)[0] & 1
+        value = struct.unpack_from(">iii", block, 64)
+        if valid:
+            if self.held:
+                most = RATE_NM_S * (got - self.sent + 0.05) + NOISE_NM
+                step = max(abs(a - b) for a, b in zip(value, self.held))
+                assert step <= most, f"{self.held} -> {value} nm within {got - self.sent:.3f} s"
+            self.held, self.sent = value, sent
+        return valid, value
+
+
+def served_survives(box, seed, is_cut):
+    """Killed at any moment of a ramp; with is_cut the memory of the computer is gone too."""
+    rng = random.Random(seed)
+    follower = Follower(box.master)
+    last, moved = None, 0
+    for number in range(8):
+        box.start()
+        _, first = follower.read()
+        if last and not is_cut:
+            step = max(abs(a - b) for a, b in zip(first, last))
+            assert step <= RATE_NM_S * 0.1, f"round {number}: {last} nm was served last, and {first} nm first"
+        if last and max(map(abs, last)) > RATE_NM_S:
+            assert any(first), "zeros that nobody has served"
+        until(lambda: follower.read()[0])
+        end = time.monotonic() + rng.uniform(0.1, 2.5)
+        while time.monotonic() < end:
+            _, last = follower.read()
+        moved = max(moved, max(map(abs, last)))
+        box.kill()
+        if is_cut:
+            os.remove(os.path.join(box.folder, "state", "served-last"))
+    assert moved > 2 * RATE_NM_S, f"no ramp: {moved} nm"
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="probebox-ends-") as scratch:
+        the_box = Box(sys.argv[1], sys.argv[2], scratch)
+        try:
+            word_order_survives(the_box)
+            print("the word order of a line survives a kill")
+            inhibit_survives(the_box)
+            print("inhibits survive a kill, each of its door")
+        finally:
+            if the_box.daemon:
+                the_box.daemon.send_signal(signal.SIGTERM)
+                the_box.daemon.wait(PATIENCE_S)
+    for cut in (False, True):
+        with tempfile.TemporaryDirectory(prefix="probebox-ramps-") as scratch:
+            ramping = Box(sys.argv[1], sys.argv[2], scratch, config_of_long_ramps(scratch))
+            served_survives(ramping, 20261122, cut)
+            print("a follower sees no step over " + ("cuts of the power" if cut else "kills"))

@@ -1,0 +1,134 @@
+#include "firmware/app/results/door_book.hpp"
+
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+namespace probebox::app {
+namespace {
+
+using testing::ElementsAre;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kLathe = "modbus:/dev/ttyS2";
+constexpr const char* kRobot = "modbus:/dev/ttyS3";
+
+class DoorBookTest : public testing::Test {
+ protected:
+  DoorBookTest() { reopen(); }
+  void reopen() {
+    book_.emplace(folder_.file("doors"), [this](bool inhibited) {
+      told_.push_back(inhibited);
+      return core_takes_;
+    });
+    told_.clear();
+  }
+  DoorBook& book() { return *book_; }
+
+  support::TemporaryFolder folder_;
+  std::vector<bool> told_;
+  bool core_takes_{true};
+  std::optional<DoorBook> book_;
+};
+
+TEST_F(DoorBookTest, EachLineKeepsItsWordOrderOverARestart) {
+  EXPECT_EQ(book().wordOrder(kLathe), 0);
+  ASSERT_FALSE(book().keepWordOrder(kLathe, 1));
+  EXPECT_EQ(book().wordOrder(kRobot), 0);
+  reopen();
+  EXPECT_EQ(book().wordOrder(kLathe), 1);
+  EXPECT_EQ(book().wordOrder(kRobot), 0);
+  ASSERT_FALSE(book().keepWordOrder(kLathe, 0));
+  reopen();
+  EXPECT_EQ(book().wordOrder(kLathe), 0);
+}
+
+TEST_F(DoorBookTest, ACutIsOnWhileAnyDoorSaysSoAndEachEndsItsOwnAlone) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  ASSERT_FALSE(book().setInhibit("person:Ada", true, "Ada"));
+  ASSERT_FALSE(book().setInhibit(kRobot, false, "")) << "it holds none";
+  EXPECT_THAT(book().holders(), ElementsAre(Field(&DoorEntry::door, kLathe), Field(&DoorEntry::by, "Ada")));
+  ASSERT_FALSE(book().setInhibit("person:Ada", false, "Ada"));
+  EXPECT_TRUE(book().inhibits(kLathe));
+  EXPECT_FALSE(book().inhibits("person:Ada"));
+  EXPECT_TRUE(book().anyInhibits());
+  ASSERT_FALSE(book().setInhibit(kLathe, false, ""));
+  EXPECT_FALSE(book().anyInhibits());
+  EXPECT_THAT(told_, ElementsAre(true, true, true, false));
+}
+
+TEST_F(DoorBookTest, ACutOutlivesARestart) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  reopen();
+  EXPECT_TRUE(book().inhibits(kLathe));
+  EXPECT_FALSE(book().inhibits(kRobot));
+  EXPECT_TRUE(book().anyInhibits());
+}
+
+TEST_F(DoorBookTest, APersonClearsWhatADoorThatIsGoneHolds) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  const auto wrong = book().clearInhibit(kRobot, "Ada");
+  ASSERT_TRUE(wrong);
+  EXPECT_THAT(wrong->what, HasSubstr(kLathe)) << "it names who holds one";
+  EXPECT_TRUE(book().anyInhibits());
+  ASSERT_FALSE(book().clearInhibit(kLathe, "Ada"));
+  EXPECT_FALSE(book().anyInhibits());
+  reopen();
+  EXPECT_FALSE(book().anyInhibits());
+}
+
+TEST_F(DoorBookTest, HoldsUntilAPersonLooksWhereTheFileWasDamaged) {
+  ASSERT_FALSE(book().setInhibit(kLathe, true, ""));
+  book_.reset();
+  std::ofstream{folder_.file("doors"), std::ios::trunc} << "garbage";
+  reopen();
+  EXPECT_TRUE(book().anyInhibits()) << "nobody knows whether a cut is on";
+  EXPECT_THAT(book().problem(), HasSubstr("damaged"));
+  const auto holders = book().holders();
+  ASSERT_EQ(holders.size(), 1U);
+  ASSERT_FALSE(book().clearInhibit(holders.front().door, "Ada"));
+  EXPECT_FALSE(book().anyInhibits());
+}
+
+TEST_F(DoorBookTest, ACutThatCannotBeStoredIsOnAllTheSameAndSaidSo) {
+  support::TemporaryFolder gone;
+  DoorBook unwritable{gone.file("no such folder/doors"), [this](bool inhibited) {
+                        told_.push_back(inhibited);
+                        return true;
+                      }};
+  EXPECT_THAT(unwritable.problem(), HasSubstr("doors"));
+  for (int i = 0; i < 2; ++i) {
+    const auto error = unwritable.setInhibit(kLathe, true, "");
+    ASSERT_TRUE(error) << "nobody is told that it lasts";
+    EXPECT_THAT(error->what, HasSubstr("until the box ends"));
+    EXPECT_TRUE(unwritable.inhibits(kLathe));
+  }
+  EXPECT_TRUE(unwritable.setInhibit(kLathe, false, "")) << "an end that would be forgotten does not count";
+  EXPECT_TRUE(unwritable.anyInhibits());
+  EXPECT_TRUE(unwritable.keepWordOrder(kLathe, 1));
+  EXPECT_EQ(unwritable.wordOrder(kLathe), 0);
+  EXPECT_THAT(told_, ElementsAre(true, true));
+}
+
+TEST_F(DoorBookTest, SaysSoWhenTheCoreTakesNothing) {
+  core_takes_ = false;
+  ASSERT_TRUE(book().setInhibit(kLathe, true, ""));
+  EXPECT_TRUE(book().inhibits(kLathe)) << "it will be in force, with the next word at the latest";
+}
+
+TEST_F(DoorBookTest, HasRoomForSoManyNamesAndSaysSo) {
+  for (std::size_t i = 0; i < DoorBook::kMostDoors; ++i)
+    ASSERT_FALSE(book().setInhibit(std::string(DoorBook::kMostName - 2, 'x') + std::to_string(10 + i), true,
+                                   std::string(DoorBook::kMostName, 'y')));
+  EXPECT_THAT(book().setInhibit("one more", true, "")->what, HasSubstr("hold something already"));
+  ASSERT_FALSE(book().setInhibit(std::string(DoorBook::kMostName - 2, 'x') + "10", false, ""));
+  EXPECT_FALSE(book().setInhibit("one more", true, "")) << "what holds nothing gives way";
+  EXPECT_THAT(book().setInhibit(std::string(DoorBook::kMostName + 1, 'z'), true, "")->what, HasSubstr("bytes"));
+}
+
+}  // namespace
+}  // namespace probebox::app

@@ -1,0 +1,81 @@
+#include "firmware/app/results/served_record.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+namespace probebox::app {
+namespace {
+
+using namespace std::chrono_literals;
+using Correction = std::array<double, kLinearAxes>;
+
+class Served : public testing::Test {
+ protected:
+  Served() { ::unsetenv("RUNTIME_DIRECTORY"); }
+  static published::Snapshot snapshotOf(const Correction& correction_mm, MonoTime at) {
+    published::Snapshot snapshot;
+    snapshot.correction_mm = correction_mm;
+    snapshot.at = at;
+    return snapshot;
+  }
+  std::string path() const { return folder_.file("served-last"); }
+
+  support::TemporaryFolder folder_;
+};
+
+TEST_F(Served, IsKnownToTheLastDigitAfterAKill) {
+  const auto child = ::fork();
+  if (child == 0) {
+    ServedRecord record{path()};
+    for (int k = 0; k <= 1000; ++k) record.note(snapshotOf({k * 1e-6, -k * 1e-6, 0.123456}, MonoTime{k * 1ms}));
+    ::kill(::getpid(), SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  const auto before = ServedRecord{path()}.before();
+  ASSERT_TRUE(before);
+  EXPECT_DOUBLE_EQ((*before)[0], 0.001);
+  EXPECT_DOUBLE_EQ((*before)[1], -0.001);
+  EXPECT_DOUBLE_EQ((*before)[2], 0.123456);
+}
+
+TEST_F(Served, IsTheNewestOfAllThatAnyLineRead) {
+  ServedRecord record{path()};
+  EXPECT_FALSE(record.before());
+  record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  record.note(snapshotOf({0.001, 0, 0}, MonoTime{1s}));
+  EXPECT_DOUBLE_EQ((*ServedRecord{path()}.before())[0], 0.002);
+}
+
+TEST_F(Served, IsNotBelievedOfAnotherRunOfTheComputerOrWhenDamaged) {
+  {
+    ServedRecord record{path()};
+    record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  }
+  std::string sound;
+  {
+    std::ifstream in{path(), std::ios::binary};
+    sound.assign(std::istreambuf_iterator<char>{in}, {});
+  }
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    auto damaged = sound;
+    damaged[i] = static_cast<char>(damaged[i] ^ 4);
+    std::ofstream{path(), std::ios::binary | std::ios::trunc} << damaged;
+    EXPECT_FALSE(ServedRecord{path()}.before()) << "byte " << i;
+  }
+}
+
+TEST_F(Served, WithoutAFolderNothingIsKnownAndNothingFalls) {
+  ServedRecord record{folder_.file("no such folder/served-last")};
+  record.note(snapshotOf({0.002, 0, 0}, MonoTime{2s}));
+  EXPECT_FALSE(record.before());
+}
+
+}  // namespace
+}  // namespace probebox::app

@@ -1,0 +1,154 @@
+#include "firmware/app/results/standing_keeper.hpp"
+
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+namespace probebox::app {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Correction = StandingKeeper::Correction;
+
+constexpr StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.02}, {0.5, 0}}};
+constexpr MonoTime kNow{1000s};
+
+class Standing : public testing::Test {
+ protected:
+  StandingKeeper keeper() {
+    return {folder_.file("served"), kLimits,
+            [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};
+  }
+  struct Restored {
+    StandingRestored standing;
+    ServableWithin within;
+  };
+  static Restored restored(StandingKeeper& keeper, const std::optional<Correction>& exactly = std::nullopt,
+                           const std::optional<store::Standing>& of_before = std::nullopt) {
+    const auto events = keeper.restore(kNow, exactly, of_before);
+    return {std::get<StandingRestored>(events.at(0)), std::get<ServableWithin>(events.at(1))};
+  }
+  Restored afterAnEnd(const std::optional<Correction>& exactly = std::nullopt) {
+    auto next = keeper();
+    return restored(next, exactly);
+  }
+  static published::Snapshot serving(const Correction& correction_mm, Nanoseconds later, bool valid = true) {
+    published::Snapshot snapshot;
+    snapshot.valid = valid;
+    snapshot.correction_mm = correction_mm;
+    snapshot.at = kNow + later;
+    return snapshot;
+  }
+
+  support::TemporaryFolder folder_;
+  std::vector<ServableWithin> told_;
+};
+
+TEST_F(Standing, BeginsAtZeroWithoutADoubtWhereNothingWasEverServed) {
+  auto first = keeper();
+  const auto [standing, within] = restored(first);
+  EXPECT_EQ(standing.correction_mm, Correction{});
+  EXPECT_EQ(standing.doubt_mm, Correction{});
+  EXPECT_EQ(within.greatest_mm, (Correction{0.05, 0.02, 0})) << "as far as it goes in a second";
+  EXPECT_EQ(within.least_mm, (Correction{-0.05, -0.02, 0}));
+}
+
+// The core serves what its bounds allow, and no end leaves the axes beyond what the disk knows then.
+TEST_F(Standing, IsKnownOnTheDiskToWithinWhatMayBeServed) {
+  auto box = keeper();
+  auto bounds = restored(box).within;
+  double x_mm = 0;
+  for (int k = 1; k <= 200; ++k) {
+    // A ramp that goes as far as it may within each 20 ms, there and back.
+    const double step = k <= 120 ? 0.001 : -0.001;
+    x_mm = std::clamp(x_mm + step, bounds.least_mm[0], bounds.greatest_mm[0]);
+    const auto after = afterAnEnd();
+    ASSERT_LE(std::abs(x_mm - after.standing.correction_mm[0]), after.standing.doubt_mm[0] + 1e-12) << k;
+    box.look(serving({x_mm, 0, 0}, k * 20ms));
+    if (!told_.empty()) bounds = told_.back();
+  }
+  EXPECT_GT(told_.size(), 4U);
+}
+
+TEST_F(Standing, KeepsUpWithARampAtItsLimitOfRate) {
+  auto box = keeper();
+  restored(box);
+  for (int k = 1; k <= 40; ++k) box.look(serving({0.005 * k, 0, 0}, k * 100ms));  // 0.05 mm/s
+  EXPECT_GT(told_.back().greatest_mm[0], 0.2 + 0.02) << "there is room for what comes next";
+}
+
+TEST_F(Standing, IsNotWrittenForEveryTrifle) {
+  auto box = keeper();
+  restored(box);
+  box.look(serving({0.001, 0, 0}, 1s));
+  const auto told = told_.size();
+  box.look(serving({0.00105, 0, 0}, 10s));
+  box.look(serving({0.003, 0, 0}, 1100ms));
+  EXPECT_EQ(told_.size(), told) << "a change of 50 nm; a small one within the same second";
+  box.look(serving({0.003, 0, 0}, 3s));
+  EXPECT_GT(told_.size(), told);
+  EXPECT_EQ(afterAnEnd().standing.correction_mm[0], 0.003);
+}
+
+TEST_F(Standing, IsExactAfterAKillAndAfterAProperEnd) {
+  auto box = keeper();
+  restored(box);
+  box.look(serving({0.004, 0, 0}, 1s));
+  const auto killed = afterAnEnd(Correction{0.0045, 0.001, 0});
+  EXPECT_EQ(killed.standing.correction_mm, (Correction{0.0045, 0.001, 0}));
+  EXPECT_EQ(killed.standing.doubt_mm, Correction{});
+  box.look(serving({0.005, 0.001, 0}, 1100ms));
+  box.finish(serving({0.005, 0.001, 0}, 1200ms));
+  const auto ended = afterAnEnd();
+  EXPECT_EQ(ended.standing.correction_mm, (Correction{0.005, 0.001, 0}));
+  EXPECT_EQ(ended.standing.doubt_mm, Correction{});
+  EXPECT_GT(ended.within.greatest_mm[0], 0.05) << "and it may go on from there";
+}
+
+TEST_F(Standing, WhatIsNotValidMovesNobody) {
+  auto box = keeper();
+  restored(box);
+  box.look(serving({0.004, 0, 0}, 1s));
+  auto next = keeper();
+  restored(next);
+  next.look(serving({0.3, 0, 0}, 2s, false));
+  next.finish(serving({0.3, 0, 0}, 3s, false));
+  EXPECT_EQ(afterAnEnd().standing.correction_mm[0], 0.004);
+}
+
+TEST_F(Standing, IsTakenOverFromTheStoreOfAnEarlierVersion) {
+  auto box = keeper();
+  const auto [standing, within] = restored(box, std::nullopt, store::Standing{{0.07, 0, 0}, "t"});
+  EXPECT_EQ(standing.correction_mm[0], 0.07);
+  EXPECT_EQ(standing.doubt_mm[0], 0.05) << "it was kept once a second";
+  EXPECT_LE(within.greatest_mm[0], 0.07 + 0.05);
+  EXPECT_EQ(afterAnEnd().standing.correction_mm[0], 0.07);
+}
+
+TEST_F(Standing, MayBeAnywhereWhereTheFileWasDamaged) {
+  {
+    auto box = keeper();
+    restored(box);
+    box.look(serving({0.004, 0, 0}, 1s));
+  }
+  std::ofstream{folder_.file("served"), std::ios::trunc} << "garbage";
+  EXPECT_EQ(afterAnEnd().standing.doubt_mm[0], 0.5) << "all that the machine's limits allow";
+  EXPECT_EQ(afterAnEnd().standing.doubt_mm[0], 0.5) << "after the next end too";
+}
+
+TEST_F(Standing, StaysWhereItIsOnADiskThatTakesNothing) {
+  StandingKeeper box{folder_.file("no such folder/served"), kLimits,
+                     [this](const Event& event) { told_.push_back(std::get<ServableWithin>(event)); }};
+  const auto within = restored(box).within;
+  EXPECT_EQ(within.greatest_mm, Correction{});
+  EXPECT_THAT(box.problem(), HasSubstr("served"));
+  box.look(serving({0, 0, 0}, 1s));
+  for (const auto& bounds : told_) EXPECT_EQ(bounds.greatest_mm, Correction{});
+}
+
+}  // namespace
+}  // namespace probebox::app

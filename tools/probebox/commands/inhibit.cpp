@@ -1,0 +1,26 @@
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+
+// Says who holds an inhibit, after having set or ended one.
+ExitStatus run(const Inhibit& options, const std::string& uri, Console& console) {
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  if (!options.what.empty()) {
+    const auto done = ask<messages::SetInhibit>(**box, console, {options.what == "on", options.by, options.door});
+    if (!done) return console.fail(done.error());
+  }
+  const auto status = ask<messages::Status>(**box, console);
+  if (!status) return console.fail(status.error());
+  if (console.json()) {
+    console.object({{"inhibits", inhibitsOf(status->inhibits)}});
+    return ExitStatus::ok;
+  }
+  if (status->inhibits.empty()) console.line("nobody says that a cut is on");
+  for (const auto& holder : status->inhibits) console.line("a cut is on: " + line(holder));
+  return ExitStatus::ok;
+}
+
+}  // namespace probebox::command

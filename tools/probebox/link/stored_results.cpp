@@ -1,0 +1,44 @@
+#include "tools/probebox/link/stored_results.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace probebox::command {
+namespace {
+
+bool isWhole(const messages::ResultSummary& result) {
+  return result.first_value + result.values.size() >= result.value_count;
+}
+
+// The rest of a result's values goes behind those that came before.
+void append(messages::ResultSummary part, std::vector<messages::ResultSummary>& all) {
+  if (all.empty() || all.back().id != part.id) return all.push_back(std::move(part));
+  std::ranges::move(part.values, std::back_inserter(all.back().values));
+}
+
+}  // namespace
+
+Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Client& box, const Console& console,
+                                                                     const ResultRange& range, std::size_t count) {
+  std::vector<messages::ResultSummary> all;
+  messages::ListResults::Request request{.after_id = range.after_id, .first_value = 0, .newest = range.newest};
+  while (true) {
+    auto list = ask<messages::ListResults>(box, console, request);
+    if (!list) return list.error();
+    // A box that answers in circles is not followed.
+    const bool goes_on = !list->results.empty() && list->results.front().id > request.after_id;
+    for (auto& result : list->results) append(std::move(result), all);
+    const bool is_enough = all.size() >= count && isWhole(all.back());
+    if (!goes_on || !list->more || is_enough) break;
+    const bool is_whole = isWhole(all.back());
+    request.after_id = is_whole ? all.back().id : all.back().id - 1;
+    const auto had =
+        std::exchange(request.first_value, is_whole ? 0 : static_cast<std::uint32_t>(all.back().values.size()));
+    if (!is_whole && request.first_value <= had) break;
+  }
+  if (all.size() > count) all.resize(count);
+  return all;
+}
+
+}  // namespace probebox::command

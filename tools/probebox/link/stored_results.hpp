@@ -1,0 +1,22 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "protocol/messages/control.hpp"
+#include "protocol/units/outcome.hpp"
+#include "tools/probebox/link/box.hpp"
+
+namespace probebox::command {
+
+// Which of a box's results are asked for.
+struct ResultRange {
+  std::uint64_t after_id{};  // only those with a higher number
+  std::uint32_t newest{};    // only the newest so many; 0: all
+};
+
+// By rising number, each with all of its values: what one answer does not hold is asked for again. At most `count`.
+Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Client& box, const Console& console,
+                                                                     const ResultRange& range, std::size_t count);
+
+}  // namespace probebox::command
