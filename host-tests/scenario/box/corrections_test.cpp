@@ -44,7 +44,7 @@ TEST_F(Screws, AreCompensatedOnEveryAxisAsTheyWarmUp) {
     for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(leftOver_mm(axis), 0, 0.6e-3) << axis << " at " << round;
   }
   EXPECT_LT(served().correction_mm[0], -0.015) << "there was something to compensate";
-  EXPECT_LT(served().correction_mm[2], -0.0005);
+  EXPECT_GT(served().correction_mm[2], 0.005) << "the fixed bearing of Z is at its high end";
 }
 
 TEST_F(Screws, FollowTheAxisThroughAMeasuringRun) {

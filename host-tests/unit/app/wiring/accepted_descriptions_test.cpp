@@ -34,7 +34,8 @@ void withEveryNumber(const std::string& text, const std::string& value, Each eac
   for (std::size_t line = 0; line < text.size(); line = text.find('\n', line) + 1) {
     const auto end = text.find('\n', line);
     const auto equals = text.find('=', line);
-    if (equals > end || text[line] == '#') continue;
+    // Numbers of texts, such as those of addresses, are not for the descriptions' check.
+    if (equals > end || text[line] == '#' || text.find('"', equals) < end) continue;
     for (auto at = text.find_first_of(kDigits, equals); at < std::min(end, text.find('#', line));) {
       const auto begin = text[at - 1] == '-' ? at - 1 : at;
       const auto past = text.find_first_not_of(kNumber, at);
