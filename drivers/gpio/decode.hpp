@@ -9,7 +9,7 @@
 
 namespace probebox::gpio {
 
-// One edge as the kernel tells it.
+// One edge as reported by the kernel.
 struct RawEdge {
   unsigned offset{};
   bool rising{};
@@ -17,14 +17,14 @@ struct RawEdge {
   std::uint32_t line_sequence{};  // counts this line's edges since the line was requested, from 1
 };
 
-// Which edges of a line are asked for. Ticks and reference marks need one, touches and skips both.
+// Edges requested for a line: one direction for ticks and reference marks, both for touches and skips.
 enum class Edges : std::uint8_t { active, both };
 
 // A line of one chip and its role in the box.
 struct WatchedLine {
   unsigned offset{};
   LineRole role{};
-  std::uint8_t line{};  // which of that role; for an index line the axis
+  std::uint8_t line{};  // number within the role; the axis of an index line
   board::ActiveLevel active{board::ActiveLevel::high};
   Edges edges{Edges::both};
 };
@@ -33,21 +33,20 @@ constexpr Edges edgesOf(LineRole role) {
   return role == LineRole::sync || role == LineRole::index ? Edges::active : Edges::both;
 }
 
-// Roles, polarity and sequence numbers. Pure: no chip, no clock; allocates at construction only.
+// Decodes kernel edges to events: roles, polarity and sequence numbers. Pure; allocates in the constructor only.
 class EdgeDecoder {
  public:
   explicit EdgeDecoder(std::vector<WatchedLine> lines);
 
-  // Nothing for an edge of a line that is not watched; such edges are counted.
+  // Returns nullopt for an edge of a line that is not watched; such edges are counted.
   std::optional<Edge> decode(const RawEdge& raw);
 
-  // A line's level as it was found, with the last known sequence, so that no loss is claimed. Nothing for a line
-  // that is not watched. Its stamp is for the caller to set.
+  // Makes an event from a line's present level, with the last known sequence, so no loss is counted. nullopt for a line
+  // that is not watched. The caller sets the stamp.
   std::optional<Edge> found(unsigned offset, bool high) const;
 
-  // The lines were requested anew, so the kernel counts from 1 again: sequences go on where they were, because what was
-  // lost meanwhile is unknown and told by SourceLost.
-  // `lines` are the same in the same order; their offsets may have changed.
+  // Call after the lines were requested anew: the kernel counts from 1 again, and sequences continue. Losses in between
+  // are unknown and reported by SourceLost. `lines`: the same in the same order; offsets may have changed.
   void restart(std::span<const WatchedLine> lines);
 
   std::uint64_t unknownEdges() const { return unknown_edges_; }

@@ -10,21 +10,21 @@
 
 namespace probebox::gpio {
 
-// A gpio chip as the kernel's character device shows it: physical levels in, edges out, through a bounded queue. When
-// the queue is full the oldest edge is lost and the line's sequence counts on, as in Linux.
+// Emulates the kernel's character device of a gpio chip: physical levels in, edges out, through a bounded queue. When
+// the queue is full the oldest edge is lost and the line's sequence continues, as in Linux.
 class EmulatedGpio final : public io::EventSource {
  public:
   // The lines' addresses must be offsets. All start low, or high where `low` is the active level.
   explicit EmulatedGpio(const ChipLines& chip, std::size_t queue_edges = 1024);
 
-  // The wire goes to this level at `at`, not before the times given earlier. A level that it has already makes no edge.
+  // Sets the wire to this level at `at`, which must not decrease. An unchanged level makes no edge.
   void drive(unsigned offset, bool high, MonoTime at);
 
-  // The chip goes away, with what was in its queue, and comes back.
+  // Unplugs the chip, discarding its queue, and plugs it in again.
   void disconnect();
   void reconnect();
 
-  // Edges whose time has come.
+  // Edges that are due.
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override { return -1; }
   std::string_view name() const override { return name_; }

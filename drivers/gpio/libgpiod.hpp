@@ -6,8 +6,8 @@
 #include "drivers/gpio/lines.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Chips and lines as libgpiod has them, with what to do where they cannot be had. Inside of this room only: the library
-// does not show in a public header.
+// Wraps chips and lines of libgpiod and adds remedies to its errors. Private to this room: no public header includes
+// the library.
 namespace probebox::gpio {
 
 inline constexpr const char* kConsumer = "probeboxd";
@@ -25,13 +25,13 @@ using RequestConfig = std::unique_ptr<gpiod_request_config, Free<gpiod_request_c
 using LineRequest = std::unique_ptr<gpiod_line_request, Free<gpiod_line_request_release>>;
 using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, Free<gpiod_edge_event_buffer_free>>;
 
-// Why a chip cannot be used. code: an errno.
+// Explains why a chip cannot be used. code: an errno.
 Error chipFailure(const std::string& chip, int code);
 // By a path, a name such as gpiochip0, or a label.
 Outcome<Chip> openChip(const std::string& wanted);
 Outcome<unsigned> offsetOf(gpiod_chip& chip, const std::string& chip_name, const RequestedLine& line);
-// Why the kernel refused a request: most often a line that somebody else holds. The offsets of `wanted` are known.
-// not_possible and remedy: what to say otherwise.
+// Explains why the kernel refused a request, usually because another process holds a line. The offsets of `wanted` are
+// known. not_possible and remedy: text for other errors.
 Error requestFailure(gpiod_chip& chip, const ChipLines& wanted, int code, const std::string& not_possible,
                      const std::string& remedy);
 

@@ -7,14 +7,14 @@
 
 namespace probebox::gpio {
 
-// A line as box.toml names it, before its chip is asked for the offset.
+// A line as named in box.toml, before its offset is known.
 struct RequestedLine {
   std::string name;
   board::LineAddress address;
   WatchedLine watched;  // its offset is filled in when the chip is open
 };
 
-// "line 4 (sync)", for messages to a person.
+// "line 4 (sync)", for messages.
 std::string lineText(const board::LineAddress& address, const std::string& name);
 inline std::string lineText(const RequestedLine& line) {
   return lineText(line.address, line.name);
@@ -27,12 +27,11 @@ struct ChipLines {
   std::vector<RequestedLine> lines;
 };
 
-// Every line of the box for itself: sync, then triggers, index lines, skips and inhibits, in the order of box.toml.
-// Asked for like that, a line that cannot be had takes no other along, and none fills up another's buffer in the
-// kernel.
+// All lines of the box in the order sync, triggers, index lines, skips, inhibits, each to be requested separately: then
+// a missing line does not affect others, and no line fills another's kernel buffer.
 std::vector<ChipLines> linesApart(const board::Box& box);
 
-// "sync", "trigger", ...: the source that falls silent when this line does.
+// "sync", "trigger", ...: the source of this line.
 constexpr Source sourceOf(LineRole role) {
   return role == LineRole::sync ? Source::sync : Source::trigger;
 }

@@ -11,26 +11,26 @@
 
 namespace probebox::gpio {
 
-// Edges of one gpio chip, stamped by the kernel on CLOCK_MONOTONIC, through libgpiod's deep buffer (1024 edges).
+// Reads edges of one gpio chip, stamped by the kernel on CLOCK_MONOTONIC, with libgpiod's deep buffer (1024 edges).
 class LinuxGpio final : public io::EventSource {
  public:
-  // Has nothing before acquire().
+  // Delivers nothing before acquire().
   explicit LinuxGpio(ChipLines chip);
   ~LinuxGpio() override;
 
-  // Asks for the chip and its lines, the first time or again after they were lost. Errors, each with its remedy: no
-  // such chip, no such line, no rights, a line that another process holds (named).
+  // Requests the chip and its lines, initially or after they were lost. Errors with remedies: no such chip, no such
+  // line, no permission, a line held by another process (named).
   Outcome<bool> acquire();
 
-  // After acquire(), first the present level of every line that is watched on both edges (a probe in contact), stamped
-  // `now`, or as the first edge that came since, with the sequence number last known. When the chip goes away,
-  // SourceLost comes once for every source that it carried; then nothing until acquire().
+  // After acquire(), first delivers the present level of every line watched on both edges (a probe in contact), stamped
+  // `now` or as the first later edge, with the last known sequence. When the chip disappears, delivers SourceLost once
+  // for each of its sources, then nothing until acquire().
   std::size_t read(std::span<Event> into, MonoTime now) override;
-  // Linux 6.1 does not make it readable when the chip goes: call read() now and then all the same.
+  // Linux 6.1 does not signal it when the chip disappears: call read() periodically.
   int descriptor() const override;
   std::string_view name() const override { return name_; }
 
-  // Not acquired, or no more.
+  // True before acquire() and after a loss.
   bool lost() const { return lost_; }
 
   std::uint64_t unusable() const override { return decoder_ ? decoder_->unknownEdges() : 0; }

@@ -11,25 +11,25 @@
 
 namespace probebox::gpio {
 
-// One pulse of the output, and what the kernel said of the input: all on CLOCK_MONOTONIC.
+// One pulse of the output and the kernel's stamp of the input, all on CLOCK_MONOTONIC.
 struct LoopBackPulse {
   MonoTime before{};              // just before the write that makes the edge
   MonoTime after{};               // just after it: the edge was in between
-  std::optional<MonoTime> stamp;  // nothing for an edge that did not come in time
+  std::optional<MonoTime> stamp;  // nullopt for an edge that did not arrive in time
 };
 
-// An output of the box that is joined to an input of the same box. What came late or never is for stampLateness().
+// Pulses an output of the box that is wired to one of its inputs. stampLateness() evaluates late and missing edges.
 class LoopBack {
  public:
   virtual ~LoopBack() = default;
 
-  // Makes up to so many pulses and says what came of each. Takes its time, three seconds at the most: fewer pulses when
-  // they are over, or when nothing comes any more. An error names the chip or line that cannot be had, and the remedy.
+  // Makes up to this many pulses, for at most three seconds, and returns the outcome of each. Stops early when no edges
+  // arrive. An error names the unavailable chip or line and the remedy.
   virtual Outcome<std::vector<LoopBackPulse>> measure(std::size_t pulses) = 0;
 };
 
-// The lines of a real board, held only while measuring. A line has several names, and chips have as well: what the box
-// watches (`watched`) is never driven, whatever it is called, and neither is the input.
+// Uses the lines of a real board, requested only while measuring. Lines and chips may have several names: a line that
+// the box watches (`watched`) is never driven under any name, nor is the input.
 class LinuxLoopBack final : public LoopBack {
  public:
   LinuxLoopBack(board::LoopBack lines, std::vector<ChipLines> watched)

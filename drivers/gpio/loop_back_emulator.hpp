@@ -7,11 +7,11 @@
 
 namespace probebox::gpio {
 
-// An emulated wire, and the kernel that stamps its edges. Pulses take no time: they are made one a millisecond from 0
-// on, and every write takes four microseconds with its edge in the middle.
+// Emulates the wire and the kernel that stamps its edges, without waiting: one pulse per millisecond from 0 on; every
+// write takes four microseconds with its edge in the middle.
 class EmulatedLoopBack final : public LoopBack {
  public:
-  // How late the next edge is stamped; nothing for one that never comes.
+  // Latency of the next edge stamp; nullopt for a lost edge.
   using NextLateness = std::function<std::optional<Nanoseconds>()>;
   explicit EmulatedLoopBack(NextLateness next) : next_{std::move(next)} {}
 

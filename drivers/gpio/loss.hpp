@@ -6,7 +6,7 @@
 
 namespace probebox::gpio {
 
-// Tells once, for every source that a chip carried, that the source has gone.
+// Reports once, for every source of a chip, that the source has disappeared.
 class LossNotice {
  public:
   void add(Source source) {
@@ -26,7 +26,7 @@ class LossNotice {
     }
     return count;
   }
-  // Before the first raise() there is nothing to tell.
+  // Nothing to report before the first raise().
   void settle() { told_ = sources_.size(); }
 
  private:

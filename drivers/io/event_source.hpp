@@ -8,26 +8,26 @@
 
 namespace probebox::io {
 
-// Where events come from: a gpio chip, a counter, a probe receiver, the emulated machine.
+// Delivers events from a device: a gpio chip, a counter, a probe receiver, the emulated machine.
 class EventSource {
  public:
   virtual ~EventSource() = default;
 
-  // Moves what has arrived by `now` into `into`, in the order of the source, and says how many. Never blocks, never
-  // allocates. What the source itself lost shows as sequence gaps or as SourceLost, never as silence.
+  // Moves the events that arrived by `now` into `into`, in their order, and returns their number. Never blocks or
+  // allocates. Losses of the source appear as sequence gaps or SourceLost.
   virtual std::size_t read(std::span<Event> into, MonoTime now) = 0;
 
-  // A file descriptor that is readable when read() has something, or -1 for a source that must be asked.
+  // File descriptor that is readable when read() has events, or -1 for a source that must be polled.
   virtual int descriptor() const = 0;
 
-  // For messages to a person: "gpiochip0 line 4 (sync)".
+  // For messages: "gpiochip0 line 4 (sync)".
   virtual std::string_view name() const = 0;
 
-  // Why nothing comes from it at present, with the remedy; empty when all is well. Changes in read() alone, and a
-  // source that can come back does so there.
+  // Why the source delivers nothing at present, with the remedy; empty if there is no problem. Changes in read() only,
+  // which also reopens a lost source.
   virtual std::string_view problem() const { return {}; }
 
-  // What came from the device and could not be made an event, such as a damaged packet. Changes in read() alone.
+  // Number of inputs that could not become events, such as damaged packets. Changes in read() only.
   virtual std::uint64_t unusable() const { return 0; }
 };
 

@@ -12,8 +12,8 @@
 
 namespace probebox::serial {
 
-// Two serial ports joined by a cable, made of two pseudo terminals. Each port is a symbolic link of a stable name, so
-// that programs open it like a device. Bytes move only inside pump(): the cable is as patient as its owner.
+// Connects two pseudo terminals like two serial ports with a cable. Each port is a symbolic link with a stable name,
+// opened like a device. Bytes move only inside pump().
 class EmulatedCable {
  public:
   enum class End : std::size_t { a = 0, b = 1 };
@@ -23,20 +23,20 @@ class EmulatedCable {
   EmulatedCable& operator=(EmulatedCable&&) noexcept = default;
   ~EmulatedCable();
 
-  // Waits at most `patience` for bytes at either end and carries them over. Returns how many arrived.
+  // Waits at most `patience` for bytes at either end and transfers them. Returns their number.
   std::size_t pump(std::chrono::milliseconds patience);
 
-  // Bytes that nobody sent appear at this end.
+  // Makes noise bytes appear at this end.
   void inject(End at, std::span<const std::byte> noise);
 
-  // While stalled, bytes wait where they are.
+  // While stalled, bytes are kept.
   void stall(bool stalled) { stalled_ = stalled; }
 
-  // What this end sends also comes back to it, as from an RS-485 adapter whose receiver stays on.
+  // Echoes what this end sends, like an RS-485 adapter with its receiver enabled.
   void echo(End end, bool on) { ports_[static_cast<std::size_t>(end)].echoes = on; }
 
-  // This end's device vanishes, as when a USB adapter is pulled: whoever has it open sees a hang-up. plug() brings it
-  // back under the same name.
+  // Removes this end's device, like a pulled USB adapter: processes that have it open see a hang-up. plug() restores it
+  // under the same name.
   void unplug(End end);
   Outcome<bool> plug(End end);
 

@@ -9,12 +9,12 @@
 
 namespace probebox::serial {
 
-// Says what a path is that can never be opened as a serial line: a file, a folder, another device. Looks and does not
-// open, because opening would raise the modem lines of a real one. Nothing for a device that is not there yet.
+// Names the type of a path that cannot be a serial line: a file, a folder, another device. Does not open it, which
+// would raise the modem lines. nullopt for a missing device.
 std::optional<Error> whyNoLine(const std::string& path);
 
-// Opens a serial line raw, non-blocking and for this process alone. A missing, busy or forbidden device, one that is no
-// serial line, and a speed that it does not have are errors, each with its remedy. A hang-up shows as `closed`.
+// Opens a serial line raw, non-blocking and exclusively. Errors with remedies: missing, busy or forbidden device, not a
+// serial line, unsupported speed. A hang-up is reported as `closed`.
 Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const Settings& settings);
 
 }  // namespace probebox::serial

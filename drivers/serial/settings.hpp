@@ -8,7 +8,7 @@
 
 namespace probebox::serial {
 
-// The speeds that a line can have, in baud.
+// Supported speeds, baud.
 inline constexpr std::array<unsigned, 21> kRates{1200,    2400,    4800,    9600,    19200,   38400,   57600,
                                                  115200,  230400,  460800,  500000,  576000,  921600,  1000000,
                                                  1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000};
@@ -22,7 +22,7 @@ struct Settings {
   unsigned stop_bits{1};  // 1 or 2
 };
 
-// What both ends of a link to a host take when nobody names a speed.
+// Default settings of a link to a host.
 inline constexpr Settings kHostLink{.baud = 921600};
 
 struct Address {
@@ -30,8 +30,8 @@ struct Address {
   Settings settings;
 };
 
-// Reads "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1]"; what is not named comes from `usual`. An unknown setting
-// and a speed that is none of kRates are errors with their remedy.
+// Parses "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1]"; defaults come from `usual`. An unknown setting or a
+// speed outside kRates is an error with its remedy.
 Outcome<Address> parseAddress(std::string_view text, const Settings& usual = {});
 
 // "19200 8E1"

@@ -15,10 +15,11 @@ struct Address {
 // "HOST:PORT", ":PORT" (this machine) or "[IPv6]:PORT".
 Outcome<Address> parseAddress(std::string_view text);
 std::string describe(const Address& address);
-// Whether who knocks at `door` reaches a listener at `listener`: the same address, or all addresses of the machine.
+// Tests whether a connection to `door` reaches a listener at `listener`: the same address, or all addresses of the
+// machine.
 bool covers(const Address& listener, const Address& door);
 
-// Whether only this computer reaches a listener here: localhost, 127.0.0.0/8 or ::1. Other names are taken for
+// Tests whether only this computer can reach a listener here: localhost, 127.0.0.0/8 or ::1. Other names count as
 // reachable.
 bool isLoopback(const Address& address);
 

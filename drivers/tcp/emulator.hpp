@@ -12,7 +12,7 @@
 
 namespace probebox::tcp {
 
-// What a bad wire does to every byte. The same seed does the same to the same bytes, however they are cut into packets.
+// Faults of a wire. The same seed has the same effect on the same bytes, independent of packets.
 struct WireFaults {
   std::uint64_t seed{};
   double corrupt_probability{};
@@ -25,15 +25,15 @@ struct WireCounts {
   std::uint64_t dropped{};
 };
 
-// A wire between hosts and a box that can be cut, stalled and made noisy. Hosts connect to address(); each is carried
-// to `box`. Bytes move only inside pump().
+// Relays between hosts and a box, with cuts, stalls and noise. Hosts connect to address(); each is relayed to `box`.
+// Bytes move only inside pump().
 class EmulatedWire {
  public:
   static Outcome<EmulatedWire> open(const Address& listen_at, Address box);
 
   const Address& address() const { return listener_.address(); }
 
-  // Waits at most `patience` for something to do, and does it. Returns the bytes that arrived.
+  // Waits at most `patience` for an event and handles it. Returns the number of bytes.
   std::size_t pump(std::chrono::milliseconds patience);
 
   void disturb(const WireFaults& towards_host, const WireFaults& towards_box);

@@ -14,18 +14,17 @@ namespace probebox::tcp {
 
 class Listener {
  public:
-  // Port 0 lets the kernel choose. A port in use, or an address that is not of this machine, is an error with its
-  // remedy.
+  // Port 0: chosen by the kernel. A port in use, or an address of another machine, is an error with its remedy.
   static Outcome<Listener> open(const Address& address);
-  // A socket that somebody else bound and listens on, such as the service manager. `name` is for the error about one
-  // that cannot accept hosts.
+  // Adopts a listening socket from another process, such as the service manager. `name`: for the error about an
+  // unsuitable socket.
   static Outcome<Listener> adopt(io::Descriptor socket, std::string_view name);
 
-  // The next host that waits, or null. Never blocks.
+  // The next waiting host, or null. Never blocks.
   std::unique_ptr<io::BytePipe> accept();
 
   int descriptor() const { return socket_.get(); }
-  const Address& address() const { return address_; }  // with the port in use
+  const Address& address() const { return address_; }  // with the actual port
 
  private:
   Listener(io::Descriptor socket, Address address) : socket_{std::move(socket)}, address_{std::move(address)} {}

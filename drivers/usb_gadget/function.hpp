@@ -8,10 +8,10 @@
 
 namespace probebox::usb_gadget {
 
-// Seen from the host, as USB has it.
+// Direction as seen from the host, as in USB.
 enum class Direction : std::uint8_t { in, out };
 
-// One vendor-specific interface with bulk endpoints: what a FunctionFS function of ours is.
+// One vendor-specific interface with bulk endpoints.
 struct Function {
   usb::InterfaceClass interface_class;
   std::string name;               // the interface string, ASCII
@@ -26,8 +26,8 @@ Function linkFunction();
 inline constexpr std::size_t kSmallestPacket = 64;
 inline constexpr std::size_t kLargestPacket = 1024;
 
-// What the kernel wants to read from ep0 (include/uapi/linux/usb/functionfs.h): descriptors for full, high and super
-// speed with Microsoft OS descriptors, so that Windows binds WinUSB by itself; then the strings.
+// Contents that the kernel reads from ep0 (include/uapi/linux/usb/functionfs.h): descriptors for full, high and super
+// speed with Microsoft OS descriptors, so Windows binds WinUSB; then the strings.
 std::vector<std::byte> descriptorsOf(const Function& function);
 std::vector<std::byte> stringsOf(const Function& function);
 

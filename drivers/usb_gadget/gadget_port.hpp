@@ -10,14 +10,14 @@
 
 namespace probebox::usb_gadget {
 
-// Where probebox-usb-setup puts things.
+// Default paths of probebox-usb-setup.
 struct PortAddress {
   std::filesystem::path function_fs{"/run/probebox-usb"};
   std::filesystem::path gadget{"/sys/kernel/config/usb_gadget/probebox"};
-  std::string controller;  // empty: the first there is
+  std::string controller;  // empty: the first one
 };
 
-// "usb", "usb:controller=NAME", "usb:mount=DIR,gadget=DIR,controller=NAME": what comes after "usb".
+// Parses what follows "usb": "", ":controller=NAME", ":mount=DIR,gadget=DIR,controller=NAME".
 Outcome<PortAddress> parsePort(std::string_view text);
 
 struct PortCounters {
@@ -25,11 +25,11 @@ struct PortCounters {
   std::uint64_t suspensions{};       // the bus fell asleep
   std::uint64_t discarded_bytes{};   // not known to have arrived, or not read, when a connection ended
   std::uint64_t failed_transfers{};  // while a connection was up
-  std::uint64_t stalled_requests{};  // control requests that this interface does not know
+  std::uint64_t stalled_requests{};  // unknown control requests to this interface
 };
 
-// The box's end of USB: plays the link's function and hands out a connection each time that a host selects it. Nothing
-// here ever waits; one thread uses it and its pipes.
+// The box's end of USB: plays the function and returns a connection each time a host selects it. Never waits; one
+// thread uses it and its pipes.
 class GadgetPort {
  public:
   // Writes the descriptors and binds the gadget: the box appears on the bus.
@@ -38,13 +38,13 @@ class GadgetPort {
   GadgetPort(const GadgetPort&) = delete;
   GadgetPort& operator=(const GadgetPort&) = delete;
 
-  // Readable when turn() has something to do: for the port and for the pipes of its connection.
+  // Readable when turn() has work, for the port and its connection's pipes.
   int descriptor() const;
 
-  // Takes what the bus has done. The pipes of a connection that has ended are closed after it.
+  // Handles bus events. The pipes of an ended connection are closed afterwards.
   void turn();
 
-  // The connection that has come since the last call. There is one at a time.
+  // The connection made since the last call, at most one at a time.
   std::optional<io::Connection> accept();
 
   PortCounters counters() const;

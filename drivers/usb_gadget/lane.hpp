@@ -8,7 +8,7 @@
 
 namespace probebox::usb_gadget {
 
-// One endpoint with its transfers, used in turn. Lives until all of them are back (AioQueue::drain()).
+// One endpoint with its transfers, used in turn. Must live until all of them are back (AioQueue::drain()).
 class Lane {
  public:
   struct Size {
@@ -17,10 +17,10 @@ class Lane {
   };
   Lane(AioQueue& queue, int endpoint, Size size);
 
-  // A transfer came back with an error: it ends the connection, since what was in it cannot be said to have arrived.
+  // A failed transfer ends the connection, because its data may not have arrived.
   bool failed() const { return failed_; }
 
-  // Asks for everything back.
+  // Cancels all transfers.
   void cancel();
 
  protected:
@@ -37,16 +37,16 @@ class Lane {
   bool failed_{};
 };
 
-// While two transfers are in flight, what is written gathers in the next one: large transfers for a stream, and no
-// delay for a single message.
+// While two transfers are in flight, written data accumulate in the next one: large transfers for a stream, no delay
+// for a single message.
 class InLane : public Lane {
  public:
   InLane(AioQueue& queue, int endpoint, Size size);
-  // Takes as much as there is room for.
+  // Takes as many bytes as there is room for.
   std::size_t write(std::span<const std::byte> from);
-  // Transfers have come back: sends what has gathered meanwhile.
+  // Call after transfers have completed: sends accumulated data.
   void go();
-  // All transfers are back: forgets them, and returns how many bytes may not have arrived.
+  // Call when all transfers are back: discards them and returns how many bytes may not have arrived.
   std::size_t restart();
 
  private:
@@ -57,10 +57,10 @@ class InLane : public Lane {
 class OutLane : public Lane {
  public:
   using Lane::Lane;
-  // Puts all transfers in flight.
+  // Submits all transfers.
   void listen();
   std::size_t read(std::span<std::byte> into);
-  // All transfers are back: forgets them, and returns how many bytes nobody has read.
+  // Call when all transfers are back: discards them and returns how many bytes were not read.
   std::size_t restart();
 };
 

@@ -9,8 +9,8 @@
 #include "drivers/io/descriptor.hpp"
 #include "protocol/units/outcome.hpp"
 
-// The kernel's asynchronous I/O on endpoint files: several transfers of an endpoint in flight at once, completions
-// behind one descriptor, and no thread.
+// Asynchronous kernel I/O on endpoint files: several transfers in flight per endpoint, completions on one descriptor,
+// no thread.
 namespace probebox::usb_gadget {
 
 // One transfer and its memory, which the kernel reads or writes while it is in flight.
@@ -19,7 +19,7 @@ struct Transfer {
 
   iocb control{};
   std::vector<std::byte> bytes;
-  std::size_t filled{};  // that go out, or that came in
+  std::size_t filled{};  // bytes to send, or bytes received
   std::size_t taken{};   // by a reader
   std::int64_t result{};
   Stage stage{Stage::idle};
@@ -33,20 +33,20 @@ class AioQueue {
   AioQueue(const AioQueue&) = delete;
   AioQueue& operator=(const AioQueue&) = delete;
 
-  // Becomes readable each time that a transfer comes back, and stays so: to be watched for edges.
+  // Becomes readable at each completion and stays so: watch it edge-triggered.
   int descriptor() const { return completions_.get(); }
 
-  // False when the endpoint takes no transfer now: it is not enabled.
+  // Returns false when the endpoint is not enabled.
   bool read(int endpoint, Transfer& transfer);
   bool write(int endpoint, Transfer& transfer);
-  // Asks for a transfer back; it comes like any other.
+  // Cancels a transfer; it completes like any other.
   void cancel(Transfer& transfer);
 
-  // Marks the transfers that have come back as done.
+  // Marks completed transfers as done.
   void reap();
-  // Shows on the descriptor like a transfer that comes back: something that has come back is still to be read.
+  // Signals the descriptor like a completion: completed data are still unread.
   void nudge();
-  // Waits for all that are in flight; whoever calls has cancelled them.
+  // Waits for all transfers in flight; the caller has cancelled them.
   void drain();
 
   std::size_t inFlight() const { return in_flight_; }

@@ -7,20 +7,20 @@
 
 namespace probebox::usb_host {
 
-// A bulk OUT endpoint with a bounded number of transfers in flight. A transfer that fails ends the endpoint: what was
-// in it and after it cannot be said to have arrived.
+// Writes a bulk OUT endpoint with a bounded number of transfers in flight. A failed transfer ends the endpoint: its
+// data and later ones may not have arrived.
 class BulkOut {
  public:
   static constexpr TransferRing::Size kUsual{.transfers = 8, .transfer_bytes = 16 * 1024};
 
-  // `interface` outlives it.
+  // `interface` must outlive this.
   BulkOut(ClaimedInterface& interface, const Endpoint& endpoint, TransferRing::Size size = kUsual);
   ~BulkOut();
   BulkOut(const BulkOut&) = delete;
   BulkOut& operator=(const BulkOut&) = delete;
 
-  // Takes as much as there is room for, and says how much. After it took less than it was given, the context's
-  // descriptor becomes readable when there is room again.
+  // Takes as many bytes as there is room for and returns their number. If it took fewer, the context's descriptor
+  // becomes readable when there is room again.
   std::size_t write(std::span<const std::byte> from);
 
   EndpointState state() const { return ring_.state(); }

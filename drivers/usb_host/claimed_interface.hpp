@@ -13,15 +13,15 @@ struct libusb_device_handle;
 
 namespace probebox::usb_host {
 
-// An opened device whose interface belongs to this process, fresh from SET_INTERFACE 0: whatever an earlier host left
-// in the endpoints is gone. Give it back only after all transfers have come back (BulkIn and BulkOut see to that).
+// An opened device with its interface claimed and reset by SET_INTERFACE 0, which clears data of earlier hosts. Release
+// it only after all transfers have completed (BulkIn and BulkOut ensure this).
 class ClaimedInterface {
  public:
   struct Reset {};
 
   static Outcome<std::unique_ptr<ClaimedInterface>, OpenError> open(const std::shared_ptr<Context>& context,
                                                                     const Device& device);
-  // The device that choose() finds, on a context of its own.
+  // Claims the device that choose() finds, on its own context.
   static Outcome<std::unique_ptr<ClaimedInterface>, OpenError> open(const usb::InterfaceClass& wanted,
                                                                     std::string_view name);
   ~ClaimedInterface();
@@ -31,10 +31,10 @@ class ClaimedInterface {
   Context& context() { return *context_; }
   libusb_device_handle* handle() const { return handle_; }
   const Device& device() const { return device_; }
-  // SET_INTERFACE 0: the device empties its endpoints and begins anew. Only while nothing is in flight.
+  // Sends SET_INTERFACE 0: the device clears its endpoints and restarts. Only while nothing is in flight.
   Outcome<Reset, OpenError> reset();
-  // A transfer cannot be had back, so the kernel may still write to its memory: this is kept, and what was opened stays
-  // open, until the process ends.
+  // A transfer that cannot be cancelled leaves its memory to the kernel: keeps it and the device until the process
+  // ends.
   void keepForEver(std::shared_ptr<void> memory);
 
  private:

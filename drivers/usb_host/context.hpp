@@ -10,9 +10,8 @@ struct libusb_context;
 
 namespace probebox::usb_host {
 
-// libusb in a program with an event loop of its own: all that libusb waits for is behind one descriptor, and nothing
-// happens but inside handle(). No thread of ours; libusb's own one for hot-plug only passes messages on.
-// One thread uses a context and everything that was opened through it.
+// Runs libusb in an event loop: all its descriptors are behind one, and callbacks run only inside handle(). libusb's
+// own hot-plug thread only passes messages. One thread uses a context and everything opened through it.
 class Context {
  public:
   static Outcome<std::shared_ptr<Context>, OpenError> open();
@@ -20,15 +19,15 @@ class Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  // Readable when handle() has something to do, or when somebody who called attention(+1) has not taken it back.
+  // Readable when handle() has work, or while an attention(+1) is not withdrawn.
   int descriptor() const { return epoll_.get(); }
-  // Runs the callbacks that are due. Never blocks.
+  // Runs due callbacks. Never blocks.
   void handle();
-  // The same, waiting for the first one, for those who must not leave before their transfers have come back.
+  // Waits for the first callback, for owners that must not leave before their transfers complete.
   void handleWithin(int milliseconds);
 
-  // Completed transfers show in the kernel until they are handled, then only here: whoever keeps some for a reader
-  // holds the descriptor readable with +1, and lets go with -1.
+  // Completed transfers signal the kernel's descriptor only until they are handled: whoever keeps data for a reader
+  // makes the descriptor readable with +1 and releases it with -1.
   void attention(int change);
 
   libusb_context* get() const { return context_; }

@@ -16,10 +16,11 @@ struct PlugEvent {
   Device device;
 };
 
-// Devices of one class coming and going. Where udev runs, the kernel tells; elsewhere it is looked every half second.
+// Reports devices of one class that appear and disappear: from the kernel where udev runs, else by polling every half
+// second.
 class HotPlug {
  public:
-  // How it hears of changes.
+  // Source of the changes.
   enum class News : std::uint8_t { told, looked_for };
   static News possibleHere();
 
@@ -29,9 +30,9 @@ class HotPlug {
   HotPlug(const HotPlug&) = delete;
   HotPlug& operator=(const HotPlug&) = delete;
 
-  // Readable when poll() may have something to tell.
+  // Readable when poll() may have changes.
   int descriptor() const { return epoll_.get(); }
-  // What has changed since the last call; the first call tells what was there already. Never blocks.
+  // Changes since the last call; the first call returns the devices present. Never blocks.
   std::vector<PlugEvent> poll();
   // As of the last poll().
   const std::vector<Device>& there() const { return there_; }
@@ -45,7 +46,7 @@ class HotPlug {
   usb::InterfaceClass wanted_;
   std::shared_ptr<Context> context_;
   io::Descriptor epoll_;
-  io::Descriptor timer_;  // only where nobody tells
+  io::Descriptor timer_;  // only without notifications
   std::unique_ptr<Registration> told_;
   bool first_{true};
   std::vector<Device> there_;

@@ -13,14 +13,14 @@ enum class Access : std::uint8_t { free, busy, no_permission };
 
 std::string_view nameOf(Access access);
 
-// Whether opening this device would work now; it is not touched for that.
+// Tests whether opening this device would succeed, without touching it.
 Access accessTo(const Device& device);
 
-// Who has claimed the interface: "probebox (process 1234)", "the kernel's driver cdc_acm", or "another program" where
-// this user may not know. Empty when nobody has.
+// Who has claimed the interface: "probebox (process 1234)", "the kernel's driver cdc_acm", or "another program" if
+// unknown. Empty if nobody has.
 std::string holderOf(const Device& device);
 
-// What to do when a device may not be opened, or another program has it.
+// Remedy for a device without permission or claimed by another program.
 std::string remedyFor(Access access);
 
 }  // namespace probebox::usb_host

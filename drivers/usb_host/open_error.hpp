@@ -4,13 +4,13 @@
 
 namespace probebox::usb_host {
 
-// Why a device on USB cannot be used: for a program (kind) and for a person (what, with the remedy).
+// Why a USB device cannot be used: for a program (kind) and for a person (what, with the remedy).
 struct OpenError {
   enum class Kind : std::uint8_t {
     unavailable,    // this computer offers no USB to programs
     absent,         // no such device is plugged in
     ambiguous,      // several are, and none was named
-    no_permission,  // this user may not open it
+    no_permission,  // no permission for this user
     busy,           // another program or a driver of the kernel has claimed it
     gone,           // it was unplugged while it was being opened
     failed,         // anything else: `what` has libusb's own word

@@ -14,10 +14,10 @@ struct libusb_transfer;
 
 namespace probebox::usb_host {
 
-// Of one endpoint. All but `open` are final: claim the interface anew.
+// State of one endpoint. All but `open` are final: claim the interface again.
 enum class EndpointState : std::uint8_t {
   open,
-  stalled,  // the device refuses: an error of its own
+  stalled,  // the device reported an error (stall)
   failed,   // the bus failed again and again
   gone,     // unplugged
 };
@@ -25,10 +25,10 @@ enum class EndpointState : std::uint8_t {
 std::string_view nameOf(EndpointState state);
 
 struct EndpointCounters {
-  std::uint64_t transfers{};  // that came back, whatever became of them
+  std::uint64_t transfers{};  // completed, with any outcome
   std::uint64_t bytes{};
   std::uint64_t errors{};     // transfers that the bus spoilt; what they moved until then counts
-  std::uint64_t overflows{};  // the device sent more than a packet may hold
+  std::uint64_t overflows{};  // the device sent more than a packet can hold
   std::uint64_t stalls{};
 };
 
@@ -45,30 +45,30 @@ struct TransferSlot {
   std::unique_ptr<libusb_transfer, Free> transfer;
   std::vector<std::byte> buffer;
   std::size_t moved{};   // bytes, by the transfer that came back last
-  MonoTime came_back{};  // and when, as close to the kernel as libusb lets anybody be
+  MonoTime came_back{};  // completion time, as early as libusb reports it
   Stage stage{Stage::idle};
 };
 
-// The transfers of one endpoint, and what became of them. What is in flight belongs to the kernel: the destructor
-// cancels it and waits until it is back.
+// The transfers of one endpoint and their outcomes. Those in flight belong to the kernel: the destructor cancels them
+// and waits for completion.
 class TransferRing {
  public:
   struct Size {
     std::size_t transfers{};
     std::size_t transfer_bytes{};  // a multiple of the endpoint's packets
   };
-  // `returned`: called from Context::handle() after a transfer has come back.
+  // `returned`: called from Context::handle() after a transfer has completed.
   TransferRing(ClaimedInterface& interface, const Endpoint& endpoint, Size size, std::function<void()> returned);
   ~TransferRing();
   TransferRing(const TransferRing&) = delete;
   TransferRing& operator=(const TransferRing&) = delete;
 
-  // Slots are counted on and on; the ring comes round by itself.
+  // Slot numbers increase; the ring wraps internally.
   TransferSlot& at(std::uint64_t index) { return slots_[static_cast<std::size_t>(index % slots_.size())]; }
   const TransferSlot& at(std::uint64_t index) const { return slots_[static_cast<std::size_t>(index % slots_.size())]; }
   std::size_t size() const { return slots_.size(); }
 
-  // Hands the first `bytes` of the slot's buffer to the kernel. Nothing happens when the endpoint is not open any more.
+  // Submits the first `bytes` of the slot's buffer. Ignored when the endpoint is no longer open.
   void submit(TransferSlot& slot, std::size_t bytes);
 
   EndpointState state() const { return state_; }

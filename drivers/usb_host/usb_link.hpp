@@ -7,9 +7,9 @@
 
 namespace probebox::usb_host {
 
-// The only box on USB when `name` is empty; otherwise the one with that serial number, or at that place ("1-1.4").
-// Both lanes have the same descriptor: whoever waits for one waits for both, and reads both. `closed` after an unplug,
-// a stall or a failing bus, once everything that came before was read.
+// Connects to the only box on USB if `name` is empty; otherwise to the one with that serial number or place ("1-1.4").
+// Both lanes share one descriptor: wait for it and read both. `closed` after an unplug, a stall or a bus failure, once
+// all earlier data were read.
 Outcome<io::Connection, OpenError> openUsbLink(std::string_view name);
 
 }  // namespace probebox::usb_host

@@ -9,30 +9,27 @@
 
 namespace probebox::usb_probe {
 
-// Bytes of transfers in, events out. Pure: no device, no clock; never allocates.
-//
-//   decoder.begin(bytes, arrived, is_newest);
-//   count += decoder.read(bytes, into);  // again until `bytes` is empty and nothing comes
+// Decodes transfers of a probe receiver to events. Pure; never allocates.
 class ReceiverDecoder {
  public:
   ReceiverDecoder() = default;
   ReceiverDecoder(const ReceiverDecoder&) = delete;
   ReceiverDecoder& operator=(const ReceiverDecoder&) = delete;
 
-  // `bytes`: a whole transfer, which came back at `arrived`. is_newest: nothing that came after it is
-  // known yet; only then its last sample is one that has just been taken.
+  // `bytes`: a whole transfer, completed at `arrived`. is_newest: no later transfer has completed; only then was its
+  // last sample just taken.
   void begin(std::span<const std::byte> bytes, MonoTime arrived, bool is_newest);
 
-  // Takes bytes of that transfer from the front of `bytes`, and gives their samples; how many. Takes all of them where
-  // there is room for their samples.
+  // Consumes bytes from the front of `bytes` and writes their samples; returns their number. Consumes all bytes for
+  // whose samples there is room.
   std::size_t read(std::span<const std::byte>& bytes, std::span<Event> into);
 
-  // No sample waits for room.
+  // True when no sample waits for room.
   bool idle() const { return next_ == packet_.header.count; }
-  std::size_t unfinished() const { return reader_.unfinished(); }  // bytes of a packet whose end has not come yet
+  std::size_t unfinished() const { return reader_.unfinished(); }  // bytes of an unfinished packet
   const PacketCounters& counters() const { return reader_.counters(); }
 
-  // The device was opened anew: nothing of before goes on.
+  // Discards everything: the device was opened again.
   void restart();
 
  private:

@@ -12,29 +12,29 @@
 
 namespace probebox::usb_probe {
 
-// A probe receiver: physical deflections in, packets out, sampled on an oscillator of its own.
+// Emulates a probe receiver: physical deflections in, packets out, sampled on its own oscillator.
 class EmulatedReceiver {
  public:
   struct Config {
     double rate_hz{2000};   // nominal
     double offset_ppm{};    // its period is longer than nominal by this
-    double range_um{1000};  // channels end here
+    double range_um{1000};  // range of the channels
     std::size_t samples_a_packet{16};
     std::uint32_t first_counter{};
   };
-  // Deflection of the channels a, b, c, this long after the start.
+  // Deflection of the channels a, b, c at this time after the start.
   using Waveform = std::function<std::array<Micrometres, 3>(Nanoseconds)>;
 
   EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start);
 
-  // When the last sample of the next packet will have been taken.
+  // Time at which the next packet is complete.
   MonoTime nextPacketAt() const { return takenAt(samples_ + config_.samples_a_packet - 1); }
-  // The next packet, if that time has come; else empty. Valid until the next call.
+  // The next packet if it is complete, else empty. Valid until the next call.
   std::span<const std::byte> packet(MonoTime now);
 
-  // The next packets are taken and never sent.
+  // Drops the next packets.
   void losePackets(std::size_t packets) { to_lose_ = packets; }
-  // It begins anew, after its power had failed for a moment.
+  // Restarts the receiver, as after a power failure.
   void restart(std::uint32_t counter);
 
   std::uint64_t samples() const { return samples_; }  // taken

@@ -14,22 +14,22 @@ class HotPlug;
 
 namespace probebox::usb_probe {
 
-// The samples of a probe receiver on USB. It need not be there yet, and may come and go: whenever it goes, SourceLost
-// comes once; when it is plugged in (or can be opened, after all), samples come again.
-// Each sample bears the time at which its transfer came back, read in libusb's callback; that is later than `now`.
+// Reads samples of a probe receiver on USB that may be absent, appear and disappear. Delivers SourceLost once when it
+// disappears, and samples again when it can be opened. Each sample carries the completion time of its transfer, read in
+// libusb's callback; that is later than `now`.
 class LinuxReceiver final : public io::EventSource {
  public:
-  // How long it waits, where no plugging in tells it to look, before it tries again.
+  // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
-  // name: serial number or place ("1-1.4") of the receiver; empty for the only one there is.
+  // name: serial number or place ("1-1.4") of the receiver; empty for the only one.
   explicit LinuxReceiver(std::string name);
   ~LinuxReceiver() override;
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
-  // What is not there, not permitted, in use by whom, or not understood.
+  // Why there are no samples: absent, no permission, in use, or an unknown packet version.
   std::string_view problem() const override { return problem_; }
 
   const PacketCounters& packets() const { return decoder_.counters(); }
@@ -50,7 +50,7 @@ class LinuxReceiver final : public io::EventSource {
   std::unique_ptr<Connection> connection_;
   ReceiverDecoder decoder_;
   PacketCounters at_connect_;
-  bool in_transfer_{};  // some of the front transfer's bytes are still to be decoded
+  bool in_transfer_{};  // part of the front transfer is not decoded yet
   bool loss_untold_{};
   MonoTime next_try_{};
 };

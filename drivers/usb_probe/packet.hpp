@@ -7,8 +7,8 @@
 
 #include "protocol/units/outcome.hpp"
 
-// What a probe receiver sends on its bulk IN endpoint. Packet = header, `count` samples, CRC-32C of both as u32; all
-// numbers little endian. RECEIVER.md, for those who build receivers, is made from these field lists.
+// Packet of a probe receiver on its bulk IN endpoint: header, `count` samples, CRC-32C of both as u32; numbers are
+// little endian. RECEIVER.md is generated from these field lists.
 namespace probebox::usb_probe {
 
 struct PacketHeader {
@@ -32,7 +32,7 @@ struct PacketHeader {
   friend constexpr bool operator==(const PacketHeader&, const PacketHeader&) = default;
 };
 
-// Bits of Sample::status. Those that are not listed are 0 and kept for later versions.
+// Bits of Sample::status. Others are 0 and reserved.
 namespace status {
 inline constexpr std::uint16_t kClipped = 1U << 0U;  // a channel is at the end of its range
 }  // namespace status
@@ -60,13 +60,13 @@ inline constexpr std::size_t kMostPacketBytes = packetBytes(kMostSamples);
 enum class PacketFault : std::uint8_t {
   truncated,    // shorter than its header says
   no_magic,     // it does not begin like a packet
-  bad_version,  // a packet of another version than this build knows
+  bad_version,  // a packet of an unknown version
   bad_count,    // no samples, or more than a packet may have
   bad_crc,
 };
 std::string_view nameOf(PacketFault fault);
 
-// A packet that has been checked. Its samples belong to whoever gave the bytes.
+// A checked packet. Its samples point into the caller's bytes.
 struct Packet {
   PacketHeader header{};
   std::span<const std::byte> samples{};
@@ -74,13 +74,13 @@ struct Packet {
   Sample sample(std::size_t index) const;
 };
 
-// Checks what can be known from the first kHeaderBytes.
+// Checks what is visible in the first kHeaderBytes.
 Outcome<PacketHeader, PacketFault> decodeHeader(std::span<const std::byte> bytes);
-// Checks the packet at the front of `bytes`; what follows it is not looked at.
+// Checks the packet at the front of `bytes`; later bytes are ignored.
 Outcome<Packet, PacketFault> decodePacket(std::span<const std::byte> bytes);
 
-// header.count is set here, whatever it was. The packet's size; 0 when `into` is too small, or for no samples or more
-// than kMostSamples.
+// Sets header.count. Returns the packet's size; 0 when `into` is too small, or for no samples or more than
+// kMostSamples.
 std::size_t encodePacket(PacketHeader header, std::span<const Sample> samples, std::span<std::byte> into);
 
 }  // namespace probebox::usb_probe

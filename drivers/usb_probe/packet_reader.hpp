@@ -15,29 +15,29 @@ struct PacketCounters {
   std::uint64_t bad_count{};
   std::uint64_t bad_version{};
   std::uint64_t truncated{};        // cut off by a transfer that began with another packet
-  std::uint64_t discarded_bytes{};  // of everything that was no good packet
+  std::uint64_t discarded_bytes{};  // bytes that were not part of a good packet
 
   std::uint64_t bad() const { return bad_crc + bad_count + bad_version + truncated; }
 };
 
-// Finds packets in the bytes of transfers: several in one, or one over several. After damage it finds the next packet
-// by its magic, even inside of what a damaged header had claimed: garbage costs the packets that it touches, no more.
-// Never allocates.
+// Finds packets in the bytes of transfers: several in one, or one across several. After damage it searches the next
+// packet by its magic, even inside the range that a damaged header claims, so only affected packets are lost. Never
+// allocates.
 class PacketReader {
  public:
-  // `bytes`: of the next transfer. Where it begins like a packet while another one is unfinished, that one has been cut
-  // off; waiting for its end would keep back what is good, for as long as a damaged header claims.
+  // `bytes`: next transfer. If it begins with a header while a packet is unfinished, that packet was cut off; waiting
+  // for its end would delay good data.
   void beginTransfer(std::span<const std::byte> bytes);
 
-  // Takes bytes from the front of `bytes` up to the end of the next good packet and returns that packet, or takes all
-  // of them. The packet is valid until the next call.
+  // Consumes bytes up to the end of the next good packet and returns it, or consumes all of them. The packet is valid
+  // until the next call.
   std::optional<Packet> next(std::span<const std::byte>& bytes);
 
-  // Bytes of a packet whose end has not come yet.
+  // Bytes of an unfinished packet.
   std::size_t unfinished() const { return end_ - begin_ - returned_; }
   const PacketCounters& counters() const { return counters_; }
 
-  // Forgets an unfinished packet (counted as discarded bytes), for a device that was opened anew.
+  // Discards an unfinished packet (counted as discarded bytes), for a device that was opened again.
   void restart();
 
  private:

@@ -34,7 +34,7 @@ struct BlockHeader {
 inline constexpr std::size_t kBlockHeaderSize = 1 + 8 + 2 + 2 + (8 + 8 + 8 + 4 + 1 + 4) + 1;
 
 enum class Fault : std::uint8_t {
-  value_does_not_fit,  // a value to be coded is outside its channel's range
+  value_does_not_fit,  // a value is outside its channel's range
   no_room,             // the caller's span is too small
   bad_format,          // no or too many channels, a width other than 1, 2, 4, 8, no samples, columns of another size
   truncated,           // the block ends early
@@ -44,7 +44,7 @@ enum class Fault : std::uint8_t {
   bad_column,          // no encoder writes such a column, or a value in it is outside its channel's range
 };
 
-// Where it went wrong; the channel says something for value_does_not_fit, other_channels and bad_column, the sample for
+// Where coding failed; `channel` is valid for value_does_not_fit, other_channels and bad_column, `sample` for
 // value_does_not_fit.
 struct CodecError {
   Fault fault{};
@@ -52,21 +52,21 @@ struct CodecError {
   std::uint16_t sample{};
 };
 
-// What a block says about itself without its channels.
+// Header of a block without its channels.
 struct BlockSummary {
   Profile profile{};
   BlockHeader header{};
   std::size_t channels{};
 };
 
-// Bytes of a block in profile raw, which is also the bound of every other profile.
+// Size of a block in profile raw, which bounds every other profile.
 std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count);
 
-// The most samples that a block of at most `bytes` bytes holds in profile raw; 0 when not even one fits.
+// Largest number of samples in a block of `bytes` bytes in profile raw; 0 if none fits.
 std::size_t rawBlockCapacity(std::span<const ChannelFormat> formats, std::size_t bytes);
 
-// columns: channel by channel, header.count values each. Returns the bytes written. Nothing is wrapped or clipped: one
-// value outside its channel fails the block.
+// columns: channel by channel, header.count values each. Returns the number of bytes. A value outside its channel fails
+// the block; nothing is wrapped or clipped.
 Outcome<std::size_t, CodecError> encodeRaw(const BlockHeader& header, std::span<const ChannelFormat> formats,
                                            std::span<const std::int64_t> columns, std::span<std::byte> into);
 
@@ -78,11 +78,11 @@ Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span
 
 Outcome<BlockSummary, CodecError> inspect(std::span<const std::byte> block);
 
-// Any profile that this version knows. The first channels x count values of `columns` are filled, channel by channel.
+// Decodes any known profile. Fills the first channels x count values of `columns`, channel by channel.
 Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::span<const ChannelFormat> formats,
                                          std::span<std::int64_t> columns, const Kernels& kernels = codec::kernels());
 
-// When a sample was, by the block's map: integers, hence the same on every machine. Rounds down to 1 ns.
+// Time of a sample by the block's map, in integers: the same on every machine. Rounds down to 1 ns.
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample);
 
 }  // namespace probebox::codec

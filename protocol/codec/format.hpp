@@ -6,7 +6,7 @@ namespace probebox::codec {
 
 enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
 
-// How a channel's values look in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1 here.
+// Format of a channel's values in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1.
 struct ChannelFormat {
   std::uint8_t bytes{4};  // 1, 2, 4 or 8
   bool is_signed{true};

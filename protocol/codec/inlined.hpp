@@ -1,7 +1,6 @@
 #pragma once
 
-// The bodies of kernels are inlined into plain functions and into functions for processors with vectors of several
-// kinds, and compiled for each.
+// Inlines the bodies of kernels into plain functions and into functions for each kind of vector unit.
 #if defined(__GNUC__)
 #define PROBEBOX_INLINE [[gnu::always_inline]] inline
 #else

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// The inner loops of profile fast, once in plain C++ and once for each kind of vectors, chosen when the program runs.
-// Integers only: all give the same bits.
+// The inner loops of profile fast, in plain C++ and for each kind of vector unit, selected at run time. Integers only:
+// all give the same bits.
 namespace probebox::codec {
 
 inline constexpr std::size_t kMostOrder = 3;  // of differences
