@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "firmware/store/result_json.hpp"
+#include "firmware/json/result_json.hpp"
 
 namespace probebox::store {
 namespace {
@@ -36,7 +36,7 @@ Outcome<Record, Failure> readRecord(const Statement& row) {
     record.content = std::move(content).value();
     return std::move(record);
   };
-  return record.state == State::refused ? keep(refusalFromJson(json)) : keep(resultFromJson(json));
+  return record.state == State::refused ? keep(json::refusalFromJson(json)) : keep(json::resultFromJson(json));
 }
 
 }  // namespace

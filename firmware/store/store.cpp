@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "firmware/store/opening.hpp"
-#include "firmware/store/result_json.hpp"
+#include "firmware/json/result_json.hpp"
 #include "firmware/store/rows.hpp"
 
 // What is kept and found again; life.cpp has the changes of state.
@@ -98,12 +98,12 @@ Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& conten
 
 Outcome<Id, Failure> Store::propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
                                     std::string_view utc) {
-  return insert(binding, {State::proposed, result.method, toJson(result), dataset}, utc);
+  return insert(binding, {State::proposed, result.method, json::toJson(result), dataset}, utc);
 }
 
 Outcome<Id, Failure> Store::refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                                    std::string_view dataset, std::string_view utc) {
-  return insert(binding, {State::refused, method, toJson(refusal), dataset}, utc);
+  return insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc);
 }
 
 Outcome<Record, Failure> Store::find(Id id) {

@@ -10,9 +10,9 @@
 
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/json/dataset_json.hpp"
 #include "firmware/procedure/dataset/rim_readings.hpp"
 #include "firmware/procedure/plan/methods.hpp"
-#include "firmware/store/dataset_json.hpp"
 
 namespace probebox::app {
 namespace {
@@ -79,7 +79,7 @@ void Calibrations::solve(std::uint32_t run, procedure::Method method, const capt
   auto& [dataset, refusal, warnings] = measured;
   addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
-  dataset_ = store::toJson(dataset);
+  dataset_ = json::toJson(dataset);
   metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);
   if (solved) solved->warnings.insert(solved->warnings.end(), warnings.begin(), warnings.end());
   setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
@@ -99,7 +99,7 @@ Outcome<Calibrations::Proposed> Calibrations::propose(metrology::Dataset dataset
   if (auto error = whyElsewhere(dataset, in_force_.bindingFor({}))) return *error;
   const auto solved = metrology::solve(dataset);
   if (!solved && solved.error().name == "unknown-method") return Error{solved.error().reason};
-  const auto id = stored(dataset, solved, store::toJson(dataset));
+  const auto id = stored(dataset, solved, json::toJson(dataset));
   if (!id) return Error{"The answer could not be stored: " + id.error().what};
   return Proposed{.id = *id, .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason};
 }

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "firmware/store/result_json.hpp"
+#include "firmware/json/result_json.hpp"
 #include "scratch.hpp"
 
 // Files as earlier releases wrote them. Frozen: such files are in the field.
@@ -30,7 +30,7 @@ inline std::string insertOld(int id, int state, const std::string& method, const
   const auto number = std::to_string(id);
   const std::string six = "2026-11-21T06:00:00Z", seven = "2026-11-21T07:00:00Z", eight = "2026-11-21T08:00:00Z";
   std::string sql = "INSERT INTO results VALUES (" + number + ", " + std::to_string(state) + ", '" + method +
-                    "', 'P-1001', 'mill 3', 'spindle', '" + toJson(delayOf(0.1 / 3)) + "', '" + dataset + "', '" + six +
+                    "', 'P-1001', 'mill 3', 'spindle', '" + json::toJson(delayOf(0.1 / 3)) + "', '" + dataset + "', '" + six +
                     "', " + at(state >= 2, seven.c_str()) + ", " + at(state >= 2, "Ada") + ", " +
                     at(state == 3, eight.c_str()) + ");";
   const auto note = [&](int to, const std::string& utc, const char* by) {

@@ -1,6 +1,6 @@
 #include "fake_answers.hpp"
 
-#include "firmware/store/dataset_json.hpp"
+#include "firmware/json/dataset_json.hpp"
 
 namespace probebox::command {
 namespace {
@@ -239,7 +239,7 @@ Reply FakeAnswers::history(std::span<const std::byte> body) const {
 
 Reply FakeAnswers::dataset(std::span<const std::byte> body) const {
   constexpr std::size_t kPiece = 8192;
-  const auto text = store::toJson(fakeDataset());
+  const auto text = json::toJson(fakeDataset());
   const auto offset = std::min<std::size_t>(read<messages::GetDataset::Request>(body).offset, text.size());
   return ok(messages::GetDataset::Answer{text.size(), offset, text.substr(offset, kPiece)});
 }

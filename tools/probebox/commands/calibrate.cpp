@@ -4,12 +4,12 @@
 #include <optional>
 #include <utility>
 
+#include "firmware/json/dataset_json.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
 #include "tools/probebox/link/stored_results.hpp"
-#include "tools/probebox/tables/dataset_from_json.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -106,7 +106,7 @@ class Run {
     if (options_.save.empty()) return ExitStatus::ok;
     const auto text = run_.dataset();
     if (!text) return console_.fail(text.error());
-    const auto measured = datasetFromJson(*text);
+    const auto measured = json::datasetFromJson(*text);
     if (!measured) return console_.fail({ExitStatus::failed, "not-saved", measured.error().what});
     const auto written = casefolder::writeCase(*measured, options_.save);
     if (!written) return console_.fail({ExitStatus::usage, "not-saved", written.error().what});

@@ -4,11 +4,11 @@
 #include <thread>
 #include <vector>
 
+#include "firmware/json/dataset_json.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
 #include "tools/probebox/link/read_through.hpp"
-#include "tools/probebox/tables/dataset_from_json.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 
@@ -114,7 +114,7 @@ Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Cons
 Outcome<std::vector<Finding>, Trouble> measured(FollowedRun& run) {
   const auto text = run.dataset();
   if (!text) return text.error();
-  const auto dataset = datasetFromJson(*text);
+  const auto dataset = json::datasetFromJson(*text);
   if (!dataset) return Trouble{ExitStatus::failed, "not-understood", dataset.error().what};
   auto findings = metrology::selftestFindings(*dataset);
   if (!findings) return Trouble{ExitStatus::failed, findings.error().name, findings.error().reason};

@@ -5,7 +5,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
-namespace probebox::store {
+namespace probebox::json {
 
 // Writes the complete result as one JSON object. Numbers keep every bit; non-finite ones become null.
 std::string toJson(const metrology::Result& result);
@@ -15,4 +15,4 @@ Outcome<metrology::Result> resultFromJson(std::string_view text);
 std::string toJson(const metrology::Refusal& refusal);
 Outcome<metrology::Refusal> refusalFromJson(std::string_view text);
 
-}  // namespace probebox::store
+}  // namespace probebox::json

@@ -1,11 +1,11 @@
-#include "firmware/store/result_json.hpp"
+#include "firmware/json/result_json.hpp"
 
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "firmware/metrology/uncertainty/worst_determined.hpp"
 
-namespace probebox::store {
+namespace probebox::json {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -152,4 +152,4 @@ Outcome<metrology::Refusal> refusalFromJson(std::string_view text) {
   });
 }
 
-}  // namespace probebox::store
+}  // namespace probebox::json
