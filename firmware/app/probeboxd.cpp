@@ -8,10 +8,12 @@
 #include <optional>
 #include <signal.h>
 #include <string>
+#include <string_view>
 #include <time.h>
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/solver/solver_child.hpp"
 #include "firmware/app/threads/real_time.hpp"
 #include "firmware/app/wiring/daemon.hpp"
 #include "firmware/app/wiring/service_manager.hpp"
@@ -169,6 +171,8 @@ int run(const probebox::app::Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // The daemon runs itself to solve a case; nothing else of it is set up there.
+  if (argc == 3 && std::string_view{argv[1]} == "--solver") return probebox::app::solveInChild(argv[2]);
   CLI::App command{
       "probeboxd: the box between a scanning probe and a CNC controller.\nIt only taps signals: no motion stop may "
       "depend on it."};
@@ -176,6 +180,7 @@ int main(int argc, char** argv) {
   command.name("probeboxd");
   command.set_version_flag("--version", "probeboxd " + probebox::app::firmwareVersion());
   probebox::app::Options options;
+  options.solver = "/proc/self/exe";
   describe(command, options);
   try {
     command.parse(argc, argv);

@@ -263,7 +263,10 @@ std::string control() {
              "How the rotary axes stand, and which tool is in the spindle. Allowed as markers are. Since protocol "
              "1.2.") +
          operation<ProposeCase>(
-             "A case that was measured without the box, in pieces. Allowed as calibrating is. Since protocol 1.2.");
+             "A case that was measured without the box, in pieces. Allowed as calibrating is. Since protocol 1.2.") +
+         operation<FollowCase>(
+             "What comes of a case that was proposed to be followed. One that nobody asks after for 5 s is given up, "
+             "and nothing of it is stored. Since protocol 1.2.");
 }
 
 std::string structures() {

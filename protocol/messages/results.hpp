@@ -247,6 +247,7 @@ struct ProposeCase {
     std::string method{};
     std::vector<CaseEntry> config{};
     std::vector<CaseColumn> columns{};
+    bool follow{};
     static constexpr void fields(auto& self, auto&& field) {
       field("number", self.number, "chosen by the host, the same for all pieces of a case");
       field("first", self.first, "1 with the first piece");
@@ -254,13 +255,45 @@ struct ProposeCase {
       field("method", self.method, "such as swivel-error; counts in the first piece");
       field("config", self.config, "entries of config.json");
       field("columns", self.columns, "of its tables");
+      field("follow", self.follow, "1 with the last piece: the host asks follow_case what comes of it");
     }
   };
   struct Answer {
     std::uint64_t result_id{};
     std::string refusal{};
+    bool working{};
     static constexpr void fields(auto& self, auto&& field) {
       field("result_id", self.result_id, "of the proposed result, or of the stored refusal; 0 before the last piece");
+      field("refusal", self.refusal, "why the data support no answer: its name, a colon and its reason; else empty");
+      field("working", self.working, "1 when the box solves the case now: ask follow_case");
+    }
+  };
+};
+
+// How far a proposed case is.
+enum class CaseProgress : std::uint8_t { working = 0, done = 1, cancelled = 2 };
+
+// What comes of a case that was proposed to be followed. A case that nobody asks after for 5 s is given up, and nothing
+// of it is stored. Since protocol 1.2.
+struct FollowCase {
+  static constexpr Operation kOperation = Operation::follow_case;
+  struct Request {
+    std::uint32_t number{};
+    bool cancel{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("number", self.number, "of the case, as in propose_case");
+      field("cancel", self.cancel, "1: give it up and store nothing, unless it is done");
+    }
+  };
+  struct Answer {
+    CaseProgress progress{};
+    std::uint32_t elapsed_ms{};
+    std::uint64_t result_id{};
+    std::string refusal{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("progress", self.progress, "0 working, 1 done, 2 cancelled");
+      field("elapsed_ms", self.elapsed_ms, "since the last piece came, while it works");
+      field("result_id", self.result_id, "of the proposed result, or of the stored refusal; 0 unless done");
       field("refusal", self.refusal, "why the data support no answer: its name, a colon and its reason; else empty");
     }
   };

@@ -62,6 +62,7 @@ enum class Operation : std::uint16_t {
   loop_back = 15,
   tell_pose = 16,
   propose_case = 17,
+  follow_case = 18,
 };
 
 // How the columns of a block are coded.

@@ -369,11 +369,13 @@ std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const std::strin
                                             const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
   const auto job = [this, link, door, body, ticket = request.ticket, operation = request.operation] {
-    Reply reply = operation == Operation::loop_back ? with_.loop_back.answer(*body)
-                                                    : with_.results.answer(operation, *body, door);
-    reply.link = link;
-    reply.ticket = ticket;
-    reply_later_(std::move(reply));
+    const auto then = [this, link, ticket](Reply reply) {
+      reply.link = link;
+      reply.ticket = ticket;
+      reply_later_(std::move(reply));
+    };
+    if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body));
+    with_.results.answer(operation, *body, door, then);
   };
   const auto busy = [&](const char* why) {
     Reply reply = refused(ErrorCode::busy, why);

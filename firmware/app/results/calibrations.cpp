@@ -54,22 +54,33 @@ std::optional<Error> whyElsewhere(const metrology::Dataset& dataset, const store
   return std::nullopt;
 }
 
+// Refused because of what the case did to the solver, not because of what it holds.
+bool isOfSolver(const metrology::Solved& solved) {
+  constexpr std::array<std::string_view, 3> kNames{"solver-ended", "too-long", "too-much-memory"};
+  return !solved && std::ranges::find(kNames, solved.error().name) != kNames.end();
+}
+
 }  // namespace
 
 Calibrations::Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-                           ResultsInForce::WhyUnfit why_unfit, TellCore tell_core)
+                           ResultsInForce::WhyUnfit why_unfit, TellCore tell_core, std::filesystem::path solver)
     : store_{std::move(store)},
       facts_{facts},
       now_{std::move(now)},
       tell_core_{std::move(tell_core)},
-      in_force_{store_, std::move(mounting), now_, std::move(why_unfit),
-                [this](const Event& event) { insist(event); }} {}
+      in_force_{store_, std::move(mounting), now_, std::move(why_unfit), [this](const Event& event) { insist(event); }},
+      solver_{std::move(solver)} {}
 
 std::optional<store::Standing> Calibrations::standingOfBefore() {
   auto standing = store_.standing();
   if (standing) return std::move(*standing);
   logError(standing.error().what);
   return std::nullopt;
+}
+
+void Calibrations::look(const box::State& state) {
+  in_force_.look(state);
+  attend();
 }
 
 void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
@@ -79,14 +90,65 @@ void Calibrations::solve(std::uint32_t run, procedure::Method method, const capt
   auto& [dataset, refusal, warnings] = measured;
   addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
   dataset_run_ = run;
-  dataset_ = json::toJson(dataset);
-  metrology::Solved solved = refusal ? metrology::Solved{*refusal} : metrology::solve(dataset);
-  if (solved) solved->warnings.insert(solved->warnings.end(), warnings.begin(), warnings.end());
-  setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
+  dataset_ = std::make_shared<const std::string>(json::toJson(dataset));
   const bool lasts = procedure::isCalibration(method);
-  const auto id = lasts ? keep(dataset, solved) : std::nullopt;
+  Case next{.binding = in_force_.bindingFor(subjectOf(dataset)),
+            .method = dataset.method,
+            .text = dataset_,
+            .proposed = false,
+            .then = {},
+            .dataset = std::move(dataset)};
+  if (refusal) return conclude(next, run, lasts, *refusal);
+  next.then = [this, run, lasts, about = warnings](metrology::Solved solved) {
+    if (solved) solved->warnings.insert(solved->warnings.end(), about.begin(), about.end());
+    conclude(*being_solved_, run, lasts, solved);
+  };
+  begin(std::move(next));
+}
+
+void Calibrations::conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved) {
+  setRefusal(solved ? "" : solved.error().name + ": " + solved.error().reason);
+  const auto id = lasts ? keep(run, solved) : std::nullopt;
   const bool lost = lasts && !id;
-  insist(Solved{.run = run, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+  insist(Solved{.run = number, .refused = !solved || lost, .result_id = id.value_or(0), .at = now_()});
+}
+
+void Calibrations::begin(Case next) {
+  waiting_.push_back(std::move(next));
+  attend();
+}
+
+void Calibrations::attend() {
+  while (being_solved_ || !waiting_.empty()) {
+    if (!being_solved_) {
+      being_solved_ = std::move(waiting_.front());
+      waiting_.pop_front();
+      solver_.start(being_solved_->dataset, *being_solved_->text);
+      being_solved_->dataset = {};
+    }
+    const auto answer = solver_.poll();
+    if (!answer) return;
+    if (isOfSolver(*answer))
+      logWarning("A case of " + being_solved_->method + " is refused (" + answer->error().name +
+                 "): " + answer->error().reason);
+    being_solved_->then(*answer);
+    being_solved_.reset();
+  }
+}
+
+void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
+  cancelProposal();
+  constexpr std::chrono::milliseconds kRound{5};
+  for (std::chrono::milliseconds waited{}; being_solved_ && waited < at_most; waited += kRound) {
+    std::this_thread::sleep_for(kRound);
+    attend();
+  }
+  if (!being_solved_) return;
+  solver_.cancel();
+  being_solved_->then(metrology::Refusal{"solver-ended",
+                                         "the box was stopped while it solved this run: its data are kept; save them "
+                                         "and solve them on a computer (probebox solve), or measure again"});
+  being_solved_.reset();
 }
 
 procedure::Facts Calibrations::factsNow() const {
@@ -95,24 +157,42 @@ procedure::Facts Calibrations::factsNow() const {
   return facts;
 }
 
-Outcome<Calibrations::Proposed> Calibrations::propose(metrology::Dataset dataset) {
-  if (auto error = whyElsewhere(dataset, in_force_.bindingFor({}))) return *error;
-  const auto solved = metrology::solve(dataset);
-  if (!solved && solved.error().name == "unknown-method") return Error{solved.error().reason};
-  const auto id = stored(dataset, solved, json::toJson(dataset));
-  if (!id) return Error{"The answer could not be stored: " + id.error().what};
-  return Proposed{.id = *id, .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason};
+void Calibrations::propose(metrology::Dataset dataset, Answered then) {
+  if (auto error = whyElsewhere(dataset, in_force_.bindingFor({}))) return then(*error);
+  auto text = std::make_shared<const std::string>(json::toJson(dataset));
+  Case next{.binding = in_force_.bindingFor(subjectOf(dataset)),
+            .method = dataset.method,
+            .text = std::move(text),
+            .proposed = true,
+            .then = {},
+            .dataset = std::move(dataset)};
+  next.then = [this, answered = std::move(then)](const metrology::Solved& solved) {
+    if (!solved && solved.error().name == "unknown-method") return answered(Error{solved.error().reason});
+    const auto id = stored(*being_solved_, solved);
+    if (!id) return answered(Error{"The answer could not be stored: " + id.error().what});
+    answered(Proposed{.id = *id, .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason});
+  };
+  begin(std::move(next));
 }
 
-Outcome<store::Id, store::Failure> Calibrations::stored(const metrology::Dataset& dataset,
-                                                        const metrology::Solved& solved, const std::string& text) {
-  const auto binding = in_force_.bindingFor(subjectOf(dataset));
-  return solved ? store_.propose(binding, *solved, text, utcNow())
-                : store_.refuse(binding, dataset.method, solved.error(), text, utcNow());
+bool Calibrations::isProposing() const {
+  return (being_solved_ && being_solved_->proposed) || std::ranges::any_of(waiting_, &Case::proposed);
 }
 
-std::optional<store::Id> Calibrations::keep(const metrology::Dataset& dataset, const metrology::Solved& solved) {
-  const auto id = stored(dataset, solved, dataset_);
+void Calibrations::cancelProposal() {
+  std::erase_if(waiting_, [](const Case& each) { return each.proposed; });
+  if (!being_solved_ || !being_solved_->proposed) return;
+  solver_.cancel();
+  being_solved_.reset();
+}
+
+Outcome<store::Id, store::Failure> Calibrations::stored(const Case& solved_case, const metrology::Solved& solved) {
+  return solved ? store_.propose(solved_case.binding, *solved, *solved_case.text, utcNow())
+                : store_.refuse(solved_case.binding, solved_case.method, solved.error(), *solved_case.text, utcNow());
+}
+
+std::optional<store::Id> Calibrations::keep(const Case& run, const metrology::Solved& solved) {
+  const auto id = stored(run, solved);
   if (id) return *id;
   logError("A calibration could not be stored: " + id.error().what);
   if (solved) setRefusal("not-stored: The calibration succeeded and could not be stored: " + id.error().what);
@@ -129,7 +209,7 @@ Outcome<std::vector<store::Record>, store::Failure> Calibrations::results(store:
 
 const std::string& Calibrations::dataset(std::uint32_t run) const {
   static const std::string none;
-  return run != 0 && run == dataset_run_ ? dataset_ : none;
+  return run != 0 && run == dataset_run_ && dataset_ ? *dataset_ : none;
 }
 
 std::string Calibrations::lastRefusal() const {

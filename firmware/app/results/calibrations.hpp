@@ -1,12 +1,17 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
+#include <deque>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/app/solver/solver_process.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -15,33 +20,43 @@
 
 namespace probebox::app {
 
-// Solves recorded runs, stores the results and manages their life. Lives on the worker's thread, except for
-// lastRefusal(), factsNow() and the functions of ResultsInForce that any thread may call.
+// Solves recorded runs, keeps the results, and all that comes of them later. Lives on the worker's thread, except for
+// lastRefusal(), factsNow() and what ResultsInForce allows, which any thread may ask.
 class Calibrations {
  public:
-  // `tell_core` hands a command to the core; false when its queue is full.
+  // `tell_core` hands a command to the core; false when its queue is full. `solver`: the program that solves cases
+  // (SolverProcess).
   using TellCore = std::function<bool(const Event&)>;
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
-               ResultsInForce::WhyUnfit why_unfit, TellCore tell_core);
+               ResultsInForce::WhyUnfit why_unfit, TellCore tell_core, std::filesystem::path solver = {});
 
   // What the core must hear before anything else: the results in force.
   std::vector<Event> restore() { return in_force_.restore(); }
-  // What the core says now; called again and again.
-  void look(const box::State& state) { in_force_.look(state); }
+  // What the core says now, and what the solver has answered; called again and again.
+  void look(const box::State& state);
   // The correction that an earlier version kept in the store; StandingKeeper has it now.
   std::optional<store::Standing> standingOfBefore();
+  // Readable when the solver has something for look(); -1 while nothing is being solved.
+  int solverDescriptor() const { return solver_.descriptor(); }
+  // The end of the daemon: waits for a run that is being solved, then keeps the data of one that is not as a refusal.
+  void finishSolving(std::chrono::milliseconds at_most);
 
-  // Stores and proposes the result of a calibration; the findings of a selftest are only answered.
+  // A calibration is stored and proposed; what a selftest finds is answered alone.
   void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
              const capture::Scales& scales);
-  // Solves a case that was measured without the box, and stores the outcome. A case that names its probe, machine or
-  // mounting must match the descriptions.
+  // Solves a case that was measured without the box, keeps what comes of it, and then says so: now, or in a later
+  // look(). A case that says of which probe, machine or mounting it is must mean those that the box describes. One at a
+  // time.
   struct Proposed {
     store::Id id{};
-    std::string refusal;  // name, colon and reason; empty if there is a result
+    std::string refusal;  // name, colon and reason; empty where there is a result
   };
-  Outcome<Proposed> propose(metrology::Dataset dataset);
-  // Facts from the descriptions and from calibrations in force. Any thread.
+  using Answered = std::function<void(Outcome<Proposed>)>;
+  void propose(metrology::Dataset dataset, Answered then);
+  bool isProposing() const;
+  // Gives the proposed case up: nothing is stored, and nobody is told.
+  void cancelProposal();
+  // As described, and what calibrations in force add to that. Any thread may ask.
   procedure::Facts factsNow() const;
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
@@ -50,15 +65,26 @@ class Calibrations {
   Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
     return store_.history(range);
   }
-  // Data of a run of this process as JSON; empty when there are none.
+  // The data of a run of this process, as JSON text; empty when there is none.
   const std::string& dataset(std::uint32_t run) const;
 
   std::string lastRefusal() const;
 
  private:
-  Outcome<store::Id, store::Failure> stored(const metrology::Dataset& dataset, const metrology::Solved& solved,
-                                            const std::string& text);
-  std::optional<store::Id> keep(const metrology::Dataset& dataset, const metrology::Solved& solved);
+  // A case on its way through the solver. A live run waits for nobody; a proposal can be given up.
+  struct Case {
+    store::Binding binding;
+    std::string method;
+    std::shared_ptr<const std::string> text;  // as it is solved and stored
+    bool proposed{};
+    std::function<void(const metrology::Solved&)> then;
+    metrology::Dataset dataset;  // until it is being solved
+  };
+  void begin(Case next);
+  void attend();
+  void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
+  Outcome<store::Id, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
+  std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
   void insist(const Event& command);
 
@@ -67,8 +93,11 @@ class Calibrations {
   std::function<MonoTime()> now_;
   TellCore tell_core_;
   ResultsInForce in_force_;
+  SolverProcess solver_;
+  std::optional<Case> being_solved_;
+  std::deque<Case> waiting_;
   std::uint32_t dataset_run_{};
-  std::string dataset_;
+  std::shared_ptr<const std::string> dataset_;
   mutable std::mutex mutex_;
   std::string last_refusal_;
 };

@@ -35,21 +35,35 @@ Outcome<metrology::Value> valueOf(const messages::CaseEntry& entry) {
   return wrong;
 }
 
+// Memory that an entry, a column or a row of a matrix takes beside its content.
+constexpr std::size_t kEntryBytes = 192;
+constexpr std::size_t kColumnBytes = 192;
+constexpr std::size_t kRowBytes = 48;
+
+std::size_t bytesOf(const messages::CaseEntry& entry) {
+  const std::size_t rows = entry.columns == 0 ? 0 : entry.numbers.size() / entry.columns;
+  return kEntryBytes + entry.key.size() + entry.text.size() + sizeof(double) * entry.numbers.size() + kRowBytes * rows;
+}
+
 // The one of that name, made when it is not there yet.
 template <class Named>
-Named& named(std::vector<Named>& all, const std::string& name) {
+Named& named(std::vector<Named>& all, const std::string& name, bool& is_new) {
   const auto found = std::ranges::find(all, name, &Named::name);
-  if (found != all.end()) return *found;
+  is_new = found == all.end();
+  if (!is_new) return *found;
   all.emplace_back().name = name;
   return all.back();
 }
+
+constexpr const char* kRemedy = "; leave out readings, or solve it on a computer (probebox solve).";
 
 }  // namespace
 
 Outcome<std::optional<metrology::Dataset>> IncomingCase::add(const messages::ProposeCase::Request& piece) {
   if (piece.first) {
     number_ = piece.number;
-    numbers_ = 0;
+    bytes_ = 0;
+    columns_ = 0;
     dataset_ = {};
     dataset_.method = piece.method;
   }
@@ -66,18 +80,40 @@ Outcome<std::optional<metrology::Dataset>> IncomingCase::add(const messages::Pro
 
 std::optional<Error> IncomingCase::append(const messages::ProposeCase::Request& piece) {
   for (const auto& entry : piece.config) {
+    bytes_ += bytesOf(entry);
     auto value = valueOf(entry);
     if (!value) return value.error();
-    numbers_ += entry.numbers.size() + (entry.key.size() + entry.text.size()) / sizeof(double);
     dataset_.config.insert_or_assign(entry.key, std::move(*value));
   }
   for (const auto& part : piece.columns) {
-    auto& values = named(named(dataset_.tables, part.table).columns, part.column).values;
-    values.insert(values.end(), part.values.begin(), part.values.end());
-    numbers_ += part.values.size() + (part.table.size() + part.column.size()) / sizeof(double);
+    if (auto error = append(part)) return error;
   }
-  if (numbers_ <= kMostNumbers) return std::nullopt;
-  return Error{"The case is too large for the box: it takes " + std::to_string(kMostNumbers) + " numbers."};
+  if (bytes_ <= kMostBytes) return std::nullopt;
+  return Error{"too-large: The case is too large for the box, which takes " + std::to_string(kMostBytes >> 20U) +
+               " MB" + kRemedy};
+}
+
+std::optional<Error> IncomingCase::append(const messages::CaseColumn& part) {
+  bool new_table = false;
+  bool new_column = false;
+  auto& table = named(dataset_.tables, part.table, new_table);
+  auto& values = named(table.columns, part.column, new_column).values;
+  values.insert(values.end(), part.values.begin(), part.values.end());
+  bytes_ += sizeof(double) * part.values.size();
+  if (new_table) bytes_ += kColumnBytes + part.table.size();
+  if (new_column) {
+    bytes_ += kColumnBytes + part.column.size();
+    ++columns_;
+  }
+  if (columns_ > kMostColumns) {
+    return Error{"too-many-columns: The case has more columns than the box takes (" + std::to_string(kMostColumns) +
+                 ")" + kRemedy};
+  }
+  if (values.size() > kMostRows) {
+    return Error{"too-many-rows: Table '" + part.table + "' has more rows than the box takes (" +
+                 std::to_string(kMostRows) + ")" + kRemedy};
+  }
+  return std::nullopt;
 }
 
 }  // namespace probebox::app

@@ -9,22 +9,26 @@
 
 namespace probebox::app {
 
-// Assembles a case that a host sends in pieces. On the worker's thread.
+// A case that a host sends in pieces, put together. On the worker's thread.
 class IncomingCase {
  public:
-  // More numbers than the largest case of any method, and few enough for a small box. Eight letters count as one
-  // number.
-  static constexpr std::size_t kMostNumbers = 2'000'000;
+  // Each more than a case of any method has, and little enough for a small box, which keeps the case as text too.
+  static constexpr std::size_t kMostBytes = 8U << 20U;  // of memory: numbers, names, text, and what holds each of them
+  static constexpr std::size_t kMostRows = 250'000;     // of one table
+  static constexpr std::size_t kMostColumns = 256;      // of all tables
 
-  // Returns the whole case with its last piece, nullopt before. An error discards all pieces.
+  // The whole case with its last piece, nothing before it. An error forgets all of it: too-large, too-many-rows,
+  // too-many-columns.
   Outcome<std::optional<metrology::Dataset>> add(const messages::ProposeCase::Request& piece);
 
  private:
   std::optional<Error> append(const messages::ProposeCase::Request& piece);
+  std::optional<Error> append(const messages::CaseColumn& part);
 
-  std::optional<std::uint32_t> number_;  // number of the case being received
+  std::optional<std::uint32_t> number_;  // of the case that is on its way
   metrology::Dataset dataset_;
-  std::size_t numbers_{};
+  std::size_t bytes_{};
+  std::size_t columns_{};
 };
 
 }  // namespace probebox::app

@@ -41,13 +41,21 @@ bool ResultsDesk::answers(Operation operation) {
     case Operation::get_dataset:
     case Operation::set_inhibit:
     case Operation::propose_case:
+    case Operation::follow_case:
       return true;
     default:
       return false;
   }
 }
 
-Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const std::string& door) {
+void ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const std::string& door,
+                         const ProposalDesk::Then& then) {
+  if (operation != Operation::propose_case) return then(answerAtOnce(operation, body, door));
+  if (!access_.allow_calibrate) return then(notPermitted("allow_calibrate"));
+  proposals_.propose(body, then);
+}
+
+Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> body, const std::string& door) {
   switch (operation) {
     case Operation::list_results:
       return listResults(body);
@@ -61,8 +69,8 @@ Reply ResultsDesk::answer(Operation operation, std::span<const std::byte> body, 
       return getDataset(body);
     case Operation::set_inhibit:
       return setInhibit(body, door);
-    case Operation::propose_case:
-      return proposeCase(body);
+    case Operation::follow_case:
+      return access_.allow_calibrate ? proposals_.follow(body) : notPermitted("allow_calibrate");
     default:
       return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
   }
@@ -159,18 +167,6 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
   return ok(messages::GetDataset::Answer{
       .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostBytes)});
-}
-
-Reply ResultsDesk::proposeCase(std::span<const std::byte> body) {
-  const auto request = messages::decode<messages::ProposeCase::Request>(body);
-  if (!request) return malformed(Operation::propose_case);
-  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
-  auto whole = incoming_.add(*request);
-  if (!whole) return refused(ErrorCode::refused, whole.error().what);
-  if (!*whole) return ok(messages::ProposeCase::Answer{});
-  const auto proposed = calibrations_.propose(std::move(**whole));
-  if (!proposed) return refused(ErrorCode::refused, proposed.error().what);
-  return ok(messages::ProposeCase::Answer{.result_id = proposed->id, .refusal = proposed->refusal});
 }
 
 // Answered when it is stored and the core holds it: what is asked for next finds it so.

@@ -1,5 +1,6 @@
 #include "firmware/app/threads/wake_up.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <poll.h>
@@ -23,9 +24,10 @@ void WakeUp::notify() {
   [[maybe_unused]] const auto written = write(descriptor_, &one, sizeof one);
 }
 
-void WakeUp::wait(std::chrono::milliseconds at_most) {
-  pollfd waiting{descriptor_, POLLIN, 0};
-  poll(&waiting, 1, static_cast<int>(at_most.count()));
+void WakeUp::wait(std::chrono::milliseconds at_most, int also) {
+  // poll() passes over a negative descriptor.
+  std::array<pollfd, 2> waiting{{{descriptor_, POLLIN, 0}, {also, POLLIN, 0}}};
+  poll(waiting.data(), waiting.size(), static_cast<int>(at_most.count()));
   clear();
 }
 

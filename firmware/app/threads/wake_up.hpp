@@ -3,7 +3,7 @@
 
 namespace probebox::app {
 
-// Wakes one waiting thread through an eventfd. notify() neither blocks nor allocates.
+// Wakes one waiting thread from others, by an eventfd. notify() neither blocks nor allocates.
 class WakeUp {
  public:
   WakeUp();
@@ -12,8 +12,9 @@ class WakeUp {
   WakeUp& operator=(const WakeUp&) = delete;
 
   void notify();
-  void wait(std::chrono::milliseconds at_most);
-  // Clears all notifications: for owners that wait for descriptor() themselves.
+  // Until a notification, the end of the time, or until this descriptor too is readable (-1: none).
+  void wait(std::chrono::milliseconds at_most, int also = -1);
+  // Takes back all notifications so far: for owners that wait for descriptor() by other means.
   void clear();
   int descriptor() const { return descriptor_; }
 

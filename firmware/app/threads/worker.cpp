@@ -54,7 +54,7 @@ void Worker::run() {
   for (bool last = false; !last;) {
     // Read before the round: what was posted before stopping is still done.
     last = stopping_;
-    if (!last) wake_up_.wait(kNowAndThen);
+    if (!last) wake_up_.wait(kNowAndThen, also_);
     on_wake_();
     while (const auto job = take()) {
       job();

@@ -25,6 +25,8 @@ class Worker {
   bool postPatient(std::function<void()> job);
   // Runs the posted jobs, then ends the thread; notify() stays allowed.
   void stop();
+  // Within on_wake: a round comes at once, too, when this descriptor is readable (-1: none).
+  void alsoWaitFor(int descriptor) { also_ = descriptor; }
   // Neither blocks nor allocates: for the tick path.
   void notify() { wake_up_.notify(); }
 
@@ -39,6 +41,7 @@ class Worker {
   std::mutex mutex_;
   Jobs jobs_;
   Jobs patient_;
+  int also_{-1};
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -91,7 +91,8 @@ struct Daemon::Parts {
             procedureFacts(descriptions),
             [this] { return time.now(); },
             [config = boxConfig(descriptions)](std::span<const Event> told) { return box::whyUnfit(config, told); },
-            [this](const Event& command) { return tellCore(command); }},
+            [this](const Event& command) { return tellCore(command); },
+            options.solver},
         doors{(state / "doors").string(),
               [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); }},
         served{(state / "served-last").string()},
@@ -115,6 +116,7 @@ struct Daemon::Parts {
     links.stop();
     cnc_lines.clear();
     worker.stop();  // while the core still takes what it has to say
+    calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
     standing.finish(core_view.newest().snapshot);
     writeJournal();
@@ -140,8 +142,10 @@ struct Daemon::Parts {
     calibrations.look(state);
     served.note(state.snapshot);
     standing.look(state.snapshot);
+    results_desk.look();
     if (const auto run = core.takeRunToSolve())
       calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
+    worker.alsoWaitFor(calibrations.solverDescriptor());
   }
 
   void writeJournal() {

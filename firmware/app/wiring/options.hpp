@@ -18,6 +18,7 @@ struct Options {
   std::string board = "sim";
   std::filesystem::path state;   // folder of what must survive a restart; empty: the default
   std::filesystem::path config;  // folder of descriptions that replace the board's; empty: none
+  std::filesystem::path solver;  // the program that solves cases; empty: the worker's thread does it itself
   std::vector<std::string> links;
   std::vector<std::string> cnc;
   std::filesystem::path journal;  // empty: none

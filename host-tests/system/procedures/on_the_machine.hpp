@@ -26,6 +26,7 @@ class OnTheMachine : public testing::Test {
     options.state = directory_.file("state");
     options.links = {"tcp:127.0.0.1:0"};
     options.time_scale = 10;
+    options.solver = PROBEBOXD;
     auto descriptions = app::loadDescriptions(options);
     ASSERT_TRUE(descriptions) << descriptions.error().what;
     descriptions_ = *descriptions;

@@ -114,6 +114,8 @@ const std::map<std::string_view, std::string_view> kSince11 = {
 // What protocol 1.2 has behind that.
 const std::map<std::string_view, std::string_view> kSince12 = {
     {"START", "002de2d863"},
+    {"propose_case request", "00"},
+    {"propose_case answer", "00"},
     {"HEARTBEAT", "78d1e861d04ebc611e36d1e6d4d7221a"},
     {"start_procedure request",
      "0300a0c153ee0571fa4185f5636941a4ecc1228863de25cdf2c1cf58b96944d5c9c1642d4549e7dceac1e35a38a6aa02f741"
@@ -164,6 +166,8 @@ const std::map<std::string_view, std::string> kNewIn12 = {
      "02001a0003006868680100710200d56f477a0789f5c1a58cdf1852e5e441160002007474060071717171717101002660a5c2"
      "af04f1c1"},
     {"propose_case answer", "238d949198559cdb08007373737373737373"},
+    {"follow_case request", "238d949101"},
+    {"follow_case answer", "235d4535ed8eb8e2cd751ed7aa0000"},
 };
 
 TEST(Golden, EveryMessageIsTheseBytes) {

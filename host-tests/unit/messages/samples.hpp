@@ -100,6 +100,8 @@ void forEachMessage(auto&& call) {
   call("tell_pose request", TellPose::Request{});
   call("propose_case request", ProposeCase::Request{});
   call("propose_case answer", ProposeCase::Answer{});
+  call("follow_case request", FollowCase::Request{});
+  call("follow_case answer", FollowCase::Answer{});
 }
 
 }  // namespace probebox::messages

@@ -72,6 +72,7 @@ std::vector<Piece> piecesOf(const metrology::Dataset& dataset) {
     }
   }
   pieces.back().last = true;
+  pieces.back().follow = true;
   const std::uint32_t number = std::random_device{}();
   for (auto& piece : pieces) piece.number = number;
   return pieces;
@@ -98,6 +99,41 @@ ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
   return ExitStatus::ok;
 }
 
+// The box gives a case up by itself when nobody asks after it; asking it to do so now leaves no doubt.
+Trouble givenUp(link::Client& box, std::uint32_t number) {
+  const auto answer =
+      box.request<messages::FollowCase>({.number = number, .cancel = true}, link::patience(kAnswerPatience));
+  const bool stored = answer && answer->progress == messages::CaseProgress::done;
+  auto trouble = interruption();
+  if (stored)
+    trouble.what += "; the box had solved the case before, and keeps it as " + std::to_string(answer->result_id);
+  return trouble;
+}
+
+// Waits as long as the box says that it works: it knows its own limits.
+Outcome<messages::ProposeCase::Answer, Trouble> follow(link::Client& box, std::uint32_t number, Console& console) {
+  constexpr milliseconds kPause{300};
+  while (true) {
+    for (const auto pause = patienceOf(console, kPause); box.round(pause);) {
+    }
+    if (console.interrupted()) return givenUp(box, number);
+    const auto answer = ask<messages::FollowCase>(box, console, {.number = number, .cancel = false});
+    if (console.interrupted()) return givenUp(box, number);
+    if (!answer) return answer.error();
+    switch (answer->progress) {
+      case messages::CaseProgress::working:
+        console.progress("the box is solving the case, " + std::to_string(answer->elapsed_ms / 1000) + " s");
+        continue;
+      case messages::CaseProgress::done:
+        return messages::ProposeCase::Answer{
+            .result_id = answer->result_id, .refusal = answer->refusal, .working = false};
+      case messages::CaseProgress::cancelled:
+        break;
+    }
+    return Trouble{ExitStatus::box_refused, "cancelled", "the case was given up before the box had solved it"};
+  }
+}
+
 }  // namespace
 
 ExitStatus run(const Propose& options, const std::string& uri, Console& console) {
@@ -107,10 +143,17 @@ ExitStatus run(const Propose& options, const std::string& uri, Console& console)
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
   messages::ProposeCase::Answer last;
+  std::uint32_t number = 0;
   for (const auto& piece : piecesOf(*dataset)) {
     const auto answer = ask<messages::ProposeCase>(**box, console, piece);
     if (!answer) return console.fail(answer.error());
     last = *answer;
+    number = piece.number;
+  }
+  if (last.working) {
+    const auto followed = follow(**box, number, console);
+    if (!followed) return console.fail(followed.error());
+    last = *followed;
   }
   return tell(last, console);
 }

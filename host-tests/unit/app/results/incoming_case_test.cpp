@@ -1,11 +1,16 @@
 #include "firmware/app/results/incoming_case.hpp"
 
+#include <functional>
 #include <gmock/gmock.h>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace probebox::app {
 namespace {
 
 using Piece = messages::ProposeCase::Request;
+using testing::AllOf;
 using testing::HasSubstr;
 
 Piece piece(std::uint32_t number, bool first, bool last) {
@@ -66,16 +71,62 @@ TEST(IncomingCase, RefusesEntriesThatAreNotOfTheirKindAndForgetsTheCase) {
   }
 }
 
-TEST(IncomingCase, HasAnEnd) {
+// Sends pieces that differ in their number until one is refused; gives what was said and how many were taken.
+std::pair<std::string, std::size_t> sendUntilRefused(const std::function<void(Piece&, std::size_t)>& fill) {
   IncomingCase incoming;
-  auto much = piece(1, true, false);
-  much.columns = {{.table = "t", .column = "x", .values = std::vector<double>(60'000)}};
-  auto added = incoming.add(much);
-  much.first = false;
-  for (std::size_t sent = 60'000; added.ok() && sent <= IncomingCase::kMostNumbers; sent += 60'000)
-    added = incoming.add(much);
-  ASSERT_FALSE(added.ok());
-  EXPECT_THAT(added.error().what, HasSubstr("too large"));
+  for (std::size_t sent = 0; sent < 1'000'000; ++sent) {
+    auto next = piece(1, sent == 0, false);
+    fill(next, sent);
+    if (const auto added = incoming.add(next); !added) return {added.error().what, sent};
+  }
+  return {};
+}
+
+TEST(IncomingCase, HasAnEndInRows) {
+  const auto [said, taken] = sendUntilRefused([](Piece& next, std::size_t) {
+    next.columns = {{.table = "t", .column = "x", .values = std::vector<double>(1000)}};
+  });
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("too-many-rows"), HasSubstr("'t'"), HasSubstr("250000"), HasSubstr("probebox solve")));
+  EXPECT_EQ(taken, 250U);
+}
+
+TEST(IncomingCase, HasAnEndInColumns) {
+  const auto [said, taken] = sendUntilRefused([](Piece& next, std::size_t sent) {
+    next.columns = {{.table = "t" + std::to_string(sent % 7), .column = std::to_string(sent), .values = {}}};
+  });
+  EXPECT_THAT(said, AllOf(HasSubstr("too-many-columns"), HasSubstr("256")));
+  EXPECT_EQ(taken, 256U);
+}
+
+TEST(IncomingCase, HasAnEndInNumbersOfAllTables) {
+  const auto [said, taken] = sendUntilRefused([](Piece& next, std::size_t sent) {
+    next.columns = {{.table = "t", .column = std::to_string(sent), .values = std::vector<double>(100'000)}};
+  });
+  EXPECT_THAT(said, AllOf(HasSubstr("too-large"), HasSubstr("8 MB"), HasSubstr("probebox solve")));
+  EXPECT_EQ(taken, 10U) << "a million numbers of 8 bytes are less than 8 MB by 388608 bytes";
+}
+
+// What a map needs for a key counts, not its letters alone.
+TEST(IncomingCase, CountsShortEntriesAsTheMemoryThatTheyTake) {
+  const auto [said, taken] = sendUntilRefused([](Piece& next, std::size_t sent) {
+    next.config = {
+        {.key = std::to_string(sent), .kind = messages::CaseValue::text, .numbers = {}, .columns = 0, .text = "x"}};
+  });
+  EXPECT_THAT(said, HasSubstr("too-large"));
+  EXPECT_LT(taken, IncomingCase::kMostBytes / 150) << "a node of the map is that large at least";
+}
+
+TEST(IncomingCase, CountsShortRowsOfAMatrixAsTheMemoryThatTheyTake) {
+  const auto [said, taken] = sendUntilRefused([](Piece& next, std::size_t sent) {
+    next.config = {{.key = std::to_string(sent),
+                    .kind = messages::CaseValue::matrix,
+                    .numbers = std::vector<double>(300),
+                    .columns = 1,
+                    .text = {}}};
+  });
+  EXPECT_THAT(said, HasSubstr("too-large"));
+  EXPECT_LT(taken, IncomingCase::kMostBytes / (300 * 48));
 }
 
 }  // namespace

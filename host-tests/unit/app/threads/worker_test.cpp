@@ -1,9 +1,14 @@
 #include "firmware/app/threads/worker.hpp"
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <vector>
+
+#include "firmware/app/threads/wake_up.hpp"
 
 namespace probebox::app {
 namespace {
@@ -41,6 +46,18 @@ TEST(Worker, SaysWhenTooMuchIsWaiting) {
   while (worker.post([] {})) ASSERT_LT(++taken, 10'000);
   EXPECT_GT(taken, 100);
   gate.set_value();
+}
+
+// Such as the end of a process: an hour's wait is over at once.
+TEST(WakeUp, EndsItsWaitWhenTheOtherDescriptorIsReadable) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  ASSERT_EQ(write(ends[1], "x", 1), 1);
+  WakeUp wake_up;
+  wake_up.wait(std::chrono::hours{1}, ends[0]);
+  char byte{};
+  EXPECT_EQ(read(ends[0], &byte, 1), 1) << "it is left to whom it is for";
+  for (const int end : ends) close(end);
 }
 
 TEST(Worker, LooksRoundWhenItIsNotified) {

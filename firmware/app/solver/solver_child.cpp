@@ -1,0 +1,161 @@
+#include "firmware/app/solver/solver_child.hpp"
+
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <exception>
+#include <linux/capability.h>
+#include <new>
+#include <signal.h>
+#include <stdexcept>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#include <utility>
+
+#include "firmware/json/dataset_json.hpp"
+#include "firmware/json/result_json.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::string_view kResult = "result\n";
+constexpr std::string_view kRefusal = "refusal\n";
+constexpr int kPoliteness = 10;  // of nice(2): capture, links and lines to the CNC go first
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;  // reserves terabytes of addresses, and reads files at the end
+#else
+constexpr bool kSanitized = false;
+#endif
+
+std::string megabytes(std::size_t bytes) {
+  return std::to_string(bytes >> 20U) + " MB";
+}
+
+bool limit(decltype(RLIMIT_CPU) resource, rlim_t most) {
+  const rlimit both{most, most};
+  return setrlimit(resource, &both) == 0;
+}
+
+// No more files, processes, rights or core dumps than a calculation needs; what the kernel refuses to take away is not
+// needed for the limits of time and memory, which the daemon watches as well.
+bool confine(const SolverLimits& limits) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, 2> none{};
+  syscall(SYS_capset, &header, none.data());
+  setpriority(PRIO_PROCESS, 0, kPoliteness);
+  limit(RLIMIT_CORE, 0);
+  if (!kSanitized) {
+    limit(RLIMIT_NPROC, 0);
+    limit(RLIMIT_NOFILE, 3);
+    limit(RLIMIT_FSIZE, limits.answer_bytes);
+  }
+  // At the soft limit the signal ends the process and says why.
+  const auto seconds = static_cast<rlim_t>(limits.processor.count());
+  const rlimit processor{seconds, seconds + 1};
+  const bool timed = setrlimit(RLIMIT_CPU, &processor) == 0;
+  return timed && (kSanitized || limit(RLIMIT_AS, limits.memory_bytes));
+}
+
+std::optional<std::string> readAll(int descriptor) {
+  std::string text;
+  std::array<char, 65536> part{};
+  while (true) {
+    const auto count = read(descriptor, part.data(), part.size());
+    if (count < 0) return std::nullopt;
+    if (count == 0) return text;
+    text.append(part.data(), static_cast<std::size_t>(count));
+  }
+}
+
+bool writeAll(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const auto count = write(descriptor, text.data(), text.size());
+    if (count <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+metrology::Solved solved(const SolverLimits& limits) {
+  try {
+    const auto text = readAll(STDIN_FILENO);
+    if (!text) return metrology::Refusal{"solver-ended", "the case could not be read by the solver: propose it again"};
+    const auto dataset = json::datasetFromJson(*text);
+    if (!dataset) return metrology::Refusal{"bad-config", dataset.error().what};
+    return metrology::solve(*dataset);
+  } catch (const std::bad_alloc&) {
+    return tooMuchMemory(limits);
+  } catch (const std::length_error&) {
+    return tooMuchMemory(limits);
+  }
+}
+
+std::optional<SolverLimits> limitsFrom(std::string_view argument) {
+  const auto comma = argument.find(',');
+  if (comma == std::string_view::npos) return std::nullopt;
+  const auto number = [](std::string_view text) -> std::optional<std::uint32_t> {
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || value == 0) return std::nullopt;
+    return value;
+  };
+  const auto seconds = number(argument.substr(0, comma));
+  const auto memory = number(argument.substr(comma + 1));
+  if (!seconds || !memory) return std::nullopt;
+  SolverLimits limits;
+  limits.processor = std::chrono::seconds{*seconds};
+  limits.memory_bytes = std::size_t{*memory} << 20U;
+  return limits;
+}
+
+}  // namespace
+
+std::string toArgument(const SolverLimits& limits) {
+  return std::to_string(limits.processor.count()) + "," + std::to_string(limits.memory_bytes >> 20U);
+}
+
+int solveInChild(std::string_view argument) {
+  constexpr int kFailed = 1;
+  constexpr int kUsage = 2;
+  const auto limits = limitsFrom(argument);
+  if (!limits) return kUsage;
+  if (!confine(*limits)) return kFailed;
+  return writeAll(STDOUT_FILENO, encodeAnswer(solved(*limits))) ? 0 : kFailed;
+}
+
+std::string encodeAnswer(const metrology::Solved& solved) {
+  return solved ? std::string{kResult} + json::toJson(solved.value())
+                : std::string{kRefusal} + json::toJson(solved.error());
+}
+
+Outcome<metrology::Solved> decodeAnswer(std::string_view text) {
+  if (text.starts_with(kResult)) {
+    auto result = json::resultFromJson(text.substr(kResult.size()));
+    if (!result) return result.error();
+    return metrology::Solved{std::move(result).value()};
+  }
+  if (text.starts_with(kRefusal)) {
+    auto refusal = json::refusalFromJson(text.substr(kRefusal.size()));
+    if (!refusal) return refusal.error();
+    return metrology::Solved{std::move(refusal).value()};
+  }
+  return Error{"neither a result nor a refusal"};
+}
+
+metrology::Refusal tooLong(const SolverLimits& limits) {
+  return {"too-long", "the case takes more than " + std::to_string(limits.processor.count()) +
+                          " s of the box's processor: leave out readings, or solve it on a computer (probebox solve)"};
+}
+
+metrology::Refusal tooMuchMemory(const SolverLimits& limits) {
+  return {"too-much-memory",
+          "the case takes more than " + megabytes(limits.memory_bytes) +
+              " of the box's memory: leave out readings, or solve it on a computer (probebox solve)"};
+}
+
+}  // namespace probebox::app
