@@ -107,6 +107,8 @@ double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) con
 }
 
 bool AxisReference::homed(double position_mm) {
+  if (!std::isfinite(position_mm) || (config_.travel.isDescribed() && !config_.travel.reaches(position_mm)))
+    return false;
   if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
   if (!still_since_ || std::abs(u_mm_ - still_since_->u_mm) > kStill_mm) return false;
   // The mean of what it showed while it stood still.

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/corrections/travel.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "protocol/units/time.hpp"
 
@@ -9,9 +10,9 @@ namespace probebox::corrections {
 
 using published::ReferenceFault;
 
-// How the counts of an axis become machine positions.
+// How the counts of an axis become a machine position.
 enum class ReferenceBy : std::uint8_t {
-  absolute,  // the encoder reports absolute positions
+  absolute,  // the encoder tells the position itself
   index,     // the axis passes its reference mark
   homing,    // the controller says where the axis stands
 };
@@ -20,23 +21,24 @@ struct ReferenceConfig {
   ReferenceBy by{ReferenceBy::homing};
   double mm_per_count{1};   // with the axis sense in its sign
   double index_mm{};        // machine position where the mark begins for an axis that moves up
-  double index_width_mm{};  // an axis moving down meets the mark this much higher
-  double index_pitch_mm{};  // distance between reference marks; 0 for a single mark
+  double index_width_mm{};  // it begins this much higher for an axis that moves down
+  double index_pitch_mm{};  // marks repeat at this distance; 0: there is one
   double index_tolerance_mm{0.02};
-  double maximum_speed_mm_s{1000};  // maximum speed of the axis; faster counts are an encoder error
+  double maximum_speed_mm_s{1000};  // of the axis; faster is an error of the encoder
+  Travel travel{};
 };
 
-// Holds the reference of one incremental axis (for a rotary axis read degrees for mm). There is none until the index
-// pulse or a homing message, and none after a count error. Counts lag behind edges by the system delay (A1), so the
-// mark is looked up in counts that arrive this much later. While the delay is unknown, marks passed at high speed are
-// ignored.
+// The reference of one incremental axis (of a rotary one, degrees stand wherever mm is written): nothing until the
+// index pulse or the controller's word, and nothing again after a count error. Counts lag behind the lines by the
+// system delay (A1), so a mark is looked up in the counts that come that much later; while the delay is not known,
+// marks that are passed fast say nothing.
 class AxisReference {
  public:
-  // Largest possible system delay before it is calibrated.
+  // A delay that nobody has measured may be up to this.
   static constexpr double kUnknownDelay_s = 0.01;
-  // Uncertainty of the index edge relative to the trigger edge that the delay was measured with.
+  // Of the index line's edge against the trigger line that the delay was measured with.
   static constexpr double kEdgeUncertainty_s = 50e-6;
-  // An axis is at standstill when it moved less than this in the last 100 ms.
+  // An axis that moved less than this in the last 100 ms stands still.
   static constexpr double kStill_mm = 0.01;
 
   explicit AxisReference(const ReferenceConfig& config);
@@ -44,18 +46,19 @@ class AxisReference {
   void setDelay(double tau_s, double sd_s);
   void push(MonoTime at, std::int64_t counts);
   void index(MonoTime at);
-  // Returns false and changes nothing when the axis is not at standstill or has an absolute encoder.
+  // False, and nothing happens, when the axis has not been seen to stand still, tells its position itself, or cannot
+  // stand there.
   bool homed(double position_mm);
   void encoderLost() { lose(ReferenceFault::encoder_lost); }
 
   bool referenced() const { return offset_mm_.has_value(); }
-  // Machine position at the latest count; nullopt without a reference.
+  // Machine position at the latest count; nothing without a reference.
   std::optional<double> position_mm() const;
-  // Machine position at any count of this axis.
+  // Of any count of this axis.
   std::optional<double> position_mm(double counts) const;
   ReferenceFault lastFault() const { return last_fault_; }
   std::uint32_t losses() const { return losses_; }
-  std::uint32_t unusedIndexes() const { return unused_indexes_; }  // marks passed too fast, or two marks at once
+  std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, or two at once
 
  private:
   void lose(ReferenceFault fault);
@@ -70,20 +73,20 @@ class AxisReference {
   std::optional<double> offset_mm_;
   bool has_count_{};
   MonoTime at_{};
-  double u_mm_{};  // counts * mm_per_count
-  // Position at least 100 ms ago, and the candidate that will replace it.
+  double u_mm_{};  // counts times mm_per_count
+  // Where the axis was at least 100 ms ago, and the one that will take its place.
   struct Anchor {
     MonoTime at{};
     double u_mm{};
-    double sum_mm{};  // sum of the distances of later counts from it
+    double sum_mm{};  // of how far the counts since were from it
     int counts{};
   };
   std::optional<Anchor> still_since_, next_anchor_;
   std::optional<MonoTime> pending_index_;
-  // A mark that was passed while the delay is unknown: its counts arrive within kUnknownDelay_s.
+  // A mark that was passed while the delay is not known: the counts of that moment come within kUnknownDelay_s.
   struct Pass {
     double u_mm{};
-    double reach_mm{};  // travel of the counts since then
+    double reach_mm{};  // how far the counts have gone from there
     MonoTime until{};
   };
   std::optional<Pass> pass_;

@@ -52,7 +52,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::settled, "settled", u16, 1, "", read,
      "1 when the correction has reached its target; 0 while the maximum rate limits it"},
     {address::refused_homings, "refused homings", u16, 1, "", read,
-     "homings refused because the axis was moving; wraps"},
+     "homings refused because the axis was moving, or the position is outside of its travel; wraps"},
 
     {address::delay_f32, "X system delay", f32, 1, "ms", read,
      "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
@@ -91,7 +91,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "over restarts of the box and an unplugged adapter"},
 
     {address::home_position, "homing: X position", i32, 0.0001, "mm", write,
-     "machine position of the axis at standstill"},
+     "machine position of the axis at standstill, within its travel"},
     {address::home_position + 2, "homing: Y position", i32, 0.0001, "mm", write, "as X"},
     {address::home_position + 4, "homing: Z position", i32, 0.0001, "mm", write, "as X"},
     {address::home_axes, "homing: axes", u16, 1, "", write, "axes to reference: bit 0 X, 1 Y, 2 Z"},
@@ -255,6 +255,13 @@ Count saturated(double counts, Count lowest = std::numeric_limits<Count>::min())
   return static_cast<Count>(std::clamp(std::nearbyint(counts), static_cast<double>(lowest), highest));
 }
 
+// No register shows an infinity or NaN: a controller may calculate with what it reads.
+float finite(double counts) {
+  if (std::isnan(counts)) return 0;
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(counts, -kMost, kMost));
+}
+
 std::uint32_t bitsOf(Kind kind, double counts) {
   switch (kind) {
     case u16:
@@ -269,7 +276,7 @@ std::uint32_t bitsOf(Kind kind, double counts) {
     case i32:
       return static_cast<std::uint32_t>(saturated<std::int32_t>(counts));
     case f32:
-      return std::bit_cast<std::uint32_t>(static_cast<float>(counts));
+      return std::bit_cast<std::uint32_t>(finite(counts));
   }
   return 0;
 }

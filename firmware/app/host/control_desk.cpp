@@ -246,6 +246,9 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
   if (const auto* marker = std::get_if<Marker>(&said)) {
     if (auto error = whyStray(*marker, state)) return error;
   }
+  if (const auto* homed = std::get_if<AxisHomed>(&said)) {
+    if (auto error = whyOutside(*homed, with_.travel)) return error;
+  }
   std::visit([now](auto& event) { event.at = now; }, said);
   if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
@@ -263,10 +266,15 @@ Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& s
   if (!access_.allow_marker) return notPermitted("allow_marker");
   if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
     return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
+  // All of them, or none.
+  std::vector<AxisHomed> homed;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
-    const AxisHomed homed{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
-    if (const auto error = post(homed, state)) return refused(ErrorCode::wrong_state, error->what);
+    homed.push_back({.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}});
+    if (const auto error = whyOutside(homed.back(), with_.travel)) return refused(ErrorCode::refused, error->what);
+  }
+  for (const auto& axis : homed) {
+    if (const auto error = post(axis, state)) return refused(ErrorCode::wrong_state, error->what);
   }
   return ok(messages::Nothing{});
 }

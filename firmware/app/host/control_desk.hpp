@@ -9,6 +9,7 @@
 #include "firmware/app/host/loop_back_desk.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/reply.hpp"
 #include "firmware/app/results/results_desk.hpp"
 #include "firmware/app/results/standing_keeper.hpp"
@@ -57,6 +58,7 @@ class ControlDesk {
     Counters& counters;
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
+    MachineTravel travel{};
   };
   ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
               std::function<void(Reply)> reply_later);

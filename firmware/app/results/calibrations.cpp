@@ -126,8 +126,12 @@ void Calibrations::attend() {
       solver_.start(being_solved_->dataset, *being_solved_->text);
       being_solved_->dataset = {};
     }
-    const auto answer = solver_.poll();
+    auto answer = solver_.poll();
     if (!answer) return;
+    if (*answer) {
+      if (const auto outside = in_force_.whyOutside(answer->value()))
+        *answer = metrology::Refusal{"outside-machine", outside->what};
+    }
     if (isOfSolver(*answer))
       logWarning("A case of " + being_solved_->method + " is refused (" + answer->error().name +
                  "): " + answer->error().reason);

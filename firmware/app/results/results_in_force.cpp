@@ -43,6 +43,9 @@ ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::func
       tell_core_{std::move(tell_core)} {}
 
 Outcome<std::vector<Event>> ResultsInForce::fitActivation(const store::Record& record) const {
+  if (record.result() != nullptr) {
+    if (auto outside = whyOutside(*record.result())) return *outside;
+  }
   auto events = activationOf(record, now_());
   if (events) {
     if (auto unfit = why_unfit_(*events)) return *unfit;
@@ -66,6 +69,10 @@ store::Binding ResultsInForce::bindingFor(const std::string& subject) const {
           .probe_serial_number = mounting_.probe_serial_number,
           .machine = mounting_.machine,
           .mounting = mounting_.mounting};
+}
+
+std::optional<Error> ResultsInForce::whyOutside(const metrology::Result& result) const {
+  return app::whyOutside(result, mounting_.travel);
 }
 
 std::vector<Event> ResultsInForce::restore() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results/machine_range.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -15,14 +16,15 @@
 
 namespace probebox::app {
 
-// Probe, machine and mounting that calibrations are bound to.
+// What a calibration belongs to, and the travel that its values have to lie within.
 struct Mounting {
   std::string probe_serial_number;
   std::string machine;
   std::string mounting;
+  MachineTravel travel{};
 };
 
-// Present time, ISO 8601.
+// Now, ISO 8601.
 std::string utcNow();
 
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
@@ -34,35 +36,38 @@ class ResultsInForce {
   using Accepted = Outcome<store::Record, store::Failure>;
   using RolledBack = Outcome<store::RolledBack, store::Failure>;
 
-  // `why_unfit`: why the core cannot apply the events of a result. `tell_core`: delivers an event to the core, however
-  // long that takes. `store` must outlive this.
+  // `why_unfit` says what keeps the core from following the events of a result. `tell_core` hands one to it, however
+  // long that takes. `store` outlives this.
   ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
                  std::function<void(const Event&)> tell_core);
 
   store::Binding bindingFor(const std::string& subject) const;
+  // Why no result like this may come into force on this machine (machine_range.hpp); nothing when it may.
+  std::optional<Error> whyOutside(const metrology::Result& result) const;
 
-  // Events for the start of the core: all results in force from earlier runs of the daemon.
+  // What the core must hear at its start: all results in force from earlier runs of the daemon.
   std::vector<Event> restore();
 
-  // Takes the newest state of the core. Activates waiting results when no cut is in progress, in the name of those who
-  // accepted them. Ignores the first second, when the inhibit lines may be unknown.
+  // What the core says now. Results that wait come into force as soon as no cut is on, in the name of those who
+  // accepted them. The first second tells nothing: the levels of the inhibit lines may not be known yet.
   void look(const box::State& state);
 
-  // Returns the record: ACTIVE, or ACCEPTED during a cut.
+  // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on.
   Accepted accept(store::Id id, const std::string& by);
 
-  // Returns to the previous result about `subject` (or one of its methods), or about the subject of result `id`, which
-  // must be in force. Refused during a cut, without waiting: it refers to what is in force now. For a result that only
-  // waits it is a withdrawal, which is allowed at any time.
+  // Goes back to what was in force before, about `subject` (or a method that answers it), or about the subject of the
+  // result `id`, which must be in force. While a cut is on it is refused, and does not wait: a person goes back from
+  // what is in force now, and by the end of the cut that may be something else. To go back from a result that only
+  // waits withdraws it; that changes nothing in force and is allowed at any time.
   RolledBack rollBack(const std::string& subject, const std::string& by);
   RolledBack rollBack(store::Id id, const std::string& by);
 
-  // Results in force that the core applies, without those that no longer fit the descriptions.
+  // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
   // What cannot be stored, or was lost, and what to do about it; empty when all is well.
   std::vector<std::string> storageProblems() const;
-  // Calibration of the sensor head with this tool number; nullopt when none is in force.
+  // What the calibration of the sensor head with that tool number found; nothing while none is in force.
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:

@@ -22,7 +22,8 @@ corrections::ReferenceConfig referenceOf(const board::AxisDescription& axis) {
           .index_width_mm = reference.index_width_mm,
           .index_pitch_mm = reference.index_pitch_mm,
           .index_tolerance_mm = reference.index_tolerance_mm,
-          .maximum_speed_mm_s = reference.maximum_speed_mm_s};
+          .maximum_speed_mm_s = reference.maximum_speed_mm_s,
+          .travel = {axis.travel_min_mm, axis.travel_max_mm}};
 }
 
 corrections::ScrewConfig screwOf(const board::ScrewDescription& screw) {

@@ -46,7 +46,8 @@ messages::BootId bootId() {
 Mounting mountingOf(const board::Descriptions& descriptions) {
   return {.probe_serial_number = descriptions.probe.serial_number,
           .machine = descriptions.machine.name,
-          .mounting = descriptions.machine.mounting};
+          .mounting = descriptions.machine.mounting,
+          .travel = travelOf(descriptions.machine)};
 }
 
 LinkService::Options linkOptions(const board::Descriptions& descriptions) {
@@ -106,7 +107,8 @@ struct Daemon::Parts {
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              descriptions.service.access,
              {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
-              loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); }},
+              loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
+              travelOf(descriptions.machine)},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 

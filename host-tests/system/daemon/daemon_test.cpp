@@ -148,6 +148,17 @@ TEST_F(RunningDaemon, CorrectsScrewsThatWarmUpOnceTheMachineIsHomed) {
   })) << "what was added is taken back";
 }
 
+TEST_F(RunningDaemon, HomesNoAxisOutsideOfItsTravel) {
+  start();
+  auto host = connect();
+  ASSERT_TRUE(host->eventually([&] { return host->ask<messages::Corrections>().referenced; }));
+  const auto refusal = host->refusal<messages::HomeAxes>({.axes = 7, .position_mm = {100, 100, 1e6}});
+  EXPECT_EQ(refusal.code, messages::ErrorCode::refused);
+  EXPECT_THAT(refusal.what, testing::AllOf(testing::HasSubstr("axis Z"), testing::HasSubstr("-400 mm to 50 mm")));
+  for (const auto& axis : host->ask<messages::Corrections>().axes)
+    EXPECT_LT(std::abs(axis.position_mm), 500) << "nothing was homed";
+}
+
 TEST_F(RunningDaemon, StreamsSamplesWithALedgerThatBalancesAtEveryHeartbeat) {
   start();
   Balances balances;

@@ -161,6 +161,20 @@ TEST(AxisReference, IsTakenFromTheControllerOnlyAtRest) {
   EXPECT_NEAR(*axis.reference.position_mm(), 7, 1e-9);
 }
 
+TEST(AxisReference, IsTakenFromTheControllerOnlyWithinTheTravel) {
+  auto config = marked();
+  config.by = ReferenceBy::homing;
+  config.travel = {-50, 450};
+  Axis axis{config};
+  axis.move(0, 0.2);
+  for (const double nowhere_mm : {1e6, 450.01, -50.01, -1e308, HUGE_VAL, std::nan("")}) {
+    EXPECT_FALSE(axis.reference.homed(nowhere_mm)) << nowhere_mm;
+    EXPECT_FALSE(axis.reference.referenced());
+  }
+  EXPECT_TRUE(axis.reference.homed(static_cast<float>(-50.0F)));
+  EXPECT_TRUE(axis.reference.homed(450));
+}
+
 TEST(AxisReference, OfRepeatingMarksNeedsHomingAndIsCheckedByEach) {
   auto config = marked();
   config.by = ReferenceBy::homing;

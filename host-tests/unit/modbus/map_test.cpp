@@ -99,6 +99,17 @@ TEST(RegisterMap, SaturatesAtTheEndsOfEveryKind) {
   }
 }
 
+TEST(RegisterMap, ShowsNoInfinityAndNoNaN) {
+  Image image{};
+  for (const double huge : {1e39, HUGE_VAL, -1e39, -HUGE_VAL, std::nan("")}) {
+    encode(*find(16), huge, WordOrder::high_first, image);
+    const auto shown = decode(*find(16), WordOrder::high_first, image);
+    EXPECT_TRUE(std::isfinite(shown)) << huge;
+    EXPECT_EQ(shown > 0, huge > 0);
+    EXPECT_EQ(shown < 0, huge < 0);
+  }
+}
+
 RC_GTEST_PROP(RegisterMap, GivesBackWhatWasEncodedToOneCount, (std::int32_t value, bool low_first)) {
   const auto order = low_first ? WordOrder::low_first : WordOrder::high_first;
   for (const auto& entry : registers()) {

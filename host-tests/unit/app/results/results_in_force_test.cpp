@@ -1,5 +1,6 @@
 #include "firmware/app/results/results_in_force.hpp"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <memory>
 
@@ -55,6 +56,28 @@ class InForce : public testing::Test {
   store::Store store_ = store::Store::open(folder_.file("results.db")).value();
   std::vector<Event> told_;
 };
+
+// Stored by an older firmware, or by a mind of its own.
+TEST_F(InForce, IsNothingThatTheMachineCannotBe) {
+  auto mounting = kMounting;
+  mounting.travel = {{{-50, 450}, {-50, 350}, {-400, 50}}};
+  auto results = boxWith(1e9, mounting);
+  letChange(results);
+  metrology::Result length;
+  length.method = "tool-assembly";
+  const store::Binding binding{"assembly-4", mounting.probe_serial_number, mounting.machine, mounting.mounting};
+  for (const double nonsense_mm : {std::nan(""), 1e6}) {
+    length.estimates = {metrology::Estimate::scalar("assembled_length_mm", nonsense_mm, 1e-3)};
+    const auto id = store_.propose(binding, length, "", "2026-01-01T00:00:00Z").value();
+    const auto accepted = results.accept(id, "Ada");
+    ASSERT_FALSE(accepted);
+    EXPECT_THAT(accepted.error().what, testing::HasSubstr("assembled_length_mm"));
+    ASSERT_TRUE(store_.accept(id, "Ada", "2026-01-01T00:00:00Z")) << "as an older firmware did";
+    auto restarted = boxWith(1e9, mounting);
+    EXPECT_THAT(restarted.restore(), IsEmpty());
+    EXPECT_THAT(restarted.active(), IsEmpty());
+  }
+}
 
 TEST_F(InForce, IsWhatThePersonAcceptedAndTheCoreFollows) {
   auto results = boxWith(0.1);
