@@ -27,6 +27,32 @@ std::vector<std::string> addresses(Section& root, std::string_view key, const st
   return all;
 }
 
+Access readAccess(Section& section) {
+  return {.allow_marker = section.flag("allow_marker", false),
+          .allow_homing = section.flag("allow_homing", false),
+          .allow_inhibit = section.flag("allow_inhibit", false),
+          .allow_calibrate = section.flag("allow_calibrate", false),
+          .allow_accept = section.flag("allow_accept", false)};
+}
+
+// An address that nothing has would leave its link with the rights of [access], and nobody would notice.
+void readDoors(Section& root, Service& service) {
+  for (auto& section : root.sections("door", 2 * kMostAddresses)) {
+    const Door door{.address = section.text("address", {}, kLongestAddress),
+                    .read_only = section.flag("read_only", false),
+                    .access = readAccess(section)};
+    const auto named = [&](const std::vector<std::string>& all) { return std::ranges::count(all, door.address) > 0; };
+    if (section.good("address") && !named(service.links) && !named(service.cnc))
+      section.problem("address", "is neither in links nor in cnc: write it as it is written there");
+    if (section.good("address") && service.doorAt(door.address) != nullptr)
+      section.problem("address", "has a [[door]] already: write one for each address");
+    if (door.read_only && door.access != Access{})
+      section.problem("read_only", "contradicts a right that the door gives: remove one of them");
+    section.finish();
+    service.doors.push_back(door);
+  }
+}
+
 Service readService(Section& root) {
   Service service;
   service.links = addresses(root, "links", {"tcp", "serial", "usb"}, "tcp:127.0.0.1:7627", service.link_places);
@@ -34,10 +60,9 @@ Service readService(Section& root) {
       addresses(root, "cnc", {"modbus", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200", service.cnc_places);
 
   auto access = root.section("access", false);
-  service.access.allow_marker = access.flag("allow_marker", false);
-  service.access.allow_calibrate = access.flag("allow_calibrate", false);
-  service.access.allow_accept = access.flag("allow_accept", false);
+  service.access = readAccess(access);
   access.finish();
+  readDoors(root, service);
 
   auto stream = root.section("stream", false);
   const StreamSettings usual;
@@ -49,6 +74,16 @@ Service readService(Section& root) {
 }
 
 }  // namespace
+
+const Door* Service::doorAt(std::string_view address) const {
+  const auto door = std::ranges::find(doors, address, &Door::address);
+  return door == doors.end() ? nullptr : &*door;
+}
+
+const Access& Service::accessAt(std::string_view address) const {
+  const auto* door = doorAt(address);
+  return door == nullptr ? access : door->access;
+}
 
 Outcome<Service> parseService(std::string_view text, std::string_view file_name) {
   return readDocument<Service>(text, file_name, readService);

@@ -1,16 +1,28 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 // service.toml: how the box is reached, and what may be done over a link.
 namespace probebox::board {
 
-// Whatever is not named is not allowed.
+// What may be done over a link or a line, besides reading. Whatever is not named is not allowed.
 struct Access {
-  bool allow_marker{false};
-  bool allow_calibrate{false};
-  bool allow_accept{false};
+  bool allow_marker{false};     // begin and end steps, tell the pose and the tool
+  bool allow_homing{false};     // say where an axis stands
+  bool allow_inhibit{false};    // say that a cut begins or ends
+  bool allow_calibrate{false};  // start and abort procedures, propose cases
+  bool allow_accept{false};     // accept, roll back, switch sources
+
+  friend bool operator==(const Access&, const Access&) = default;
+};
+
+// A link or a line with rights of its own, in place of those of [access].
+struct Door {
+  std::string address;  // as in links or cnc
+  bool read_only{};     // nothing is allowed; a link that other computers can reach has to say so
+  Access access;
 };
 
 struct StreamSettings {
@@ -23,8 +35,14 @@ struct Service {
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
   // Where a person finds each of them: "service.toml:3: 'links'".
   std::vector<std::string> link_places, cnc_places;
-  Access access;
+  Access access;  // of all that have no door of their own
+  std::vector<Door> doors;
   StreamSettings stream;
+
+  // The door at this address, or null.
+  const Door* doorAt(std::string_view address) const;
+  // The rights of who comes in at this address.
+  const Access& accessAt(std::string_view address) const;
 };
 
 }  // namespace probebox::board

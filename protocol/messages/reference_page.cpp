@@ -209,8 +209,26 @@ std::string samples() {
          fastProfile();
 }
 
+std::string limits() {
+  return R"(On TCP the first bytes of a connection are HELLO, after zeros at most, whole within 256 bytes and 2 s: its flags are 0, so
+it begins with 03 01 01. Whatever begins otherwise is closed without a word. On a serial line garbage before HELLO is passed over.
+
+| limit | what happens beyond it |
+|---|---|
+| 8 links of one TCP listener; one of a serial line or a USB port | HELLO is answered by a REFUSAL, `busy`, that names the limit |
+| 32 TCP connections that have not said HELLO | the oldest is closed |
+| 4096 bytes of payload of a frame to the box | the frame is passed over and counted |
+| 8 requests that wait for an answer | `busy` |
+| 1.5 s without a frame from the host | the link is down; on TCP it is closed |
+
+What a host may do besides reading depends on the door that it came in by (docs/service.md); `not_permitted` names the key.
+
+)";
+}
+
 std::string stream() {
-  return "## Handshake and stream\n\n" + message<Hello>("Host to box, first, after a zero that ends old garbage.") +
+  return "## Handshake and stream\n\n" + limits() +
+         message<Hello>("Host to box, first, after a zero that ends old garbage.") +
          message<Welcome>("Box to host. DESCRIPTOR and TEST_PATTERN follow.") +
          message<Descriptor>(
              "Box to host, and again between samples where the first block under another one follows: a delay came "
@@ -252,7 +270,7 @@ std::string control() {
          operation<ResultHistory>("What happened to results, and who did it. Since protocol 1.2.") +
          operation<SetInhibit>(
              "Says that a cut is on, or over; answered once the box has stored it and holds it. Since protocol 1.2.") +
-         operation<HomeAxes>("Axes were homed: they stand still at known machine positions. Allowed as markers are.") +
+         operation<HomeAxes>("Axes were homed: they stand still at known machine positions.") +
          operation<EnableSources>(
              "Which sources of corrections are summed. Allowed as accepting is; never while a cut is on.") +
          operation<LoopBack>(

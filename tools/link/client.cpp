@@ -251,7 +251,9 @@ void Client::onHeartbeat(const messages::Heartbeat& beat, const std::optional<Ba
 
 void Client::onRefusal(const messages::Refusal& refusal) {
   if (refusal.about == MessageType::hello) {
-    lose({Failure::Kind::no_protocol, refusal.code, refusal.text});
+    // Of the right protocol, but without room for one more host.
+    const bool full = refusal.code == ErrorCode::busy;
+    lose({full ? Failure::Kind::box_refused : Failure::Kind::no_protocol, refusal.code, refusal.text});
   } else if (refusal.about == MessageType::start) {
     wanted_.reset();
     box_streams_ = false;

@@ -14,9 +14,10 @@ Outcome<ModbusOptions> CncLine::parse(const std::string& text) {
   return parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
 }
 
-CncLine::CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, DoorBook& doors,
-                 ServedRecord& served)
-    : states_{states},
+CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states, ControlDesk& desk,
+                 DoorBook& doors, ServedRecord& served)
+    : may_{may},
+      states_{states},
       desk_{desk},
       doors_{doors},
       served_{served},
@@ -53,7 +54,8 @@ const published::Snapshot& CncLine::toBeServed() {
 
 bool CncLine::take(const Event& event) {
   const auto* cut = std::get_if<CutInhibit>(&event);
-  const auto error = cut != nullptr ? desk_.setInhibit(door_, cut->active) : desk_.post(event, states_.newest());
+  const auto error =
+      cut != nullptr ? desk_.setInhibit(door_, cut->active, may_) : desk_.post(event, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
   return !error;
 }

@@ -18,7 +18,9 @@ class CncLine {
   // `text`: "modbus:DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]".
   static Outcome<ModbusOptions> parse(const std::string& text);
 
-  CncLine(const ModbusOptions& options, StateBuffer& states, ControlDesk& desk, DoorBook& doors, ServedRecord& served);
+  // may: what the controller may do.
+  CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states, ControlDesk& desk,
+          DoorBook& doors, ServedRecord& served);
   ~CncLine();
   CncLine(const CncLine&) = delete;
   CncLine& operator=(const CncLine&) = delete;
@@ -34,6 +36,7 @@ class CncLine {
   bool keep(modbus::WordOrder order);
   const published::Snapshot& toBeServed();
 
+  board::Access may_;
   StateBuffer& states_;
   ControlDesk& desk_;
   DoorBook& doors_;

@@ -50,6 +50,17 @@ std::optional<Error> whyNotSummed(std::uint16_t mask, const box::State& state) {
   return std::nullopt;
 }
 
+struct Right {
+  bool board::Access::*flag;
+  const char* key;
+};
+// What it takes to tell the box this.
+Right rightFor(const Event& said) {
+  if (std::holds_alternative<AxisHomed>(said)) return {&board::Access::allow_homing, "allow_homing"};
+  if (std::holds_alternative<CutInhibit>(said)) return {&board::Access::allow_inhibit, "allow_inhibit"};
+  return {&board::Access::allow_marker, "allow_marker"};
+}
+
 bool inProgress(procedure::State state) {
   return state == procedure::State::waiting || state == procedure::State::running || state == procedure::State::solving;
 }
@@ -67,42 +78,41 @@ std::optional<Error> whyStray(const Marker& marker, const box::State& state) {
 
 }  // namespace
 
-ControlDesk::ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
-                         std::function<void(Reply)> reply_later)
-    : identity_{std::move(identity)}, access_{access}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
+ControlDesk::ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later)
+    : identity_{std::move(identity)}, with_{colleagues}, reply_later_{std::move(reply_later)} {}
 
-std::optional<Reply> ControlDesk::handle(std::uint64_t link, const std::string& door,
-                                         const stream::PendingRequest& request, const box::State& state,
-                                         const LinkVitals& vitals) {
+std::optional<Reply> ControlDesk::handle(const Caller& caller, const stream::PendingRequest& request,
+                                         const box::State& state, const LinkVitals& vitals) {
   followLoops(state.procedure);
   if (ResultsDesk::answers(request.operation) || request.operation == Operation::loop_back)
-    return askWorker(link, door, request);
-  Reply reply = answer(request, state, vitals);
-  reply.link = link;
+    return askWorker(caller, request);
+  Reply reply = answer(caller.may, request, state, vitals);
+  reply.link = caller.link;
   reply.ticket = request.ticket;
   return reply;
 }
 
-Reply ControlDesk::answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals) {
+Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest& request, const box::State& state,
+                          const LinkVitals& vitals) {
   switch (request.operation) {
     case Operation::status:
       return describeStatus(state, vitals);
     case Operation::procedure_status:
       return describeProcedure(state);
     case Operation::post_marker:
-      return takeMarker(request.body, state);
+      return takeMarker(may, request.body, state);
     case Operation::start_procedure:
-      return startProcedure(request.body, state);
+      return startProcedure(may, request.body, state);
     case Operation::abort_procedure:
-      return abortProcedure(request.body, state);
+      return abortProcedure(may, request.body, state);
     case Operation::corrections:
       return ok(correctionsAnswer(state));
     case Operation::home_axes:
-      return homeAxes(request.body, state);
+      return homeAxes(may, request.body, state);
     case Operation::tell_pose:
-      return tellPose(request.body, state);
+      return tellPose(may, request.body, state);
     case Operation::enable_sources:
-      return enableSources(request.body, state);
+      return enableSources(may, request.body, state);
     default:
       return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
   }
@@ -223,7 +233,7 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
   return ok(answer);
 }
 
-Reply ControlDesk::takeMarker(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::takeMarker(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::PostMarker::Request>(body);
   if (!request) return malformed(Operation::post_marker);
   const Marker marker{.procedure = request->procedure,
@@ -234,14 +244,13 @@ Reply ControlDesk::takeMarker(std::span<const std::byte> body, const box::State&
                       .nominal_speed_mm_s = request->nominal_speed_mm_s,
                       .at_rest = request->at_rest,
                       .at = {}};
-  if (!access_.allow_marker) return notPermitted("allow_marker");
-  if (const auto error = post(marker, state)) return refused(ErrorCode::wrong_state, error->what);
+  if (!may.allow_marker) return notPermitted("allow_marker");
+  if (const auto error = post(marker, state, may)) return refused(ErrorCode::wrong_state, error->what);
   return ok(messages::Nothing{});
 }
 
-std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
-  if (!access_.allow_marker)
-    return Error{"Markers are off on this box: set allow_marker = true in [access] of service.toml."};
+std::optional<Error> ControlDesk::post(Event said, const box::State& state, const board::Access& may) {
+  if (const auto right = rightFor(said); !(may.*right.flag)) return Error{notPermitted(right.key).text};
   const MonoTime now = with_.time.now();
   if (const auto* marker = std::get_if<Marker>(&said)) {
     if (auto error = whyStray(*marker, state)) return error;
@@ -254,16 +263,15 @@ std::optional<Error> ControlDesk::post(Event said, const box::State& state) {
   return std::nullopt;
 }
 
-std::optional<Error> ControlDesk::setInhibit(const std::string& door, bool active) {
-  if (!access_.allow_marker)
-    return Error{"Inhibits are off on this box: set allow_marker = true in [access] of service.toml."};
+std::optional<Error> ControlDesk::setInhibit(const std::string& door, bool active, const board::Access& may) {
+  if (!may.allow_inhibit) return Error{notPermitted("allow_inhibit").text};
   return with_.doors.setInhibit(door, active, "");
 }
 
-Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::HomeAxes::Request>(body);
   if (!request) return malformed(Operation::home_axes);
-  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (!may.allow_homing) return notPermitted("allow_homing");
   if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
     return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
   // All of them, or none.
@@ -274,15 +282,15 @@ Reply ControlDesk::homeAxes(std::span<const std::byte> body, const box::State& s
     if (const auto error = whyOutside(homed.back(), with_.travel)) return refused(ErrorCode::refused, error->what);
   }
   for (const auto& axis : homed) {
-    if (const auto error = post(axis, state)) return refused(ErrorCode::wrong_state, error->what);
+    if (const auto error = post(axis, state, may)) return refused(ErrorCode::wrong_state, error->what);
   }
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::TellPose::Request>(body);
   if (!request) return malformed(Operation::tell_pose);
-  if (!access_.allow_marker) return notPermitted("allow_marker");
+  if (!may.allow_marker) return notPermitted("allow_marker");
   const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
   if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= board::kMostToolLength_mm))
     return refused(ErrorCode::malformed, "An angle is not a number, or a tool length is outside 0 to 2000 mm.");
@@ -292,14 +300,14 @@ Reply ControlDesk::tellPose(std::span<const std::byte> body, const box::State& s
                       .tool = request->tool,
                       .tool_length_mm = request->tool_length_mm,
                       .at = {}};
-  if (const auto error = post(told, state)) return refused(ErrorCode::wrong_state, error->what);
+  if (const auto error = post(told, state, may)) return refused(ErrorCode::wrong_state, error->what);
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::enableSources(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::EnableSources::Request>(body);
   if (!request) return malformed(Operation::enable_sources);
-  if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (!may.allow_accept) return notPermitted("allow_accept");
   if (const auto error = whyNotSummed(request->mask, state)) return refused(ErrorCode::refused, error->what);
   if (state.snapshot.inhibited)
     return refused(ErrorCode::wrong_state,
@@ -309,10 +317,10 @@ Reply ControlDesk::enableSources(std::span<const std::byte> body, const box::Sta
   return ok(messages::Nothing{});
 }
 
-Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::StartProcedure::Request>(body);
   if (!request) return malformed(Operation::start_procedure);
-  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  if (!may.allow_calibrate) return notPermitted("allow_calibrate");
   const auto method = procedure::methodNamed(request->method);
   if (!method) {
     std::string known;
@@ -352,10 +360,10 @@ Reply ControlDesk::startProcedure(std::span<const std::byte> body, const box::St
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 
-Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::State& state) {
+Reply ControlDesk::abortProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
   const auto request = messages::decode<messages::AbortProcedure::Request>(body);
   if (!request) return malformed(Operation::abort_procedure);
-  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  if (!may.allow_calibrate) return notPermitted("allow_calibrate");
   // One that the core has not published yet can be given up as well.
   const std::uint32_t run = std::max(last_run_, state.procedure.run);
   const bool starting = run > state.procedure.run;
@@ -373,21 +381,20 @@ Reply ControlDesk::abortProcedure(std::span<const std::byte> body, const box::St
   return ok(messages::Nothing{});
 }
 
-std::optional<Reply> ControlDesk::askWorker(std::uint64_t link, const std::string& door,
-                                            const stream::PendingRequest& request) {
+std::optional<Reply> ControlDesk::askWorker(const Caller& caller, const stream::PendingRequest& request) {
   auto body = std::make_shared<std::vector<std::byte>>(request.body.begin(), request.body.end());
-  const auto job = [this, link, door, body, ticket = request.ticket, operation = request.operation] {
-    const auto then = [this, link, ticket](Reply reply) {
+  const auto job = [this, caller, body, ticket = request.ticket, operation = request.operation] {
+    const auto then = [this, link = caller.link, ticket](Reply reply) {
       reply.link = link;
       reply.ticket = ticket;
       reply_later_(std::move(reply));
     };
-    if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body));
-    with_.results.answer(operation, *body, door, then);
+    if (operation == Operation::loop_back) return then(with_.loop_back.answer(*body, caller.may));
+    with_.results.answer(operation, *body, caller, then);
   };
   const auto busy = [&](const char* why) {
     Reply reply = refused(ErrorCode::busy, why);
-    reply.link = link;
+    reply.link = caller.link;
     reply.ticket = request.ticket;
     return reply;
   };

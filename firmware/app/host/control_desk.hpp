@@ -60,37 +60,36 @@ class ControlDesk {
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
     MachineTravel travel{};
   };
-  ControlDesk(Identity identity, board::Access access, const Colleagues& colleagues,
-              std::function<void(Reply)> reply_later);
+  ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later);
 
-  // `door`: what the link came in through, as DoorBook names it. Nothing now means: later.
-  std::optional<Reply> handle(std::uint64_t link, const std::string& door, const stream::PendingRequest& request,
-                              const box::State& state, const LinkVitals& vitals);
+  // Nothing now means: later.
+  std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,
+                              const LinkVitals& vitals);
 
-  // Takes a marker, a homed axis or a cut from the controller, from any thread; sets the stamp. Returns why it was
-  // refused; nullopt when it was taken.
-  std::optional<Error> post(Event said, const box::State& state);
+  // Takes a marker, a homed axis or a cut from the controller, from any thread; sets the stamp. `may`: what the
+  // controller may do. Returns why it was refused; nullopt when it was taken.
+  std::optional<Error> post(Event said, const box::State& state, const board::Access& may);
 
   // Any thread, which waits for the disk: a line of the CNC says that a cut is on, or over.
-  std::optional<Error> setInhibit(const std::string& door, bool active);
+  std::optional<Error> setInhibit(const std::string& door, bool active, const board::Access& may);
 
  private:
-  Reply answer(const stream::PendingRequest& request, const box::State& state, const LinkVitals& vitals);
+  Reply answer(const board::Access& may, const stream::PendingRequest& request, const box::State& state,
+               const LinkVitals& vitals);
   Reply describeStatus(const box::State& state, const LinkVitals& vitals) const;
   Reply describeProcedure(const box::State& state) const;
-  Reply takeMarker(std::span<const std::byte> body, const box::State& state);
-  Reply startProcedure(std::span<const std::byte> body, const box::State& state);
-  Reply abortProcedure(std::span<const std::byte> body, const box::State& state);
-  Reply homeAxes(std::span<const std::byte> body, const box::State& state);
-  Reply tellPose(std::span<const std::byte> body, const box::State& state);
-  Reply enableSources(std::span<const std::byte> body, const box::State& state);
+  Reply takeMarker(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply startProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply abortProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply homeAxes(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply tellPose(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply enableSources(const board::Access& may, std::span<const std::byte> body, const box::State& state);
   void followLoops(const procedure::Progress& progress);
   std::string procedureInWords(const box::State& state) const;
   std::string whereItStands(std::uint64_t result) const;
-  std::optional<Reply> askWorker(std::uint64_t link, const std::string& door, const stream::PendingRequest& request);
+  std::optional<Reply> askWorker(const Caller& caller, const stream::PendingRequest& request);
 
   Identity identity_;
-  board::Access access_;
   Colleagues with_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};

@@ -17,11 +17,8 @@ stream::SessionOptions withLanes(stream::SessionOptions options, const io::Conne
 }  // namespace
 
 HostLink::HostLink(std::uint64_t id, io::Connection connection, stream::SessionOptions options,
-                   const stream::History& history, MonoTime now)
-    : id_{id},
-      connection_{std::move(connection)},
-      session_{withLanes(std::move(options), connection_), history},
-      since_{now} {}
+                   const stream::History& history)
+    : id_{id}, connection_{std::move(connection)}, session_{withLanes(std::move(options), connection_), history} {}
 
 void HostLink::receive(MonoTime now) {
   if (closed()) return;

@@ -11,11 +11,9 @@ namespace probebox::app {
 class HostLink {
  public:
   // options.two_lanes is set from the connection.
-  HostLink(std::uint64_t id, io::Connection connection, stream::SessionOptions options, const stream::History& history,
-           MonoTime now);
+  HostLink(std::uint64_t id, io::Connection connection, stream::SessionOptions options, const stream::History& history);
 
   std::uint64_t id() const { return id_; }
-  MonoTime since() const { return since_; }
   stream::Session& session() { return session_; }
   const stream::Session& session() const { return session_; }
   int descriptor() const { return connection_.data->descriptor(); }
@@ -38,7 +36,6 @@ class HostLink {
   std::uint64_t id_;
   io::Connection connection_;
   stream::Session session_;
-  MonoTime since_;
   bool waits_for_writing_{};
 };
 

@@ -43,36 +43,37 @@ LinkService::LinkService(Options options, ControlDesk& desk, Feed& feed, StateBu
       wake_up_{wake_up},
       started_{time_.now()},
       history_{options_.history_bytes, options_.history_pieces, {messages::Profile::fast}},
-      transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples} {}
+      transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
+      reception_{loop_,
+                 {.why_full = [this](std::size_t listener) { return whyFull(listener); },
+                  .enter = [this](Reception::Guest guest) { enter(std::move(guest)); }}} {}
 
 LinkService::~LinkService() {
   stop();
 }
 
-void LinkService::listen(tcp::Listener listener) {
-  listeners_.push_back(std::move(listener));
+void LinkService::listen(tcp::Listener listener, const board::Access& may) {
+  reception_.listen(std::move(listener));
+  from_network_may_.push_back(may);
 }
-void LinkService::serve(const serial::Address& line) {
+void LinkService::serve(const serial::Address& line, const board::Access& may) {
   serial_lines_.push_back(std::make_unique<SerialLine>());
   serial_lines_.back()->name = "serial:" + line.path;
   serial_lines_.back()->address = line;
+  serial_lines_.back()->may = may;
 }
-void LinkService::serve(const usb_gadget::PortAddress& port) {
+void LinkService::serve(const usb_gadget::PortAddress& port, const board::Access& may) {
   usb_ports_.push_back(std::make_unique<UsbPort>());
   usb_ports_.back()->name = "usb";
   usb_ports_.back()->address = port;
+  usb_ports_.back()->may = may;
 }
 
 void LinkService::start() {
   thread_ = std::thread{[this] {
     std::vector<EventLoop::Watch> watches;
-    for (auto& listener : listeners_) {
-      watches.push_back(loop_.watch(listener.descriptor(), [this, &listener] {
-        while (auto pipe = listener.accept()) {
-          if (Link* link = adopt(std::move(pipe), nullptr)) watch(*link);
-        }
-      }));
-    }
+    reception_.advance(time_.now());
+    reception_.open();
     watches.push_back(loop_.watch(wake_up_.descriptor(), [this] {
       wake_up_.clear();
       passOn();
@@ -80,6 +81,7 @@ void LinkService::start() {
     }));
     watches.push_back(loop_.every(kAdvance, [this] { advance(); }));
     loop_.run();
+    reception_.close();
     links_.clear();
     usb_ports_.clear();
   }};
@@ -104,16 +106,6 @@ void LinkService::reply(Reply reply) {
   wake_up_.notify();
 }
 
-// Once a second at most: whoever knocks in a loop shall not fill the log.
-void LinkService::turnAway() {
-  ++turned_away_;
-  const MonoTime now = time_.now();
-  if (now - turned_away_said_ < kRetry) return;
-  turned_away_said_ = now;
-  logWarning(std::to_string(turned_away_) + " hosts have been refused: " + std::to_string(options_.most_links) +
-             " links are already open.");
-}
-
 bool LinkService::Door::mayTry(MonoTime now) {
   if (now < next_try) return false;
   next_try = now + kRetry;
@@ -125,19 +117,34 @@ void LinkService::Door::complain(const std::string& what) {
   problem = what;
 }
 
-LinkService::Link* LinkService::adopt(io::Connection connection, Door* door) {
-  const auto from_network = std::ranges::count_if(links_, [](const auto& link) { return link->door == nullptr; });
-  if (door == nullptr && static_cast<std::size_t>(from_network) >= options_.most_links) {
-    turnAway();
-    return nullptr;
-  }
+LinkService::Link& LinkService::adopt(io::Connection connection, const board::Access& may, Door* door) {
   stream::SessionOptions session = options_.session;
   session.first_session_id = static_cast<std::uint32_t>(last_link_ * 1000 + 1);
   if (connection.control) session.heartbeat_period = kUsbHeartbeat;
-  links_.push_back(std::make_unique<Link>(
-      Link{.host = {++last_link_, std::move(connection), session, history_, time_.now()}, .door = door, .watch = {}}));
+  links_.push_back(std::make_unique<Link>(Link{.host = {++last_link_, std::move(connection), session, history_},
+                                               .door = door,
+                                               .listener = 0,
+                                               .may = may,
+                                               .watch = {}}));
   counters_.links = static_cast<std::uint32_t>(links_.size());
-  return links_.back().get();
+  return *links_.back();
+}
+
+std::optional<std::string> LinkService::whyFull(std::size_t listener) const {
+  const auto open = std::ranges::count_if(
+      links_, [&](const auto& link) { return link->door == nullptr && link->listener == listener && !link->closed; });
+  if (static_cast<std::size_t>(open) < options_.most_links) return std::nullopt;
+  return "all " + std::to_string(options_.most_links) +
+         " links of this address are taken; end a command that holds one, or come over USB or a serial line";
+}
+
+void LinkService::enter(Reception::Guest guest) {
+  Link& link = adopt(std::move(guest.pipe), from_network_may_.at(guest.door), nullptr);
+  link.listener = guest.door;
+  link.host.session().receive(guest.gate.bytes(), time_.now());
+  watch(link);
+  answerRequests(link);
+  flush(link);
 }
 
 void LinkService::watch(Link& link) {
@@ -153,7 +160,7 @@ void LinkService::openSerialLines(MonoTime now) {
       continue;
     }
     line->problem.clear();
-    line->link = adopt(std::move(*pipe), line.get());
+    line->link = &adopt(std::move(*pipe), line->may, line.get());
     watch(*line->link);
   }
 }
@@ -178,7 +185,7 @@ void LinkService::turn(UsbPort& usb) {
   usb.port->turn();
   if (auto connection = usb.port->accept()) {
     if (usb.link != nullptr) close(*usb.link);
-    usb.link = adopt(std::move(*connection), &usb);
+    usb.link = &adopt(std::move(*connection), usb.may, &usb);
   }
   if (usb.link != nullptr) serve(*usb.link);
 }
@@ -191,8 +198,9 @@ void LinkService::serve(Link& link) {
 
 void LinkService::answerRequests(Link& link) {
   while (const auto request = link.host.session().nextRequest()) {
-    const auto reply = desk_.handle(link.host.id(), link.door == nullptr ? kNetwork : link.door->name, *request,
-                                    states_.newest(), vitals());
+    const Caller caller{
+        .link = link.host.id(), .door = link.door == nullptr ? kNetwork : link.door->name, .may = link.may};
+    const auto reply = desk_.handle(caller, *request, states_.newest(), vitals());
     if (reply) link.host.session().answer(reply->ticket, reply->code, reply->text, reply->body);
   }
 }
@@ -262,19 +270,12 @@ void LinkService::advance() {
     link->host.session().advance(now, of_box);
     flush(*link);
     // A serial line stays, and so does USB: the next host says HELLO on it.
-    if (link->door == nullptr && hasNothingToSay(*link, now)) close(*link);
+    if (link->door == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
   }
+  reception_.advance(now);
   dropClosed();
   openSerialLines(now);
   openUsbPorts(now);
-}
-
-// It has gone without a word, or never said HELLO: its place is for others.
-bool LinkService::hasNothingToSay(const Link& link, MonoTime now) {
-  constexpr Nanoseconds kHelloUntil = std::chrono::seconds{5};
-  const auto state = link.host.session().state();
-  return state == stream::SessionState::down ||
-         (state == stream::SessionState::waiting && now - link.host.since() > kHelloUntil);
 }
 
 // The delay that is in the samples stands in the descriptor: blocks from here on go under it.

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <variant>
@@ -15,6 +16,7 @@
 #include "drivers/usb_gadget/gadget_port.hpp"
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/host_link.hpp"
+#include "firmware/app/host/reception.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/event_loop.hpp"
 #include "firmware/app/threads/feed.hpp"
@@ -35,7 +37,7 @@ class LinkService {
     messages::Descriptor descriptor;  // without the delay in force
     std::size_t history_bytes = 2U << 20U;
     std::size_t history_pieces = 2048;
-    std::size_t most_links = 8;
+    std::size_t most_links = 8;  // of one listener
   };
 
   LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters, WakeUp& wake_up);
@@ -43,10 +45,10 @@ class LinkService {
   LinkService(const LinkService&) = delete;
   LinkService& operator=(const LinkService&) = delete;
 
-  // Before start().
-  void listen(tcp::Listener listener);
-  void serve(const serial::Address& line);
-  void serve(const usb_gadget::PortAddress& port);
+  // Before start(). may: what hosts may do that come in there.
+  void listen(tcp::Listener listener, const board::Access& may);
+  void serve(const serial::Address& line, const board::Access& may);
+  void serve(const usb_gadget::PortAddress& port, const board::Access& may);
 
   void start();
   void stop();
@@ -59,6 +61,8 @@ class LinkService {
   struct Link {
     HostLink host;
     Door* door{};            // null: from the network
+    std::size_t listener{};  // then: which
+    board::Access may;
     EventLoop::Watch watch;  // not for USB, whose port reports events
     bool closed{};
   };
@@ -68,6 +72,7 @@ class LinkService {
     std::string problem;  // last reported problem; empty when there is none
     MonoTime next_try{};
     Link* link{};  // link of the host that connected here
+    board::Access may;
     bool mayTry(MonoTime now);
     void complain(const std::string& what);
   };
@@ -80,9 +85,10 @@ class LinkService {
     EventLoop::Watch watch;  // for the port and for its link
   };
 
-  Link* adopt(io::Connection connection, Door* door);
+  Link& adopt(io::Connection connection, const board::Access& may, Door* door);
+  void enter(Reception::Guest guest);
+  std::optional<std::string> whyFull(std::size_t listener) const;
   void watch(Link& link);
-  void turnAway();
   void openSerialLines(MonoTime now);
   void openUsbPorts(MonoTime now);
   void turn(UsbPort& port);
@@ -96,7 +102,6 @@ class LinkService {
   void describe(const published::DelayInForce& delay);
   void dropClosed();
   void close(Link& link);
-  static bool hasNothingToSay(const Link& link, MonoTime now);
   LinkVitals vitals() const;
   std::uint64_t uptimeMs() const;
 
@@ -112,13 +117,12 @@ class LinkService {
   stream::Transcoder transcoder_;
   FeedItem item_;
   EventLoop loop_;
-  std::vector<tcp::Listener> listeners_;
+  Reception reception_;
+  std::vector<board::Access> from_network_may_;  // by listener
   std::vector<std::unique_ptr<SerialLine>> serial_lines_;
   std::vector<std::unique_ptr<UsbPort>> usb_ports_;
   std::vector<std::unique_ptr<Link>> links_;
   std::uint64_t last_link_{};
-  std::uint64_t turned_away_{};
-  MonoTime turned_away_said_{};
   messages::LinkCounters from_gone_hosts_;
   MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};

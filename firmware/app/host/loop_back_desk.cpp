@@ -18,16 +18,16 @@ constexpr std::uint32_t kFewestPulses = 10;  // fewer say little of a median
 
 }  // namespace
 
-Reply LoopBackDesk::answer(std::span<const std::byte> body) {
-  Reply reply = measured(body);
+Reply LoopBackDesk::answer(std::span<const std::byte> body, const board::Access& may) {
+  Reply reply = measured(body, may);
   end();
   return reply;
 }
 
-Reply LoopBackDesk::measured(std::span<const std::byte> body) {
+Reply LoopBackDesk::measured(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<Question::Request>(body);
   if (!request) return malformed(Question::kOperation);
-  if (!access_.allow_calibrate) return notPermitted("allow_calibrate");
+  if (!may.allow_calibrate) return notPermitted("allow_calibrate");
   if (!lines_) {
     return refused(ErrorCode::not_found,
                    "This box has no loop-back: connect one of its outputs to one of its inputs with a wire, and name "

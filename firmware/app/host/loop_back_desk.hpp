@@ -17,21 +17,21 @@ namespace probebox::app {
 class LoopBackDesk {
  public:
   // `wire` exists if `lines` exist.
-  LoopBackDesk(board::Access access, std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
-      : access_{access}, lines_{std::move(lines)}, wire_{std::move(wire)} {}
+  LoopBackDesk(std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
+      : lines_{std::move(lines)}, wire_{std::move(wire)} {}
 
   // Called by the thread of the links. Returns false while a measurement waits or runs; otherwise answer() or end()
   // must follow.
   bool begin() { return !busy_.exchange(true); }
   void end() { busy_ = false; }
 
-  Reply answer(std::span<const std::byte> body);
+  // may: the rights of who asks.
+  Reply answer(std::span<const std::byte> body, const board::Access& may);
 
  private:
-  Reply measured(std::span<const std::byte> body);
+  Reply measured(std::span<const std::byte> body, const board::Access& may);
 
   std::atomic<bool> busy_{};
-  board::Access access_;
   std::optional<board::LoopBack> lines_;
   std::unique_ptr<gpio::LoopBack> wire_;
 };

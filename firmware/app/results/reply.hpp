@@ -33,10 +33,11 @@ inline Reply malformed(messages::Operation operation) {
                      " ends inside a field: check that it is encoded with this protocol version.");
 }
 
-// key: of [access] in service.toml.
+// key: of service.toml.
 inline Reply notPermitted(const char* key) {
-  return refused(messages::ErrorCode::not_permitted, std::string{"This operation is disabled on this box: set "} + key +
-                                                         " = true in [access] of service.toml.");
+  return refused(messages::ErrorCode::not_permitted,
+                 std::string{"This operation is disabled for this link: set "} + key +
+                     " = true in service.toml, in the [[door]] of the link or, where it has none, in [access].");
 }
 
 }  // namespace probebox::app

@@ -48,29 +48,30 @@ bool ResultsDesk::answers(Operation operation) {
   }
 }
 
-void ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const std::string& door,
+void ResultsDesk::answer(Operation operation, std::span<const std::byte> body, const Caller& caller,
                          const ProposalDesk::Then& then) {
-  if (operation != Operation::propose_case) return then(answerAtOnce(operation, body, door));
-  if (!access_.allow_calibrate) return then(notPermitted("allow_calibrate"));
+  if (operation != Operation::propose_case) return then(answerAtOnce(operation, body, caller));
+  if (!caller.may.allow_calibrate) return then(notPermitted("allow_calibrate"));
   proposals_.propose(body, then);
 }
 
-Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> body, const std::string& door) {
+Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> body, const Caller& caller) {
+  const board::Access& may = caller.may;
   switch (operation) {
     case Operation::list_results:
       return listResults(body);
     case Operation::accept_result:
-      return acceptResult(body);
+      return acceptResult(body, may);
     case Operation::rollback_result:
-      return rollBack(body);
+      return rollBack(body, may);
     case Operation::result_history:
       return history(body);
     case Operation::get_dataset:
       return getDataset(body);
     case Operation::set_inhibit:
-      return setInhibit(body, door);
+      return setInhibit(body, caller);
     case Operation::follow_case:
-      return access_.allow_calibrate ? proposals_.follow(body) : notPermitted("allow_calibrate");
+      return may.allow_calibrate ? proposals_.follow(body) : notPermitted("allow_calibrate");
     default:
       return refused(ErrorCode::unknown_operation, "This box does not know the operation: update its firmware.");
   }
@@ -104,10 +105,10 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
   return ok(answer);
 }
 
-Reply ResultsDesk::acceptResult(std::span<const std::byte> body) {
+Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::AcceptResult::Request>(body);
   if (!request) return malformed(Operation::accept_result);
-  if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (!may.allow_accept) return notPermitted("allow_accept");
   if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
   const auto accepted = calibrations_.inForce().accept(request->id, request->by);
   if (!accepted) return whyNot(accepted.error());
@@ -115,10 +116,10 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body) {
                                            .waiting_for_cut = accepted->state == store::State::accepted});
 }
 
-Reply ResultsDesk::rollBack(std::span<const std::byte> body) {
+Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::RollbackResult::Request>(body);
   if (!request) return malformed(Operation::rollback_result);
-  if (!access_.allow_accept) return notPermitted("allow_accept");
+  if (!may.allow_accept) return notPermitted("allow_accept");
   if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
   auto& in_force = calibrations_.inForce();
   const bool only_waited = request->id != 0 && in_force.isWaiting(request->id);
@@ -170,11 +171,13 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
 }
 
 // Answered when it is stored and the core holds it: what is asked for next finds it so.
-Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const std::string& door) {
+Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& caller) {
   const auto request = messages::decode<messages::SetInhibit::Request>(body);
   if (!request) return malformed(Operation::set_inhibit);
-  if (!access_.allow_marker) return notPermitted("allow_marker");
-  const std::string own = request->by.empty() ? door : "person:" + request->by;
+  if (!caller.may.allow_inhibit) return notPermitted("allow_inhibit");
+  if (const auto why = request->by.empty() ? std::nullopt : whyNoName(request->by))
+    return refused(ErrorCode::malformed, why->what);
+  const std::string own = request->by.empty() ? caller.door : "person:" + request->by;
   const bool of_another = !request->door.empty() && request->door != own;
   if (of_another) {
     if (auto refusal = clearForAnother(*request)) return *refusal;

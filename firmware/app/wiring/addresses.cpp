@@ -14,11 +14,9 @@ namespace {
 // Collects the problems of all addresses, and which device each of them takes.
 class AddressCheck {
  public:
-  explicit AddressCheck(const board::Access& access) : access_{access} {}
-
-  void look(const std::string& where, const LinkAddress& link) {
+  void look(const std::string& where, const LinkAddress& link, const board::Door* door) {
     if (const auto* line = std::get_if<serial::Address>(&link)) return lookAtLine(where, *line);
-    if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host);
+    if (const auto* host = std::get_if<tcp::Address>(&link)) return lookAtHost(where, *host, door);
     take(where, "usb", "the USB port");
   }
   void lookAtLine(const std::string& where, const serial::Address& line) {
@@ -39,13 +37,9 @@ class AddressCheck {
   }
 
  private:
-  void lookAtHost(const std::string& where, const tcp::Address& host) {
+  void lookAtHost(const std::string& where, const tcp::Address& host, const board::Door* door) {
+    if (const auto why = whyOpenToAll(host, door)) return refuse(where, why->what);
     const auto name = "tcp:" + tcp::describe(host);
-    if (access_.allow_accept && !tcp::isLoopback(host))
-      return refuse(where, name +
-                               " lets other computers in, nobody who comes in has to prove who he is, and allow_accept "
-                               "lets him put results into force: listen on 127.0.0.1 and let others come through a "
-                               "tunnel (ssh -L), or set allow_accept = false in service.toml");
     if (host.port != 0) take(where, name, name);
   }
   void take(const std::string& where, const std::string& device, const std::string& name) {
@@ -53,7 +47,6 @@ class AddressCheck {
     if (!is_new) refuse(where, name + " is in use by " + place->second + " already: give each a device of its own");
   }
 
-  const board::Access& access_;
   std::map<std::string, std::string> taken_;
   Error problems_;
 };
@@ -73,12 +66,12 @@ const std::vector<std::string>& cncLinesOf(const Options& options, const board::
 }
 
 std::optional<Error> whyNoAddresses(const Options& options, const board::Service& service) {
-  AddressCheck check{service.access};
+  AddressCheck check;
   const auto& links = linksOf(options, service);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const auto where = options.links.empty() ? placeOf(service.link_places, k, "'links'") : "--link";
     if (const auto link = parseLink(links[k])) {
-      check.look(where, *link);
+      check.look(where, *link, service.doorAt(links[k]));
     } else {
       check.refuse(where, link.error().what);
     }
@@ -93,6 +86,18 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
     }
   }
   return check.problems();
+}
+
+std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door) {
+  if (tcp::isLoopback(address) || (door != nullptr && door->read_only)) return std::nullopt;
+  const auto link = "tcp:" + tcp::describe(address);
+  const auto port = std::to_string(address.port);
+  return Error{"The link " + link +
+               " can be reached from other computers, and whoever comes there could command the box. "
+               "Listen at tcp:127.0.0.1:" +
+               port + " and come through a tunnel (ssh -L " + port + ":127.0.0.1:" + port +
+               " BOX), or use USB, or let everybody look and nobody command: [[door]] address = \"" + link +
+               "\", read_only = true in service.toml."};
 }
 
 }  // namespace probebox::app

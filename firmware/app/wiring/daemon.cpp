@@ -61,6 +61,16 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   return options;
 }
 
+// The door of service.toml for a socket that somebody else opened, or null.
+const board::Door* doorOf(const tcp::Address& address, const board::Service& service) {
+  const auto door = std::ranges::find_if(service.doors, [&](const board::Door& candidate) {
+    const auto link = parseLink(candidate.address);
+    const auto* tcp = link ? std::get_if<tcp::Address>(&*link) : nullptr;
+    return tcp != nullptr && tcp->port == address.port && tcp->host == address.host;
+  });
+  return door == service.doors.end() ? nullptr : &*door;
+}
+
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
                      (hosts == 1 ? " host" : " hosts");
@@ -101,11 +111,10 @@ struct Daemon::Parts {
                  [this](const Event& bounds) { insist(bounds); }},
         journal{std::move(journal_writer)},
         journal_queue{journal ? &core.openJournal() : nullptr},
-        results_desk{descriptions.service.access, calibrations, core_view, doors},
-        loop_back_desk{descriptions.service.access, descriptions.box.loop_back, loopBackOf(descriptions)},
+        results_desk{calibrations, core_view, doors},
+        loop_back_desk{descriptions.box.loop_back, loopBackOf(descriptions)},
         worker{[this] { workerRound(); }},
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
-             descriptions.service.access,
              {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
               loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
               travelOf(descriptions.machine)},
@@ -181,11 +190,11 @@ struct Daemon::Parts {
     return all;
   }
 
-  Outcome<bool> adopt(std::vector<PassedSocket> passed);
-  Outcome<bool> openLinks(const std::vector<std::string>& texts);
-  Outcome<bool> openCncLines(const std::vector<std::string>& texts);
+  Outcome<bool> adopt(std::vector<PassedSocket> passed, const board::Service& service);
+  Outcome<bool> openLinks(const std::vector<std::string>& texts, const board::Service& service);
+  Outcome<bool> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<bool> openMachine(const board::Descriptions& descriptions);
-  void serve(tcp::Listener listener);
+  Outcome<bool> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
   void announce();
   std::vector<Event> fromBefore();
   void run();
@@ -224,50 +233,55 @@ struct Daemon::Parts {
   std::optional<ChainWatch> chain;
 };
 
-Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed) {
+Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const board::Service& service) {
   for (auto& socket : passed) {
     auto listener = tcp::Listener::adopt(std::move(socket.descriptor), socket.name);
     if (!listener) return listener.error();
-    passed_addresses.push_back(listener->address());
-    serve(std::move(*listener));
+    const auto address = listener->address();
+    if (auto served = serve(std::move(*listener), doorOf(address, service), service.access); !served) return served;
+    passed_addresses.push_back(address);
   }
   return true;
 }
 
-void Daemon::Parts::serve(tcp::Listener listener) {
-  if (!reachable_at) reachable_at = listener.address();
+// door: null where service.toml has none for it.
+Outcome<bool> Daemon::Parts::serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise) {
+  if (auto why = whyOpenToAll(listener.address(), door)) return *why;
+  if (!reachable_at && tcp::isLoopback(listener.address())) reachable_at = listener.address();
   uris.push_back("tcp:" + tcp::describe(listener.address()));
-  links.listen(std::move(listener));
+  links.listen(std::move(listener), door == nullptr ? otherwise : door->access);
+  return true;
 }
 
-Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts) {
+Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
     const auto address = parseLink(text);
     if (!address) return address.error();
     if (const auto* line = std::get_if<serial::Address>(&*address)) {
-      links.serve(*line);
+      links.serve(*line, service.accessAt(text));
       uris.push_back("serial:" + line->path + ",baud=" + std::to_string(line->settings.baud));
       continue;
     }
     if (const auto* port = std::get_if<usb_gadget::PortAddress>(&*address)) {
-      links.serve(*port);
+      links.serve(*port, service.accessAt(text));
       continue;
     }
     const auto& door = std::get<tcp::Address>(*address);
     if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
     auto listener = tcp::Listener::open(door);
     if (!listener) return listener.error();
-    serve(std::move(*listener));
+    if (auto served = serve(std::move(*listener), service.doorAt(text), service.access); !served) return served;
   }
   return true;
 }
 
-Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts) {
+Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
     const auto options = CncLine::parse(text);
     if (!options) return options.error();
     // A line that is not there yet is opened when it comes.
-    cnc_lines.push_back(std::make_unique<CncLine>(*options, core.addStateReader(), desk, doors, served));
+    cnc_lines.push_back(
+        std::make_unique<CncLine>(*options, service.accessAt(text), core.addStateReader(), desk, doors, served));
   }
   return true;
 }
@@ -278,7 +292,7 @@ Outcome<bool> Daemon::Parts::openMachine(const board::Descriptions& descriptions
     auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
     if (!listener) return listener.error();
     reachable_at = listener->address();
-    links.listen(std::move(*listener));
+    links.listen(std::move(*listener), descriptions.service.access);
   }
   auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters);
   if (!opened) return opened.error();
@@ -362,9 +376,9 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   parts->state_lock = std::move(state->lock);
   if (const auto problem = parts->doors.problem(); !problem.empty()) logWarning(problem);
   const auto& service = descriptions.service;
-  if (auto adopted = parts->adopt(std::move(passed)); !adopted) return adopted.error();
-  if (auto opened = parts->openLinks(linksOf(options, service)); !opened) return opened.error();
-  if (auto opened = parts->openCncLines(cncLinesOf(options, service)); !opened) return opened.error();
+  if (auto adopted = parts->adopt(std::move(passed), service); !adopted) return adopted.error();
+  if (auto opened = parts->openLinks(linksOf(options, service), service); !opened) return opened.error();
+  if (auto opened = parts->openCncLines(cncLinesOf(options, service), service); !opened) return opened.error();
   if (auto opened = parts->openMachine(descriptions); !opened) return opened.error();
   parts->announce();
   parts->run();

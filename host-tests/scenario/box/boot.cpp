@@ -7,7 +7,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr board::Access kAll{.allow_marker = true, .allow_calibrate = true, .allow_accept = true};
+constexpr board::Access kAll{
+    .allow_marker = true, .allow_homing = true, .allow_inhibit = true, .allow_calibrate = true, .allow_accept = true};
 
 // As the boxes of these scenarios have them.
 constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
@@ -36,11 +37,10 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
                return true;
              }},
       standing_{(file.parent_path() / "served").string(), kLimits, [this](const Event& bounds) { tell(bounds); }},
-      results_{kAll, calibrations_, core_, doors_},
-      loop_back_{kAll, std::nullopt, nullptr},
+      results_{calibrations_, core_, doors_},
+      loop_back_{std::nullopt, nullptr},
       worker_{[] {}},
       desk_{{"office", "0", {}},
-            kAll,
             {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
              sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
             [](const app::Reply&) {}} {}
@@ -67,8 +67,8 @@ void Boot::run(Nanoseconds duration) {
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
-  auto reply =
-      desk_.handle(1, "network", {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
+  auto reply = desk_.handle({.link = 1, .door = "network", .may = kAll},
+                            {.ticket = 1, .operation = operation, .body = body}, office_.scenario().state(), {});
   for (Event event; commands_.pop(event);) tell(event);
   return reply.value_or(app::Reply{});
 }

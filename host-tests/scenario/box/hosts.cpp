@@ -27,13 +27,13 @@ io::Transfer WireEnd::write(std::span<const std::byte> from) {
   return {count, io::PipeState::open};
 }
 
-void VirtualHost::connect(const stream::SessionOptions& session, const stream::History& history, MonoTime now) {
+void VirtualHost::connect(const stream::SessionOptions& session, const stream::History& history) {
   to_host_ = std::make_shared<WireState>();
   to_box_ = std::make_shared<WireState>();
   cut_after_.reset();
   asked_ = false;
   link_ = std::make_unique<app::HostLink>(++connections_, io::Connection{std::make_unique<WireEnd>(to_box_, to_host_)},
-                                          session, history, now);
+                                          session, history);
   link::ClientOptions options;
   options.last_boot_id = boot_id_;
   options.silence = std::chrono::hours{1};  // a host that does not read hears nothing
@@ -148,7 +148,7 @@ VirtualHost& Office::add(const Wish& wish) {
 }
 
 void Office::connect(VirtualHost& host) {
-  host.connect(session_, *history_, scenario_.now());
+  host.connect(session_, *history_);
 }
 
 void Office::run(Nanoseconds duration) {

@@ -50,7 +50,7 @@ class VirtualHost : private link::StreamListener {
   explicit VirtualHost(const Wish& wish) : wish_{wish} {}
 
   // A new connection; from the first sample that it does not have, if it had one before.
-  void connect(const stream::SessionOptions& session, const stream::History& history, MonoTime now);
+  void connect(const stream::SessionOptions& session, const stream::History& history);
   // Both sides do what they have to do.
   void carry(MonoTime now, const stream::Vitals& vitals);
 

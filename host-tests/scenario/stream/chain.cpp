@@ -88,7 +88,7 @@ Chain::Chain(messages::Profile profile)
   auto [box_end, host_end] = connection();
   stream::SessionOptions session;
   session.boot_id.fill(std::byte{1});
-  host_link_ = std::make_unique<app::HostLink>(1, std::move(box_end), session, history_, now_);
+  host_link_ = std::make_unique<app::HostLink>(1, std::move(box_end), session, history_);
   client_ = std::make_unique<link::Client>(std::move(host_end), link::ClientOptions{},
                                            static_cast<link::StreamListener*>(this));
   while (client_->poll(now_) == link::LinkState::greeting) carry();

@@ -248,6 +248,77 @@ TEST_F(RunningDaemon, RefusesWithAReasonWhatServiceTomlDoesNotAllow) {
   EXPECT_THAT(refused.what, testing::HasSubstr("allow_calibrate"));
 }
 
+TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
+  auto cable = serial::EmulatedCable::open(folder / "box", folder / "host");
+  ASSERT_TRUE(cable) << cable.error().what;
+  std::jthread carrier{[&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) cable->pump(2ms);
+  }};
+  const auto line = "serial:" + (folder / "box").string();
+  options.config = folder / "config";
+  std::filesystem::create_directories(options.config);
+  std::ofstream{options.config / "service.toml"} << "links = [\"tcp:127.0.0.1:0\", \"" << line << "\"]\n"
+                                                 << "[access]\nallow_marker = true\nallow_inhibit = true\n"
+                                                 << "[[door]]\naddress = \"" << line << "\"\nallow_homing = true\n";
+  options.links = {};
+  start();
+  const auto over_tcp = connect();
+  const auto over_line = TestHost::connect("serial:" + (folder / "host").string());
+  ASSERT_TRUE(over_tcp && over_line);
+  const messages::SetInhibit::Request cut{.active = false};
+  const messages::HomeAxes::Request home{.axes = 1, .position_mm = {0, 0, 0}};
+  EXPECT_EQ(over_line->refusal<messages::SetInhibit>(cut).code, messages::ErrorCode::not_permitted);
+  EXPECT_THAT(over_line->refusal<messages::SetInhibit>(cut).what, testing::HasSubstr("allow_inhibit"));
+  over_tcp->ask<messages::SetInhibit>(cut);
+  EXPECT_EQ(over_tcp->refusal<messages::HomeAxes>(home).code, messages::ErrorCode::not_permitted);
+  EXPECT_THAT(over_tcp->refusal<messages::HomeAxes>(home).what, testing::HasSubstr("allow_homing"));
+  over_line->ask<messages::HomeAxes>(home);
+}
+
+TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {
+  const auto loaded = loadDescriptions(options);
+  ASSERT_TRUE(loaded);
+  for (const auto* address : {"tcp:0.0.0.0:0", "tcp:[::]:0", "tcp:10.0.0.7:7627", "tcp:mill-3:7627"}) {
+    options.links = {address};
+    const auto refused = whyRefused(options, *loaded);
+    ASSERT_TRUE(refused) << address;
+    EXPECT_THAT(refused->what, testing::AllOf(testing::HasSubstr("ssh -L"), testing::HasSubstr("read_only = true")));
+  }
+  options.config = folder / "config";
+  std::filesystem::create_directories(options.config);
+  std::ofstream{options.config / "service.toml"} << "links = [\"tcp:0.0.0.0:0\"]\n[access]\nallow_inhibit = true\n"
+                                                 << "[[door]]\naddress = \"tcp:0.0.0.0:0\"\nread_only = true\n";
+  options.links = {};
+  start();
+  const auto host =
+      TestHost::connect("tcp:127.0.0.1:" + daemon->uris().front().substr(std::string{"tcp:0.0.0.0:"}.size()));
+  ASSERT_TRUE(host);
+  EXPECT_TRUE(host->waitForLock());
+  EXPECT_EQ(host->refusal<messages::SetInhibit>({.active = true}).code, messages::ErrorCode::not_permitted);
+}
+
+TEST_F(RunningDaemon, RefusesASocketThatOthersReachUnlessItIsReadOnly) {
+  const auto manager = tcp::Listener::open({.host = "0.0.0.0", .port = 0});
+  ASSERT_TRUE(manager) << manager.error().what;
+  const auto loaded = loadDescriptions(options);
+  std::vector<PassedSocket> passed;
+  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
+  const auto started = Daemon::start(options, *loaded, std::move(passed));
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().what, testing::HasSubstr("read_only = true"));
+}
+
+TEST_F(RunningDaemon, TakesNoNameThatIsNone) {
+  start();
+  const auto host = connect();
+  for (const auto& by :
+       {std::string{}, std::string{"  "}, std::string{"Ada\n9 active by Bob"}, std::string{"\x1b[2J"}}) {
+    EXPECT_EQ(host->refusal<messages::AcceptResult>({.id = 1, .by = by}).code, messages::ErrorCode::malformed) << by;
+    EXPECT_THAT(host->refusal<messages::RollbackResult>({.id = 0, .subject = "delay", .by = by}).what,
+                testing::HasSubstr("name of the person"));
+  }
+}
+
 TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
   const auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
   ASSERT_TRUE(manager) << manager.error().what;

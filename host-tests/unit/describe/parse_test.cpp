@@ -270,8 +270,36 @@ TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
 TEST(ServiceToml, AllowsNothingThatItDoesNotName) {
   const auto service = parseService("", "service.toml");
   ASSERT_TRUE(service.ok());
-  EXPECT_FALSE(service->access.allow_marker || service->access.allow_calibrate || service->access.allow_accept);
+  EXPECT_EQ(service->access, Access{});
   EXPECT_TRUE(service->links.empty());
+}
+
+TEST(ServiceToml, GivesADoorRightsOfItsOwnInPlaceOfTheOthers) {
+  const auto service = parseService(
+      "links = [\"usb\", \"tcp:0.0.0.0:7627\"]\ncnc = [\"modbus:/dev/ttyS2\"]\n"
+      "[access]\nallow_accept = true\n"
+      "[[door]]\naddress = \"modbus:/dev/ttyS2\"\nallow_marker = true\nallow_inhibit = true\n"
+      "[[door]]\naddress = \"tcp:0.0.0.0:7627\"\nread_only = true\n",
+      "service.toml");
+  ASSERT_TRUE(service.ok()) << service.error().what;
+  EXPECT_EQ(service->accessAt("usb"), Access{.allow_accept = true});
+  EXPECT_EQ(service->accessAt("modbus:/dev/ttyS2"), (Access{.allow_marker = true, .allow_inhibit = true}));
+  EXPECT_EQ(service->accessAt("tcp:0.0.0.0:7627"), Access{});
+  EXPECT_TRUE(service->doorAt("tcp:0.0.0.0:7627")->read_only);
+  EXPECT_EQ(service->doorAt("usb"), nullptr);
+}
+
+TEST(ServiceToml, RefusesADoorThatLeadsNowhereOrContradictsItself) {
+  const std::string links = "links = [\"usb\"]\n";
+  const auto problem = [&](const std::string& door) {
+    const auto service = parseService(links + "[[door]]\n" + door, "s");
+    return service.ok() ? "accepted" : service.error().what;
+  };
+  EXPECT_THAT(problem("address = \"usb:other\"\n"), HasSubstr("'door.address' is neither in links nor in cnc"));
+  EXPECT_THAT(problem("allow_accept = true\n"), HasSubstr("address"));
+  EXPECT_THAT(problem("address = \"usb\"\nread_only = true\nallow_marker = true\n"), HasSubstr("contradicts a right"));
+  EXPECT_THAT(problem("address = \"usb\"\n[[door]]\naddress = \"usb\"\n"), HasSubstr("has a [[door]] already"));
+  EXPECT_THAT(problem("address = \"usb\"\nallow_homming = true\n"), HasSubstr("allow_homing"));
 }
 
 TEST(ServiceToml, RefusesWhatIsNoAddress) {

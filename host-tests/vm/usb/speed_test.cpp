@@ -127,7 +127,7 @@ EndToEnd samples() {
     if (begun) {
       link.reset();
       if (begun->data)
-        link = std::make_unique<app::HostLink>(1, std::move(*begun), stream::SessionOptions{}, history, now);
+        link = std::make_unique<app::HostLink>(1, std::move(*begun), stream::SessionOptions{}, history);
     }
     if (!link) return;
     link->receive(now);

@@ -8,20 +8,19 @@
 namespace probebox::app {
 namespace {
 
-LoopBackDesk deskOf(bool allowed) {
-  board::Access access;
-  access.allow_calibrate = allowed;
+LoopBackDesk desk() {
   const auto late = []() -> std::optional<Nanoseconds> { return Nanoseconds{20'000}; };
-  return LoopBackDesk{access, board::LoopBack{}, std::make_unique<gpio::EmulatedLoopBack>(late)};
+  return LoopBackDesk{board::LoopBack{}, std::make_unique<gpio::EmulatedLoopBack>(late)};
 }
 
 // However a measurement ends, the next one may begin.
 TEST(LoopBackDesk, TakesOneMeasurementAtATime) {
   for (const bool allowed : {true, false}) {
-    auto desk = deskOf(allowed);
+    auto desk = app::desk();
     ASSERT_TRUE(desk.begin());
     EXPECT_FALSE(desk.begin()) << "it takes seconds";
-    const auto reply = desk.answer(messages::encoded(messages::LoopBack::Request{.pulses = 20}));
+    const auto reply =
+        desk.answer(messages::encoded(messages::LoopBack::Request{.pulses = 20}), {.allow_calibrate = allowed});
     EXPECT_EQ(reply.code, allowed ? messages::ErrorCode::ok : messages::ErrorCode::not_permitted);
     EXPECT_TRUE(desk.begin());
     desk.end();

@@ -70,20 +70,22 @@ TEST_F(Addresses, HaveSettingsThatLinesHave) {
   EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:70000\"]"), HasSubstr("is not a TCP address"));
 }
 
-TEST_F(Addresses, LetNobodyFromElsewhereAcceptResults) {
-  const std::string accept = "\n[access]\nallow_accept = true\n";
+TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
   for (const char* const host : {"0.0.0.0", "[::]", "192.168.0.7", "box.local"}) {
-    const std::string links = "links = [\"tcp:" + std::string{host} + ":7627\"]";
-    EXPECT_THAT(problemOf(links + accept),
-                AllOf(HasSubstr("service.toml:1: 'links': tcp:" + std::string{host} + ":7627 lets other computers in"),
-                      HasSubstr("listen on 127.0.0.1"), HasSubstr("allow_accept = false")));
-    EXPECT_EQ(problemOf(links), "") << "whoever comes may look";
+    const std::string address = "\"tcp:" + std::string{host} + ":7627\"";
+    const std::string links = "links = [" + address + "]\n";
+    EXPECT_THAT(problemOf(links), AllOf(HasSubstr("service.toml:1: 'links': The link tcp:" + std::string{host} +
+                                                  ":7627 can be reached from other computers"),
+                                        HasSubstr("ssh -L"), HasSubstr("read_only = true")));
+    EXPECT_THAT(problemOf(links + "[[door]]\naddress = " + address + "\n"), HasSubstr("read_only = true"));
+    EXPECT_EQ(problemOf(links + "[[door]]\naddress = " + address + "\nread_only = true\n"), "");
   }
   for (const char* const host : {"127.0.0.1", "localhost", "[::1]", ""})
-    EXPECT_EQ(problemOf("links = [\"tcp:" + std::string{host} + ":7627\"]" + accept), "") << host;
+    EXPECT_EQ(problemOf("links = [\"tcp:" + std::string{host} + ":7627\"]\n[access]\nallow_accept = true\n"), "")
+        << host;
   Options options;
   options.links = {"tcp:0.0.0.0:7627"};
-  EXPECT_THAT(problemOf(accept, options), HasSubstr("--link: tcp:0.0.0.0:7627 lets other computers in"));
+  EXPECT_THAT(problemOf("", options), HasSubstr("--link: The link tcp:0.0.0.0:7627 can be reached"));
 }
 
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {

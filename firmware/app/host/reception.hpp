@@ -1,0 +1,86 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/tcp/linux_tcp.hpp"
+#include "firmware/app/threads/event_loop.hpp"
+#include "firmware/app/log/log.hpp"
+#include "firmware/stream/greeting.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::app {
+
+// Takes in what comes to the TCP listeners, until it has said HELLO. Connections without a HELLO take no link's place
+// and little memory; those that begin with anything else, or with nothing for kPatience, are closed. A host that cannot
+// have a session is told why, by a REFUSAL. One thread.
+class Reception {
+ public:
+  static constexpr Nanoseconds kPatience = std::chrono::seconds{2};
+  // Connections without a HELLO at once; one more closes the oldest of them.
+  static constexpr std::size_t kMostWaiting = 32;
+
+  // A host that has said HELLO.
+  struct Guest {
+    std::unique_ptr<io::BytePipe> pipe;
+    stream::HelloGate gate;  // with what has come so far
+    std::size_t door{};      // which listener, in the order of listen()
+  };
+  struct Hall {
+    std::function<std::optional<std::string>(std::size_t door)> why_full;  // nullopt: there is room for one more
+    std::function<void(Guest)> enter;
+  };
+  Reception(EventLoop& loop, Hall hall) : loop_{loop}, hall_{std::move(hall)} {}
+
+  // Before open(). Returns the number of the door.
+  std::size_t listen(tcp::Listener listener);
+  // Begins to take connections in.
+  void open();
+  // Every few milliseconds: closes what has waited for too long.
+  void advance(MonoTime now);
+  void close();
+
+
+ private:
+  // A connection on its way in, or, once it is refused, on its way out.
+  struct Knock {
+    std::unique_ptr<io::BytePipe> pipe;
+    stream::HelloGate gate;
+    std::size_t door{};
+    MonoTime until{};
+    EventLoop::Watch watch;
+    bool refused{};
+    bool over{};
+  };
+
+  // Connections that were closed before they became a link.
+  struct Counters {
+    std::uint64_t strangers{};    // began with something else than HELLO, or ended within it
+    std::uint64_t silent{};       // said nothing, or no HELLO in time, or gave way to newer ones
+    std::uint64_t turned_away{};  // said HELLO and were refused
+  };
+
+  void accept(std::size_t door);
+  void makeRoom();
+  void listenTo(Knock& knock);
+  void welcome(Knock& knock);
+  void refuse(Knock& knock, const messages::Refusal& refusal);
+  void turnOut(Knock& knock, std::uint64_t& counter, const std::string& why);
+
+  EventLoop& loop_;
+  Hall hall_;
+  std::vector<tcp::Listener> listeners_;
+  std::vector<EventLoop::Watch> watches_;
+  std::vector<std::unique_ptr<Knock>> knocks_;
+  Counters counters_;
+  MonoTime now_{};
+  LimitedWarning warning_{std::chrono::seconds{10}};
+};
+
+}  // namespace probebox::app
