@@ -1,10 +1,14 @@
 #include "firmware/json/dataset_json.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+
+#include "protocol/units/wording.hpp"
 
 namespace probebox::json {
 namespace {
@@ -86,10 +90,23 @@ metrology::Value value(const Json& json) {
   return rows;
 }
 
+// Names of tables and columns become those of files and of columns in a table: letters, digits, underscores and
+// hyphens, such as C_rad_clockwise_from_plus_y.
+struct NotAName {
+  std::string name;
+};
+std::string name(const Json& json) {
+  auto text = json.at("name").get<std::string>();
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; };
+  if (text.empty() || text.front() == '-' || text.size() > kLongestName || !std::ranges::all_of(text, plain))
+    throw NotAName{shown(text, 60)};
+  return text;
+}
+
 metrology::Table table(const Json& json) {
-  metrology::Table all{.name = json.at("name").get<std::string>(), .columns = {}};
+  metrology::Table all{.name = name(json), .columns = {}};
   for (const auto& column : json.at("columns")) {
-    all.columns.push_back({column.at("name").get<std::string>(), numbers(column.at("values"))});
+    all.columns.push_back({name(column), numbers(column.at("values"))});
   }
   return all;
 }
@@ -123,6 +140,9 @@ std::string toJson(const metrology::Dataset& dataset) {
 Outcome<metrology::Dataset> datasetFromJson(std::string_view text) {
   try {
     return dataset(Json::parse(text));
+  } catch (const NotAName& e) {
+    return Error{"the measured data name a table or a column '" + e.name +
+                 "': use letters, digits, underscores and hyphens"};
   } catch (const Json::exception& e) {
     return Error{std::string{"the measured data from the box cannot be read ("} + e.what() +
                  "); update the older of the two"};

@@ -24,7 +24,10 @@ using metrology::Value;
 
 constexpr const char* kConfig = "config.json";
 
+// Only of files: a pipe or a device may never end.
 std::optional<std::string> contentOf(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return std::nullopt;
   std::ifstream stream{file, std::ios::binary};
   if (!stream) return std::nullopt;
   std::ostringstream content;
@@ -166,7 +169,7 @@ Outcome<Dataset, Problem> readCase(const fs::path& folder) {
   if (!files) return Problem{files.error()};
   for (const auto& file : files.value()) {
     const auto text = contentOf(file);
-    if (!text) return Problem{Unreadable{file.string() + ": cannot be read; check its rights"}};
+    if (!text) return Problem{Unreadable{file.string() + ": cannot be read; is it a file, and may it be read?"}};
     auto table = parseCsv(*text, file.stem().string());
     if (!table) return Problem{Unsupported{dataset.method, table.error()}};
     dataset.tables.push_back(std::move(table).value());

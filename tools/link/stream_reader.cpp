@@ -36,11 +36,22 @@ std::optional<Message> StreamReader::decoded(std::span<const std::byte> payload)
   return std::nullopt;
 }
 
+// What speaks of a stream that this host has not heard the beginning of: its counts are of somebody else's stream.
+bool StreamReader::isStray(MessageType type) const {
+  const bool of_a_stream = type == MessageType::heartbeat || type == MessageType::gap || type == MessageType::trigger ||
+                           type == MessageType::trigger_gap;
+  return of_a_stream && !welcome_ && !descriptor_;
+}
+
 void StreamReader::understand(const frame::Frame& received) {
   const auto type = static_cast<MessageType>(received.header.type);
   // A refusal is how a box of another major says so.
   if (received.header.major != messages::kProtocolMajor && type != MessageType::refusal) {
     ++faults_.other_major;
+    return;
+  }
+  if (isStray(type)) {
+    ++faults_.strays;
     return;
   }
   if (type == MessageType::welcome) onWelcome(received.payload);  // begins a new count of frames

@@ -55,6 +55,7 @@ class StreamListener {
 };
 
 struct ReaderFaults {
+  std::uint64_t strays{};             // skipped: what an earlier host of the line left, before WELCOME or DESCRIPTOR
   std::uint64_t malformed{};          // good frames whose payload was no such message
   std::uint64_t unknown_type{};       // skipped: a later minor version
   std::uint64_t other_major{};        // skipped
@@ -84,6 +85,7 @@ class StreamReader {
   std::size_t unfinished() const { return reader_.unfinished(); }
 
  private:
+  bool isStray(messages::MessageType type) const;
   void understand(const frame::Frame& frame);
   void onWelcome(std::span<const std::byte> payload);
   void onAnswer(std::span<const std::byte> payload);

@@ -8,6 +8,7 @@
 #include "board/describe/service.hpp"
 #include "firmware/app/host/loop_back_desk.hpp"
 #include "firmware/app/results/calibrations.hpp"
+#include "firmware/app/results/caller.hpp"
 #include "firmware/app/results/door_book.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/app/results/reply.hpp"

@@ -180,7 +180,7 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& cal
   const std::string own = request->by.empty() ? caller.door : "person:" + request->by;
   const bool of_another = !request->door.empty() && request->door != own;
   if (of_another) {
-    if (auto refusal = clearForAnother(*request)) return *refusal;
+    if (auto refusal = clearForAnother(*request, caller.may)) return *refusal;
   } else if (const auto error = doors_.setInhibit(own, request->active, request->by)) {
     return refused(ErrorCode::refused, error->what);
   }
@@ -190,8 +190,9 @@ Reply ResultsDesk::setInhibit(std::span<const std::byte> body, const Caller& cal
 }
 
 // A controller that is gone never ends its cut: a person who may change what is in force does.
-std::optional<Reply> ResultsDesk::clearForAnother(const messages::SetInhibit::Request& request) {
-  if (!access_.allow_accept) return notPermitted("allow_accept");
+std::optional<Reply> ResultsDesk::clearForAnother(const messages::SetInhibit::Request& request,
+                                                  const board::Access& may) {
+  if (!may.allow_accept) return notPermitted("allow_accept");
   if (request.active) return refused(ErrorCode::refused, "An inhibit is set in one's own name: leave the door out.");
   if (request.by.empty())
     return refused(ErrorCode::refused, "To clear the inhibit of another door needs the name of who does it (by).");

@@ -37,7 +37,7 @@ class ResultsDesk {
   Reply getDataset(std::span<const std::byte> body);
   Reply setInhibit(std::span<const std::byte> body, const Caller& caller);
 
-  std::optional<Reply> clearForAnother(const messages::SetInhibit::Request& request);
+  std::optional<Reply> clearForAnother(const messages::SetInhibit::Request& request, const board::Access& may);
 
   Calibrations& calibrations_;
   CoreView& core_;

@@ -24,6 +24,7 @@ struct FakeBoxOptions {
   bool only_looks{};                   // what it runs gives nothing to accept
   bool at_another_run{};               // somebody begins one right after
   std::function<void()> when_asked{};  // to start a run, or about it
+  bool endless{};                      // its lists say the same for ever, with more to come
   unsigned older_results{};            // stored ones with the ids 1, 2, ...
 };
 

@@ -180,6 +180,14 @@ TEST_F(Looking, StatusListsTheNewestOfManyResults) {
   EXPECT_EQ(results[0]["id"], 20);
 }
 
+TEST_F(Looking, EndsWhereTheHistoryOfABoxDoesNot) {
+  const FakeBox box{{.endless = true}};
+  const auto ended = probebox({"-u", box.uri(), "history", "--json"});
+  EXPECT_EQ(ended.status, 3);
+  EXPECT_THAT(ended.err, HasSubstr("does not end: after number 7"));
+  EXPECT_EQ(probebox({"-u", box.uri(), "status"}).status, 0) << "it asks for the newest only";
+}
+
 TEST_F(Looking, ListFindsAnnouncedBoxesAndPassesOverDeadOnes) {
   ASSERT_TRUE(io::rendezvous::announce(::getpid(), {uri_, "tcp:127.0.0.1:1"}));
   const auto table = probebox({"list"});

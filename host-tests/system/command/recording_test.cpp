@@ -1,9 +1,12 @@
+#include "tools/link/recording.hpp"
+
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <sstream>
 #include <thread>
 
 #include "fake_box.hpp"
@@ -249,10 +252,47 @@ TEST_F(Recording, CanBeReadHoweverItWasCut) {
   for (std::size_t part = 1; part < 20; ++part) {
     const auto size = whole.size() * part / 20;
     const auto exported = probebox({"export", "-", "-o", "-"}, whole.substr(0, size));
-    EXPECT_EQ(exported.status, 0) << exported.err;
+    EXPECT_EQ(exported.status, 1) << exported.err;
     EXPECT_LE(rowsOf(exported.out).size(), all_rows);
-    EXPECT_THAT(exported.err, HasSubstr("is unknown"));
+    EXPECT_THAT(exported.err, AllOf(HasSubstr("is not whole"), HasSubstr("is unknown")));
   }
+}
+
+TEST_F(Recording, IsExportedWithStatus1WhenItIsDamaged) {
+  record("0.3");
+  auto damaged = contentOf(file_);
+  damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x10);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"export", "-", "-o", "-"}, {"unpack", "-", "-"}}) {
+    const auto exported = probebox(command, damaged);
+    EXPECT_EQ(exported.status, 1);
+    EXPECT_THAT(exported.err, AllOf(HasSubstr("is not whole"), HasSubstr("1 frames are damaged")));
+    EXPECT_GT(rowsOf(exported.out).size(), 10U) << "what can be read is there";
+  }
+}
+
+// A serial line may still carry what the host before it was told.
+TEST_F(Recording, LosesNoRowToAHeartbeatOfAnEarlierStream) {
+  record("0.3");
+  const auto whole = contentOf(file_);
+  const auto rows = rowsOf(probebox({"export", "-", "-o", "-"}, whole).out);
+  std::ostringstream stray;
+  link::RecordingWriter writer{stray};
+  messages::Heartbeat beat;
+  beat.streaming = true;
+  beat.stream_number = 3;
+  beat.position = {1'000'000'000};
+  beat.produced = beat.sent_samples = 1'000'000'000;
+  const auto payload = messages::encoded(beat);
+  writer.write({{.type = static_cast<std::uint8_t>(messages::MessageType::heartbeat),
+                 .payload_length = static_cast<std::uint16_t>(payload.size())},
+                payload});
+  const auto exported = probebox({"export", "-", "-o", "-"}, stray.str() + whole);
+  EXPECT_EQ(exported.status, 0) << exported.err;
+  EXPECT_EQ(rowsOf(exported.out), rows);
+  const auto verified = probebox({"verify", "-", "--json"}, stray.str() + whole);
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  EXPECT_EQ(verified.object()["stray_frames"], 1);
 }
 
 TEST_F(Recording, OverwritesNothingUnlessToldTo) {

@@ -85,6 +85,33 @@ TEST(Packing, NamesLineAndColumnOfWhatItCannotTake) {
   EXPECT_THAT(complaint("sample,x\n1,2\n1,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("does not come after")));
 }
 
+TEST(Packing, RefusesNamesThatNoRecordingHolds) {
+  const auto complaint = [](const std::string& names) {
+    std::string values = "1";
+    for (const char c : names) values += c == ',' ? ",2" : "";
+    const auto refused = probebox({"pack", "-", "-"}, names + "\n" + values + "\n");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_TRUE(refused.out.empty());
+    return refused.err;
+  };
+  EXPECT_THAT(complaint("sample," + std::string(70'000, 'x')), AllOf(HasSubstr("column 2"), HasSubstr("70000")));
+  EXPECT_THAT(complaint("sample,a\x1b[2J"), AllOf(HasSubstr("column 2"), HasSubstr("a control character")));
+  EXPECT_THAT(complaint("sample,a\u202Eb"), HasSubstr("direction of writing"));
+  std::string many = "sample";
+  for (int k = 0; k < 200; ++k) many += "," + std::to_string(k) + std::string(95, 'x');
+  EXPECT_THAT(complaint(many), AllOf(HasSubstr("16384"), HasSubstr("shorten")));
+  EXPECT_EQ(probebox({"pack", "-", "-"}, "sample," + std::string(100, 'x') + "\n1,2\n").status, 0);
+}
+
+TEST(Unpacking, WritesNoNameThatASpreadsheetTakesForAFormula) {
+  const auto packed = probebox({"pack", "-", "-"}, "sample,=HYPERLINK(\"http://x\"),+a,-b,@c,a=b\n1,2,3,4,5,6\n");
+  ASSERT_EQ(packed.status, 0) << packed.err;
+  EXPECT_EQ(probebox({"unpack", "-", "-"}, packed.out).out,
+            "sample,'=HYPERLINK(_http://x_),'+a,'-b,'@c,a=b\n1,2,3,4,5,6\n");
+  EXPECT_THAT(probebox({"export", "-", "-o", "-"}, packed.out).out,
+              testing::StartsWith("sample,time_ns,'=HYPERLINK(_http://x_),'+a,'-b,'@c,a=b,delay_result_id"));
+}
+
 TEST(Packing, OverwritesNothingUnlessToldTo) {
   const RuntimeDirectory directory;
   const auto table = directory.file("a.csv"), file = directory.file("a.pbx");

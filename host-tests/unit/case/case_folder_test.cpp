@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <random>
+#include <sys/stat.h>
 
 #include "scratch_folder.hpp"
 #include "tools/case/csv.hpp"
@@ -61,6 +62,19 @@ TEST_F(CaseFolder, OpensOnlyItsConfigurationAndItsTables) {
   write("case/truth.json", "this is not JSON");
   write("case/notes.txt", "x,y\n1\n");
   EXPECT_TRUE(readCase(folder).ok());
+}
+
+// A pipe that nobody writes to would be read for ever.
+TEST_F(CaseFolder, ReadsNoPipe) {
+  for (const auto* name : {"config.json", "machine.csv"}) {
+    const auto folder = goodCase(std::string{"case-"} + name);
+    std::filesystem::remove(folder / name);
+    ASSERT_EQ(mkfifo((folder / name).c_str(), 0600), 0);
+    const auto read = readCase(folder);
+    ASSERT_FALSE(read.ok());
+    ASSERT_TRUE(std::holds_alternative<Unreadable>(read.error()));
+    EXPECT_THAT(std::get<Unreadable>(read.error()).reason, HasSubstr(name));
+  }
 }
 
 struct Named {

@@ -57,5 +57,18 @@ TEST(DatasetJson, OfAnotherVersionIsRefusedWithARemedy) {
   }
 }
 
+// Names become those of files and of columns.
+TEST(DatasetJson, TakesNoNameThatLeadsOutOfItsFolder) {
+  for (const auto* name : {"../../.profile", "/etc/cron", "a b", "=HYPERLINK", "", "a\nb"}) {
+    Dataset sent = metrology::touchDataset("delay-multi-speed");
+    sent.tables[0].name = name;
+    ASSERT_FALSE(datasetFromJson(store::toJson(sent))) << name;
+    EXPECT_THAT(datasetFromJson(store::toJson(sent)).error().what, testing::HasSubstr("which is no name of one"));
+    sent = metrology::touchDataset("delay-multi-speed");
+    sent.tables[0].columns[1].name = name;
+    EXPECT_FALSE(datasetFromJson(store::toJson(sent))) << name;
+  }
+}
+
 }  // namespace
 }  // namespace probebox::json

@@ -18,7 +18,7 @@ class ScaledRows : public CsvRows {
  private:
   std::string header(const messages::Descriptor& descriptor) override {
     std::string text = "sample,time_ns";
-    for (const auto& channel : descriptor.channels) text += "," + columnName(channel);
+    for (const auto& channel : descriptor.channels) text += "," + csvName(columnName(channel));
     return text + ",delay_result_id,tau_x_s,tau_y_s,tau_z_s\n";
   }
 

@@ -22,9 +22,13 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
   const auto id = resultNumber(options.what);
   messages::ResultHistory::Request request{id.value_or(0), id ? "" : options.what, 0};
   bool more = true, nothing = true;
-  while (more) {
+  ListWatch watch;
+  while (more && console.writable()) {
     const auto history = ask<messages::ResultHistory>(**box, console, request);
     if (!history) return console.fail(history.error());
+    if (const auto& all = history->transitions; !all.empty()) {
+      if (const auto trouble = watch.part(all.front().number, all.back().number)) return console.fail(*trouble);
+    }
     for (const auto& transition : history->transitions) show(transition, console);
     nothing = nothing && history->transitions.empty();
     more = history->more && !history->transitions.empty();

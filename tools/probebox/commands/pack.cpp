@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "protocol/units/wording.hpp"
 #include "tools/link/recording_maker.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -53,6 +54,14 @@ std::optional<Error> whyNoSamples(const IntegerTable& table) {
   if (table.names.size() < 2) return Error{"line 1: there is no column beside sample"};
   if (table.names.size() - 1 > kMostChannels)
     return Error{"line 1: a recording holds at most " + std::to_string(kMostChannels) + " columns beside sample"};
+  for (std::size_t column = 0; column < table.names.size(); ++column) {
+    const auto& name = table.names[column];
+    const auto place = "line 1: the name of column " + std::to_string(column + 1);
+    if (const auto why = whyUnprintable(name)) return Error{place + " has " + *why};
+    if (lengthOf(name) > kLongestName)
+      return Error{place + " has " + std::to_string(lengthOf(name)) + " characters: " + std::to_string(kLongestName) +
+                   " are the most"};
+  }
   const auto& samples = table.columns.front();
   if (samples.empty()) return Error{"has no row after its first line"};
   for (std::size_t k = 1; k < samples.size(); ++k) {
@@ -135,6 +144,10 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
   if (const auto objection = Output::objectionTo(options.output, options.force)) return console.fail(usage(*objection));
   const auto table = readInput(options, console);
   if (!table) return console.fail({ExitStatus::usage, "unreadable-table", table.error().what});
+  if (const auto size = messages::encodedSize(describe(*table)); size > frame::kMaxPayload) {
+    return console.fail(usage("the names of the columns take " + std::to_string(size) + " bytes of a recording: " +
+                              std::to_string(frame::kMaxPayload) + " are the most; shorten them"));
+  }
   auto output = Output::open(options.output, options.force, console.out());
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
   link::RecordingMaker maker{output->stream(), options.profile, options.frame};

@@ -15,7 +15,7 @@ class CountRows : public CsvRows {
   std::string header(const messages::Descriptor& descriptor) override {
     std::string text = "sample";
     for (const auto& channel : descriptor.channels)
-      text += "," + (channel.scale == 1.0 ? columnName(channel) : channel.name + "_counts");
+      text += "," + csvName(channel.scale == 1.0 ? columnName(channel) : channel.name + "_counts");
     return text + "\n";
   }
 

@@ -162,4 +162,13 @@ Outcome<Box, Trouble> openBox(const std::string& given, const Console& console) 
   return openBox(*uri, console);
 }
 
+std::optional<Trouble> ListWatch::part(std::uint64_t first, std::uint64_t last) {
+  const bool goes_on = first > last_ && last >= first && ++parts_ <= kMostParts;
+  last_ = last;
+  if (goes_on) return std::nullopt;
+  return Trouble{ExitStatus::no_box, "endless-list",
+                 "the box's list does not end: after number " + std::to_string(last_) +
+                     " it says the same again, or ever more; update its firmware"};
+}
+
 }  // namespace probebox::command

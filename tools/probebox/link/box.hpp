@@ -1,6 +1,8 @@
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/units/outcome.hpp"
@@ -54,5 +56,19 @@ Outcome<typename Operation::Answer, Trouble> ask(link::Client& box, const Consol
   if (!answer) return troubleOf(answer.error(), console);
   return std::move(answer).value();
 }
+
+// Lists that come in parts end, whatever the box says: each part has to go on behind the one before it, and no box has
+// more than kMostParts.
+class ListWatch {
+ public:
+  static constexpr std::uint64_t kMostParts = 10'000;
+
+  // first, last: numbers of what came in this part. Trouble: it will never end.
+  std::optional<Trouble> part(std::uint64_t first, std::uint64_t last);
+
+ private:
+  std::uint64_t parts_{};
+  std::uint64_t last_{};
+};
 
 }  // namespace probebox::command

@@ -21,4 +21,28 @@ ExitStatus conclude(const Trouble& trouble, Console& console) {
   return trouble.status == ExitStatus::interrupted ? trouble.status : console.fail(trouble);
 }
 
+std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end) {
+  std::vector<std::string> faults;
+  const auto say = [&](std::uint64_t count, const std::string& what) {
+    if (count > 0) faults.push_back(std::to_string(count) + what);
+  };
+  say(end.frames.bad(), " frames are damaged");
+  say(end.frames_missing, " frames are missing, with " + std::to_string(sums.lost_on_link) + " samples");
+  say(end.faults.malformed, " frames do not contain a message of their type");
+  say(end.faults.other_major, " frames are of another protocol version");
+  say(end.faults.unreadable_blocks, " blocks cannot be read: their descriptor is missing or their coding unknown");
+  say(end.unexplained, " samples are missing and not declared lost");
+  say(sums.inexact, " heartbeats do not balance: received + declared lost differs from produced");
+  if (!end.triggers_exact) faults.emplace_back("the numbers of its triggers do not agree with its heartbeats");
+  if (end.cut_bytes > 0) {
+    faults.push_back("it is cut in the middle of a frame, which begins at byte " +
+                     std::to_string(end.bytes - end.cut_bytes) + " of " + std::to_string(end.bytes));
+  }
+  if (!end.closed) {
+    faults.push_back("it ends before its stream did: what came from sample " + std::to_string(end.next.index) +
+                     " on is unknown");
+  }
+  return faults;
+}
+
 }  // namespace probebox::command

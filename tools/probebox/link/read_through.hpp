@@ -1,5 +1,8 @@
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/units/outcome.hpp"
 #include "tools/link/recording.hpp"
@@ -19,5 +22,25 @@ Outcome<link::RecordingEnd, Trouble> readThrough(const std::string& path, link::
 
 // Says what went wrong; after Ctrl-C nothing did.
 ExitStatus conclude(const Trouble& trouble, Console& console);
+
+// What the recording itself says of its samples, over all of its links.
+struct RecordingSums : link::StreamListener {
+  void onBlock(const link::DecodedBlock& block) override { received += block.header.count; }
+  void onGap(const messages::Gap& gap) override { declared_lost += gap.count; }
+  void onHole(const messages::Gap& hole) override { lost_on_link += hole.count; }
+  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>& balance) override {
+    if (!balance) return;
+    ++heartbeats;
+    inexact += !balance->exact;
+  }
+  void onTrigger(const messages::Trigger&) override { ++triggers.received; }
+  void onTriggerGap(const messages::TriggerGap& gap) override { triggers.declared_lost += gap.count; }
+  void onTriggerHole(const messages::TriggerGap& hole) override { triggers.inferred_lost += hole.count; }
+  std::uint64_t received{}, declared_lost{}, lost_on_link{}, heartbeats{}, inexact{};
+  link::TriggerAccount triggers;
+};
+
+// Why a recording is not whole, each for a person; empty when it is.
+std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end);
 
 }  // namespace probebox::command

@@ -3,9 +3,12 @@
 #include <charconv>
 #include <optional>
 #include <string>
+#include <string_view>
 
+#include "protocol/units/wording.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/tables/row_writer.hpp"
+#include "tools/probebox/tables/table_of_recording.hpp"
 
 namespace probebox::command {
 
@@ -13,6 +16,17 @@ inline void append(std::string& text, auto number) {
   std::array<char, 40> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
   text.append(digits.data(), end);
+}
+
+// A column's name for the first line of a table. A spreadsheet takes = + - @ at its beginning for a formula, and a
+// comma or a line break for the next column.
+inline std::string csvName(std::string_view name) {
+  std::string all = shown(name);
+  for (auto& c : all) {
+    if (c == ',' || c == '"' || c == ';') c = '_';
+  }
+  const bool formula = !all.empty() && std::string_view{"=+-@"}.find(all.front()) != std::string_view::npos;
+  return formula ? "'" + all : all;
 }
 
 // Rows as lines of text. What stands in them is up to who derives.

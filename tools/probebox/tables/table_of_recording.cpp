@@ -47,6 +47,7 @@ class Rows : public link::StreamListener {
     }
   }
   void onBlock(const link::DecodedBlock& block) override {
+    sums_.onBlock(block);
     if (channels_changed_ || writer_.failure() || console_.interrupted()) return;
     if (delays_.empty() || delays_.back().delay.result_id != block.descriptor.delay.result_id)
       delays_.push_back({block.header.first.index, block.descriptor.delay});
@@ -59,8 +60,17 @@ class Rows : public link::StreamListener {
       next_ = sample + 1;
     }
   }
-  void onGap(const messages::Gap& gap) override { remember(gap, messages::nameOf(gap.reason)); }
-  void onHole(const messages::Gap& hole) override { remember(hole, "lost_on_link"); }
+  void onGap(const messages::Gap& gap) override {
+    sums_.onGap(gap);
+    remember(gap, messages::nameOf(gap.reason));
+  }
+  void onHole(const messages::Gap& hole) override {
+    sums_.onHole(hole);
+    remember(hole, "lost_on_link");
+  }
+  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
+    sums_.onHeartbeat(beat, balance);
+  }
 
   void onTrigger(const messages::Trigger& trigger) override {
     if (trigger.number < next_trigger_) return;
@@ -89,6 +99,7 @@ class Rows : public link::StreamListener {
     for (const auto& gap : missing_) all += gap.count;
     return all;
   }
+  const RecordingSums& sums() const { return sums_; }
   std::uint64_t rows() const { return rows_; }
   std::uint64_t restarts() const { return restarts_; }
   bool channelsChanged() const { return channels_changed_; }
@@ -102,6 +113,7 @@ class Rows : public link::StreamListener {
 
   RowWriter& writer_;
   Console& console_;
+  RecordingSums sums_;
   std::optional<messages::BootId> boot_id_;
   std::vector<std::string> names_;
   std::vector<Missing> missing_;
@@ -120,7 +132,7 @@ std::string sentence(const Rows::Missing& gap) {
   return "  " + std::to_string(gap.count) + " from sample " + std::to_string(gap.first) + " on: " + gap.reason;
 }
 
-void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
+void note(const Rows& table, Console& console) {
   const auto& missing = table.missing();
   if (!missing.empty()) {
     console.note(std::to_string(table.missingSamples()) + " samples are missing, at " + std::to_string(missing.size()) +
@@ -128,15 +140,6 @@ void note(const Rows& table, const link::RecordingEnd& end, Console& console) {
   }
   for (std::size_t i = 0; i < missing.size() && i < kGapsNoted; ++i) console.note(sentence(missing[i]));
   if (missing.size() > kGapsNoted) console.note("  and so on; --json names them all");
-  if (end.frames.bad() > 0) console.note(std::to_string(end.frames.bad()) + " frames of the recording are damaged");
-  if (end.cut_bytes > 0) {
-    console.note("the recording is cut off in the middle of a frame, which begins at byte " +
-                 std::to_string(end.bytes - end.cut_bytes));
-  }
-  if (!end.closed) {
-    console.note("the recording ends before its stream did: the samples from sample " + std::to_string(end.next.index) +
-                 " on is unknown");
-  }
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
 }
 
@@ -195,7 +198,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
     if (const auto failure = writeTriggers(job.triggers, job.force, table.triggers()))
       return console.fail({ExitStatus::usage, "not-written", *failure});
   }
-  note(table, end, console);
+  note(table, console);
   noteTriggers(job, table, console);
   if (console.json()) {
     console.object(summary(job, table, end));
@@ -206,6 +209,11 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
     return console.fail(
         {ExitStatus::failed, "channels-changed",
          "the box changed its channels after row " + std::to_string(table.rows()) + "; the rest is not in the table"});
+  }
+  if (const auto faults = faultsOf(table.sums(), end); !faults.empty()) {
+    std::string what = job.input + " is not whole, and the table holds what could be read of it";
+    for (const auto& fault : faults) what += "; " + fault;
+    return console.fail({ExitStatus::failed, "damaged-recording", what});
   }
   return ExitStatus::ok;
 }
