@@ -35,6 +35,7 @@ std::string structureName() {
   if constexpr (std::same_as<T, UsbPortStatus>) return "UsbPortStatus";
   if constexpr (std::same_as<T, InhibitHolder>) return "InhibitHolder";
   if constexpr (std::same_as<T, UnusedEvents>) return "UnusedEvents";
+  if constexpr (std::same_as<T, NotLetIn>) return "NotLetIn";
   if constexpr (std::same_as<T, NamedValue>) return "NamedValue";
   if constexpr (std::same_as<T, CorrectionSource>) return "CorrectionSource";
   if constexpr (std::same_as<T, AxisStatus>) return "AxisStatus";
@@ -292,7 +293,7 @@ std::string structures() {
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<InhibitHolder>() +
-         structure<UnusedEvents>() + structure<NamedValue>() + structure<ResultSummary>() +
+         structure<UnusedEvents>() + structure<NotLetIn>() + structure<NamedValue>() + structure<ResultSummary>() +
          structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
          structure<CaseEntry>() + structure<CaseColumn>();

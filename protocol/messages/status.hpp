@@ -185,6 +185,18 @@ struct InhibitHolder {
   }
 };
 
+// Connections over a network that never became a link. Since protocol 1.2.
+struct NotLetIn {
+  std::uint64_t strangers{};
+  std::uint64_t silent{};
+  std::uint64_t turned_away{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("strangers", self.strangers, "began with something else than HELLO, such as a web page's request");
+    field("silent", self.silent, "said nothing, or no HELLO within 2 s, or gave way to newer ones");
+    field("turned_away", self.turned_away, "said HELLO and got a REFUSAL: no link was free, or another version");
+  }
+};
+
 struct Status {
   static constexpr Operation kOperation = Operation::status;
   using Request = Nothing;
@@ -211,6 +223,7 @@ struct Status {
     std::vector<UsbPortStatus> usb_ports{};
     std::vector<InhibitHolder> inhibits{};
     std::vector<std::string> storage_problems{};
+    NotLetIn not_let_in{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -237,6 +250,7 @@ struct Status {
       field("inhibits", self.inhibits, "the doors that say that a cut is on; since protocol 1.2");
       field("storage_problems", self.storage_problems,
             "what the box cannot store, or has lost, and what to do; empty when all is well; since protocol 1.2");
+      field("not_let_in", self.not_let_in, "connections that never became a link; since protocol 1.2");
     }
   };
 };

@@ -125,6 +125,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
   answer.uptime_ms = vitals.uptime_ms;
   answer.from_hosts = vitals.from_hosts;
   answer.usb_ports = vitals.usb_ports;
+  answer.not_let_in = vitals.not_let_in;
   answer.clock = clockStatus(state);
   answer.receiver = receiverStatus(state);
   answer.receiver.bad_packets = with_.counters.receiver_bad_packets;

@@ -39,6 +39,7 @@ struct LinkVitals {
   std::uint64_t uptime_ms{};
   messages::LinkCounters from_hosts;  // all links since the start
   std::vector<messages::UsbPortStatus> usb_ports;
+  messages::NotLetIn not_let_in;
 };
 
 // Answers requests of hosts and the CNC. Questions about the state are answered at once; requests that need the store

@@ -304,7 +304,8 @@ void LinkService::dropClosed() {
 }
 
 LinkVitals LinkService::vitals() const {
-  LinkVitals all{.uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_, .usb_ports = {}};
+  LinkVitals all{
+      .uptime_ms = uptimeMs(), .from_hosts = from_gone_hosts_, .usb_ports = {}, .not_let_in = reception_.counters()};
   for (const auto& link : links_) {
     if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
   }

@@ -103,8 +103,7 @@ void Reception::welcome(Knock& knock) {
 
 void Reception::refuse(Knock& knock, const messages::Refusal& refusal) {
   ++counters_.turned_away;
-  warning_.warn(now_, std::string{knock.pipe->name()} + " was turned away: " + refusal.text + ". (" +
-                          std::to_string(counters_.turned_away) + " so far)");
+  warning_.warn(now_, std::string{knock.pipe->name()} + " was turned away: " + refusal.text + ".");
   // A few dozen bytes go into the buffer of a fresh connection.
   knock.pipe->write(stream::refusalFrame(refusal));
   knock.refused = true;
@@ -113,8 +112,7 @@ void Reception::refuse(Knock& knock, const messages::Refusal& refusal) {
 
 void Reception::turnOut(Knock& knock, std::uint64_t& counter, const std::string& why) {
   ++counter;
-  warning_.warn(now_, "The connection from " + std::string{knock.pipe->name()} + " " + why + ". It was closed (" +
-                          std::to_string(counter) + " so far).");
+  warning_.warn(now_, "The connection from " + std::string{knock.pipe->name()} + " " + why + ". It was closed.");
   knock.watch.pause();
   knock.pipe.reset();
   knock.over = true;

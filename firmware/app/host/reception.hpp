@@ -13,6 +13,7 @@
 #include "firmware/app/threads/event_loop.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/stream/greeting.hpp"
+#include "protocol/messages/status.hpp"
 #include "protocol/units/time.hpp"
 
 namespace probebox::app {
@@ -46,6 +47,7 @@ class Reception {
   void advance(MonoTime now);
   void close();
 
+  const messages::NotLetIn& counters() const { return counters_; }
 
  private:
   // A connection on its way in, or, once it is refused, on its way out.
@@ -57,13 +59,6 @@ class Reception {
     EventLoop::Watch watch;
     bool refused{};
     bool over{};
-  };
-
-  // Connections that were closed before they became a link.
-  struct Counters {
-    std::uint64_t strangers{};    // began with something else than HELLO, or ended within it
-    std::uint64_t silent{};       // said nothing, or no HELLO in time, or gave way to newer ones
-    std::uint64_t turned_away{};  // said HELLO and were refused
   };
 
   void accept(std::size_t door);
@@ -78,7 +73,7 @@ class Reception {
   std::vector<tcp::Listener> listeners_;
   std::vector<EventLoop::Watch> watches_;
   std::vector<std::unique_ptr<Knock>> knocks_;
-  Counters counters_;
+  messages::NotLetIn counters_;
   MonoTime now_{};
   LimitedWarning warning_{std::chrono::seconds{10}};
 };

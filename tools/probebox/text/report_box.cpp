@@ -180,6 +180,13 @@ std::string unusedText(const messages::UnusedEvents& unused) {
   return all;
 }
 
+// Empty when everybody was.
+std::string notLetInText(const messages::NotLetIn& n) {
+  if (n.strangers + n.silent + n.turned_away == 0) return {};
+  return to_string(n.strangers) + " began with something else than HELLO, " + to_string(n.silent) +
+         " said nothing in time, " + to_string(n.turned_away) + " were told why";
+}
+
 std::string resultsOf(const std::vector<std::uint64_t>& ids) {
   std::string all;
   for (const auto id : ids) all += (all.empty() ? "" : ", ") + to_string(id);
@@ -298,6 +305,10 @@ Json describe(const messages::Status::Answer& s) {
           {"procedure", s.procedure},
           {"active_result_ids", s.active_results},
           {"links", s.links},
+          {"not_let_in",
+           {{"strangers", s.not_let_in.strangers},
+            {"silent_connections", s.not_let_in.silent},
+            {"turned_away_hosts", s.not_let_in.turned_away}}},
           {"from_hosts",
            {{"frames", s.from_hosts.frames},
             {"bad_frames", badFrames(s.from_hosts)},
@@ -336,6 +347,7 @@ std::string page(const messages::Status::Answer& s) {
   all += row("results in force", resultsOf(s.active_results));
   addStorage(s, all);
   all += row("links", to_string(s.links) + " connected");
+  if (const auto text = notLetInText(s.not_let_in); !text.empty()) all += row("not let in", text);
   for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
   all += row("from hosts", hostsOf(s.from_hosts));
   if (s.cnc_lines.empty())
@@ -353,7 +365,8 @@ Json describe(const RecordedStatus& r) {
     for (const auto* key : keys) all[key] = nullptr;
   };
   not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
-                "links", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems", "newest_results"});
+                "links", "not_let_in", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems",
+                "newest_results"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;
