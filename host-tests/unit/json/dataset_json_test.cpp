@@ -62,11 +62,11 @@ TEST(DatasetJson, TakesNoNameThatLeadsOutOfItsFolder) {
   for (const auto* name : {"../../.profile", "/etc/cron", "a b", "=HYPERLINK", "", "a\nb"}) {
     Dataset sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].name = name;
-    ASSERT_FALSE(datasetFromJson(store::toJson(sent))) << name;
-    EXPECT_THAT(datasetFromJson(store::toJson(sent)).error().what, testing::HasSubstr("which is no name of one"));
+    ASSERT_FALSE(datasetFromJson(toJson(sent))) << name;
+    EXPECT_THAT(datasetFromJson(toJson(sent)).error().what, testing::HasSubstr("use letters, digits, underscores and hyphens"));
     sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].columns[1].name = name;
-    EXPECT_FALSE(datasetFromJson(store::toJson(sent))) << name;
+    EXPECT_FALSE(datasetFromJson(toJson(sent))) << name;
   }
 }
 
