@@ -9,9 +9,9 @@
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/html.hpp"
-#include "tools/report/method_facts.hpp"
 
 namespace probebox::report {
 namespace {
@@ -147,8 +147,10 @@ std::string remedyOf(const std::string& reason) {
 }  // namespace
 
 std::string heading(const Subject& subject) {
-  return element("h1", factsOf(subject.method).title) + "\n<p class=\"small\">method " + escaped(subject.method) +
-         ", case " + escaped(subject.name) + "</p>\n";
+  const metrology::Method* method = metrology::methodNamed(subject.method);
+  const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
+  return element("h1", title) + "\n<p class=\"small\">method " + escaped(subject.method) + ", case " +
+         escaped(subject.name) + "</p>\n";
 }
 
 std::string verdict(const Subject& subject) {
@@ -251,10 +253,11 @@ std::string unobservableList(const Result& result) {
 }
 
 std::string factsTable(const Result& result) {
-  const MethodFacts facts = factsOf(result.method);
+  const metrology::Method* method = metrology::methodNamed(result.method);
   std::string text = "<h2>Method</h2>\n<table>\n" + row("method", result.method);
-  if (!facts.equations.empty()) text += row("equations", std::string{facts.equations});
-  if (!facts.source.empty()) text += row("patent", std::string{facts.source});
+  if (method != nullptr) {
+    text += row("equations", std::string{method->equations}) + row("patent", std::string{method->source});
+  }
   text += row("residual rms", shortly(result.rms) + (result.residuals.unit.empty() ? "" : " " + result.residuals.unit));
   text += row("degrees of freedom", std::to_string(result.dof));
   if (result.chi2_reduced)

@@ -1,38 +1,22 @@
 #include "firmware/app/results/result_events.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
 #include <span>
 #include <utility>
 
-#include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/methods.hpp"
 
 namespace probebox::app {
 namespace {
 
 constexpr std::string_view kDelay = "delay";
 constexpr std::string_view kCentreline = "centreline";
-constexpr std::string_view kScrewOf = "screw-";
 constexpr std::string_view kRotaryOf = "rotary-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
-constexpr std::string_view kHeadMethod = "sensor-head-calibration";
 constexpr std::string_view kSwivelOf = "swivel-";
-
-constexpr std::array<std::string_view, 4> kTurningAxisMethods{"c-axis-alignment", "centreline", "centreline-by-steps",
-                                                              "centreline-limited-access"};
-
-std::string axisIn(const metrology::Dataset& dataset) {
-  const auto found = dataset.config.find("axis");
-  const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
-  if (axis == nullptr) return {};
-  std::string lower = *axis;
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
 
 std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-x") return Axis::x;
@@ -201,27 +185,10 @@ std::string named(const store::Record& record) {
   return "Result " + std::to_string(record.id);
 }
 
-// By the number that a config key gives; by the method's name where there is none.
-std::string numbered(const metrology::Dataset& dataset, const std::string& prefix, const char* key) {
-  const auto found = dataset.config.find(key);
-  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
-  return number != nullptr && *number >= 1 ? prefix + std::to_string(std::llround(*number)) : dataset.method;
-}
-
 }  // namespace
 
 std::string subjectOf(const metrology::Dataset& dataset) {
-  const std::string axis = axisIn(dataset);
-  if (dataset.method == "screw-calibration" && screwAxis(std::string{kScrewOf} + axis)) return "screw-" + axis;
-  if (dataset.method == "rotary-axis-errors" && !axis.empty()) return std::string{kRotaryOf} + axis;
-  if (dataset.method == "tool-setter") return numbered(dataset, "tool-", "tool");
-  if (dataset.method == "tool-assembly") return numbered(dataset, "assembly-", "tool_id");
-  if (dataset.method == kHeadMethod) return numbered(dataset, std::string{kSensorHeadOf}, "tool");
-  if (dataset.method == "swivel-error") {
-    if (const auto plane = metrology::swivelPlane(dataset, "swivel_axis"))
-      return std::string{kSwivelOf} + "abc"[plane->axis];
-  }
-  return subjectNamed(dataset.method);
+  return metrology::subjectOf(dataset);
 }
 
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
@@ -250,10 +217,9 @@ std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject) {
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
-  if (subject_or_method.starts_with("delay-")) return std::string{kDelay};
-  if (std::ranges::find(kTurningAxisMethods, subject_or_method) != kTurningAxisMethods.end())
-    return std::string{kCentreline};
-  return std::string{subject_or_method};
+  const metrology::Method* method = metrology::methodNamed(subject_or_method);
+  const bool shared = method != nullptr && !method->subject.name.empty();
+  return std::string{shared ? method->subject.name : subject_or_method};
 }
 
 Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime now) {
@@ -262,7 +228,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   const auto& subject = record.binding.subject;
   if (subject == kDelay) return delay(*result, record.id, now);
   if (subject == kCentreline) return centreline(*result, record.id, now);
-  if (subject == kHeadMethod)
+  if (subject.starts_with(kSensorHeadOf) && !sensorHeadOf(subject))
     return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
   if (sensorHeadOf(subject)) {
     // The worker follows it, and the core hears nothing of it.

@@ -6,18 +6,16 @@
 #include <utility>
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/centreline/spindle_readings.hpp"
+#include "firmware/metrology/centreline/standing_axes.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/relative_sigma.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 5> kCKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s", "heights"};
-constexpr std::array<std::string_view, 8> kAKeys{"sigma_mm",       "sigma_shank_mm",      "A_sense",
-                                                 "C_sense",        "previous_tau_axis_s", "tool_direction",
-                                                 "ball_offset_mm", "C_tilt_rad"};
 constexpr std::array<std::string_view, 2> kHeights{"rotating", "slide"};
 constexpr double kLeastSpan = 10.0;  // mm
 
@@ -28,11 +26,9 @@ std::optional<Refusal> refuseSpan(const BallTable& table, std::string_view lever
                  "column '" + std::string{lever} + "' spans " + text(span) + " mm, less than 10: read further apart"};
 }
 
-Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& ball, const Sigma& sigma,
-                std::span<const std::string_view> keys) {
+Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& ball, const Sigma& sigma) {
   Answer answer{dataset, ball.fit, sigma};
   for (const auto& warning : table.warnings) answer.warn(warning);
-  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   return answer;
 }
 
@@ -49,7 +45,7 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
   const auto ball =
       fitBall(table->readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, sigma->value);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, *table, *ball, *sigma, kCKeys);
+  Answer answer = answerOf(dataset, *table, *ball, *sigma);
   answer.readings(*dataset.table("readings"), kBallParts, "z_mm");
   const auto& parameters = ball->fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
@@ -84,7 +80,7 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   const auto ball =
       fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, sigma->value);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, table, *ball, *sigma, kAKeys);
+  Answer answer = answerOf(dataset, table, *ball, *sigma);
   answer.readings(read->names, read->lengths, kTipLength);
   auto& residuals = answer.result().residuals.values;
   for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read->spreads[k];
@@ -101,5 +97,64 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
   answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr std::string_view kCColumns[]{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodTable kCTables[]{{"readings", kCColumns, "a ball at the height z_mm, at angles of spindle (A) and C"}};
+constexpr MethodKey kCKeys[]{
+    key::kSigma,
+    key::kASense,
+    key::kCSense,
+    key::kTauForTheRecord,
+    {"heights", "rotating", "rotating (balls on the part) or slide (one ball, carried along Z)"}};
+constexpr MethodResult kCResults[]{{"C_tilt_rad", "x and y of the C axis per mm of Z, with heights rotating"},
+                                   {"Z_slide_rad", "x and y of the slide per mm of Z, with heights slide"}};
+constexpr std::string_view kUnobservable[]{
+    "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
+
+constexpr std::string_view kAColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm", "ux", "uy"};
+constexpr MethodTable kATables[]{
+    {"readings", kAColumns, "the ball, read with a tip of that length; column ball where ball_offset_mm is stated"},
+    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings"}};
+constexpr MethodKey kAKeys[]{key::kSigma,
+                             {"sigma_shank_mm", "sigma_mm", "standard deviation of one touch with the shank (k = 1)"},
+                             key::kASense,
+                             key::kCSense,
+                             key::kTauForTheRecord,
+                             {"tool_direction", "1", "1 where tools point along +Z from the spindle, -1 along -Z"},
+                             {"ball_offset_mm", "", "second ball of the holder from the first at C = 0, x y z"},
+                             {"C_tilt_rad", "", "tilt of the C axis, x y, from the alignment of C"}};
+constexpr KnownQuantity kAKnown[]{{"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value},
+                                  {"sd_ball_offset_mm", "ball_offset_mm", KnownKind::value}};
+constexpr MethodResult kAResults[]{{"A_tilt_rad", "x and y of the spindle axis per mm of Z"},
+                                   {"A_minus_C_rad", "that less the tilt of C, with C_tilt_rad"}};
+
+}  // namespace
+
+const Method kCAxisAlignment{.name = "c-axis-alignment",
+                             .title = "Direction of the C axis",
+                             .equations = "(B4), (B14)",
+                             .source = source::kMachine,
+                             .solver = solveCAxisAlignment,
+                             .tables = kCTables,
+                             .keys = kCKeys,
+                             .results = kCResults,
+                             .unobservable = kUnobservable,
+                             .undetermined = undeterminedByAngles,
+                             .subject = kTurningAxis};
+
+const Method kAAxisAlignment{.name = "a-axis-alignment",
+                             .title = "Direction of the tool spindle",
+                             .equations = "(B4), (B15), (B16)",
+                             .source = source::kMachine,
+                             .solver = solveAAxisAlignment,
+                             .tables = kATables,
+                             .keys = kAKeys,
+                             .known = kAKnown,
+                             .results = kAResults,
+                             .unobservable = kUnobservable,
+                             .undetermined = undeterminedByAngles};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -20,5 +21,8 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset);
 // gives it. Gives A_tilt_rad and, where C_tilt_rad is stated, A_minus_C_rad. Refuses: span-too-small (10 mm of length),
 // spindle-not-turned, and what fitBall and readSpindleReadings refuse.
 Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset);
+
+extern const Method kCAxisAlignment;
+extern const Method kAAxisAlignment;
 
 }  // namespace probebox::metrology

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 
@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad", "x_mm", "y_mm"};
 // The readings have been corrected by the previous delay; it stands in the case for the record.
-constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "sigma_C_rad", "C_sense", "previous_tau_axis_s"};
 constexpr double kFarthestMean = 0.999;  // |w|^2 of three and more angles
 constexpr double kLeastHalfSine = 0.05;  // |sin(alpha/2)| of two
 constexpr double kWarnHalfSine = 0.25;
@@ -151,8 +150,30 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
   }
   if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"readings", kColumns, "a feature that turns with C, at an angle of C"}};
+constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
+constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}};
+
+}  // namespace
+
+const std::string_view kCentrelineUnobservable[2]{
+    "first harmonics of EXC and EYC separately from the position of the axis, XOC and YOC",
+    "the direction of the axis: the readings are at one height"};
+
+const Method kCentreline{.name = "centreline",
+                         .title = "Centreline of the part's spindle",
+                         .equations = "(B5)-(B8)",
+                         .source = source::kMachine,
+                         .solver = solveCentreline,
+                         .tables = kTables,
+                         .keys = kKeys,
+                         .results = kResults,
+                         .unobservable = kCentrelineUnobservable,
+                         .subject = kTurningAxis};
 
 }  // namespace probebox::metrology

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/outcome.hpp"
@@ -45,5 +46,11 @@ struct StatedNoise {
   bool angle_ignored{};  // sigma_C_rad without sigma_mm
 };
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
+
+// What the three methods of a centreline and that of the direction of C are about, and what the three cannot observe.
+inline constexpr Subject kTurningAxis{"centreline"};
+extern const std::string_view kCentrelineUnobservable[2];
+
+extern const Method kCentreline;
 
 }  // namespace probebox::metrology

@@ -10,7 +10,7 @@
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
 
@@ -19,7 +19,6 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr std::array<std::string_view, 3> kKeys{"sigma_mm", "sigma_C_rad", "previous_tau_axis_s"};
 constexpr double kLeastHalfArc = 15.0 * std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // rad
 
@@ -111,7 +110,6 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   compareWithSource(answer, rim, fit->parameters.head<2>(), noise.value());
   if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "C clockwise from +Y; psi0 is the angle of the ball at C = 0";
   return std::move(answer).take(true);
 }
@@ -140,9 +138,45 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
   answer.readingIs("the middle of one pair of contacts", "rad");
   answer.readings(**table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
   answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
-  for (auto& warning : unusedKeys(dataset, std::span{kKeys}.subspan(1, 1))) answer.warn(std::move(warning));
   answer.result().convention = "new zero of C in the old count; rms in rad";
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at an angle of C"}};
+constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kTauForTheRecord};
+constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"},
+                                  {"radius_mm", "of the ball about it"},
+                                  {"psi0_rad", "where the ball stands at C = 0, clockwise from +Y"}};
+constexpr MethodTable kContactTables[]{
+    {"contacts", kContactColumns, "signed angles of C at which the ball touches the stylus on either side"}};
+constexpr MethodKey kContactKeys[]{key::kSigmaC};
+constexpr MethodResult kContactResults[]{{"C_shift_rad", "new zero of C in the old count"}};
+constexpr std::string_view kContactUnobservable[]{
+    "the offset of the stylus from the spindle, beyond what two opposite contacts cancel"};
+
+}  // namespace
+
+const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
+                                      .title = "Centreline with limited access",
+                                      .equations = "(B6)-(B8), (B26), (B27)",
+                                      .source = source::kMachine,
+                                      .solver = solveCentrelineLimitedAccess,
+                                      .tables = kTables,
+                                      .keys = kKeys,
+                                      .results = kResults,
+                                      .unobservable = kCentrelineUnobservable,
+                                      .subject = kTurningAxis};
+
+const Method kCZeroShift{.name = "c-zero-shift",
+                         .title = "Zero of the C axis",
+                         .equations = "(B25)",
+                         .source = source::kMachine,
+                         .solver = solveCZeroShift,
+                         .tables = kContactTables,
+                         .keys = kContactKeys,
+                         .results = kContactResults,
+                         .unobservable = kContactUnobservable};
 
 }  // namespace probebox::metrology

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -45,5 +46,8 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset);
 // side of the nominal line (B25). Table contacts{C1_rad,C2_rad}, signed, one row a repetition. Config: sigma_C_rad, of
 // one contact. Gives C_shift_rad. Refuses: not-opposite (both contacts at one angle).
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset);
+
+extern const Method kCentrelineLimitedAccess;
+extern const Method kCZeroShift;
 
 }  // namespace probebox::metrology

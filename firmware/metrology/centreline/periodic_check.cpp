@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
 namespace probebox::metrology {
@@ -198,20 +197,6 @@ Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimat
   return std::optional<int>{verdict};
 }
 
-std::vector<std::string> unused(const Dataset& dataset) {
-  std::vector<std::string> known{
-      "effective_ball_radius_mm", "expected_ball_centre_z_mm", "x_is_radius", "sigma_mm", "sigma_touch_mm", "limit_mm",
-      "previous_tau_axis_s"};
-  std::vector<std::string_view> keys{kRunOuts.begin(), kRunOuts.end()};
-  for (const auto& quantity : kQuantities) keys.push_back(quantity.key);
-  for (const auto key : keys) {
-    known.push_back("accepted_" + std::string{key});
-    known.push_back("limit_" + std::string{key});
-  }
-  const std::vector<std::string_view> views{known.begin(), known.end()};
-  return unusedKeys(dataset, views);
-}
-
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
 // check starts from once this one is accepted.
 void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
@@ -314,7 +299,6 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
       answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
     }
   }
-  for (auto& warning : unused(dataset)) answer.warn(std::move(warning));
   answer.result().convention = ball->x_is_radius ? "X in radius" : "X in diameters";
   return std::move(answer).take(true);
 }

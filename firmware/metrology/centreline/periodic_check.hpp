@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -24,5 +25,7 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 // limit lies within U, k = 2), 2 fail, with a sentence for each that does not pass. Run-outs are judged where
 // accepted_ball_offset_x_mm and so on are stated: a fail asks for a full calibration. Refuses: bad-config.
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result);
+
+extern const Method kPeriodicCheck;
 
 }  // namespace probebox::metrology

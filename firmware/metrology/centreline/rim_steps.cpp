@@ -14,7 +14,6 @@
 #include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
@@ -27,8 +26,6 @@ using Eigen::Vector3d;
 constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr std::array<std::string_view, 5> kKeys{"sigma_mm", "sigma_C_rad", "level_limit_mm", "trust_C_angles",
-                                                "previous_tau_axis_s"};
 constexpr double kLeastTheta = 15.0 * std::numbers::pi / 180.0;
 constexpr double kSameAngle = 1e-6;  // rad
 constexpr int kMostLoops = 5;
@@ -208,7 +205,7 @@ Outcome<double, Refusal> contactShift(const Dataset& dataset) {
   if (!dataset.table("contacts")) return 0.0;
   const auto table = checkedTable(dataset, "contacts", kContactColumns);
   if (!table) return table.error();
-  Dataset alone{.method = "c-zero-shift", .config = {}, .tables = {**table}};
+  Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {**table}};
   const auto solved = solveCZeroShift(alone);
   if (!solved) return solved.error();
   return solved->find("C_shift_rad")->value();
@@ -372,7 +369,6 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   auto& warnings = result.warnings;
   if (differ) warnings.push_back(*differ + "; the angles of C are not trusted, so the steps count");
   if (!measured.noise.stated) warnings.emplace_back("the steps are not compared with the fit: that needs sigma_mm");
-  for (auto& warning : unusedKeys(dataset, kKeys)) warnings.push_back(std::move(warning));
   result.convention = "C clockwise from +Y";
   auto& also = result.also;
   also.push_back(Estimate::vector("fit_centre_mm", {fitted.x(), fitted.y()}, {}));

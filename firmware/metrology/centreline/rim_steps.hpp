@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -22,5 +23,7 @@ inline constexpr double kUsualLevelLimit_mm = 0.01;
 // not-level (the last loop), too-many-loops (5), level-readings (y at 0 as at theta), not-opposite (stylus),
 // steps-disagree (steps against the fit, or their two radii, by more than 4 sd), and what fitRotation refuses.
 Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset);
+
+extern const Method kCentrelineBySteps;
 
 }  // namespace probebox::metrology

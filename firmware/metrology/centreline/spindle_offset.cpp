@@ -4,13 +4,12 @@
 #include <utility>
 
 #include "firmware/metrology/centreline/ball_readings.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/centreline/standing_axes.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
 namespace probebox::metrology {
 namespace {
-
-constexpr std::array<std::string_view, 4> kKeys{"sigma_mm", "A_sense", "C_sense", "previous_tau_axis_s"};
 
 struct Offset {
   BallFit ball;
@@ -40,7 +39,6 @@ Outcome<Offset, Refusal> offsetOf(const Dataset& dataset) {
   const auto& parameters = ball->fit.parameters;
   answer.promiseVector("offset_C_minus_A_mm", parameters.head(2), pick(0, 2, parameters.size()));
   for (const auto& warning : table->warnings) answer.warn(warning);
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   return Offset{std::move(ball).value(), std::move(answer)};
 }
 
@@ -69,5 +67,38 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
   answer.alsoVector("tip_to_C_mm", parameters.head(2) - parameters.segment<2>(ball.styli), rows(0) - rows(ball.styli));
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr std::string_view kColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at angles of spindle (A) and C"}};
+constexpr MethodKey kKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
+constexpr MethodResult kResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
+                                  {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
+constexpr std::string_view kUnobservable[]{
+    "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
+
+}  // namespace
+
+const Method kSpindleOffset2x2{.name = "spindle-offset-2x2",
+                               .title = "C axis against spindle, four poses",
+                               .equations = "(B4), (B10)-(B12)",
+                               .source = source::kMachine,
+                               .solver = solveSpindleOffset2x2,
+                               .tables = kTables,
+                               .keys = kKeys,
+                               .results = kResults,
+                               .unobservable = kUnobservable,
+                               .undetermined = undeterminedByAngles};
+
+const Method kSpindleOffsetFour{.name = "spindle-offset-four",
+                                .title = "C axis against spindle",
+                                .equations = "(B4), (B9)",
+                                .source = source::kMachine,
+                                .solver = solveSpindleOffsetFour,
+                                .tables = kTables,
+                                .keys = kKeys,
+                                .results = std::span{kResults}.first(1),
+                                .undetermined = undeterminedByAngles};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -18,5 +19,8 @@ Outcome<Result, Refusal> solveSpindleOffsetFour(const Dataset& dataset);
 // and tip_to_C_mm, the tip with the spindle at zero relative to C (B12). Refuses also readings that turn the axes
 // together only: dependent-angles.
 Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset);
+
+extern const Method kSpindleOffset2x2;
+extern const Method kSpindleOffsetFour;
 
 }  // namespace probebox::metrology

@@ -4,16 +4,11 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contour_match.hpp"
 
 namespace probebox::metrology {
-namespace {
-
-constexpr std::array<std::string_view, 9> kKeys{"shape",        "centre_mm",      "axis_direction",
-                                                "size_axis_mm", "feature",        "search_window_s",
-                                                "gain_matrix",  "previous_tau_s", "probe_kind"};
-
-}  // namespace
+namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
   const auto feature = featureDistance(dataset);
@@ -22,7 +17,38 @@ Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
   if (!window) return window.error();
   const auto gain = configGain(dataset);
   if (!gain) return gain.error();
-  return matchScans(dataset, {feature.value(), gain.value(), window.value()}, kKeys);
+  return matchScans(dataset, {feature.value(), gain.value(), window.value()});
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{
+    {"shape", kNeeded, "sphere, cylinder, plane, plane-pair or box"},
+    {"centre_mm", "", "nominal centre; needed but for a plane"},
+    {"axis_direction", "", "axis of a cylinder, outward normal of a plane, normal of a pair of faces; needed there"},
+    {"size_axis_mm", "", "size of a box along x y z; needed there"},
+    {"feature", "external", "external or internal"},
+    of_delay::kSearchWindow,
+    of_delay::kGain,
+    of_delay::kPreviousTau,
+    of_delay::kProbeKind};
+constexpr MethodResult kResults[]{of_delay::kTau};
+constexpr std::string_view kUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps,
+    "delays that differ between the axes; size and position of the feature: both are nuisance parameters of each scan",
+    of_delay::kExactFeature};
+
+}  // namespace
+
+const Method kDelayContour{.name = "delay-contour",
+                           .title = "System delay from scans along any feature",
+                           .equations = "(A1), (A13)-(A17), (A22)",
+                           .source = source::kDelay,
+                           .solver = solveDelayContour,
+                           .tables = of_delay::kScanTables,
+                           .keys = kKeys,
+                           .results = kResults,
+                           .unobservable = kUnobservable,
+                           .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

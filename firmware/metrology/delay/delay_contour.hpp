@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -11,5 +12,7 @@ namespace probebox::metrology {
 // size_axis_mm and feature as featureDistance has them; search_window_s (needed); gain_matrix, previous_tau_s,
 // probe_kind (deflection, distance). Gives tau_s. Refuses what featureDistance, searchWindow and matchScans refuse.
 Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset);
+
+extern const Method kDelayContour;
 
 }  // namespace probebox::metrology

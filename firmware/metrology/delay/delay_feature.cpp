@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/delay/feature_model.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
 #include "firmware/metrology/touch/touch_design.hpp"
@@ -24,9 +25,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 10> kKeys{
-    "shape",        "axis_direction", "size_mm",        "size_axis_mm",       "delays", "article_has_own_delay",
-    "threshold_mm", "gain_matrix",    "previous_tau_s", "previous_tau_axis_s"};
 constexpr double kOnAxis = 0.999;          // cosine
 constexpr double kGrossShare = 0.01;       // of the overtravel by which no touch may miss the feature
 constexpr double kOutlier = 4.5;           // deviations
@@ -220,7 +218,6 @@ Result report(const Dataset& dataset, const FeatureQuestion& question, const Sur
   result.convention = kDelayConvention;
   result.dof = touched.dof;
   result.condition = fit.condition;
-  result.warnings = unusedKeys(dataset, kKeys);
   result.warnings.insert(result.warnings.end(), touched.warnings.begin(), touched.warnings.end());
   result.dropped = touched.dropped;
   addResiduals(result, model, fit, touched.points);
@@ -261,5 +258,46 @@ Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset) {
   if (auto refusal = misses(model, fit.value(), touched->points)) return *refusal;
   return report(dataset, question.value(), touched.value(), fit.value(), previous.value());
 }
+
+namespace {
+
+constexpr std::string_view kArticleColumns[]{"touch", "t_s", "x_mm", "y_mm", "z_mm"};
+constexpr MethodTable kTables[]{of_delay::kMachine,
+                                of_delay::kProbe,
+                                of_delay::kTouches,
+                                {"article", kArticleColumns, "position of the workpiece, where it moves"}};
+constexpr MethodKey kKeys[]{{"shape", kNeeded, "sphere, cylinder, plane-pair, box or plane"},
+                            {"axis_direction", "", "axis of a cylinder; needed there"},
+                            {"size_mm", "", "effective diameter, or distance of the faces; free without it"},
+                            {"size_axis_mm", "", "effective size of a box along x y z; needed there"},
+                            {"delays", "common", "common or each-axis"},
+                            {"article_has_own_delay", "false", "true where the stamps of article have another delay"},
+                            {"threshold_mm", "", "the points are where |A d| falls through it, not where it is zero"},
+                            of_delay::kGain,
+                            {"previous_tau_s", "0", "delay in the stamps already, with delays common"},
+                            {"previous_tau_axis_s", "[0,0,0]", "delays in the stamps already, with delays each-axis"}};
+constexpr KnownQuantity kKnown[]{{"sd_size_mm", "size_mm"}, {"sd_size_axis_mm", "size_axis_mm"}};
+constexpr MethodResult kResults[]{{"tau_s", "delay, with delays common"},
+                                  {"tau_axis_s", "delay of each axis, with delays each-axis"},
+                                  {"tau_article_s", "delay of article, with article_has_own_delay"},
+                                  {"size_mm", "effective size, where it is not known"}};
+constexpr std::string_view kUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
+                                           "delays that differ between the axes, where one is assumed for all",
+                                           of_delay::kExactFeature};
+
+}  // namespace
+
+const Method kDelayFeature{.name = "delay-feature",
+                           .title = "System delay from touches of any feature",
+                           .equations = "(A1)-(A9), (A11), (A12)",
+                           .source = source::kDelay,
+                           .solver = solveDelayFeature,
+                           .tables = kTables,
+                           .keys = kKeys,
+                           .known = kKnown,
+                           .results = kResults,
+                           .unobservable = kUnobservable,
+                           .undetermined = sizeBiasAtOneSpeed,
+                           .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -14,5 +15,7 @@ namespace probebox::metrology {
 // Refuses what surfacePoints and leastSquares refuse; bad-config; single-speed, speeds-too-close (a size or plane that
 // is not known); one-sided; not-on-feature (a normal that the shape does not have); residual-too-large.
 Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset);
+
+extern const Method kDelayFeature;
 
 }  // namespace probebox::metrology

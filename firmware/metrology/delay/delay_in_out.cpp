@@ -22,7 +22,6 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kKeys{"previous_tau_s", "feature", "probe_kind"};
 constexpr double kMissing = 1.5;     // periods between samples of the contact
 constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
 constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
@@ -357,7 +356,7 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
   if (!matched) return matched.error();
   const Match& match = matched->match;
   if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
-  Result result = reportMatch(dataset, match, previous.value(), kKeys);
+  Result result = reportMatch(dataset, match, previous.value());
   if (!matched->warning.empty()) result.warnings.push_back(matched->warning);
   return result;
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -13,5 +14,7 @@ namespace probebox::metrology {
 // no-contact, truncated, gap (any sample of the contact missing), flat-apex (a rest of more than a fifth of the
 // contact), clipped, residual-too-large.
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset);
+
+extern const Method kDelayInOut;
 
 }  // namespace probebox::metrology

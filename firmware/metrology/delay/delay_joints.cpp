@@ -5,14 +5,15 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/kinematics/joint_chain.hpp"
 #include "firmware/metrology/kinematics/parallel_kinematics.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 3> kKeys{"effective_diameter_mm", "tip_mm", "delays"};
 constexpr std::array<std::string_view, 2> kDelays{"common", "each-joint"};
 
 template <class Machine>
@@ -44,7 +45,52 @@ Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset) {
   question.kinematics = kinematics.value().get();
   const auto measured = TouchDelay::measure(dataset, question);
   if (!measured) return measured.error();
-  return measured->onSphere(kKeys);
+  Result result = measured->onSphere();
+  const auto* const idle = question.delays == Delays::each_joint ? "previous_tau_s" : "previous_tau_joint_s";
+  if (dataset.config.contains(idle)) result.warnings.push_back(unusedKey(idle, dataset.method));
+  return result;
 }
+
+namespace {
+
+constexpr std::string_view kJointColumns[]{"touch", "t_s", "q1_rad", "q2_mm", ".."};
+constexpr std::string_view kChainColumns[]{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
+constexpr std::string_view kLegColumns[]{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
+                                         "pz_mm", "ux", "uy",    "uz",    "cx_mm", "cy_mm", "cz_mm"};
+constexpr MethodTable kTables[]{
+    {"machine", kJointColumns, "joint positions at their stamp: _rad of a revolute joint, _mm of a prismatic one"},
+    of_delay::kProbe,
+    of_delay::kTouches,
+    {"chain", kChainColumns, "a joint of a serial machine, from the base on"},
+    {"legs", kLegColumns, "instead of chain: a leg of a parallel platform"}};
+constexpr MethodKey kKeys[]{
+    {"tip_mm", kNeeded, "the tip with all joints at zero, or in the reference pose of the legs"},
+    {"delays", "common", "common or each-joint"},
+    of_delay::kDiameter,
+    of_delay::kFeature,
+    {"previous_tau_s", "0", "delay in the stamps already, with delays common; tau is the whole"},
+    {"previous_tau_joint_s", "zeros", "delays in the stamps already, with delays each-joint; tau is the whole"}};
+constexpr MethodResult kResults[]{{"tau_s", "delay of all joints, with delays common"},
+                                  {"tau_joint_s", "delay of each joint, with delays each-joint"},
+                                  {"centre_mm", "centre of the sphere in the frame of the machine's base"}};
+constexpr std::string_view kUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps,
+    "lengths and axes of the chain and the zeros of its joints: the stated ones are assumed exact",
+    "delays that differ between the joints, where one is assumed for all"};
+
+}  // namespace
+
+const Method kDelayJoints{.name = "delay-joints",
+                          .title = "System delay of a machine whose axes are joints",
+                          .equations = "(A1)-(A9), (A12), (A21)",
+                          .source = source::kDelay,
+                          .solver = solveDelayJoints,
+                          .tables = kTables,
+                          .keys = kKeys,
+                          .known = of_delay::kDiameterKnown,
+                          .results = kResults,
+                          .unobservable = kUnobservable,
+                          .undetermined = sizeBiasAtOneSpeed,
+                          .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -13,5 +14,7 @@ namespace probebox::metrology {
 // previous_tau_joint_s. Gives tau_s or tau_joint_s, centre_mm in the frame of the machine's base; also gain_matrix.
 // Refuses what those and TouchDelay::measure refuse; bad-config, joint-not-moved, not-reachable.
 Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset);
+
+extern const Method kDelayJoints;
 
 }  // namespace probebox::metrology

@@ -3,26 +3,46 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
-namespace {
-
-constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
-
-}  // namespace
+namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
   const auto diameter = requiredPositive(dataset, "effective_diameter_mm");
   if (!diameter) return diameter.error();
   const auto measured = TouchDelay::measure(dataset, {.size_mm = diameter.value()});
   if (!measured) return measured.error();
-  Result result = measured->report(kKeys);
+  Result result = measured->report();
   result.estimates.push_back(measured->delay());
   if (const auto centre = measured->centre()) result.estimates.push_back(*centre);
   result.covariance = measured->covarianceOf(result.estimates);
   if (const auto gain = measured->gainMatrix()) result.estimates.push_back(*gain);
   return result;
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{
+    {"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"}, of_delay::kFeature, of_delay::kPreviousTau};
+constexpr MethodResult kResults[]{
+    of_delay::kTau, of_delay::kCentre, {"gain_matrix", "gain of the probe (A3), where the touches span space"}};
+
+}  // namespace
+
+const Method kDelayKnownSphere{.name = "delay-known-sphere",
+                               .title = "System delay from a sphere of known size",
+                               .equations = "(A1)-(A9), (A12)",
+                               .source = source::kDelay,
+                               .solver = solveDelayKnownSphere,
+                               .tables = of_delay::kTouchTables,
+                               .keys = kKeys,
+                               .known = of_delay::kDiameterKnown,
+                               .results = kResults,
+                               .unobservable = of_delay::kOneForAllAxes,
+                               .undetermined = sizeBiasAtOneSpeed,
+                               .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

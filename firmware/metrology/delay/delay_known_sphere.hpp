@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -11,5 +12,7 @@ namespace probebox::metrology {
 // previous_tau_s. Gives tau_s, centre_mm, gain_matrix (the last two where the touches span space). Refuses what
 // TouchDelay refuses.
 Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset);
+
+extern const Method kDelayKnownSphere;
 
 }  // namespace probebox::metrology

@@ -6,12 +6,11 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
 namespace {
-
-constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
 
 // Sizes at the nominal speeds, for a picture of the line of (A10).
 void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchFit& fit) {
@@ -41,7 +40,7 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   const auto measured = TouchDelay::measure(dataset, {});
   if (!measured) return measured.error();
   const TouchFit& fit = measured->touches().fit;
-  Result result = measured->report(kKeys);
+  Result result = measured->report();
   const Estimate size = measured->size();
   result.estimates = {measured->delay(), size};
   if (*known_size) {
@@ -55,5 +54,32 @@ Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
   result.covariance = measured->covarianceOf(std::span{result.estimates}.first(2));
   return result;
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{{"effective_diameter_mm", "", "certified; with it also the static error"},
+                            of_delay::kFeature,
+                            of_delay::kPreviousTau};
+constexpr MethodResult kResults[]{
+    of_delay::kTau,
+    {"effective_diameter_mm", "size without delay"},
+    {"static_error_mm", "that size less the certified one, where effective_diameter_mm is stated"}};
+constexpr std::string_view kUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps, of_delay::kOneForAll,
+    "the causes of the static error separately: size of the ball, threshold of the probe and form are one number"};
+
+}  // namespace
+
+const Method kDelayMultiSpeed{.name = "delay-multi-speed",
+                              .title = "System delay from several speeds",
+                              .equations = "(A1)-(A8), (A10), (A12)",
+                              .source = source::kDelay,
+                              .solver = solveDelayMultiSpeed,
+                              .tables = of_delay::kTouchTables,
+                              .keys = kKeys,
+                              .known = of_delay::kDiameterKnown,
+                              .results = kResults,
+                              .unobservable = kUnobservable,
+                              .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -14,5 +15,7 @@ namespace probebox::metrology {
 // agree worse than that. Refuses: what readTouches, fitRetract (when too few touches remain), refuseSpeeds and
 // fitTouches refuse; clipped. A touch that is bad on its own is dropped by name, with a warning.
 Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset);
+
+extern const Method kDelayMultiSpeed;
 
 }  // namespace probebox::metrology

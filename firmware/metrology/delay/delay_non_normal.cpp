@@ -3,12 +3,13 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
 // Reduced chi-square of the slopes against one gain. A tip that slides does not follow a good part of the motion, which
 // is thousands; a gain that differs a little between directions is not meant.
 constexpr double kSlip = 25.0;
@@ -26,7 +27,27 @@ Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
                    "no gain matrix fits the deflections of all touches: the tip slid on the surface; touch closer to "
                    "the normal, or on a rougher surface"};
   }
-  return measured->onSphere(kKeys);
+  return measured->onSphere();
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTau};
+constexpr MethodResult kResults[]{of_delay::kTau, of_delay::kCentre};
+
+}  // namespace
+
+const Method kDelayNonNormal{.name = "delay-non-normal",
+                             .title = "System delay from touches off the normal",
+                             .equations = "(A1)-(A9), (A12)",
+                             .source = source::kDelay,
+                             .solver = solveDelayNonNormal,
+                             .tables = of_delay::kTouchTables,
+                             .keys = kKeys,
+                             .known = of_delay::kDiameterKnown,
+                             .results = kResults,
+                             .unobservable = of_delay::kOneForAllAxes,
+                             .undetermined = sizeBiasAtOneSpeed,
+                             .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

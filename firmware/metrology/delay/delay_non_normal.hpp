@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -12,5 +13,7 @@ namespace probebox::metrology {
 // Gives tau_s and centre_mm; also gain_matrix, and effective_diameter_mm when it is not given. Refuses what TouchDelay
 // refuses, and tip-slip: deflections that one gain matrix cannot explain.
 Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset);
+
+extern const Method kDelayNonNormal;
 
 }  // namespace probebox::metrology

@@ -3,21 +3,39 @@
 #include <array>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
-namespace {
-
-constexpr std::array<std::string_view, 1> kKeys{"effective_diameter_mm"};
-
-}  // namespace
+namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
   const auto diameter = configPositive(dataset, "effective_diameter_mm");
   if (!diameter) return diameter.error();
   const auto measured = TouchDelay::measure(dataset, {.delays = Delays::each_axis, .size_mm = diameter.value()});
   if (!measured) return measured.error();
-  return measured->onSphere(kKeys);
+  return measured->onSphere();
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{of_delay::kDiameter, of_delay::kFeature, of_delay::kPreviousTauAxis};
+constexpr MethodResult kResults[]{of_delay::kTauAxis, of_delay::kCentre};
+
+}  // namespace
+
+const Method kDelayPerAxis{.name = "delay-per-axis",
+                           .title = "System delay of each axis",
+                           .equations = "(A1)-(A9), (A11), (A12)",
+                           .source = source::kDelay,
+                           .solver = solveDelayPerAxis,
+                           .tables = of_delay::kTouchTables,
+                           .keys = kKeys,
+                           .known = of_delay::kDiameterKnown,
+                           .results = kResults,
+                           .unobservable = of_delay::kAnyDelay,
+                           .undetermined = sizeBiasAtOneSpeed,
+                           .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -12,5 +13,7 @@ namespace probebox::metrology {
 // Gives tau_axis_s and centre_mm; also gain_matrix, and effective_diameter_mm when it is not given. Refuses what
 // TouchDelay refuses; one-sided when an axis has no opposed touches.
 Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset);
+
+extern const Method kDelayPerAxis;
 
 }  // namespace probebox::metrology

@@ -6,12 +6,13 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 2> kKeys{"gap_mm", "stylus_ball_diameter_mm"};
 constexpr std::array<std::string_view, 2> kFeatures{"internal", "external"};
 
 // Between the faces the normals point towards each other.
@@ -55,10 +56,36 @@ Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
   }
   const auto measured = TouchDelay::measure(dataset, {.size_mm = size_mm});
   if (!measured) return measured.error();
-  Result result = measured->report(kKeys);
+  Result result = measured->report();
   result.estimates.push_back(measured->delay());
   result.covariance = measured->covarianceOf(result.estimates);
   return result;
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{{"gap_mm", kNeeded, "distance of the faces"},
+                            {"stylus_ball_diameter_mm", kNeeded, "of the stylus ball"},
+                            {"feature", "", "internal (a gap) or external (a block); without it the normals tell"},
+                            of_delay::kPreviousTau};
+constexpr KnownQuantity kKnown[]{{"sd_gap_mm", "gap_mm"}, {"sd_stylus_ball_diameter_mm", "stylus_ball_diameter_mm"}};
+constexpr MethodResult kResults[]{of_delay::kTau};
+constexpr std::string_view kUnobservable[]{of_delay::kApart, of_delay::kAfterStamps,
+                                           "the delay of an axis across the normal of the faces"};
+
+}  // namespace
+
+const Method kDelayPlates{.name = "delay-plates",
+                          .title = "System delay from parallel faces",
+                          .equations = "(A1)-(A9)",
+                          .source = source::kDelay,
+                          .solver = solveDelayPlates,
+                          .tables = of_delay::kTouchTables,
+                          .keys = kKeys,
+                          .known = kKnown,
+                          .results = kResults,
+                          .unobservable = kUnobservable,
+                          .undetermined = sizeBiasAtOneSpeed,
+                          .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -11,5 +12,7 @@ namespace probebox::metrology {
 // (a gap) or external (a block), without it the normals tell; previous_tau_s.
 // Gives tau_s. Refuses what TouchDelay refuses, and not-opposed: normals that do not lie on one line.
 Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset);
+
+extern const Method kDelayPlates;
 
 }  // namespace probebox::metrology

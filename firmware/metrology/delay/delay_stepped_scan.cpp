@@ -4,16 +4,11 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/scan/contour_match.hpp"
 
 namespace probebox::metrology {
-namespace {
-
-constexpr std::array<std::string_view, 10> kKeys{
-    "centre_mm", "search_window_s", "gain_matrix",           "effective_radius_mm", "r1_mm",
-    "r2_mm",     "arcs_rad",        "centre_is_approximate", "previous_tau_s",      "probe_kind"};
-
-}  // namespace
+namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
   const auto centre = requiredVector(dataset, "centre_mm");
@@ -23,7 +18,37 @@ Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
   const auto gain = configGain(dataset);
   if (!gain) return gain.error();
   const FeatureDistance sphere{.centre = Eigen::Vector3d{centre->data()}};
-  return matchScans(dataset, {sphere, gain.value(), window.value(), "radius", true}, kKeys);
+  return matchScans(dataset, {sphere, gain.value(), window.value(), "radius", true});
 }
+
+namespace {
+
+constexpr MethodKey kKeys[]{{"centre_mm", kNeeded, "centre of the sphere; may be off by 0.2 mm"},
+                            of_delay::kSearchWindow,
+                            of_delay::kGain,
+                            of_delay::kPreviousTau,
+                            of_delay::kProbeKind,
+                            {"effective_radius_mm", "", "of sphere plus stylus ball; for the record"},
+                            {"r1_mm", "", "one commanded radius; for the record"},
+                            {"r2_mm", "", "the other commanded radius; for the record"},
+                            {"arcs_rad", "", "lengths of the arcs between steps; for the record"},
+                            {"centre_is_approximate", "", "for the record: the centre is always fitted"}};
+constexpr MethodResult kResults[]{of_delay::kTau};
+constexpr std::string_view kUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps,
+    "delays that differ between the axes, and the radius: both are nuisance parameters of each scan"};
+
+}  // namespace
+
+const Method kDelaySteppedScan{.name = "delay-stepped-scan",
+                               .title = "System delay from scans with steps of the radius",
+                               .equations = "(A1), (A13)-(A17)",
+                               .source = source::kDelay,
+                               .solver = solveDelaySteppedScan,
+                               .tables = of_delay::kScanTables,
+                               .keys = kKeys,
+                               .results = kResults,
+                               .unobservable = kUnobservable,
+                               .subject = of_delay::kSubject};
 
 }  // namespace probebox::metrology

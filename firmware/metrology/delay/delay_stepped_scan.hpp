@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -15,5 +16,7 @@ namespace probebox::metrology {
 // constant-radius, rival-peak, no-peak, window-too-small, window-too-large, centre-error, residual-too-large. Gaps are
 // left out.
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset);
+
+extern const Method kDelaySteppedScan;
 
 }  // namespace probebox::metrology

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
@@ -14,8 +14,6 @@ namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 6> kKeys{"feature_axis",  "sigma_mm",      "stylus_ball_radius_mm",
-                                                "radius_min_mm", "radius_max_mm", "robust"};
 constexpr double kStraight = 0.01;  // thickness of an arc against its width
 
 enum class Side { outside, inside };
@@ -94,7 +92,6 @@ Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
   for (const auto row : fit->dropped) {
     answer.result().dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "effective radius: of the path of stylus-ball centres";
   return std::move(answer).take(true);
 }
@@ -125,5 +122,40 @@ Outcome<Result, Refusal> solveBossFit(const Dataset& dataset) {
 Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset) {
   return solveCircle(dataset, Side::inside);
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"points", kColumns, "a stylus-ball centre at contact"}};
+constexpr MethodKey kKeys[]{key::kFeatureAxis, key::kSigma,          key::kStylusRadius,
+                            key::kLeastRadius, key::kGreatestRadius, key::kRobust};
+constexpr MethodResult kResults[]{{"centre_xy_mm", "centre across Z; centre_yz_mm or centre_xz_mm across X or Y"},
+                                  {"effective_radius_mm", "of the path of stylus-ball centres"},
+                                  {"radius_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr std::string_view kBossUnobservable[]{"form of the boss separately from the noise of the readings"};
+constexpr std::string_view kBoreUnobservable[]{"form of the bore separately from the noise of the readings"};
+
+}  // namespace
+
+const Method kBossFit{.name = "boss-fit",
+                      .title = "Centre and size of a boss",
+                      .equations = "(B1), (B3a)",
+                      .source = source::kMachine,
+                      .solver = solveBossFit,
+                      .tables = kTables,
+                      .keys = kKeys,
+                      .known = kStylusRadiusKnown,
+                      .results = kResults,
+                      .unobservable = kBossUnobservable};
+
+const Method kBoreFit{.name = "bore-fit",
+                      .title = "Centre and size of a bore",
+                      .equations = "(B1), (B3a)",
+                      .source = source::kMachine,
+                      .solver = solveBoreFit,
+                      .tables = kTables,
+                      .keys = kKeys,
+                      .known = kStylusRadiusKnown,
+                      .results = kResults,
+                      .unobservable = kBoreUnobservable};
 
 }  // namespace probebox::metrology

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/outcome.hpp"
@@ -22,5 +23,8 @@ Outcome<Fit, Refusal> fitCircle(const Eigen::MatrixX2d& points, double sigma, Ou
 // residual-too-large (4 sigma), radius-out-of-limits.
 Outcome<Result, Refusal> solveBossFit(const Dataset& dataset);
 Outcome<Result, Refusal> solveBoreFit(const Dataset& dataset);
+
+extern const Method kBossFit;
+extern const Method kBoreFit;
 
 }  // namespace probebox::metrology

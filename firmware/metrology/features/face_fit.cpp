@@ -10,7 +10,7 @@
 
 #include "firmware/metrology/dataset/configured_direction.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/points.hpp"
@@ -24,8 +24,6 @@ using Eigen::VectorXd;
 
 constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
-constexpr std::array<std::string_view, 3> kWidthKeys{"width_direction", "sigma_mm", "stylus_ball_radius_mm"};
-constexpr std::array<std::string_view, 3> kCornerKeys{"feature_axis", "sigma_mm", "stylus_ball_radius_mm"};
 constexpr double kUnit = 1e-3;        // how far from 1 the length of a direction may be
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
@@ -97,7 +95,6 @@ Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
   answer.promiseScalar("middle_mm", fit->parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
   answer.promiseScalar("effective_width_mm", std::abs(apart), across);
   if (stylus.value()) answer.promiseScalar("width_mm", width, across);
-  for (auto& warning : unusedKeys(dataset, kWidthKeys)) answer.warn(std::move(warning));
   answer.result().convention = "middle along width_direction; effective width: between stylus-ball centres";
   return std::move(answer).take(true);
 }
@@ -288,10 +285,63 @@ Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
   const std::string key = corner->dimensions() == 2 ? "corner_" + plane->name() + "_mm" : "corner_mm";
   answer.promiseVector(key, meeting->corner, meeting->slopes);
   answer.alsoScalar("square_error_rad", meeting->square, meeting->square_slopes);
-  for (auto& warning : unusedKeys(dataset, kCornerKeys)) answer.warn(std::move(warning));
   answer.result().convention =
       "square error: angle between the outward normals of the first two faces minus 90 degrees";
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr MethodTable kWidthTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with face 1 or 2"}};
+constexpr MethodKey kWidthKeys[]{
+    {"width_direction", kNeeded, "unit vector across the faces"}, key::kSigma, key::kStylusRadius};
+constexpr MethodResult kWidthResults[]{{"middle_mm", "along width_direction"},
+                                       {"effective_width_mm", "between stylus-ball centres"},
+                                       {"width_mm", "the feature's own, with stylus_ball_radius_mm"}};
+constexpr std::string_view kWidthUnobservable[]{
+    "anything across the stated width_direction, and how far the faces are from parallel"};
+constexpr MethodTable kCornerTables[]{{"points", kPointColumns, "a stylus-ball centre at contact with that face"},
+                                      {"faces", kFaceColumns, "outward normal of a face, within 30 degrees"}};
+constexpr MethodKey kCornerKeys[]{
+    {"stylus_ball_radius_mm", kNeeded, "each face is moved in by it"}, key::kSigma, key::kFeatureAxis};
+constexpr MethodResult kCornerResults[]{
+    {"corner_xy_mm", "corner of two faces across Z; corner_yz_mm or corner_xz_mm across X or Y"},
+    {"corner_mm", "corner of three faces"}};
+constexpr std::string_view kCornerUnobservable[]{"form of the faces separately from the noise of the readings"};
+
+}  // namespace
+
+const Method kWebFit{.name = "web-fit",
+                     .title = "Middle and width of a web",
+                     .equations = "(B3b)",
+                     .source = source::kMachine,
+                     .solver = solveWebFit,
+                     .tables = kWidthTables,
+                     .keys = kWidthKeys,
+                     .known = kStylusRadiusKnown,
+                     .results = kWidthResults,
+                     .unobservable = kWidthUnobservable};
+
+const Method kPocketFit{.name = "pocket-fit",
+                        .title = "Middle and width of a pocket",
+                        .equations = "(B3b)",
+                        .source = source::kMachine,
+                        .solver = solvePocketFit,
+                        .tables = kWidthTables,
+                        .keys = kWidthKeys,
+                        .known = kStylusRadiusKnown,
+                        .results = kWidthResults,
+                        .unobservable = kWidthUnobservable};
+
+const Method kCornerFit{.name = "corner-fit",
+                        .title = "Corner of two or three faces",
+                        .equations = "(B3c)",
+                        .source = source::kMachine,
+                        .solver = solveCornerFit,
+                        .tables = kCornerTables,
+                        .keys = kCornerKeys,
+                        .known = kStylusRadiusKnown,
+                        .results = kCornerResults,
+                        .unobservable = kCornerUnobservable};
 
 }  // namespace probebox::metrology

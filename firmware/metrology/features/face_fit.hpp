@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -23,5 +24,9 @@ Outcome<Result, Refusal> solvePocketFit(const Dataset& dataset);
 // collinear, bad-direction, faces-parallel (within 6 degrees), residual-too-large (4 sigma), and what leastSquares
 // refuses.
 Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset);
+
+extern const Method kWebFit;
+extern const Method kPocketFit;
+extern const Method kCornerFit;
 
 }  // namespace probebox::metrology

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 
@@ -13,8 +13,6 @@ namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 6> kKeys{"sigma_mm",      "radius_mm",     "approximate_centre_mm",
-                                                "radius_min_mm", "radius_max_mm", "robust"};
 struct Config {
   SphereQuestion question;
   bool sigma_stated{};
@@ -110,7 +108,6 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   result.rms = std::sqrt(fit->sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
   result.dof = fit->dof;
   result.condition = fit->condition;
-  result.warnings = unusedKeys(dataset, kKeys);
   for (const auto row : fit->dropped) {
     result.dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
@@ -124,5 +121,33 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
   }
   return result;
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"points", kColumns, "a stylus-ball centre at contact"}};
+constexpr MethodKey kKeys[]{key::kSigma,
+                            {"radius_mm", "", "effective radius where it is known; free without it"},
+                            key::kLeastRadius,
+                            key::kGreatestRadius,
+                            {"approximate_centre_mm", "", "on which side of points of one plane the sphere lies"},
+                            key::kRobust};
+constexpr KnownQuantity kKnown[]{{"sd_radius_mm", "radius_mm"}};
+constexpr MethodResult kResults[]{{"centre_mm", "centre of the sphere"},
+                                  {"radius_mm", "effective radius, unless it is known"}};
+constexpr std::string_view kUnobservable[]{"radius of the sphere and of the stylus ball separately: only their sum",
+                                           "form of the sphere separately from the noise of the readings"};
+
+}  // namespace
+
+const Method kSphereFit{.name = "sphere-fit",
+                        .title = "Centre and size of a sphere",
+                        .equations = "(B1)-(B3)",
+                        .source = source::kMachine,
+                        .solver = solveSphereFit,
+                        .tables = kTables,
+                        .keys = kKeys,
+                        .known = kKnown,
+                        .results = kResults,
+                        .unobservable = kUnobservable};
 
 }  // namespace probebox::metrology

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/fit/line.hpp"
@@ -17,5 +18,7 @@ namespace probebox::metrology {
 // approximate_centre_mm; robust.
 // Gives centre_mm, and radius_mm unless it is known. Refuses also: residual-too-large (4 sigma), radius-out-of-limits.
 Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset);
+
+extern const Method kSphereFit;
 
 }  // namespace probebox::metrology

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
@@ -28,8 +27,6 @@ using Balls = std::map<double, Vector3d>;
 
 constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 5> kKeys{"axis", "axis_point_mm", "axis_direction", "sigma_mm",
-                                                "station_correction"};
 constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -342,7 +339,7 @@ Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
         "the first coordinates at phi = 0 disagree with the second ones and are not used for the position of the "
         "plate: check that the axis returned to zero");
   }
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
+  if (dataset.config.contains(kStationRadiusKey)) answer.warn(unusedKey(kStationRadiusKey, dataset.method));
   return std::move(answer).take(true);
 }
 

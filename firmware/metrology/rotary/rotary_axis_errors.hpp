@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/live/rotary_chain.hpp"
 #include "protocol/units/outcome.hpp"
@@ -19,5 +20,7 @@ namespace probebox::metrology {
 // missing-key, bad-config, missing-ball (not in third), duplicated-ball, too-few-balls, collinear, residual-too-large
 // (5 sigma between second and third).
 Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset);
+
+extern const Method kRotaryAxisErrors;
 
 }  // namespace probebox::metrology

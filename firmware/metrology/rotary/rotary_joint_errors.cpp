@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/rigid_motion.hpp"
@@ -28,20 +27,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 14> kKeys{"axis",
-                                                 "axis_point_mm",
-                                                 "axis_direction",
-                                                 "sigma_mm",
-                                                 "sigma_axial_mm",
-                                                 "sigma_angle_rad",
-                                                 "sigma_third_mm",
-                                                 "station_correction",
-                                                 "station_radius_mm",
-                                                 "previous_tau_axis_s",
-                                                 "sigma_offset_mm",
-                                                 "tool_vector_mm",
-                                                 "sensor_matrix",
-                                                 "sensor_head_result"};
 constexpr double kWorstResidual = 5.0;   // sigma, between second and third
 constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kStationRadius = 30.0;  // mm
@@ -302,7 +287,6 @@ Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
       VectorXd::Map(left.data(), static_cast<Index>(left.size())).norm() / std::sqrt(static_cast<double>(left.size()));
   promiseErrors(answer, stack->angles, six, rows, keys->axis.direction);
   addNominalAxis(answer.result(), keys->axis);
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
 

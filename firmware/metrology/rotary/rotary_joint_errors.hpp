@@ -7,6 +7,8 @@
 
 namespace probebox::metrology {
 
+// How close a ball of `first` has to come to a station, mm. Without effect where no stations are corrected.
+inline constexpr const char* kStationRadiusKey = "station_radius_mm";
 // Keys of sigmas beside sigma_mm, which they need.
 inline constexpr std::array<const char*, 4> kOtherSigmas{"sigma_third_mm", "sigma_axial_mm", "sigma_angle_rad",
                                                          "sigma_offset_mm"};

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 
@@ -21,7 +21,6 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 6> kMoveColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
 constexpr std::array<std::string_view, 6> kReadingColumns{"x_mm", "y_mm", "z_mm", "s1", "s2", "s3"};
-constexpr std::array<std::string_view, 4> kKeys{"sigma_sensor", "tool_vector_mm", "reference_mm", "tool"};
 constexpr double kWorstHead = 50.0;  // condition of K
 constexpr double kLeastMove = 5.0;   // of a sensor's noise
 constexpr Index kParameters = 12;    // K row by row, each followed by its zero
@@ -153,7 +152,6 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
     answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
   }
   for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention =
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
   answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
@@ -161,5 +159,37 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
   if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise.value_or(0.0));
   return result;
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{
+    {"moves", kMoveColumns, "place of the ball from the head's reference, and what the sensors say"},
+    {"readings", kReadingColumns, "where wanted: machine position, and what the sensors say"}};
+constexpr MethodKey kKeys[]{{"sigma_sensor", "", "standard deviation of one sensor (k = 1), in its unit"},
+                            {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},
+                            {"reference_mm", "", "the machine's position at the reference, u = 0; gives centred_mm"},
+                            {"tool", "", "the head's number, which the box needs"}};
+constexpr MethodResult kResults[]{{"sensor_matrix", "units of the sensors per mm, a row a sensor"},
+                                  {"sensor_zero", "of each sensor at the reference"},
+                                  {"ball_mm", "centre of the ball, a row a reading"}};
+constexpr std::string_view kUnobservable[]{
+    "the position of the ball separately from that of the head's reference: only moves relative to it"};
+
+std::optional<std::string> subjectOfHead(const Dataset& dataset) {
+  return numberedSubject(dataset, "sensor-head-", "tool");
+}
+
+}  // namespace
+
+const Method kSensorHeadCalibration{.name = "sensor-head-calibration",
+                                    .title = "Calibration of a sensor head",
+                                    .equations = "(E1)",
+                                    .source = source::kRotary,
+                                    .solver = solveSensorHeadCalibration,
+                                    .tables = kTables,
+                                    .keys = kKeys,
+                                    .results = kResults,
+                                    .unobservable = kUnobservable,
+                                    .subject = {.name = {}, .of = subjectOfHead}};
 
 }  // namespace probebox::metrology

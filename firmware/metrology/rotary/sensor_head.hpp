@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -30,5 +31,7 @@ struct SensorHead {
 // bad-config, dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise),
 // what linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);
+
+extern const Method kSensorHeadCalibration;
 
 }  // namespace probebox::metrology

@@ -133,8 +133,7 @@ WaveformPair seenTwice(const ContourScan& scan, double tau) {
 
 }  // namespace
 
-Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question,
-                                    std::span<const std::string_view> keys) {
+Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question) {
   const auto previous = previousDelay(dataset, 1);
   if (!previous) return previous.error();
   const auto distances = readsDistances(dataset);
@@ -157,7 +156,7 @@ Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& 
   const auto match = matchWaveforms(records, start.value(), Interpolation::cubic);
   if (!match) return match.error();
   if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
-  return reportMatch(dataset, match.value(), previous.value(), keys);
+  return reportMatch(dataset, match.value(), previous.value());
 }
 
 }  // namespace probebox::metrology

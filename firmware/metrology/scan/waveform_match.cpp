@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/scan/resampled.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
@@ -203,15 +202,13 @@ double widenedSd(const Match& match) {
   return worse > 1.0 + 1.0 / std::sqrt(2.0 * static_cast<double>(match.dof)) ? worse * match.sd_s : match.sd_s;
 }
 
-Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
-                   std::span<const std::string_view> keys) {
+Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous) {
   Result result;
   result.method = dataset.method;
   result.convention = kDelayConvention;
   result.rms = match.rms_mm;
   result.dof = match.dof;
   result.condition = match.condition;
-  result.warnings = unusedKeys(dataset, keys);
   const double sd = widenedSd(match);
   if (match.rms_mm > kWorse * match.expected_mm && match.expected_mm > 0.0) {
     result.warnings.push_back("machine and probe differ by more than their noise explains (" + text(match.rms_mm) +

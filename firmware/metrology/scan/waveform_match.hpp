@@ -45,7 +45,6 @@ double widenedSd(const Match& match);
 
 // Result of a method that matches waveforms: tau_s in addition to the previous delay. Warns when the residuals exceed
 // the expected ones by more than two fifths.
-Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous,
-                   std::span<const std::string_view> keys);
+Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::VectorXd& previous);
 
 }  // namespace probebox::metrology

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
@@ -17,8 +17,6 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kGainColumns{"x_mm", "ext_um", "error_um"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
-constexpr std::array<std::string_view, 6> kKeys{"screw_length_mm", "orgoff_mm",        "sectors",
-                                                "axis_reversed",   "drift_limit_um_s", "axis"};
 constexpr const char* kStandingGain = "K";
 constexpr double kLeastSpanUm = 5.0;
 constexpr std::size_t kLeastSamples = 10;
@@ -229,12 +227,49 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 
   Result result = std::move(answer).take(true);
   if (*gain) addGain(result, dataset, **gain);
-  std::vector<std::string_view> keys{kKeys.begin(), kKeys.end()};
-  if (!*gain) keys.emplace_back(kStandingGain);
-  for (auto& warning : unusedKeys(dataset, keys)) result.warnings.push_back(std::move(warning));
+  if (*gain && dataset.config.contains(kStandingGain)) {
+    result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
+  }
   result.convention = *gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
                             : "K was not measured and is unchanged; rms in um";
   return result;
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{
+    {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays"},
+    {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature"}};
+constexpr MethodKey kKeys[]{kScrewLength,
+                            kScrewOffset,
+                            {"sectors", kNeeded, "of the face table"},
+                            kAxisReversed,
+                            {"drift_limit_um_s", "0.1", "more drift is refused"},
+                            {"axis", "", "whose screw, X, Y or Z, for the box"},
+                            {kStandingGain, "", "in the place of gain_cal: it stays, and the face alone is measured"}};
+constexpr KnownQuantity kKnown[]{kScrewLengthKnown, kScrewOffsetKnown};
+constexpr MethodResult kResults[]{{"K", "gain (D2), unless it is stated"},
+                                  {"sector_table_um", "face table (D3), sum 0"},
+                                  {"drift_um_s", "of the sensor during sector_cal"}};
+constexpr std::string_view kUnobservable[]{
+    kEvenHeat, "the mean height of the face separately from the zero of the sensor: the table sums to 0"};
+
+std::optional<std::string> subjectOfScrew(const Dataset& dataset) {
+  return letteredSubject(dataset, "screw-", "xyz");
+}
+
+}  // namespace
+
+const Method kScrewCalibration{.name = "screw-calibration",
+                               .title = "Calibration of a ball screw's sensor",
+                               .equations = "(D1)-(D4)",
+                               .source = source::kScrew,
+                               .solver = solveScrewCalibration,
+                               .tables = kTables,
+                               .keys = kKeys,
+                               .known = kKnown,
+                               .results = kResults,
+                               .unobservable = kUnobservable,
+                               .subject = {.name = {}, .of = subjectOfScrew}};
 
 }  // namespace probebox::metrology

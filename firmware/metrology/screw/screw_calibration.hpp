@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -16,5 +17,7 @@ namespace probebox::metrology {
 // bad-sectors, empty-sector, too-few-samples (10 a sector), too-few-turns (3), not-steady, and what linearLeastSquares
 // refuses.
 Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset);
+
+extern const Method kScrewCalibration;
 
 }  // namespace probebox::metrology

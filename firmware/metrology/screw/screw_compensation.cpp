@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
 
@@ -15,9 +15,6 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kCycleColumns{"x_mm", "phi_rad", "rpm", "sensor_um"};
 constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
-constexpr std::array<std::string_view, 9> kKeys{"screw_length_mm",  "orgoff_mm",        "K",
-                                                "threshold_rpm",    "axis_reversed",    "reference_um",
-                                                "extension_min_um", "extension_max_um", "sigma_um"};
 
 std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
   const auto& numbers = *table.column("sector");
@@ -104,10 +101,42 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   result.estimates.back().design = std::move(design);
   result.design_per = "one reading of the sensor, um";
   result.condition = 1.0;
-  result.warnings = unusedKeys(dataset, kKeys);
   if (!sigma->stated) result.warnings.emplace_back("no sd: no sigma_um of the sensor is stated, and nothing is fitted");
   result.convention = "added to the commanded position when K carries the sign of the correction; um";
   return result;
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"cycle", kCycleColumns, "position, angle and speed of the screw, and its sensor"},
+                                {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
+constexpr MethodKey kKeys[]{kScrewLength,
+                            kScrewOffset,
+                            {"K", kNeeded, "calibrated gain"},
+                            {"threshold_rpm", kNeeded, "from this speed on the face table is not taken off (D5)"},
+                            kAxisReversed,
+                            {"reference_um", "0", "the sensor's reading of the cold screw"},
+                            {"extension_min_um", "", "a smaller extension is refused"},
+                            {"extension_max_um", "", "a larger extension is refused"},
+                            {"sigma_um", "", "standard deviation of one reading of the sensor (k = 1)"}};
+constexpr KnownQuantity kKnown[]{kScrewLengthKnown,
+                                 kScrewOffsetKnown,
+                                 {"sd_K", "K", KnownKind::value},
+                                 {"sd_reference_um", "reference_um", KnownKind::value}};
+constexpr MethodResult kResults[]{{"comp_um", "to add to the position, one a row of cycle"}};
+constexpr std::string_view kUnobservable[]{kEvenHeat};
+
+}  // namespace
+
+const Method kScrewCompensation{.name = "screw-compensation",
+                                .title = "Compensation of a ball screw",
+                                .equations = "(D1), (D3), (D5)",
+                                .source = source::kScrew,
+                                .solver = solveScrewCompensation,
+                                .tables = kTables,
+                                .keys = kKeys,
+                                .known = kKnown,
+                                .results = kResults,
+                                .unobservable = kUnobservable};
 
 }  // namespace probebox::metrology

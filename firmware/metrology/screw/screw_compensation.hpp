@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -12,5 +13,7 @@ namespace probebox::metrology {
 // sensor. Rows are single readings, so (D5) is the plain threshold. Gives comp_um, one a row; sd only with sigma_um.
 // Refuses: bad-sectors (not each of 0 to n - 1 once), extension-out-of-limits, bad-config (a negative speed limit).
 Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset);
+
+extern const Method kScrewCompensation;
 
 }  // namespace probebox::metrology

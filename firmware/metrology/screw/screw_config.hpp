@@ -1,10 +1,20 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
+
+inline constexpr MethodKey kScrewLength{"screw_length_mm", kNeeded, "from the fixed bearing to the sensor"};
+inline constexpr MethodKey kScrewOffset{"orgoff_mm", kNeeded, "from the fixed bearing to the axis zero"};
+inline constexpr MethodKey kAxisReversed{"axis_reversed", "false",
+                                         "true where the axis counts towards the fixed bearing"};
+inline constexpr KnownQuantity kScrewLengthKnown{"sd_screw_length_mm", "screw_length_mm", KnownKind::value};
+inline constexpr KnownQuantity kScrewOffsetKnown{"sd_orgoff_mm", "orgoff_mm", KnownKind::value};
+inline constexpr std::string_view kEvenHeat =
+    "a temperature that varies along the screw: the sensor measures the extension of its whole length";
 
 // Reads length, offset and sense of a screw: config screw_length_mm, orgoff_mm, axis_reversed. Refuses: missing-key,
 // bad-config.

@@ -217,7 +217,7 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
   }
   if (refusal) return *refusal;
   Result result;
-  result.method = "selftest";
+  result.method = dataset.method;
   std::vector<double> moved, moved_sd, deflected, deflected_sd;
   const auto append = [](std::vector<double>& to, const Vector3d& row) { to.insert(to.end(), row.begin(), row.end()); };
   for (const Step& step : *steps) {
@@ -232,5 +232,28 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
       "one row per step, columns X Y Z of the machine; deflection of the stylus ball relative to the probe body";
   return result;
 }
+
+namespace {
+
+constexpr MethodTable kTables[]{{"machine", kMachineColumns, "position of the moving reference at its stamp"},
+                                {"probe", kProbeColumns, "raw deflection at its stamp"},
+                                {"touches", kTouchesColumns, "a step: normal n along which it moves or is pushed"},
+                                {"steps", kSelftestColumns, "a step: travel of its jog, 0 of a push"}};
+constexpr MethodKey kKeys[]{{"gain", kNeeded, "3 x 3, the probe's matrix as it is described (A3)"}};
+constexpr MethodResult kResults[]{{"moved_mm", "a row a step, x y z"}, {"deflected_mm", "a row a step, x y z"}};
+constexpr std::string_view kUnobservable[]{
+    "errors below its limits, 2 % of a travel and 30 degrees of a push: calibrations find these"};
+
+}  // namespace
+
+const Method kSelftest{.name = "selftest",
+                       .title = "First look at a machine and its probe",
+                       .equations = "(A3)",
+                       .source = "none; the gain matrix is that of CN101622513",
+                       .solver = solveSelftest,
+                       .tables = kTables,
+                       .keys = kKeys,
+                       .results = kResults,
+                       .unobservable = kUnobservable};
 
 }  // namespace probebox::metrology

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -31,5 +32,7 @@ Outcome<std::vector<Finding>, Refusal> selftestFindings(const Dataset& dataset);
 // moved_mm and deflected_mm: one row per step, columns X Y Z. Refuses what checkedTable() refuses, and by the name of
 // the first bad finding, with all of them.
 Outcome<Result, Refusal> solveSelftest(const Dataset& dataset);
+
+extern const Method kSelftest;
 
 }  // namespace probebox::metrology

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/skew_check.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
@@ -82,7 +81,7 @@ Outcome<std::optional<std::string>, Refusal> checkedSkew(const std::vector<TiltR
 }
 
 Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltReadings& tilts, const Fit& fit,
-                const TiltNoise& noise, std::span<const std::string_view> keys) {
+                const TiltNoise& noise) {
   constexpr std::array<std::string_view, 2> kParts{"first of the plane", "second of the plane"};
   Answer answer{dataset, fit, noise.position};
   for (const auto& warning : noise.warnings) answer.warn(warning);
@@ -96,7 +95,6 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
   }
   answer.promiseVector("pivot_" + plane.name() + "_mm", pivot, rows);
   answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
-  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
 
@@ -120,7 +118,7 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
   const auto plain = fitTilts(readings, skewSeen(readings), {noise->position, 0.0, {}});
   if (!plain) return plain.error();
   if (auto refusal = failsCheck(readings, amongReadings(readings, plain.value()))) return *refusal;
-  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kTableTiltKeys);
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value());
   if (*skew) result.warnings.push_back(**skew);
   result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
   return result;
@@ -141,10 +139,40 @@ Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
   if (auto refusal = shortArm(tilts.readings, fit.value(), noise->position)) return *refusal;
   const auto skew = checkedSkew(tilts.readings, fit.value(), noise->position);
   if (!skew) return skew.error();
-  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value(), kHeadTiltKeys);
+  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value());
   if (*skew) result.warnings.push_back(**skew);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }
+
+namespace {
+
+constexpr MethodResult kTableResults[]{
+    {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"}};
+constexpr MethodResult kHeadResults[]{
+    {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"}};
+
+}  // namespace
+
+const Method kTablePivot{.name = "table-pivot",
+                         .title = "Pivot of a tilting table",
+                         .equations = "(B28), (B29)",
+                         .source = source::kMachine,
+                         .solver = solveTablePivot,
+                         .tables = kTableTiltTables,
+                         .keys = kTableTiltKeys,
+                         .results = kTableResults,
+                         .unobservable = kTableTiltUnobservable};
+
+const Method kHeadPivot{.name = "head-pivot",
+                        .title = "Pivot of a swivelling head",
+                        .equations = "(B29), (B30)",
+                        .source = source::kMachine,
+                        .solver = solveHeadPivot,
+                        .tables = kHeadTiltTables,
+                        .keys = kHeadTiltKeys,
+                        .known = kBallKnown,
+                        .results = kHeadResults,
+                        .unobservable = kHeadTiltUnobservable};
 
 }  // namespace probebox::metrology

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -21,5 +22,8 @@ Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset);
 // of the spindle. Config: ball_mm (where the ball is), swivel_axis, sigma_mm, sigma_angle_rad. Gives pivot_<plane>_mm.
 // Refuses as above.
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset);
+
+extern const Method kTablePivot;
+extern const Method kHeadPivot;
 
 }  // namespace probebox::metrology

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 
@@ -116,8 +115,7 @@ Outcome<Fit, Refusal> fitInSpace(const std::vector<TiltReading>& readings, const
   return leastSquares(weighted, fit->parameters);
 }
 
-Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& tilts, const SwivelPlane& plane,
-                                    std::span<const std::string_view> keys) {
+Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& tilts, const SwivelPlane& plane) {
   const auto noise = tiltNoise(dataset);
   if (!noise) return noise.error();
   const auto fit = fitInSpace(tilts.readings, noise.value());
@@ -141,7 +139,6 @@ Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& 
   promise("pivot_" + plane.name() + "_mm", 0);
   promise("lean_" + plane.name() + "_rad", 2);
   answer.result().also.push_back(Estimate::scalar("along_mm", tilts.centre_along, std::nullopt));
-  for (auto& warning : unusedKeys(dataset, keys)) answer.warn(std::move(warning));
   answer.result().convention = "where the axis passes along_mm, and its lateral change per mm along the machine axis";
   return std::move(answer).take(true);
 }
@@ -157,7 +154,7 @@ Outcome<Result, Refusal> solveTablePivot3d(const Dataset& dataset) {
   if (!plane) return plane.error();
   const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
   if (!table) return table.error();
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), nullptr), plane.value(), kTableTiltKeys);
+  return solvePivot(dataset, tiltReadings(**table, plane.value(), nullptr), plane.value());
 }
 
 Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
@@ -167,7 +164,39 @@ Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
   if (!ball) return ball.error();
   const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
   if (!table) return table.error();
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), &ball.value()), plane.value(), kHeadTiltKeys);
+  return solvePivot(dataset, tiltReadings(**table, plane.value(), &ball.value()), plane.value());
 }
+
+namespace {
+
+constexpr MethodResult kTableResults[]{
+    {"pivot_yz_mm", "the tilt axis across X; pivot_xz_mm of a tilt about Y, pivot_xy_mm about Z"},
+    {"lean_yz_rad", "by which it leans in that plane; lean_xz_rad, lean_xy_rad likewise"}};
+constexpr MethodResult kHeadResults[]{
+    {"pivot_xz_mm", "a swivel about Y, from the moving reference; pivot_yz_mm about X, pivot_xy_mm about Z"},
+    {"lean_xz_rad", "by which it leans in that plane; lean_yz_rad, lean_xy_rad likewise"}};
+
+}  // namespace
+
+const Method kTablePivot3d{.name = "table-pivot-3d",
+                           .title = "Axis of a tilting table in space",
+                           .equations = "(B31), (B32)",
+                           .source = source::kMachine,
+                           .solver = solveTablePivot3d,
+                           .tables = kTableTiltTables,
+                           .keys = kTableTiltKeys,
+                           .results = kTableResults,
+                           .unobservable = kTableTiltUnobservable};
+
+const Method kHeadPivot3d{.name = "head-pivot-3d",
+                          .title = "Axis of a swivelling head in space",
+                          .equations = "(B30), (B32)",
+                          .source = source::kMachine,
+                          .solver = solveHeadPivot3d,
+                          .tables = kHeadTiltTables,
+                          .keys = kHeadTiltKeys,
+                          .known = kBallKnown,
+                          .results = kHeadResults,
+                          .unobservable = kHeadTiltUnobservable};
 
 }  // namespace probebox::metrology

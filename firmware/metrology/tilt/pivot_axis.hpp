@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -25,5 +26,8 @@ struct TiltAxis {
 // and what leastSquares refuses.
 Outcome<Result, Refusal> solveTablePivot3d(const Dataset& dataset);
 Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset);
+
+extern const Method kTablePivot3d;
+extern const Method kHeadPivot3d;
 
 }  // namespace probebox::metrology

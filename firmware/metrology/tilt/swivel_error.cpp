@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/relative_sigma.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/swivel_fit.hpp"
 
@@ -20,8 +20,6 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kParts{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
-constexpr std::array<std::string_view, 6> kKeys{"swivel_axis",    "sigma_mm", "sigma_shank_mm",
-                                                "sigma_along_mm", "model",    "previous_tau_axis_s"};
 // How rarely chance alone may make rigid look wrong: four deviations of chi-square with 4 degrees of freedom.
 constexpr double kChance = 0.003;
 
@@ -277,9 +275,46 @@ Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
   for (const auto* spread : {&of_shank.value(), &along.value()}) {
     for (const auto& warning : spread->warnings) answer.warn(warning);
   }
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";
   return std::move(answer).take(true);
 }
+
+namespace {
+
+constexpr std::string_view kReadingColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
+constexpr std::string_view kShankColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
+constexpr MethodTable kTables[]{
+    {"readings", kReadingColumns, "reported centre of the ball at B, read with a tool of length L"},
+    {"shank", kShankColumns, "where a shank touched: the mean of two touches from the side (ux,uy,uz) (B16)"},
+    {"queries", kQueryColumns, "where the error is wanted"}};
+constexpr MethodKey kMethodKeys[]{
+    key::kSwivelAxis,
+    key::kSigma,
+    {"sigma_shank_mm", "sigma_mm", "standard deviation of one row of shank (k = 1)"},
+    {"sigma_along_mm", "sigma_mm", "standard deviation of a tip's coordinate along the axis (k = 1)"},
+    {"model", "", "rigid, free or sine; without it rigid, or free where readings contradict rigid"},
+    key::kTauForTheRecord};
+constexpr MethodResult kResults[]{{"error_at_queries_mm", "error at the tip, a row a query, x y z"}};
+constexpr std::string_view kUnobservable[]{"any error at B = 0: all results are relative to B = 0",
+                                           "errors between the measured angles that the model does not contain"};
+
+std::optional<std::string> swivelSubject(const Dataset& dataset) {
+  const auto plane = swivelPlane(dataset, "swivel_axis");
+  if (!plane) return std::nullopt;
+  return std::string{"swivel-"} + "abc"[plane->axis];
+}
+
+}  // namespace
+
+const Method kSwivelError{.name = "swivel-error",
+                          .title = "Error of the swivelling head",
+                          .equations = "(B17)-(B21)",
+                          .source = source::kMachine,
+                          .solver = solveSwivelError,
+                          .tables = kTables,
+                          .keys = kMethodKeys,
+                          .results = kResults,
+                          .unobservable = kUnobservable,
+                          .subject = {.name = {}, .of = swivelSubject}};
 
 }  // namespace probebox::metrology

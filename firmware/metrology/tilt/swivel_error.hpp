@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -23,5 +24,7 @@ namespace probebox::metrology {
 // left_by_angle_mm, rows B_deg, x, y, z. Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm),
 // swivel-angle-too-small (|sin B| < 0.2), what linearLeastSquares refuses, and of a shank what readSwivelReadings does.
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
+
+extern const Method kSwivelError;
 
 }  // namespace probebox::metrology

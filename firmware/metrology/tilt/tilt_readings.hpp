@@ -10,6 +10,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/machine_plane.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/outcome.hpp"
@@ -40,8 +41,21 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
 // What tables "readings" and configurations hold, of a tilting table and of a swivelling head.
 inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
 inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
-inline constexpr std::array<std::string_view, 3> kTableTiltKeys{"tilt_axis", "sigma_mm", "sigma_angle_rad"};
-inline constexpr std::array<std::string_view, 4> kHeadTiltKeys{"ball_mm", "swivel_axis", "sigma_mm", "sigma_angle_rad"};
+
+// Of the descriptors of both pairs of methods.
+inline constexpr MethodTable kTableTiltTables[]{{"readings", kTableTiltColumns, "centre of one ball at a tilt and C"}};
+inline constexpr MethodTable kHeadTiltTables[]{
+    {"readings", kHeadTiltColumns, "machine position with the stylus at the ball, at B and A of the spindle"}};
+inline constexpr MethodKey kTableTiltKeys[]{
+    {"tilt_axis", kNeeded, "unit vector of the tilt axis, along X, Y or Z"}, key::kSigma, key::kSigmaAngle};
+inline constexpr MethodKey kHeadTiltKeys[]{
+    {"ball_mm", kNeeded, "where the ball is, x y z"}, key::kSwivelAxis, key::kSigma, key::kSigmaAngle};
+inline constexpr KnownQuantity kBallKnown[]{{"sd_ball_mm", "ball_mm", KnownKind::value}};
+inline constexpr std::string_view kTableTiltUnobservable[]{
+    "the position of the pivot along the tilt axis, and first harmonics of the tilt axis separately from its position"};
+inline constexpr std::string_view kHeadTiltUnobservable[]{
+    "the position of the pivot along the swivel axis",
+    "an error of ball_mm: it biases the pivot with unit sensitivity"};
 
 // Of one coordinate of a reading, and of a stop of the axis where that is stated too: it moves all readings of the stop
 // across their arms.

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/table_columns.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
@@ -20,21 +20,6 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 5> kAssemblyColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
 constexpr std::array<std::string_view, 3> kFaceColumns{"axis", "touched", "configured"};
-constexpr std::array<std::string_view, 15> kAssemblyKeys{"approach_side",
-                                                         "measured_at_s",
-                                                         "L1_mm",
-                                                         "L2_mm",
-                                                         "part_mm",
-                                                         "holder_id",
-                                                         "tool_id",
-                                                         "sigma_mm",
-                                                         "sd_L1_mm",
-                                                         "sd_L2_mm",
-                                                         "sd_part_mm",
-                                                         "spread_limit_mm",
-                                                         "compensation_limit_mm",
-                                                         "assembled_max_mm",
-                                                         "previous_tau_axis_s"};
 constexpr double kSpreadLimit = 0.2;        // mm
 constexpr double kCompensationLimit = 5.0;  // mm
 
@@ -174,7 +159,6 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.readings(**table, std::span{kAssemblyColumns}.last(3), "rep");
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
-  for (auto& warning : unusedKeys(dataset, kAssemblyKeys)) answer.warn(std::move(warning));
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
@@ -190,5 +174,55 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   addStoreRecords(result, dataset);
   return result;
 }
+
+namespace {
+
+constexpr std::string_view kHolderColumns[]{"holder_id", "L1_mm", "sd_mm"};
+constexpr std::string_view kToolColumns[]{"tool_id", "L2_mm", "sd_mm"};
+constexpr MethodTable kTables[]{
+    {"readings", kAssemblyColumns,
+     "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit"},
+    {"holder_store", kHolderColumns, "where wanted: a holder in store"},
+    {"tool_store", kToolColumns, "where wanted: a tool in store"},
+    {"faces", kFaceColumns, "where wanted: number of the face that an axis (0, 1, 2) touched, and the configured one"}};
+constexpr MethodKey kKeys[]{{"L1_mm", "", "length of the holder; needed without stores"},
+                            {"L2_mm", "", "length of the tool; needed without stores"},
+                            {"part_mm", "", "size of the workpiece, x y z; needed for workpiece_variant 1"},
+                            {"approach_side", "1", "-1 where the machine counts Z against the tool"},
+                            {"holder_id", "", "row of holder_store; needed with it"},
+                            {"tool_id", "", "row of tool_store; needed with it"},
+                            {"measured_at_s", "", "seconds since 1970; needed with stores"},
+                            key::kSigma,
+                            {"sd_L1_mm", "", "standard uncertainty of L1_mm (k = 1)"},
+                            {"sd_L2_mm", "", "standard uncertainty of L2_mm (k = 1)"},
+                            {"sd_part_mm", "", "standard uncertainty of part_mm (k = 1)"},
+                            {"spread_limit_mm", "0.2", "readings further apart are refused"},
+                            {"compensation_limit_mm", "5", "a larger compensation is refused"},
+                            {"assembled_max_mm", "", "a longer assembly is refused"},
+                            key::kTauForTheRecord};
+constexpr KnownQuantity kKnown[]{{"sd_L1_mm", "L1_mm", KnownKind::value, true},
+                                 {"sd_L2_mm", "L2_mm", KnownKind::value, true},
+                                 {"sd_part_mm", "part_mm", KnownKind::value, true}};
+constexpr MethodResult kResults[]{{"assembled_length_mm", "L3 (C2)"},
+                                  {"compensation_mm", "W2x, W2y, L4: to add to the lengths in store"}};
+constexpr std::string_view kUnobservable[]{"an error of L1_mm: it biases the assembled length with unit sensitivity"};
+
+std::optional<std::string> subjectOfAssembly(const Dataset& dataset) {
+  return numberedSubject(dataset, "assembly-", "tool_id");
+}
+
+}  // namespace
+
+const Method kToolAssembly{.name = "tool-assembly",
+                           .title = "Length of an assembled tool",
+                           .equations = "(C1)-(C4)",
+                           .source = source::kTool,
+                           .solver = solveToolAssembly,
+                           .tables = kTables,
+                           .keys = kKeys,
+                           .known = kKnown,
+                           .results = kResults,
+                           .unobservable = kUnobservable,
+                           .subject = {.name = {}, .of = subjectOfAssembly}};
 
 }  // namespace probebox::metrology

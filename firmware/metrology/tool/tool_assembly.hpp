@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -17,5 +18,7 @@ namespace probebox::metrology {
 // missing-id, duplicated-id, bad-variant, bad-face, wrong-face, spread-too-large, length-not-positive (L0 or L3),
 // length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
+
+extern const Method kToolAssembly;
 
 }  // namespace probebox::metrology

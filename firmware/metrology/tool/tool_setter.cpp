@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/table_columns.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
@@ -29,10 +28,6 @@ constexpr std::array<std::string_view, 5> kCentreColumns{"is_tool", "x_mm", "y_m
 constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
                                                          "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
 constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
-constexpr std::array<std::string_view, 13> kKeys{
-    "probe_offset_mm",    "sd_probe_offset_mm", "sigma_mm",   "accepted_setter_mm", "setter_limit_mm",  "tool",
-    "centreline_mm",      "centreline_z_mm",    "C_tilt_rad", "sd_centreline_mm",   "accepted_link_mm", "sd_C_tilt_rad",
-    "previous_tau_axis_s"};
 constexpr double kSameAngle_deg = 1e-6;
 constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
 
@@ -349,7 +344,6 @@ Result report(const Dataset& dataset, const Device& device, const Found& found, 
   promise(answer, device, "tool_offset_mm", found.tool);
   promise(answer, device, "setter_mm", found.setter);
   if (found.link) promise(answer, device, "link_mm", *found.link);
-  for (auto& warning : unusedKeys(dataset, kKeys)) answer.warn(std::move(warning));
   Result result = std::move(answer).take(true);
   result.convention = "tool tip from the head's reference at the B of both measurements, at the place of the device";
   if (axis) result.convention += "; link: the device from the turning axis, in x and y, at the device's Z";

@@ -1,5 +1,6 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -19,5 +20,7 @@ namespace probebox::metrology {
 // probe-not-measured, tool-not-measured, setter-moved; of touches bad-direction, faces-differ, missing-face; of several
 // B duplicated-angle, missing-orientation (a B without probe offset), too-many-angles (20).
 Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
+
+extern const Method kToolSetter;
 
 }  // namespace probebox::metrology

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/unused_keys.hpp"
 #include "firmware/metrology/touch/dwell_ringing.hpp"
 #include "firmware/metrology/touch/gain_matrix.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
@@ -138,7 +137,7 @@ void TouchDelay::addResiduals(Result& result) const {
   }
 }
 
-Result TouchDelay::report(std::span<const std::string_view> keys) const {
+Result TouchDelay::report() const {
   const TouchFit& fit = touches_.fit;
   Result result;
   result.method = dataset_->method;
@@ -147,10 +146,6 @@ Result TouchDelay::report(std::span<const std::string_view> keys) const {
   result.dof = touches_.noise.dof;
   result.condition = fit.condition;
   if (fit.dof > 0) result.chi2_reduced = fit.radial_chi2;
-  std::vector<std::string_view> used{keys.begin(), keys.end()};
-  const std::string previous = "previous_" + delayKey(question_);
-  used.insert(used.end(), {"feature", previous});
-  result.warnings = unusedKeys(*dataset_, used);
   addWarnings(result);
   result.dropped = touches_.dropped;
   for (const auto& retract : touches_.retracts) {
@@ -187,8 +182,8 @@ Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
   return covariance;
 }
 
-Result TouchDelay::onSphere(std::span<const std::string_view> keys) const {
-  Result result = report(keys);
+Result TouchDelay::onSphere() const {
+  Result result = report();
   result.estimates.push_back(delay());
   if (const auto found = centre()) result.estimates.push_back(*found);
   result.covariance = covarianceOf(result.estimates);

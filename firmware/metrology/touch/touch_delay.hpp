@@ -24,11 +24,10 @@ class TouchDelay {
   const AgreedTouches& touches() const { return touches_; }
   double widening() const { return touches_.widening(); }
 
-  // Makes a result without estimates: quality of the fit, warnings, dropped touches. keys: configuration keys that the
-  // method reads itself.
-  Result report(std::span<const std::string_view> keys) const;
+  // Makes a result without estimates: quality of the fit, warnings, dropped touches.
+  Result report() const;
   // Adds delay and centre, and gain matrix and size if they were fitted.
-  Result onSphere(std::span<const std::string_view> keys) const;
+  Result onSphere() const;
 
   // tau_s or tau_axis_s: the delay measured in addition to the previous one.
   Estimate delay() const;

@@ -10,7 +10,6 @@
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/uncertainty/known_quantities.hpp"
-#include "firmware/metrology/uncertainty/unobservable.hpp"
 #include "firmware/metrology/uncertainty/worst_determined.hpp"
 
 namespace probebox::metrology {
@@ -94,22 +93,29 @@ void addCombined(Result& result) {
   }
 }
 
+// Behind what the solver itself has said: what no readings of this kind determine, then what these leave open.
+void addUnobservable(Result& result, const Dataset& dataset, const Method& method) {
+  result.unobservable.insert(result.unobservable.end(), method.unobservable.begin(), method.unobservable.end());
+  if (method.undetermined == nullptr) return;
+  if (auto sentence = method.undetermined(dataset)) result.unobservable.push_back(*std::move(sentence));
+}
+
 }  // namespace
 
-Solved withUncertainty(const Dataset& dataset, Solver solver, StoreReader store) {
-  const auto inputs = typeBInputs(dataset, store);
+Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store) {
+  const auto inputs = typeBInputs(dataset, method, store);
   if (!inputs) return inputs.error();
   const bool warm = dataset.config.contains("expansion_per_k");
-  const Dataset at_hand = warm || !inputs->empty() ? atTemperature(dataset) : Dataset{};
+  const Dataset at_hand = warm || !inputs->empty() ? atTemperature(dataset, method) : Dataset{};
   const Dataset& known = warm || !inputs->empty() ? at_hand : dataset;
-  auto solved = solver(known);
+  auto solved = method.solver(known);
   if (!solved) return solved;
   Result& result = solved.value();
   const auto here = valuesOf(result);
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
   for (const auto& input : inputs.value()) {
-    const auto effect = effectOf(known, solver, input, here);
+    const auto effect = effectOf(known, method.solver, input, here);
     if (!effect) return effect.error();
     addToBudget(type_b, input.name, effect.value());
     for (std::size_t k = 0; input.in_sd && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], (*effect)[k]);
@@ -118,7 +124,7 @@ Solved withUncertainty(const Dataset& dataset, Solver solver, StoreReader store)
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());
   addCombined(result);
   if (result.covariance) result.weakest = weakestOf(*result.covariance);
-  addUnobservable(result, dataset);
+  addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);
   return solved;
 }

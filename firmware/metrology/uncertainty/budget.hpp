@@ -1,16 +1,15 @@
 #pragma once
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/uncertainty/known_quantities.hpp"
 
 namespace probebox::metrology {
 
-using Solver = Solved (*)(const Dataset&);
-
 // Solves a dataset with its whole uncertainty: every stated type B input is propagated by solving again with the input
 // slightly higher and lower. Adds the budget, the combined uncertainty of every promised value, unobservable quantities
 // and conditions. Refuses what the solver and typeBInputs refuse; no-convergence when the solver refuses both
 // neighbours of an input.
-Solved withUncertainty(const Dataset& dataset, Solver solver, StoreReader store = nullptr);
+Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store = nullptr);
 
 }  // namespace probebox::metrology

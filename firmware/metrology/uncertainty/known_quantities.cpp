@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/dataset/known_keys.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -29,9 +29,9 @@ double* numberIn(Dataset& dataset, std::string_view key, std::size_t part) {
 }
 
 // Multiplies every known size of the method.
-void scaleSizes(Dataset& dataset, double factor) {
-  for (const auto& known : knownQuantities()) {
-    if (known.method != dataset.method || known.kind != KnownKind::size) continue;
+void scaleSizes(Dataset& dataset, std::span<const KnownQuantity> quantities, double factor) {
+  for (const auto& known : quantities) {
+    if (known.kind != KnownKind::size) continue;
     for (std::size_t part = 0; double* size = numberIn(dataset, known.key, part); ++part) *size *= factor;
   }
 }
@@ -42,14 +42,14 @@ struct Temperature {
 };
 
 // Nothing where the case states none that matters. Refuses what typeBInputs does of it.
-Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& dataset) {
+Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& dataset, const Method& method) {
   const auto celsius = configNumber(dataset, "temperature_c");
   if (!celsius) return celsius.error();
   if (celsius.value() && (**celsius < kColdest_c || **celsius > kWarmest_c)) {
     return Refusal{"bad-config", "config key 'temperature_c' is " + text(**celsius) +
                                      ": give degrees Celsius, from -30 to 70, at which it was measured"};
   }
-  if (!hasSize(dataset.method)) return std::optional<Temperature>{};
+  if (!hasSize(method)) return std::optional<Temperature>{};
   const auto expansion = configNumber(dataset, "expansion_per_k");
   if (!expansion) return expansion.error();
   if (expansion.value() && std::abs(**expansion) > kLargestExpansion) {
@@ -65,8 +65,8 @@ Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& datase
   return std::optional{Temperature{**celsius - kReference_c, **expansion}};
 }
 
-std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
-  const auto temperature = temperatureOf(dataset);
+std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dataset& dataset, const Method& method) {
+  const auto temperature = temperatureOf(dataset, method);
   if (!temperature) return temperature.error();
   if (!temperature.value()) return std::nullopt;
   const auto [above, expansion] = **temperature;
@@ -76,8 +76,9 @@ std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dat
     if (!sd) return sd.error();
     if (!sd.value()) return std::nullopt;
     const double share = per_unit * **sd / now;
-    inputs.push_back(
-        {std::string{key}, **sd, [share](Dataset& moved, double by) { scaleSizes(moved, 1 + share * by); }});
+    inputs.push_back({std::string{key}, **sd, [share, sizes = method.known](Dataset& moved, double by) {
+                        scaleSizes(moved, sizes, 1 + share * by);
+                      }});
     return std::nullopt;
   };
   if (auto refusal = add("sd_temperature_k", expansion)) return refusal;
@@ -148,21 +149,20 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
 
 }  // namespace
 
-Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, StoreReader store) {
+Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method, StoreReader store) {
   std::vector<TypeBInput> inputs;
-  for (const auto& known : knownQuantities()) {
-    if (known.method != dataset.method) continue;
+  for (const auto& known : method.known) {
     if (auto refusal = addKnown(inputs, known, dataset, store)) return *refusal;
   }
-  if (auto refusal = addTemperature(inputs, dataset)) return *refusal;
+  if (auto refusal = addTemperature(inputs, dataset, method)) return *refusal;
   return inputs;
 }
 
-Dataset atTemperature(const Dataset& dataset) {
+Dataset atTemperature(const Dataset& dataset, const Method& method) {
   Dataset warm = dataset;
-  const auto temperature = temperatureOf(dataset);
+  const auto temperature = temperatureOf(dataset, method);
   if (temperature && temperature.value()) {
-    scaleSizes(warm, 1.0 + (*temperature)->expansion_per_k * (*temperature)->above_k);
+    scaleSizes(warm, method.known, 1.0 + (*temperature)->expansion_per_k * (*temperature)->above_k);
   }
   return warm;
 }

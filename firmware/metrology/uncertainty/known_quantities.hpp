@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -33,10 +34,11 @@ struct TypeBInput {
 
 // Type B inputs stated in the case. Refuses: bad-config (not above zero, as large as the quantity itself, wrong unit of
 // temperature or expansion), missing-key (an uncertainty without its quantity).
-Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, StoreReader store = nullptr);
+Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method,
+                                                      StoreReader store = nullptr);
 
 // Converts every known size of the method from 20 degrees to temperature_c by expansion_per_k; unchanged without these
 // keys.
-Dataset atTemperature(const Dataset& dataset);
+Dataset atTemperature(const Dataset& dataset, const Method& method);
 
 }  // namespace probebox::metrology

@@ -1,0 +1,37 @@
+#include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/rim_steps.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::string_view kColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::string_view kStylusColumns[]{"A_rad", "x_mm", "y_mm"};
+constexpr std::string_view kContactColumns[]{"C1_rad", "C2_rad"};
+constexpr MethodTable kTables[]{
+    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted"},
+    {"stylus", kStylusColumns,
+     "where wanted: the stylus at spindle 0 and 180 degrees; of x_mm, y_mm, z_mm the two across the spindle"},
+    {"contacts", kContactColumns, "where wanted: angles of C at which the ball touches the stylus on either side"}};
+constexpr MethodKey kKeys[]{
+    key::kSigma,
+    key::kSigmaC,
+    {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
+    {"trust_C_angles", "true", "false where an angle of C is not what it says: the steps count"},
+    key::kTauForTheRecord};
+constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}, {"radius_mm", "of the ball about it"}};
+
+}  // namespace
+
+const Method kCentrelineBySteps{.name = "centreline-by-steps",
+                                .title = "Centreline with limited access, step by step",
+                                .equations = "(B8), (B11), (B25)-(B27), (B33)",
+                                .source = source::kMachine,
+                                .solver = solveCentrelineBySteps,
+                                .tables = kTables,
+                                .keys = kKeys,
+                                .results = kResults,
+                                .unobservable = kCentrelineUnobservable,
+                                .subject = kTurningAxis};
+
+}  // namespace probebox::metrology

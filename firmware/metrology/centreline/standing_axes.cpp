@@ -1,0 +1,45 @@
+#include "firmware/metrology/centreline/standing_axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace probebox::metrology {
+namespace {
+
+// The same angle for all rows, whole turns aside.
+bool stoodStill(const Table& table, std::string_view column) {
+  const auto* angles = table.column(column);
+  if (angles == nullptr || angles->empty()) return false;
+  return std::ranges::all_of(*angles,
+                             [&](double angle) { return std::abs(std::sin((angle - angles->front()) / 2.0)) < 1e-6; });
+}
+
+// Spindle and C turned by the same angles.
+bool turnedTogether(const Table& table) {
+  const auto* spindle = table.column("A_rad");
+  const auto* c = table.column("C_rad");
+  if (spindle == nullptr || c == nullptr || spindle->size() != c->size()) return false;
+  for (std::size_t k = 0; k < c->size(); ++k) {
+    const double apart = ((*spindle)[k] - (*c)[k]) - (spindle->front() - c->front());
+    if (std::abs(std::sin(apart / 2.0)) > 1e-6) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::string> undeterminedByAngles(const Dataset& dataset) {
+  const Table* table = dataset.table("readings");
+  if (table == nullptr) return std::nullopt;
+  if (stoodStill(*table, "A_rad")) {
+    return "the spindle axis: the spindle stood still, so its axis cannot be separated from the tip";
+  }
+  if (stoodStill(*table, "C_rad")) return "the C axis: C stood still, so its axis cannot be separated from the ball";
+  if (turnedTogether(*table)) {
+    return "offsets of ball and stylus separately: spindle and C turned together, so only ball minus stylus";
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,13 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+
+namespace probebox::metrology {
+
+// Names what cannot be determined from table `readings` because spindle (A_rad) or C (C_rad) stood still, or both
+// turned by the same angles; nothing where both turned independently.
+std::optional<std::string> undeterminedByAngles(const Dataset& dataset);
+
+}  // namespace probebox::metrology

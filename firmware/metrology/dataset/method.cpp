@@ -1,0 +1,55 @@
+#include "firmware/metrology/dataset/method.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "firmware/metrology/dataset/conditions.hpp"
+
+namespace probebox::metrology {
+
+bool hasSize(const Method& method) {
+  return std::ranges::any_of(method.known, [](const KnownQuantity& known) { return known.kind == KnownKind::size; });
+}
+
+std::vector<std::string_view> typeBKeys(const Method& method) {
+  std::vector<std::string_view> keys;
+  for (const auto& known : method.known) {
+    if (std::ranges::find(keys, known.sd_key) == keys.end()) keys.push_back(known.sd_key);
+  }
+  if (hasSize(method)) keys.insert(keys.end(), std::begin(kTemperatureKeys), std::end(kTemperatureKeys));
+  return keys;
+}
+
+std::string unusedKey(std::string_view key, std::string_view method) {
+  return "config key '" + std::string{key} + "' is not used by method " + std::string{method};
+}
+
+std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method) {
+  const auto type_b = typeBKeys(method);
+  std::vector<std::string> sentences;
+  for (const auto& [key, value] : dataset.config) {
+    const bool used = std::ranges::find(method.keys, key, &MethodKey::name) != method.keys.end() ||
+                      std::ranges::find(type_b, key) != type_b.end();
+    if (!used && !isCondition(key)) sentences.push_back(unusedKey(key, dataset.method));
+  }
+  return sentences;
+}
+
+std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key) {
+  const auto found = dataset.config.find(key);
+  const auto* number = found == dataset.config.end() ? nullptr : std::get_if<double>(&found->second);
+  if (number == nullptr || !(*number >= 1)) return std::nullopt;
+  return std::string{prefix} + std::to_string(std::llround(*number));
+}
+
+std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters) {
+  const auto found = dataset.config.find("axis");
+  const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (axis == nullptr || axis->size() != 1) return std::nullopt;
+  const char letter = static_cast<char>(std::tolower(static_cast<unsigned char>(axis->front())));
+  if (letters.find(letter) == std::string_view::npos) return std::nullopt;
+  return std::string{prefix} + letter;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,99 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/metrology/dataset/result.hpp"
+
+// What a method says about itself. Each method defines one `Method` beside its solver; firmware/metrology/methods.cpp
+// names it in one line. Checks of keys, type B inputs, `probebox solve --methods`, reports, subjects of results and the
+// tables of docs/metrology.md come from it.
+namespace probebox::metrology {
+
+using Solver = Solved (*)(const Dataset&);
+// Judges the values once their whole uncertainty is known; a refusal takes the place of the result.
+using Judge = std::optional<Refusal> (*)(const Dataset&, Result&);
+// One sentence about these readings, or nothing.
+using Remark = std::optional<std::string> (*)(const Dataset&);
+
+struct MethodTable {
+  std::string_view name;
+  std::span<const std::string_view> columns;  // units are in the names
+  std::string_view about;                     // one row; and when it may be missing
+};
+
+inline constexpr std::string_view kNeeded = "needed";
+
+struct MethodKey {
+  std::string_view name;      // unit included
+  std::string_view fallback;  // the value without it; kNeeded; empty: it is optional and has none
+  std::string_view about;
+};
+
+// How a known quantity may be wrong.
+enum class KnownKind {
+  size,   // a length of a piece: expands with temperature
+  value,  // a number of the configuration, no piece
+  table,  // every coordinate of the table of that name
+};
+
+// A quantity that the readings do not determine, and the key of its standard uncertainty.
+struct KnownQuantity {
+  std::string_view sd_key;
+  std::string_view key;
+  KnownKind kind{KnownKind::size};
+  bool in_sd{};  // the method's own sd holds it already
+};
+
+struct MethodResult {
+  std::string_view key;  // unit included
+  std::string_view about;
+};
+
+// What a result is about, so that a new one takes the place of the old one.
+struct Subject {
+  std::string_view name;                                              // "delay"; empty: the method's own name
+  std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
+};
+
+struct Method {
+  std::string_view name;
+  std::string_view title;
+  std::string_view equations;  // of docs/metrology.md
+  std::string_view source;
+  Solver solver{};
+  Judge judge{};
+  std::span<const MethodTable> tables;
+  std::span<const MethodKey> keys;  // every variant's; a key without effect in a variant is the solver's to warn about
+  std::span<const KnownQuantity> known{};
+  std::span<const MethodResult> results;             // what it promises, in the order of the answer
+  std::span<const std::string_view> unobservable{};  // by any readings of this kind
+  Remark undetermined{};                             // what these readings leave open
+  Subject subject{};
+};
+
+// Whether the method rests on the length of a piece, which expands.
+bool hasSize(const Method& method);
+
+inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
+
+// Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
+std::vector<std::string_view> typeBKeys(const Method& method);
+
+// One sentence for every key of the case that the method does not take: a misspelt key must not pass in silence.
+std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method);
+
+// The sentence about one key.
+std::string unusedKey(std::string_view key, std::string_view method);
+
+// "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.
+std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key);
+
+// "rotary-c" of the prefix "rotary-" and the letter of key `axis`, in lower case; nothing where it is none of these
+// letters.
+std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters);
+
+}  // namespace probebox::metrology

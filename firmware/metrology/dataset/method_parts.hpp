@@ -1,0 +1,36 @@
+#pragma once
+#include <string_view>
+
+#include "firmware/metrology/dataset/method.hpp"
+
+// What the descriptors of several methods share: sources, keys, known quantities.
+namespace probebox::metrology {
+
+namespace source {
+inline constexpr std::string_view kDelay = "CN101622513 (system delay)";
+inline constexpr std::string_view kMachine = "CN101976057 (machine tool calibration)";
+inline constexpr std::string_view kTool = "CN103801980 (tool assemblies)";
+inline constexpr std::string_view kScrew = "CN101394969 (ball screws)";
+inline constexpr std::string_view kRotary = "CN112247668 (rotary axes)";
+}  // namespace source
+
+namespace key {
+inline constexpr MethodKey kSigma{"sigma_mm", "",
+                                  "standard deviation of one reading (k = 1); without it, from residuals"};
+inline constexpr MethodKey kSigmaC{"sigma_C_rad", "", "standard deviation of an angle of C (k = 1)"};
+inline constexpr MethodKey kSigmaAngle{"sigma_angle_rad", "0", "standard deviation of a stop of the axis (k = 1)"};
+inline constexpr MethodKey kASense{"A_sense", "1", "-1 where A of the spindle is left-handed about +Z"};
+inline constexpr MethodKey kCSense{"C_sense", "1", "-1 where C is left-handed about +Z"};
+inline constexpr MethodKey kTauForTheRecord{"previous_tau_axis_s", "", "delay in the positions; for the record"};
+inline constexpr MethodKey kStylusRadius{"stylus_ball_radius_mm", "", "with it also the feature's own size"};
+inline constexpr MethodKey kLeastRadius{"radius_min_mm", "", "a smaller radius is refused"};
+inline constexpr MethodKey kGreatestRadius{"radius_max_mm", "", "a larger radius is refused"};
+inline constexpr MethodKey kRobust{"robust", "false", "drop outliers once, instead of refusing them"};
+inline constexpr MethodKey kFeatureAxis{"feature_axis", "[0,0,1]", "axis of the feature, along X, Y or Z"};
+inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of the swivel axis, along X, Y or Z"};
+}  // namespace key
+
+inline constexpr KnownQuantity kStylusRadiusKnown[]{
+    {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value}};
+
+}  // namespace probebox::metrology

@@ -1,0 +1,31 @@
+#include "firmware/metrology/delay/delay_in_out.hpp"
+#include "firmware/metrology/delay/delay_method.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr MethodTable kTables[]{
+    of_delay::kMachine,
+    of_delay::kProbe,
+    {"probe", of_delay::kTouchDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
+    of_delay::kTouches};
+constexpr MethodKey kKeys[]{of_delay::kPreviousTau, of_delay::kFeature, of_delay::kProbeKind};
+constexpr MethodResult kResults[]{of_delay::kTau};
+constexpr std::string_view kUnobservable[]{
+    of_delay::kApart, of_delay::kAfterStamps,
+    "the delay of an axis across the direction of motion, and the position of the surface"};
+
+}  // namespace
+
+const Method kDelayInOut{.name = "delay-in-out",
+                         .title = "System delay from one drive in and out",
+                         .equations = "(A1), (A17)-(A19)",
+                         .source = source::kDelay,
+                         .solver = solveDelayInOut,
+                         .tables = kTables,
+                         .keys = kKeys,
+                         .results = kResults,
+                         .unobservable = kUnobservable,
+                         .subject = of_delay::kSubject};
+
+}  // namespace probebox::metrology

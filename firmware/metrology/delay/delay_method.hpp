@@ -1,0 +1,55 @@
+#pragma once
+#include <string_view>
+
+#include "firmware/metrology/dataset/method.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
+
+// What the descriptors of the delay methods share.
+namespace probebox::metrology::of_delay {
+
+inline constexpr Subject kSubject{"delay"};
+
+inline constexpr std::string_view kApart =
+    "tau_machine and tau_probe separately: only tau = tau_machine - tau_probe (A1)";
+inline constexpr std::string_view kAfterStamps = "a delay that comes after the stamps: links, USB";
+inline constexpr std::string_view kOneForAll = "delays that differ between the axes: one delay is assumed for all";
+inline constexpr std::string_view kExactFeature =
+    "form of the feature and its deviation from the stated direction: both are assumed exact";
+inline constexpr std::string_view kOneForAllAxes[]{kApart, kAfterStamps, kOneForAll};
+inline constexpr std::string_view kAnyDelay[]{kApart, kAfterStamps};
+
+inline constexpr MethodTable kMachine{"machine", kMachineColumns, "position of the moving reference at its stamp"};
+inline constexpr MethodTable kProbe{"probe", kProbeColumns, "raw deflection at its stamp"};
+inline constexpr MethodTable kTouches{"touches", kTouchesColumns,
+                                      "a touch: outward normal n, direction u of the retract, nominal speed"};
+inline constexpr MethodTable kTouchTables[]{kMachine, kProbe, kTouches};
+
+inline constexpr std::string_view kScanMachineColumns[]{"scan", "t_s", "x_mm", "y_mm", "z_mm"};
+inline constexpr std::string_view kScanProbeColumns[]{"scan", "t_s", "a", "b", "c"};
+inline constexpr std::string_view kScanDistanceColumns[]{"scan", "t_s", "distance_mm"};
+inline constexpr std::string_view kScansColumns[]{"scan", "speed_mm_s"};
+inline constexpr std::string_view kTouchDistanceColumns[]{"touch", "t_s", "distance_mm"};
+inline constexpr MethodTable kScanTables[]{
+    {"machine", kScanMachineColumns, "position of the moving reference at its stamp"},
+    {"probe", kScanProbeColumns, "raw deflection at its stamp"},
+    {"probe", kScanDistanceColumns, "instead, with probe_kind distance: distance from the surface"},
+    {"scans", kScansColumns, "a scan, and its speed"}};
+
+inline constexpr MethodKey kPreviousTau{"previous_tau_s", "0",
+                                        "delay in the machine's stamps already; tau is the whole"};
+inline constexpr MethodKey kPreviousTauAxis{"previous_tau_axis_s", "[0,0,0]",
+                                            "delays in the machine's stamps already; tau is the whole"};
+inline constexpr MethodKey kFeature{"feature", "", "external or internal; must not contradict the normals"};
+inline constexpr MethodKey kDiameter{"effective_diameter_mm", "", "of sphere plus stylus ball; needed at one speed"};
+inline constexpr MethodKey kProbeKind{"probe_kind", "deflection",
+                                      "deflection or distance (a probe that does not touch)"};
+inline constexpr MethodKey kSearchWindow{"search_window_s", kNeeded, "how long the delay may be, to either side"};
+inline constexpr MethodKey kGain{"gain_matrix", "identity", "3 x 3, machine mm per unit of the probe's channels (A3)"};
+
+inline constexpr KnownQuantity kDiameterKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"}};
+
+inline constexpr MethodResult kTau{"tau_s", "delay of the machine's stamps less that of the probe's"};
+inline constexpr MethodResult kTauAxis{"tau_axis_s", "the same of each axis, x y z"};
+inline constexpr MethodResult kCentre{"centre_mm", "centre of the sphere"};
+
+}  // namespace probebox::metrology::of_delay
