@@ -36,19 +36,48 @@
 namespace probebox::metrology {
 namespace {
 
-// In alphabetical order.
+// In alphabetical order, one line a method.
+// clang-format off
 constexpr auto kMethods = std::to_array<const Method*>({
-    &kAAxisAlignment,   &kBoreFit,           &kBossFit,           &kCAxisAlignment,
-    &kCZeroShift,       &kCentreline,        &kCentrelineBySteps, &kCentrelineLimitedAccess,
-    &kCornerFit,        &kDelayContour,      &kDelayFeature,      &kDelayInOut,
-    &kDelayJoints,      &kDelayKnownSphere,  &kDelayMultiSpeed,   &kDelayNonNormal,
-    &kDelayPerAxis,     &kDelayPlates,       &kDelaySteppedScan,  &kHeadPivot,
-    &kHeadPivot3d,      &kPeriodicCheck,     &kPocketFit,         &kRotaryAxisErrors,
-    &kScrewCalibration, &kScrewCompensation, &kSelftest,          &kSensorHeadCalibration,
-    &kSphereFit,        &kSpindleOffset2x2,  &kSpindleOffsetFour, &kSwivelError,
-    &kTablePivot,       &kTablePivot3d,      &kToolAssembly,      &kToolSetter,
+    &kAAxisAlignment,
+    &kBoreFit,
+    &kBossFit,
+    &kCAxisAlignment,
+    &kCZeroShift,
+    &kCentreline,
+    &kCentrelineBySteps,
+    &kCentrelineLimitedAccess,
+    &kCornerFit,
+    &kDelayContour,
+    &kDelayFeature,
+    &kDelayInOut,
+    &kDelayJoints,
+    &kDelayKnownSphere,
+    &kDelayMultiSpeed,
+    &kDelayNonNormal,
+    &kDelayPerAxis,
+    &kDelayPlates,
+    &kDelaySteppedScan,
+    &kHeadPivot,
+    &kHeadPivot3d,
+    &kPeriodicCheck,
+    &kPocketFit,
+    &kRotaryAxisErrors,
+    &kScrewCalibration,
+    &kScrewCompensation,
+    &kSelftest,
+    &kSensorHeadCalibration,
+    &kSphereFit,
+    &kSpindleOffset2x2,
+    &kSpindleOffsetFour,
+    &kSwivelError,
+    &kTablePivot,
+    &kTablePivot3d,
+    &kToolAssembly,
+    &kToolSetter,
     &kWebFit,
 });
+// clang-format on
 
 }  // namespace
 

@@ -40,8 +40,11 @@ Plot view(const metrology::Table& table, const metrology::Result* result, const 
     }
     plot.add({at}, Look::triangles, "centre");
   }
+  // The pivot of a swivelling head is relative to the moving reference, so it has no place among the readings.
+  const auto* readings = dataset.table("readings");
+  const bool swivels = readings != nullptr && readings->column("B_deg") != nullptr;
   for (const char* key : {"pivot_xz_mm", "pivot_yz_mm", "pivot_xy_mm"}) {
-    const auto* pivot = result == nullptr || dataset.method == "head-pivot" ? nullptr : result->find(key);
+    const auto* pivot = result == nullptr || swivels ? nullptr : result->find(key);
     const std::string seen{kLabels[across][0], kLabels[up][0]};
     if (pivot != nullptr && std::string{key}.substr(6, 2) == seen) {
       plot.add({{pivot->values[0], pivot->values[1]}}, Look::triangles, "pivot");
