@@ -208,7 +208,13 @@ class CommandLine {
         "probebox selftest", selftest_);
     auto* solve = add("solve", "solve measured cases; with --json one object per line, in the order given",
                       "probebox solve --json cases/delay-multi-speed/0000", solve_);
-    solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements")->required();
+    solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements");
+    solve->add_flag("--methods", solve_.methods,
+                    "instead list the methods, or explain the tables and keys of those named in the place of cases");
+    solve->callback([this] {
+      if (!solve_.methods && solve_.cases.empty()) throw CLI::RequiredError{"case"};
+      request_.job = solve_;
+    });
     auto* report = add("report", "write an HTML report of measured cases: values, U, budget, plots; it prints on A4",
                        "probebox report cases/delay-multi-speed/0000 -o delay.html", report_);
     report->add_option("input", report_.inputs, "case folders, or files that `probebox solve --json` wrote")

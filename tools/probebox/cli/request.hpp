@@ -75,7 +75,8 @@ struct Clock {
   bool force{};
 };
 struct Solve {
-  std::vector<std::string> cases;
+  std::vector<std::string> cases;  // with `methods`: names of methods, none for all
+  bool methods{};
 };
 struct Report {
   std::vector<std::string> inputs;  // case folders, or files of answers

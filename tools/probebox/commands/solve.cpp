@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "tools/case/method_text.hpp"
 #include "tools/case/solve_cases.hpp"
 #include "tools/probebox/commands/commands.hpp"
 
@@ -7,6 +8,10 @@ namespace probebox::command {
 
 // The table for people is for a terminal; whatever reads a pipe gets JSON, asked for or not.
 ExitStatus run(const Solve& options, const std::string&, Console& console) {
+  if (options.methods) {
+    return static_cast<ExitStatus>(
+        casefolder::explainMethods(options.cases, console.json(), console.out(), console.err()));
+  }
   const std::vector<std::filesystem::path> folders{options.cases.begin(), options.cases.end()};
   const bool json = console.json() || !console.outIsTerminal();
   return static_cast<ExitStatus>(casefolder::solveCases(folders, json, console.out(), console.err()));
