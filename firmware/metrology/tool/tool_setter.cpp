@@ -337,8 +337,8 @@ void promise(Answer& answer, const Device& device, const char* key, const Quanti
   }
 }
 
-Result report(const Dataset& dataset, const Device& device, const Found& found, const std::optional<TurningAxis>& axis,
-              double offset_sd, Answer answer) {
+Result report(const Device& device, const Found& found, const std::optional<TurningAxis>& axis, double offset_sd,
+              Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
   answer.readings(*device.table, parts, "is_tool");
   promise(answer, device, "tool_offset_mm", found.tool);
@@ -380,7 +380,7 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   if (!fit) return fit.error();
   const Found answer = found(device.value(), offsets.value(), axis.value(), fit.value());
   if (auto refusal = moved(dataset, device.value(), answer)) return *refusal;
-  return report(dataset, device.value(), answer, axis.value(), offset_sd->value_or(0.0),
+  return report(device.value(), answer, axis.value(), offset_sd->value_or(0.0),
                 Answer{dataset, fit.value(), sigma.value()});
 }
 
