@@ -308,11 +308,11 @@ void Daemon::Parts::announce() {
 
 // The last end may have been any: what was served, what is in force, and whether a cut is on.
 std::vector<Event> Daemon::Parts::fromBefore() {
-  auto events = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
-  for (const auto& event : calibrations.restore()) events.push_back(event);
+  auto restored = standing.restore(time.now(), served.before(), calibrations.standingOfBefore());
+  for (const auto& event : calibrations.restore()) restored.push_back(event);
   // After what was in force before: that is no change, and a cut does not keep it out.
-  if (doors.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = time.now()});
-  return events;
+  if (doors.anyInhibits()) restored.emplace_back(CutInhibit{.active = true, .at = time.now()});
+  return restored;
 }
 
 void Daemon::Parts::run() {
