@@ -170,7 +170,7 @@ class Session {
   Trouble awayAtTheEnd() const {
     return {ExitStatus::no_box, "link-lost",
             "the link was lost, and the box did not come back in time; the samples from sample " +
-                std::to_string(stream_.tally().next().index) + " on is unknown"};
+                std::to_string(stream_.tally().next().index) + " on are unknown"};
   }
 
   // closed: the box itself said where the stream ended.

@@ -39,8 +39,8 @@ std::vector<std::string> faultsOf(const RecordingSums& sums, const link::Recordi
                      std::to_string(end.bytes - end.cut_bytes) + " of " + std::to_string(end.bytes));
   }
   if (!end.closed) {
-    faults.push_back("it ends before its stream did: what came from sample " + std::to_string(end.next.index) +
-                     " on is unknown");
+    faults.push_back("it ends before its stream did: the samples from sample " + std::to_string(end.next.index) +
+                     " on are unknown");
   }
   return faults;
 }
