@@ -238,7 +238,7 @@ Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const board
     auto listener = tcp::Listener::adopt(std::move(socket.descriptor), socket.name);
     if (!listener) return listener.error();
     const auto address = listener->address();
-    if (auto served = serve(std::move(*listener), doorOf(address, service), service.access); !served) return served;
+    if (auto opened = serve(std::move(*listener), doorOf(address, service), service.access); !opened) return opened;
     passed_addresses.push_back(address);
   }
   return true;
@@ -270,7 +270,7 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
     if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
     auto listener = tcp::Listener::open(door);
     if (!listener) return listener.error();
-    if (auto served = serve(std::move(*listener), service.doorAt(text), service.access); !served) return served;
+    if (auto opened = serve(std::move(*listener), service.doorAt(text), service.access); !opened) return opened;
   }
   return true;
 }

@@ -38,24 +38,26 @@ std::optional<Error> outside(const char* what, double value, double from, double
 
 // An option that the method would pass over in silence.
 std::optional<Error> unused(const MethodRow& row, const ProcedureOptions& options) {
-  const auto leave_away = [&](const char* what) {
+  const auto omit = [&](const char* what) {
     return Error{std::string{row.name} + " takes no " + what + ": omit that option."};
   };
-  if (options.approach_rad != 0 && !row.off_normal) return leave_away("approach angle");
-  if (options.angles != 0 && !countsAngles(row)) return leave_away("rotary angles");
-  if (options.arc_rad != 0 && !spreadsC(row)) return leave_away("rotary angles");
-  if (options.balls != 0 && !row.heights) return leave_away("number of balls");
-  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row))
-    return leave_away("angles of B");
-  if (options.tool_count != 0 && !changesTools(row)) return leave_away("tools");
-  if (options.tool != 0 && row.feature != Feature::tool_setter) return leave_away("tool");
-  if (options.head_tool != 0 && !canReadByHead(row.method)) return leave_away("sensor head");
-  if (options.shank_height_mm != 0 && !canTouchByShank(row.method)) return leave_away("shank");
+  if (options.approach_rad != 0 && !row.off_normal) return omit("approach angle");
+  if (options.angles != 0 && !countsAngles(row)) return omit("rotary angles");
+  if (options.arc_rad != 0 && !spreadsC(row)) return omit("rotary angles");
+  if (options.balls != 0 && !row.heights) return omit("number of balls");
+  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !turnsB(row)) return omit("angles of B");
+  if (options.tool_count != 0 && !changesTools(row)) return omit("tools");
+  if (options.tool != 0 && row.feature != Feature::tool_setter) return omit("tool");
+  if (options.head_tool != 0 && !canReadByHead(row.method))
+    return Error{std::string{row.name} + " does not use a sensor head: omit that option."};
+  if (options.shank_height_mm != 0 && !canTouchByShank(row.method))
+    return Error{std::string{row.name} + " does not use a shank: omit that option."};
   const bool sweeps = row.kind == Kind::sweep, holds = options.head_tool != 0;
-  if (options.speed_count != 0 && holds) return leave_away("speeds when a sensor head measures");
-  if ((options.axis != 0 || options.travel_mm != 0) && !sweeps) return leave_away("axis and turns");
+  if (options.speed_count != 0 && holds) return omit("speeds when a sensor head measures");
+  if ((options.axis != 0 || options.travel_mm != 0) && !sweeps)
+    return Error{std::string{row.name} + " has no options axis and turns: omit them."};
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (sweeps || holds))
-    return leave_away("overtravel and clearance");
+    return omit("overtravel and clearance");
   return std::nullopt;
 }
 
@@ -67,7 +69,7 @@ std::optional<Error> whyNotB(const Chosen& with, const ProcedureOptions& options
   }
   const auto& [x, y, z] = with.b_axis;
   if (z == 0 && std::abs(x) + std::abs(y) == 1 && x * y == 0) return std::nullopt;
-  return Error{"The axis of B is along neither X nor Y: give one of these."};
+  return Error{"The axis of B must be along X or along Y."};
 }
 
 std::optional<Error> whyNoTouches(const Chosen& with, double deflection_limit_mm) {

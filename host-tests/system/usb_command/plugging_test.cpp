@@ -133,7 +133,7 @@ TEST_F(Plugging, ReconnectsToTheSameBoxAndToNoOther) {
 }
 
 TEST_F(Plugging, ListShowsBoxesComingAndGoing) {
-  std::vector<Json> told;
+  std::vector<nlohmann::json> told;
   const auto hands = [this] {
     std::this_thread::sleep_for(300ms);
     bus_->plug({.path = "1-2", .address = 9, .serial_number = "PB-0002"});

@@ -256,7 +256,7 @@ TEST(TypeB, NonsenseIsRefused) {
   EXPECT_EQ(refused("sd_effective_diameter_mm", std::string{"0.5 um"}), "bad-config");
   EXPECT_EQ(refused("sd_effective_diameter_mm", std::nan("")), "bad-config");
   EXPECT_EQ(refused("temperature_c", 297.0), "bad-config") << "kelvin";
-  EXPECT_EQ(refused("expansion_per_k", 11.5), "bad-config") << "in 1e-6 per kelvin";
+  EXPECT_EQ(refused("expansion_per_k", 11.5), "implausible") << "in 1e-6 per kelvin";
   EXPECT_EQ(refused("expansion_per_k", 11.5e-6), "missing-key") << "at which temperature?";
   EXPECT_EQ(refused("sd_temperature_k", 0.5), "missing-key");
   Dataset sizeless = centreline(1, 5, 1e-3);
