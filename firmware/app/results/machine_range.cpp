@@ -8,12 +8,15 @@
 #include <string_view>
 
 #include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/methods.hpp"
 
 namespace probebox::app {
 namespace {
 
-constexpr std::array<std::string_view, 4> kTurningAxisMethods{"c-axis-alignment", "centreline", "centreline-by-steps",
-                                                              "centreline-limited-access"};
+bool findsATurningAxis(const metrology::Result& result) {
+  const auto* method = metrology::methodNamed(result.method);
+  return method != nullptr && method->subject.name == "centreline";
+}
 
 std::string millimetres(double value) {
   std::array<char, 32> text{};
@@ -40,8 +43,7 @@ std::optional<double> reachOf(const MachineTravel& travel) {
 
 std::optional<Error> turningAxisOutside(const metrology::Result& result, const MachineTravel& travel) {
   const auto* centre = result.find("centre_mm");
-  if (std::ranges::find(kTurningAxisMethods, result.method) == kTurningAxisMethods.end() || centre == nullptr)
-    return std::nullopt;
+  if (!findsATurningAxis(result) || centre == nullptr) return std::nullopt;
   for (std::size_t axis = 0; axis < std::min<std::size_t>(2, centre->values.size()); ++axis) {
     const auto& [min_mm, max_mm] = travel[axis];
     if (!travel[axis].isDescribed()) continue;

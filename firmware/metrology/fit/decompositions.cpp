@@ -76,6 +76,16 @@ std::optional<MatrixXd> solveInvertible(const MatrixXd& matrix, const MatrixXd& 
   return MatrixXd{lu.solve(right)};
 }
 
+VectorXd solutionOf(const MatrixXd& matrix, const VectorXd& right) {
+  return Eigen::FullPivLU<MatrixXd>{matrix}.solve(right);
+}
+
+std::optional<VectorXd> solutionIfInvertible(const MatrixXd& matrix, const VectorXd& right) {
+  const Eigen::FullPivLU<MatrixXd> lu{matrix};
+  if (!lu.isInvertible()) return std::nullopt;
+  return VectorXd{lu.solve(right)};
+}
+
 MatrixXd solveCholesky(const MatrixXd& normal, const MatrixXd& right) {
   return Eigen::LDLT<MatrixXd>{normal}.solve(right);
 }

@@ -41,6 +41,9 @@ Eigen::MatrixXd solveSquare(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd
 // The same; nothing when a pivot is at most threshold times the largest (without one: the rounding of the matrix).
 std::optional<Eigen::MatrixXd> solveInvertible(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right,
                                                std::optional<double> threshold = std::nullopt);
+// Both for one right-hand side.
+Eigen::VectorXd solutionOf(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
+std::optional<Eigen::VectorXd> solutionIfInvertible(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 
 // Solves normal * x = right for a symmetric matrix that is positive semidefinite, J'J for one (LDL').
 Eigen::MatrixXd solveCholesky(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right);

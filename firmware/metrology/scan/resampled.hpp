@@ -86,10 +86,10 @@ class ResampledPair {
     const Index m = unknowns();
     MatrixXd seen{m + 1, m};  // Z' J, J being the derivative of e by g and b
     seen << instruments_.transpose() * delta_, -products_;
-    const auto nuisance = solveInvertible(seen.bottomRows(m), -seen_q_.tail(m));
+    const auto nuisance = solutionIfInvertible(seen.bottomRows(m), -seen_q_.tail(m));
     if (!nuisance) return false;
     nuisance_ = *nuisance;
-    shares_ = solveSquare(seen.bottomRows(m).transpose(), seen.row(0).transpose());
+    shares_ = solutionOf(seen.bottomRows(m).transpose(), seen.row(0).transpose());
     const VectorXd slope = -nuisance_[0] * (instruments_.transpose() * rate_);
     score_ = seen_q_[0] + seen.row(0).dot(nuisance_);
     information_ = slope[0] - shares_.dot(slope.tail(m));

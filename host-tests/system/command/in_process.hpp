@@ -16,13 +16,13 @@ struct Finished {
   std::string err;
 
   // The JSON objects of the standard output, one a line.
-  std::vector<nlohmann::json> objects() const {
-    std::vector<nlohmann::json> all;
+  std::vector<nlohmann::ordered_json> objects() const {
+    std::vector<nlohmann::ordered_json> all;
     std::istringstream lines{out};
-    for (std::string line; std::getline(lines, line);) all.push_back(nlohmann::json::parse(line));
+    for (std::string line; std::getline(lines, line);) all.push_back(nlohmann::ordered_json::parse(line));
     return all;
   }
-  nlohmann::json object() const { return objects().at(0); }
+  nlohmann::ordered_json object() const { return objects().at(0); }
 };
 
 // `probebox ARGUMENTS` in this process, without a terminal.

@@ -31,8 +31,8 @@ TEST(LoopBackReport, SaysAllFiguresToPeopleAndPrograms) {
   EXPECT_EQ(line(losing(2)),
             "Edges from OUT to IN are stamped 21.3 us late (median), spread 2600 ns, 99 of 100 within 48.0 us, the "
             "latest 95.0 us; the write takes 4000 ns of it; 2 of 500 pulses were lost");
-  EXPECT_EQ(nlohmann::json::parse(describe(losing(2)).dump()),
-            nlohmann::json::parse(R"({"output": "OUT", "input": "IN", "pulses": 500, "lost_pulses": 2,
+  EXPECT_EQ(nlohmann::ordered_json::parse(describe(losing(2)).dump()),
+            nlohmann::ordered_json::parse(R"({"output": "OUT", "input": "IN", "pulses": 500, "lost_pulses": 2,
     "median_lateness_ns": 21300, "p99_lateness_ns": 48000, "largest_lateness_ns": 95000, "bracket_ns": 4000,
     "sigma_ns": 2600})"));
 }
@@ -53,7 +53,7 @@ Finished selftest(const FakeBox& box, const std::atomic<bool>* interrupted = nul
 
 TEST(Selftest, HasTheFiguresOfTheLoopBackForPrograms) {
   const FakeBox box{{.joined = true, .lost_pulses = 1}};
-  nlohmann::json late;
+  nlohmann::ordered_json late;
   for (const auto& object : selftest(box).objects()) {
     if (object.contains("loop_back")) late = object;
   }

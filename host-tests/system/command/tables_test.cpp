@@ -46,9 +46,9 @@ TEST(Packing, GivesBackTheSameTableBitForBit) {
 
 TEST(Packing, TellsGapsByTheirPlaces) {
   const auto packed = probebox({"pack", "-", "-", "--json"}, "sample,x\n5,1\n6,1\n9,2\n10,2\n");
-  EXPECT_EQ(nlohmann::json::parse(packed.err)["missing_samples"], 2);
+  EXPECT_EQ(nlohmann::ordered_json::parse(packed.err)["missing_samples"], 2);
   const auto unpacked = probebox({"unpack", "-", "-", "--json"}, packed.out);
-  const auto summary = nlohmann::json::parse(unpacked.err.substr(unpacked.err.find('{')));
+  const auto summary = nlohmann::ordered_json::parse(unpacked.err.substr(unpacked.err.find('{')));
   ASSERT_EQ(summary["gaps"].size(), 1U);
   EXPECT_EQ(summary["gaps"][0]["first_sample"], 7);
   EXPECT_EQ(summary["gaps"][0]["count_samples"], 2);

@@ -87,7 +87,7 @@ class Command:
 def recording_on_a_full_disk(box):
     path = os.path.join(box.folder, "cut.pbx")
     done = box.run("record", "-o", path, "--for", "30", "--profile", "raw", file_size=100_000)
-    assert done.returncode == 2 and "cut.pbx" in done.stdout and "disk full" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 2 and "cut.pbx" in done.stdout and "the disk is full" in done.stdout, done.stdout + done.stderr
     assert 50_000 < os.path.getsize(path) <= 100_000
     found = json.loads(box.run("verify", path).stdout.strip().splitlines()[-1])
     assert found["frames"] > 10 and found["damaged_frames"] == 0, found

@@ -79,8 +79,8 @@ class Cases : public OnTheMachine {
     return std::to_string(done.object()["result_id"].get<int>());
   }
   // What the CNC reads once it stands.
-  nlohmann::json settled() {
-    nlohmann::json now;
+  nlohmann::ordered_json settled() {
+    nlohmann::ordered_json now;
     for (int attempt = 0; attempt < 200; ++attempt) {
       now = box({"corrections", "--json"}).object();
       if (now["valid"] == true && now["settled"] == true) break;
@@ -113,7 +113,7 @@ TEST_F(Cases, OfAHeadAndATableAreAcceptedAndServedWithTheirSum) {
   ASSERT_EQ(box({"corrections", "--sum", "rotary"}).status, 0);
   EXPECT_NEAR(settled()["correction_mm"][1].get<double>(), 0.012, 2e-6) << "still in force";
   ASSERT_EQ(box({"rollback", "rotary-c", "--by", "Ada"}).status, 0);
-  nlohmann::json after;
+  nlohmann::ordered_json after;
   for (int attempt = 0; attempt < 200 && after["valid"] != false; ++attempt)
     after = box({"corrections", "--json"}).object();
   EXPECT_EQ(after["valid"], false);

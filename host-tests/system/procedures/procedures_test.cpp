@@ -28,7 +28,7 @@ TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   const auto saved = directory_.file("axis");
   const auto axis = box({"calibrate", "centreline", "--angles", "3", "--save", saved, "--json"});
   ASSERT_EQ(axis.status, 0) << axis.err;
-  nlohmann::json proposed, step;
+  nlohmann::ordered_json proposed, step;
   for (const auto& object : axis.objects()) {
     if (object.contains("result")) proposed = object;
     if (object.contains("prompt") && object["steps"] == 15 && object["step"] < 15) step = object;
@@ -59,14 +59,14 @@ class WithADelay : public OnTheMachine {
     ASSERT_EQ(delay.status, 0) << delay.err;
   }
   // What a run proposes. Its saved case gives the same digits.
-  nlohmann::json proposedBy(const std::string& method, const std::string& key,
-                            const std::vector<std::string>& options = {}) {
+  nlohmann::ordered_json proposedBy(const std::string& method, const std::string& key,
+                                    const std::vector<std::string>& options = {}) {
     const auto saved = directory_.file(method + std::to_string(options.size()));
     std::vector<std::string> arguments{"calibrate", method, "--save", saved, "--json"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     const auto run = box(arguments);
     EXPECT_EQ(run.status, 0) << run.err;
-    nlohmann::json proposed;
+    nlohmann::ordered_json proposed;
     for (const auto& object : run.objects()) {
       if (object.contains("result")) proposed = object;
       if (object.value("b_moves", "nothing") != "nothing") b_moves_ = object["b_moves"];
@@ -85,9 +85,9 @@ class WithADelay : public OnTheMachine {
     return proposed;
   }
   // The numbers of a vector, or of a matrix row by row.
-  static std::vector<nlohmann::json> flat(const nlohmann::json& value) {
+  static std::vector<nlohmann::ordered_json> flat(const nlohmann::ordered_json& value) {
     if (!value.is_array()) return {value};
-    std::vector<nlohmann::json> numbers;
+    std::vector<nlohmann::ordered_json> numbers;
     for (const auto& part : value) {
       for (const auto& number : flat(part)) numbers.push_back(number);
     }
@@ -179,7 +179,7 @@ TEST_F(OnTheMachine, WalksThroughItsFirstRun) {
     if (object.contains("good") && !object["good"].get<bool>()) names.push_back(object["name"]);
   }
   EXPECT_EQ(names, std::vector<std::string>{"probe-sign-wrong"});
-  nlohmann::json late;
+  nlohmann::ordered_json late;
   for (const auto& object : wrong.objects()) {
     if (object.contains("loop_back")) late = object["loop_back"];
   }
@@ -220,7 +220,7 @@ TEST_F(OnTheMachine, FindsTheFaceOfAScrewByTurningIt) {
   const auto run =
       box({"calibrate", "screw-calibration", "--axis", "x", "--turns", "3", "--speed", "1", "--save", saved, "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
-  nlohmann::json proposed;
+  nlohmann::ordered_json proposed;
   for (const auto& object : run.objects()) {
     if (object.contains("result")) proposed = object;
   }
@@ -255,7 +255,7 @@ TEST_F(OnTheMachine, SetsAToolOnTheDeviceThatTheProbeHasMeasured) {
   const auto saved = directory_.file("tool");
   const auto run = box({"calibrate", "tool-setter", "--tool", "4", "--save", saved, "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
-  nlohmann::json proposed, with_tool;
+  nlohmann::ordered_json proposed, with_tool;
   for (const auto& object : run.objects()) {
     if (object.contains("result")) proposed = object;
     if (object.contains("tool") && object["tool"] == 4) with_tool = object;
@@ -288,13 +288,14 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
   EXPECT_THAT(box({"calibrate", "sensor-head-calibration", "--speed", "5"}).err, HasSubstr("takes no speeds"));
 
   // What a run proposes and the last step that was seen. Its saved case gives the same digits.
-  const auto proposedBy = [this](std::vector<std::string> arguments, const std::string& key, nlohmann::json& step) {
+  const auto proposedBy = [this](std::vector<std::string> arguments, const std::string& key,
+                                 nlohmann::ordered_json& step) {
     const auto saved = directory_.file(key);
     arguments.insert(arguments.begin(), "calibrate");
     arguments.insert(arguments.end(), {"--save", saved, "--accept", "--by", "somebody", "--json"});
     const auto run = box(arguments);
     EXPECT_EQ(run.status, 0) << run.err;
-    nlohmann::json proposed;
+    nlohmann::ordered_json proposed;
     for (const auto& object : run.objects()) {
       if (object.contains("result")) proposed = object;
       if (object.contains("kind") && object["state"] == "waiting") step = object;
@@ -304,12 +305,12 @@ TEST_F(OnTheMachine, CalibratesTheSensorHeadAndReadsThePlateWithIt) {
     EXPECT_EQ(solved.status, 0) << solved.out << solved.err;
     EXPECT_TRUE(solved.object()["warnings"].empty()) << solved.out;
     for (const char* part : {"result", "sd"}) {
-      const nlohmann::json value = solved.object()[part][key];
+      const nlohmann::ordered_json value = solved.object()[part][key];
       EXPECT_EQ(value[0].is_array() ? value[0][0] : value[0], proposed[part][key + "[0]"]);
     }
     return proposed;
   };
-  nlohmann::json step;
+  nlohmann::ordered_json step;
   const auto head = proposedBy({"sensor-head-calibration"}, "sensor_matrix", step);
   EXPECT_EQ(step["kind"], "hold");
   EXPECT_EQ(step["tool"], 5);

@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(EveryCommand, Withheld,
 
 class Listing : public BoxOnUsb {
  protected:
-  static nlohmann::json entry(const nlohmann::json& list, const std::string& uri) {
+  static nlohmann::ordered_json entry(const nlohmann::ordered_json& list, const std::string& uri) {
     for (const auto& box : list["boxes"]) {
       if (box["uri"] == uri) return box;
     }
