@@ -35,7 +35,7 @@ class Box:
         command = [self.probeboxd, "--board", "sim", "--state", os.path.join(self.folder, "state")]
         command += ["--link", "tcp:127.0.0.1:0", "--cnc", self.door] + self.config
         log = open(os.path.join(self.folder, "log"), "a")
-        self.daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "XDG_RUNTIME_DIR": self.folder})
+        self.daemon = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, "PROBEBOX_RENDEZVOUS": self.folder})
 
     def kill(self):
         self.daemon.kill()
