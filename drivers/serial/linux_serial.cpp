@@ -170,7 +170,8 @@ std::optional<Error> whyNoLine(const std::string& path) {
 Outcome<std::unique_ptr<io::BytePipe>> openSerial(const std::string& path, const Settings& settings) {
   const auto speed = speedOf(settings.baud);
   if (!speed)
-    return Error{path + ": " + std::to_string(settings.baud) + " baud is not a standard rate; use 9600, 19200 or 115200"};
+    return Error{path + ": " + std::to_string(settings.baud) +
+                 " baud is not a standard rate; use 9600, 19200 or 115200"};
   if (const auto refused = whyNoLine(path)) return *refused;
   io::Descriptor line{::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
   if (!line) return openFailure(path, errno);

@@ -3,8 +3,8 @@
 #include <array>
 #include <utility>
 
-#include "firmware/store/opening.hpp"
 #include "firmware/json/result_json.hpp"
+#include "firmware/store/opening.hpp"
 #include "firmware/store/rows.hpp"
 
 // What is kept and found again; life.cpp has the changes of state.

@@ -10,8 +10,8 @@
 
 #include "drivers/io/byte_pipe.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
-#include "firmware/app/threads/event_loop.hpp"
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/threads/event_loop.hpp"
 #include "firmware/stream/greeting.hpp"
 #include "protocol/messages/status.hpp"
 #include "protocol/units/time.hpp"

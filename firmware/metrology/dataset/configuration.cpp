@@ -186,7 +186,8 @@ Outcome<Sigma, Refusal> configSigma(const Dataset& dataset, std::string_view key
   const auto number = configNumber(dataset, key);
   if (!number) return number.error();
   const double stated = number->value_or(0.0);
-  if (stated < 0.0) return Refusal{"bad-config", "config key '" + std::string{key} +
+  if (stated < 0.0)
+    return Refusal{"bad-config", "config key '" + std::string{key} +
                                      "' is negative: give a standard deviation, or leave the key out"};
   return stated > 0.0 ? Sigma{stated, true} : Sigma{};
 }

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/configuration.hpp"
-#include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
 #include "protocol/units/outcome.hpp"
 

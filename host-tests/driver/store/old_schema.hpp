@@ -30,8 +30,8 @@ inline std::string insertOld(int id, int state, const std::string& method, const
   const auto number = std::to_string(id);
   const std::string six = "2026-11-21T06:00:00Z", seven = "2026-11-21T07:00:00Z", eight = "2026-11-21T08:00:00Z";
   std::string sql = "INSERT INTO results VALUES (" + number + ", " + std::to_string(state) + ", '" + method +
-                    "', 'P-1001', 'mill 3', 'spindle', '" + json::toJson(delayOf(0.1 / 3)) + "', '" + dataset + "', '" + six +
-                    "', " + at(state >= 2, seven.c_str()) + ", " + at(state >= 2, "Ada") + ", " +
+                    "', 'P-1001', 'mill 3', 'spindle', '" + json::toJson(delayOf(0.1 / 3)) + "', '" + dataset + "', '" +
+                    six + "', " + at(state >= 2, seven.c_str()) + ", " + at(state >= 2, "Ada") + ", " +
                     at(state == 3, eight.c_str()) + ");";
   const auto note = [&](int to, const std::string& utc, const char* by) {
     sql += "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (" + number + ", " + std::to_string(to) +

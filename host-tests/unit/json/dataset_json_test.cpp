@@ -63,7 +63,8 @@ TEST(DatasetJson, TakesNoNameThatLeadsOutOfItsFolder) {
     Dataset sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].name = name;
     ASSERT_FALSE(datasetFromJson(toJson(sent))) << name;
-    EXPECT_THAT(datasetFromJson(toJson(sent)).error().what, testing::HasSubstr("use letters, digits, underscores and hyphens"));
+    EXPECT_THAT(datasetFromJson(toJson(sent)).error().what,
+                testing::HasSubstr("use letters, digits, underscores and hyphens"));
     sent = metrology::touchDataset("delay-multi-speed");
     sent.tables[0].columns[1].name = name;
     EXPECT_FALSE(datasetFromJson(toJson(sent))) << name;

@@ -8,7 +8,6 @@
 #include "protocol/units/wording.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/tables/row_writer.hpp"
-#include "tools/probebox/tables/row_writer.hpp"
 
 namespace probebox::command {
 
