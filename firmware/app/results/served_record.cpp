@@ -1,5 +1,6 @@
 #include "firmware/app/results/served_record.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include <span>
 #include <sys/vfs.h>
 #include <unistd.h>
+#include <utility>
 
 #include "firmware/app/log/log.hpp"
 #include "protocol/frame/bytes.hpp"
@@ -81,7 +83,14 @@ void ServedRecord::note(const published::Snapshot& snapshot) {
   std::memcpy(id.data(), boot_id_.data(), boot_id_.size());
   for (const auto each_nm : value_nm) writer.put(each_nm);
   writer.put(crcOf(bytes));
-  if (::pwrite(file_.get(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) return;
+  if (::pwrite(file_.get(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    // Said once: the next value is tried again, and what the file holds meanwhile is older than what is served.
+    if (!std::exchange(failing_, true))
+      logWarning(std::string{"the value that is served cannot be kept ("} + std::strerror(errno) +
+                 "): after a kill the correction may set out from an older one; check the disk");
+    return;
+  }
+  failing_ = false;
   noted_nm_ = value_nm;
   noted_at_ = snapshot.at;
 }

@@ -34,6 +34,7 @@ class ServedRecord {
   std::mutex mutex_;
   std::optional<Nanometres> noted_nm_;
   MonoTime noted_at_{};
+  bool failing_{};  // and said so
 };
 
 }  // namespace probebox::app
