@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "firmware/app/results/result_events.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // Methods that read one ball of the part in several poses, run on the emulated machine.
 namespace probebox::scenario {

@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "firmware/app/results/result_events.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // The errors of the rotary axis C from balls that it carries, run on the emulated machine.
 namespace probebox::scenario {

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/no_alloc.hpp"
-#include "scenario.hpp"
 
 namespace probebox::scenario {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "watched_twin.hpp"
 
 // Corrections on the emulated machine: screws that warm up, references that get lost, and what the CNC then reads.

@@ -1,8 +1,8 @@
 #include <array>
 #include <gtest/gtest.h>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "protocol/messages/fields.hpp"
-#include "scenario.hpp"
 
 namespace probebox::scenario {
 namespace {

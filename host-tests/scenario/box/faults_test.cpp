@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 // A machine or a probe that goes wrong in the middle of a calibration: an answer that is right within what it states,
 // or a refusal with its reason. Never a wrong number.

@@ -1,4 +1,4 @@
-#include "hosts.hpp"
+#include "host-tests/emulation/hosts.hpp"
 
 #include <gtest/gtest.h>
 #include <map>

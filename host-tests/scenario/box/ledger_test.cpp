@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 // Whatever goes wrong on the emulated machine: every sample index comes out once, as a sample or as a declared loss.
 namespace probebox::scenario {

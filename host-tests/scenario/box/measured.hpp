@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 #include "tools/case/case_folder.hpp"
 
 // Runs of methods that read balls.

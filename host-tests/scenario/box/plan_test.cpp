@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/procedure/plan/methods.hpp"
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "tools/plan/forecast.hpp"
 
 // A forecast knows rates, noise and acceleration, and nothing of bounces, links, clocks and features that stand a

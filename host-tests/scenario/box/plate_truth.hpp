@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 // The balls that C of the emulated machine carries, and what C really does.
 namespace probebox::scenario {

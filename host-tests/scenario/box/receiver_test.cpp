@@ -2,8 +2,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "protocol/messages/fields.hpp"
-#include "scenario.hpp"
 #include "watched_twin.hpp"
 
 // The whole box with a probe receiver that counts its samples on an oscillator of its own.

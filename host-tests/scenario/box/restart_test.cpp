@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <string>
 
-#include "boot.hpp"
+#include "host-tests/emulation/boot.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // The box dies in the middle of a procedure, and another one begins with what is in the store.

@@ -6,9 +6,9 @@
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/procedure/facts/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // centreline-by-steps on the emulated machine: every loop begins from the zero of C that the one before it has found.
 namespace probebox::scenario {

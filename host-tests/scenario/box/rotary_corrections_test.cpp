@@ -4,8 +4,8 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 #include "watched_twin.hpp"
 
 // The table of the emulated machine turns with errors: a plate of balls is read on it, the result comes into force, and

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // Methods that turn the part and the probe, run on the emulated machine.
 namespace probebox::scenario {

@@ -6,8 +6,8 @@
 #include "board/describe/parse.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/procedure/dataset/sweep.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 #include "watched_twin.hpp"
 
 // screw-calibration on the emulated machine: a face that is not plane, turned slowly before its sensor.

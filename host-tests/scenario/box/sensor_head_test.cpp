@@ -9,10 +9,10 @@
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/procedure/facts/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // A sensor head (R-test) in the place of the probe: its own calibration, and the errors of C read with it.
 namespace probebox::scenario {

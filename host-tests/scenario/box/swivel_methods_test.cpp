@@ -7,9 +7,9 @@
 
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/procedure/facts/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // Methods that swivel the head or change the tool that carries the probe, run on the emulated machine.
 namespace probebox::scenario {

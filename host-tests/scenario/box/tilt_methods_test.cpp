@@ -4,9 +4,9 @@
 #include <numbers>
 #include <random>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // Methods that tilt the table under the part, run on the emulated machine.
 namespace probebox::scenario {

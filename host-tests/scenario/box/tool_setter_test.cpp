@@ -6,9 +6,9 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // A tool is set on the device that the probe has measured before, or alone against where that device is known to be, on
 // the emulated machine.

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "firmware/procedure/plan/methods.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
-#include "scenario.hpp"
 
 // Every touch method for the delay, run on the emulated machine: its controller drives where the box prompts.
 namespace probebox::scenario {

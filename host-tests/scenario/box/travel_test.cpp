@@ -6,7 +6,7 @@
 #include "firmware/procedure/dataset/sweep.hpp"
 #include "firmware/procedure/facts/readiness.hpp"
 #include "firmware/procedure/plan/methods.hpp"
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 // The emulated machine goes where its axes can: its park position, the ways between features, touches and sweeps.
 namespace probebox::scenario {

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
 
+#include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/no_alloc.hpp"
-#include "scenario.hpp"
 
 namespace probebox::scenario {
 

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "drivers/tcp/linux_tcp.hpp"
+#include "host-tests/emulation/streamed.hpp"
 #include "host-tests/support/scan_signal.hpp"
 #include "protocol/codec/block.hpp"
-#include "streamed.hpp"
 
 namespace probebox::chain {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "firmware/app/host/control_desk.hpp"
-#include "hosts.hpp"
+#include "host-tests/emulation/hosts.hpp"
 
 // What of the daemon stands around its core, for one boot on virtual time: the store with all that is kept in it, and
 // the desk that answers controllers. The store's file outlives it.

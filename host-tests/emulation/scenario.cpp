@@ -1,4 +1,4 @@
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 #include <algorithm>
 #include <array>

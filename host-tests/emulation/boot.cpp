@@ -1,4 +1,4 @@
-#include "boot.hpp"
+#include "host-tests/emulation/boot.hpp"
 
 #include <utility>
 

@@ -9,7 +9,7 @@
 #include "firmware/app/host/host_link.hpp"
 #include "firmware/stream/history.hpp"
 #include "firmware/stream/transcoder.hpp"
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 #include "tools/link/client.hpp"
 
 // Hosts of an emulated box on virtual time, over wires that hold some bytes and can be cut anywhere.

@@ -1,9 +1,9 @@
-#include "hosts.hpp"
+#include "host-tests/emulation/hosts.hpp"
 
 #include <algorithm>
 
 #include "firmware/app/results/result_summary.hpp"
-#include "streamed.hpp"
+#include "host-tests/emulation/streamed.hpp"
 
 namespace probebox::scenario {
 namespace {

@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "counted_probe.hpp"
 #include "drivers/world/controller.hpp"
 #include "drivers/world/world.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
+#include "host-tests/emulation/counted_probe.hpp"
 
 namespace probebox::scenario {
 
