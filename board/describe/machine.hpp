@@ -51,7 +51,7 @@ struct ScrewDescription {
   double reference_um{};  // reading of the sensor on the cold screw
   double extension_min_um{};
   double extension_max_um{};
-  double rate_um_s{};       // how fast the compensation may change
+  double rate_um_s{};       // how fast the extension that is compensated may change
   double threshold_rpm{};   // of the sector table
   double sector_zero_mm{};  // axis position at which sector 0 begins
   double stale_s{};

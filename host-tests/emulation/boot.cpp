@@ -1,5 +1,6 @@
 #include "host-tests/emulation/boot.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace probebox::scenario {
@@ -13,17 +14,13 @@ constexpr board::Access kAll{
 // As the boxes of these scenarios have them.
 constexpr app::StandingKeeper::Limits kLimits{{{0.5, 0.05}, {0.5, 0.05}, {0.5, 0.05}}};
 
-store::Store opened(const std::filesystem::path& file) {
-  return std::move(store::Store::open(file.string())).value();
-}
-
 }  // namespace
 
 Boot::Boot(Office& office, const std::filesystem::path& file)
     : office_{office},
       core_{states_},
-      calibrations_{opened(file),
-                    {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle"},
+      calibrations_{store::Store::openAnyhow(file.string()),
+                    {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = usualTravel()},
                     usualFacts(),
                     [this] { return office_.scenario().now(); },
                     [](std::span<const Event>) { return std::optional<Error>{}; },
@@ -42,12 +39,14 @@ Boot::Boot(Office& office, const std::filesystem::path& file)
       worker_{[] {}},
       desk_{{"office", "0", {}},
             {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
-             sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+             sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
             [](const app::Reply&) {}} {}
 
-std::vector<Event> Boot::restored() {
-  auto events = standing_.restore(office_.scenario().now(), std::nullopt, std::nullopt);
+std::vector<Event> Boot::restored(const std::optional<std::array<double, kLinearAxes>>& exactly) {
+  auto events = standing_.restore(office_.scenario().now(), exactly, std::nullopt);
   for (const auto& event : calibrations_.restore()) events.push_back(event);
+  // After what was in force before: that is no change, and a cut does not keep it out.
+  if (doors_.anyInhibits()) events.emplace_back(CutInhibit{.active = true, .at = office_.scenario().now()});
   return events;
 }
 
@@ -61,9 +60,13 @@ void Boot::run(Nanoseconds duration) {
   constexpr Nanoseconds kRound = 100ms;
   for (Nanoseconds done{}; done < duration; done += kRound) {
     office_.run(kRound);
-    calibrations_.look(office_.scenario().state());
-    standing_.look(office_.scenario().state().snapshot);
+    look();
   }
+}
+
+void Boot::look() {
+  calibrations_.look(office_.scenario().state());
+  standing_.look(office_.scenario().state().snapshot);
 }
 
 app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> body) {
@@ -88,12 +91,28 @@ std::optional<store::Id> Boot::finish() {
   auto& scenario = office_.scenario();
   auto& to_solve = scenario.recorder().run_to_solve;
   for (int k = 0; k < 300 && !to_solve; ++k) run(1s);
-  if (!to_solve) return std::nullopt;
-  const auto& box = scenario.box();
-  calibrations_.solve(*std::exchange(to_solve, std::nullopt), box.plan().method, box.recording(), box.scales());
+  if (!solve()) return std::nullopt;
   run(100ms);
   const auto& progress = scenario.state().procedure;
   return progress.state == procedure::State::proposed ? std::optional{progress.result_id} : std::nullopt;
+}
+
+std::optional<store::Record> Boot::newestProposed() {
+  constexpr std::size_t kNewest = 5;
+  const auto results = calibrations_.results(0, kNewest, kNewest);
+  if (!results) return std::nullopt;
+  const auto found =
+      std::ranges::find(results->rbegin(), results->rend(), store::State::proposed, &store::Record::state);
+  return found == results->rend() ? std::nullopt : std::optional{*found};
+}
+
+bool Boot::solve() {
+  auto& scenario = office_.scenario();
+  const auto run = std::exchange(scenario.recorder().run_to_solve, std::nullopt);
+  if (!run) return false;
+  const auto& box = scenario.box();
+  calibrations_.solve(*run, box.plan().method, box.recording(), box.scales());
+  return true;
 }
 
 }  // namespace probebox::scenario

@@ -18,10 +18,14 @@ class Boot {
   // Nothing is told to the core: that is what restored() is for.
   Boot(Office& office, const std::filesystem::path& file);
 
-  // What the core has to hear before anything else.
-  std::vector<Event> restored();
+  // What the core has to hear before anything else. `exactly`: what the CNC has read last, where that outlived the end.
+  std::vector<Event> restored(const std::optional<std::array<double, kLinearAxes>>& exactly = std::nullopt);
+  // The daemon ends by its own will.
+  void end() { standing_.finish(office_.scenario().state().snapshot); }
 
   void run(Nanoseconds duration);
+  // One round of the worker.
+  void look();
   // Asks as a controller would, over its control channel. Nothing for what the worker answers.
   app::Reply ask(messages::Operation operation, std::span<const std::byte> body = {});
   template <class Operation>
@@ -34,6 +38,11 @@ class Boot {
   std::uint32_t start(std::string_view method);
   // The result of the run that goes on, once it is proposed; nothing when it is not within five minutes.
   std::optional<store::Id> finish();
+  // Solves the run whose touches are complete; false while there is none.
+  bool solve();
+  std::optional<store::Record> newestProposed();
+  app::ResultsInForce& inForce() { return calibrations_.inForce(); }
+  app::DoorBook& doors() { return doors_; }
   bool accept(store::Id id) { return calibrations_.inForce().accept(id, "Ada").ok(); }
 
  private:

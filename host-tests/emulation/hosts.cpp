@@ -122,11 +122,11 @@ void VirtualHost::onTriggerGap(const messages::TriggerGap& gap) {
   next_trigger_ = gap.first + gap.count;
 }
 
-Office::Office(std::size_t history_bytes, std::size_t triggers, const world::Config& config)
+Office::Office(std::size_t history_bytes, std::size_t triggers, const world::Config& config, std::uint64_t seed)
     : history_bytes_{history_bytes},
       triggers_{triggers},
       transcoder_{box::channelFormats(), box::BlockBuilder::kMostSamples},
-      scenario_{config} {
+      scenario_{config, seed} {
   boot();
   scenario_.recorder().keeps_bytes = false;
   scenario_.recorder().also = this;

@@ -110,7 +110,7 @@ class VirtualHost : private link::StreamListener {
 class Office : private box::Outputs {
  public:
   explicit Office(std::size_t history_bytes = 2U << 20U, std::size_t triggers = stream::TriggerHistory::kKept,
-                  const world::Config& config = usualWorld());
+                  const world::Config& config = usualWorld(), std::uint64_t seed = 1);
   ~Office() override;
 
   Scenario& scenario() { return scenario_; }

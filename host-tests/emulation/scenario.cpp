@@ -69,6 +69,10 @@ procedure::Facts usualFacts() {
   return app::procedureFacts(sim());
 }
 
+app::MachineTravel usualTravel() {
+  return app::travelOf(sim().machine);
+}
+
 void Recorder::account(SampleIndex first, std::uint64_t count) {
   contiguous = contiguous && (!next || *next == first) && count > 0;
   next = first + static_cast<std::int64_t>(count);
@@ -183,8 +187,19 @@ void Scenario::pass(Event event) {
   if (receiver_ && deflection != nullptr) {
     receiver_->take(*deflection);
   } else {
-    push(event);
+    enqueue(event);
   }
+}
+
+// What did not fit is declared before the next event that does, as the capture thread does it.
+void Scenario::enqueue(const Event& event) {
+  if (no_room_for_ > 0) {
+    --no_room_for_;
+    ++lost_unsaid_;
+    return;
+  }
+  if (lost_unsaid_ > 0) push(SourceLost{Source::queue, LossReason::queue_full, std::exchange(lost_unsaid_, 0), now_});
+  push(event);
 }
 
 void Scenario::step() {
@@ -194,7 +209,7 @@ void Scenario::step() {
   std::array<Event, 64> batch;
   while (const std::size_t count = world_.poll(batch))
     std::for_each_n(batch.begin(), count, [this](auto& e) { pass(e); });
-  for (Event counted; receiver_ && receiver_->next(now_, counted);) push(counted);
+  for (Event counted; receiver_ && receiver_->next(now_, counted);) enqueue(counted);
   if (now_ - said_ >= kTimeAdvances) {
     push(TimeAdvanced{now_});
     said_ = now_;
@@ -258,6 +273,7 @@ void Scenario::restartBox(std::span<const Event> restored) {
     for (auto& line : role) line.before = line.newest;
   box_ = std::make_unique<box::Box>(usualBox(config_), recorder_);
   for (const auto& event : restored) push(event);
+  box_->showBeforeStart(now_);
 }
 
 Recorder replay(const std::vector<Event>& events, const world::Config& config) {

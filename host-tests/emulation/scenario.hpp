@@ -10,6 +10,7 @@
 
 #include "drivers/world/controller.hpp"
 #include "drivers/world/world.hpp"
+#include "firmware/app/results/machine_range.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
@@ -52,6 +53,8 @@ world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
 // What the emulated board's descriptions tell about features and rotary axes.
 procedure::Facts usualFacts();
+// The travel of its axes.
+app::MachineTravel usualTravel();
 
 // How the probe's samples reach the box: stamped by the world, or counted by a receiver.
 enum class ProbeIs { stamped, counted };
@@ -66,6 +69,8 @@ class Scenario {
   void run(Nanoseconds duration);
   // True when it came to be within that time.
   bool runUntil(const std::function<bool()>& done, Nanoseconds at_most);
+  // The capture queue has no room for the next so many events.
+  void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
   // Starts a run, lets the controller do it, and solves it as the worker would.
   std::optional<metrology::Solved> calibrate(procedure::Method method = procedure::Method::delay_multi_speed,
@@ -104,6 +109,7 @@ class Scenario {
   class DirectLink;
   void step();
   void pass(Event event);
+  void enqueue(const Event& event);
 
   // How the kernel counts the edges of a line, and how far it had got when the box was restarted.
   struct LineCount {
@@ -121,6 +127,8 @@ class Scenario {
   MonoTime said_;
   metrology::Dataset dataset_;
   std::uint32_t last_run_{};
+  std::uint32_t no_room_for_{};
+  std::uint32_t lost_unsaid_{};
   box::PerLine<LineCount> lines_{};
   std::vector<Event> events_;
   bool keeps_events_{false};

@@ -75,18 +75,18 @@ ScrewOutput ScrewCompensator::step(const ScrewReading& reading, double elapsed_s
   }
   const double share = share_.at(reading.speed_rpm, screw_.threshold_rpm);
   extension_um_ = extension - share * faceErrorUm(screw_, reading.angle_rad);
-  const double wanted = compensationUm(screw_, reading.position_mm, extension_um_);
-  double given = wanted;
-  if (last_um_ && limits_.rate_um_s > 0.0) {
+  double used_um = extension_um_;
+  if (used_um_ && limits_.rate_um_s > 0.0) {
     const double most = limits_.rate_um_s * std::max(elapsed_s, 0.0);
-    given = std::clamp(wanted, *last_um_ - most, *last_um_ + most);
+    used_um = std::clamp(used_um, *used_um_ - most, *used_um_ + most);
   }
-  last_um_ = given;
-  return {.compensation_um = given,
+  used_um_ = used_um;
+  last_um_ = compensationUm(screw_, reading.position_mm, used_um);
+  return {.compensation_um = *last_um_,
           .extension_um = extension_um_,
           .table_used = share_.inUse(),
           .held = false,
-          .rate_limited = given != wanted};
+          .rate_limited = used_um != extension_um_};
 }
 
 }  // namespace probebox::metrology

@@ -55,7 +55,9 @@ class TableShare {
 struct ScrewLimits {
   double least_extension_um{};
   double greatest_extension_um{};
-  double rate_um_s{};  // maximum rate of the compensation; 0: no limit
+  // Maximum rate of the extension that is used; 0: no limit. The compensation follows the position without it: an axis
+  // that traverses is at another place of a warm screw at once.
+  double rate_um_s{};
 };
 
 // One stamped reading of a screw. sensor_um: nullopt when the sensor is silent, faulty or stale.
@@ -71,7 +73,7 @@ struct ScrewOutput {
   double extension_um{};  // extension of the screw without the face error; of the held value
   bool table_used{};
   bool held{};          // the last good value: the reading was not usable (D6)
-  bool rate_limited{};  // the rate limit is active
+  bool rate_limited{};  // the extension that is used lags behind the readings
 };
 
 // (D6): one output per cycle. A missing, implausible or non-finite reading holds the last value and reports it; stale
@@ -89,7 +91,8 @@ class ScrewCompensator {
   ScrewModel screw_;
   ScrewLimits limits_;
   TableShare share_;
-  std::optional<double> last_um_;
+  std::optional<double> last_um_;  // compensation
+  std::optional<double> used_um_;  // extension
   double extension_um_{};
 };
 

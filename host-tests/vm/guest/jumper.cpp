@@ -1,5 +1,6 @@
 #include "jumper.hpp"
 
+#include <algorithm>
 #include <pthread.h>
 #include <sched.h>
 
@@ -37,9 +38,22 @@ void Jumper::rise(GpioSim& chip, unsigned input) {
     ++lost_;
     return;
   }
+  const auto came = std::chrono::steady_clock::now();
   if (faults_.delay.count() != 0) std::this_thread::sleep_for(faults_.delay);
+  const auto held = std::chrono::steady_clock::now() - came;
   chip.drive(input, true);
   ++passed_;
+  const std::lock_guard lock{mutex_};
+  held_.push_back(held);
+}
+
+std::chrono::nanoseconds Jumper::held() const {
+  const std::lock_guard lock{mutex_};
+  auto held = held_;
+  if (held.empty()) return {};
+  const auto middle = held.begin() + static_cast<std::ptrdiff_t>(held.size() / 2);
+  std::ranges::nth_element(held, middle);
+  return *middle;
 }
 
 }  // namespace probebox::vm

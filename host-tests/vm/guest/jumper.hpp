@@ -2,7 +2,9 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "gpio_sim.hpp"
 
@@ -22,6 +24,8 @@ class Jumper {
 
   std::uint64_t passed() const { return passed_; }
   std::uint64_t lost() const { return lost_; }
+  // How long each rising edge was really held back, by the guest's own clock; median. After the last pulse.
+  std::chrono::nanoseconds held() const;
 
  private:
   void run(GpioSim& chip, unsigned output, unsigned input);
@@ -31,6 +35,8 @@ class Jumper {
   std::atomic<std::uint64_t> passed_{};
   std::atomic<std::uint64_t> lost_{};
   std::atomic<bool> stopping_{};
+  std::vector<std::chrono::nanoseconds> held_;
+  mutable std::mutex mutex_;  // for held_
   std::thread thread_;
 };
 

@@ -178,7 +178,8 @@ TEST_F(Bus, GivesTheNextHostACleanStart) {
   openPort();
   connect();
   const auto flood = random(4'000'000);  // more than a host takes into its transfers
-  for (int k = 0; k < 3; ++k) {
+  // Whether the host's last word has come in by then is a matter of luck.
+  for (int k = 0; k < 3 || (k < 30 && port->counters().discarded_bytes == 0); ++k) {
     fill(flood);
     host.control->write(random(1000));
     host = {};

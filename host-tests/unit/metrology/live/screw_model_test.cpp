@@ -134,15 +134,25 @@ TEST(ScrewCompensator, HoldsTheLastValueWhileTheSensorIsSilentOrImpossible) {
   EXPECT_NEAR(compensator.step({100.0, 0.0, 0.0, 56.58}, 0.001).compensation_um, -0.97 * 160.0 / 820.0 * 56.58, 1e-9);
 }
 
-TEST(ScrewCompensator, ChangesNoFasterThanItsRate) {
+TEST(ScrewCompensator, FollowsItsReadingsNoFasterThanItsRate) {
   ScrewLimits limits = kLimits;
   limits.rate_um_s = 10.0;
   ScrewCompensator compensator{worked(), limits};
   compensator.step({350.0, 0.0, 0.0, 56.58}, 0.0);
   const auto limited = compensator.step({350.0, 0.0, 0.0, 0.0}, 0.1);
   EXPECT_TRUE(limited.rate_limited);
-  EXPECT_NEAR(limited.compensation_um, -26.4413, 1e-9);
-  EXPECT_FALSE(compensator.step({350.0, 0.0, 0.0, 0.0}, 3.0).rate_limited);
+  EXPECT_NEAR(limited.compensation_um, -0.97 * 410.0 / 820.0 * 55.58, 1e-9);
+  EXPECT_FALSE(compensator.step({350.0, 0.0, 0.0, 0.0}, 6.0).rate_limited);
+}
+
+TEST(ScrewCompensator, FollowsThePositionAtOnce) {
+  ScrewLimits limits = kLimits;
+  limits.rate_um_s = 5.0;
+  ScrewCompensator compensator{worked(), limits};
+  compensator.step({350.0, 0.0, 0.0, 56.58}, 0.0);
+  const auto elsewhere = compensator.step({50.0, 0.0, 0.0, 56.58}, 0.001);
+  EXPECT_NEAR(elsewhere.compensation_um, -0.97 * 110.0 / 820.0 * 56.58, 1e-9);
+  EXPECT_FALSE(elsewhere.rate_limited);
 }
 
 TEST(ScrewCompensator, TakesTheTableWhileSlowAndAllowsForTheColdReading) {

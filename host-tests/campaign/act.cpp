@@ -1,0 +1,149 @@
+#include "host-tests/campaign/act.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <random>
+
+namespace probebox::campaign {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::array<std::string_view, kKinds> kNames{
+    "drop_probe",   "drop_encoders", "stop_sync",  "lose_edges",  "double_edges",   "drop_drift",   "stick_encoders",
+    "freeze_probe", "shake_probe",   "jump_clock", "drop_angles", "overflow_queue", "stall_worker", "fill_disk",
+    "kill",         "cut_power",     "stop",       "connect",     "cut_link",       "stop_reading", "start_run",
+    "abort_run",    "accept",        "roll_back",  "inhibit",     "end_inhibit",    "home_outside", "choose_sources"};
+
+// Kinds that need others to mean anything: a run that is never started cannot be accepted.
+constexpr std::array kUsual{Kind::start_run, Kind::accept,      Kind::accept,         Kind::roll_back,
+                            Kind::inhibit,   Kind::end_inhibit, Kind::choose_sources, Kind::choose_sources};
+
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_{seed} {}
+
+  std::uint64_t below(std::uint64_t end) { return std::uniform_int_distribution<std::uint64_t>{0, end - 1}(random_); }
+  double uniform(double from, double to) { return std::uniform_real_distribution{from, to}(random_); }
+  bool oneIn(std::uint64_t n) { return below(n) == 0; }
+  // As many short times as long ones.
+  Nanoseconds between(Nanoseconds from, Nanoseconds to) {
+    const double logarithm =
+        uniform(std::log(static_cast<double>(from.count())), std::log(static_cast<double>(to.count())));
+    return Nanoseconds{std::llround(std::exp(logarithm))};
+  }
+  std::vector<double> exponential(std::size_t count) {
+    std::vector<double> drawn(count);
+    std::exponential_distribution<double> weight;
+    for (auto& each : drawn) each = weight(random_);
+    return drawn;
+  }
+  std::size_t pick(const std::vector<double>& weights) {
+    return std::discrete_distribution<std::size_t>{weights.begin(), weights.end()}(random_);
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+std::uint64_t numberOf(Kind kind, Dice& dice) {
+  switch (kind) {
+    case Kind::overflow_queue:
+      return 1 + dice.below(20'000);
+    case Kind::jump_clock:
+      return dice.below(400'000);  // ns
+    case Kind::cut_link:
+      return dice.below(100'000);
+    case Kind::start_run:
+      return dice.below(1000);
+    case Kind::inhibit:
+    case Kind::end_inhibit:
+    case Kind::home_outside:
+      return dice.below(3);
+    case Kind::choose_sources:
+      return dice.oneIn(4) ? dice.below(16) : dice.below(2);  // often the screws, or nothing
+    case Kind::cut_power:
+      return dice.below(1U << 20U);
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+std::string_view name(Kind kind) {
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+Play drawPlay(std::uint64_t seed, Nanoseconds length) {
+  Dice dice{seed};
+  constexpr std::array<Nanoseconds, 3> kTicks{1ms, 2ms, 4ms};
+  Play play{.seed = seed,
+            .length = length,
+            .tick = kTicks.at(dice.below(kTicks.size())),
+            .poll_interval = 10ms * static_cast<std::int64_t>(1 + dice.below(20)),
+            .cold_um = dice.uniform(-150, 250),
+            .acts = {}};
+  const auto weights = dice.exponential(kKinds);
+  // From one act in two minutes to one a second.
+  const double mean_s = dice.uniform(0, 1) < 0.1 ? 1 : dice.uniform(5, 120);
+  const auto expected = static_cast<std::uint64_t>(std::chrono::duration<double>{length}.count() / mean_s);
+  std::size_t machine_faults = 0;
+  for (std::uint64_t i = 0; i < expected; ++i) {
+    const auto kind = dice.oneIn(3) ? kUsual.at(dice.below(kUsual.size())) : static_cast<Kind>(dice.pick(weights));
+    constexpr std::size_t kMostMachineFaults = 60;  // that the emulated machine remembers
+    if (static_cast<std::size_t>(kind) < kMachineKinds && ++machine_faults > kMostMachineFaults) continue;
+    play.acts.push_back(
+        {.kind = kind,
+         .at = Nanoseconds{static_cast<std::int64_t>(dice.below(static_cast<std::uint64_t>(length.count())))},
+         .lasts = dice.between(1ms, 40s),
+         .number = numberOf(kind, dice)});
+  }
+  std::ranges::stable_sort(play.acts, {}, &Act::at);
+  return play;
+}
+
+std::string toJson(const Play& play) {
+  auto acts = nlohmann::json::array();
+  for (const auto& act : play.acts) {
+    acts.push_back(
+        {{"kind", name(act.kind)}, {"at_ns", act.at.count()}, {"lasts_ns", act.lasts.count()}, {"number", act.number}});
+  }
+  return nlohmann::json{{"seed", play.seed},
+                        {"length_ns", play.length.count()},
+                        {"tick_ns", play.tick.count()},
+                        {"poll_interval_ns", play.poll_interval.count()},
+                        {"cold_um", play.cold_um},
+                        {"acts", acts}}
+      .dump(1);
+}
+
+Outcome<Play> playFrom(std::string_view json) {
+  try {
+    const auto read = nlohmann::json::parse(json);
+    Play play{.seed = read.at("seed"),
+              .length = Nanoseconds{read.at("length_ns").get<std::int64_t>()},
+              .tick = Nanoseconds{read.at("tick_ns").get<std::int64_t>()},
+              .poll_interval = Nanoseconds{read.at("poll_interval_ns").get<std::int64_t>()},
+              .cold_um = read.at("cold_um"),
+              .acts = {}};
+    for (const auto& act : read.at("acts")) {
+      const auto kind = std::ranges::find(kNames, act.at("kind").get<std::string>());
+      if (kind == kNames.end()) return Error{"There is no act '" + act.at("kind").get<std::string>() + "'."};
+      play.acts.push_back({.kind = static_cast<Kind>(kind - kNames.begin()),
+                           .at = Nanoseconds{act.at("at_ns").get<std::int64_t>()},
+                           .lasts = Nanoseconds{act.at("lasts_ns").get<std::int64_t>()},
+                           .number = act.at("number")});
+    }
+    if (play.tick <= 0ns || play.poll_interval <= 0ns) return Error{"tick_ns and poll_interval_ns must be positive."};
+    std::ranges::stable_sort(play.acts, {}, &Act::at);
+    return play;
+  } catch (const std::exception& problem) {
+    return Error{std::string{"This is not a play: "} + problem.what()};
+  }
+}
+
+}  // namespace probebox::campaign

@@ -1,0 +1,77 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/units/outcome.hpp"
+#include "protocol/units/time.hpp"
+
+// What goes wrong around a box, and what is asked of it, at given instants: a play. Equal plays run equally.
+namespace probebox::campaign {
+
+enum class Kind : std::uint8_t {
+  // of the machine, its sensors and the master clock: as world::FaultKind, in the same order
+  drop_probe,
+  drop_encoders,
+  stop_sync,
+  lose_edges,
+  double_edges,
+  drop_drift,
+  stick_encoders,
+  freeze_probe,
+  shake_probe,
+  jump_clock,
+  drop_angles,
+  // of the box
+  overflow_queue,  // the capture queue has no room for `number` events
+  stall_worker,    // it does nothing for `lasts`
+  fill_disk,       // it takes no byte for `lasts`
+  kill,            // the process dies at once
+  cut_power,       // and what was not synced is gone; bit `number` of one copy of each small file is spoilt
+  stop,            // the daemon ends by its own will
+  // of hosts
+  connect,
+  cut_link,      // after `number` more bytes
+  stop_reading,  // for `lasts`
+  // commands
+  start_run,
+  abort_run,
+  accept,  // the newest proposed result
+  roll_back,
+  inhibit,       // by door `number`
+  end_inhibit,   // of that door
+  home_outside,  // axis `number` at 10 m
+  choose_sources,
+};
+inline constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::choose_sources) + 1;
+inline constexpr std::size_t kMachineKinds = static_cast<std::size_t>(Kind::drop_angles) + 1;
+
+std::string_view name(Kind kind);
+
+struct Act {
+  Kind kind{};
+  Nanoseconds at{};  // since the start of the play
+  Nanoseconds lasts{};
+  std::uint64_t number{};
+};
+
+struct Play {
+  std::uint64_t seed{};  // of the emulated world
+  Nanoseconds length{};
+  Nanoseconds tick{};           // nominal period of the master clock
+  Nanoseconds poll_interval{};  // of the Modbus master
+  double cold_um{};             // how much longer than the reference the screws are at the start
+  std::vector<Act> acts;        // in the order of time
+};
+
+// The play of this seed: rates, and acts drawn from a mixture that is itself drawn, so that calm plays, lasting faults
+// and storms all occur.
+Play drawPlay(std::uint64_t seed, Nanoseconds length);
+
+std::string toJson(const Play& play);
+// The error names what is wrong with the text.
+Outcome<Play> playFrom(std::string_view json);
+
+}  // namespace probebox::campaign

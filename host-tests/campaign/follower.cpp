@@ -1,0 +1,92 @@
+#include "host-tests/campaign/follower.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include "protocol/modbus/map.hpp"
+
+namespace probebox::campaign {
+namespace {
+
+namespace address = modbus::address;
+
+constexpr double kResolution_mm = 1e-6;
+// The box serves a value for up to this long before it makes the next one.
+constexpr double kServedFor_s = 0.02;
+
+double seconds(Nanoseconds duration) {
+  return std::chrono::duration<double>{duration}.count();
+}
+
+std::string um(double value_mm) {
+  return std::to_string(value_mm * 1e3) + " um";
+}
+
+}  // namespace
+
+std::int32_t Follower::i32(std::size_t address) const {
+  return std::bit_cast<std::int32_t>(static_cast<std::uint32_t>(image_.registers()[address]) << 16U |
+                                     image_.registers()[address + 1]);
+}
+
+std::optional<std::string> Follower::read(const published::Snapshot& snapshot, MonoTime now) {
+  image_.fill(snapshot, modbus::WordOrder::high_first);
+  ++reads_;
+  if (auto torn = whyTorn()) return torn;
+  if (auto beats = whyBeatsWrong(now)) return beats;
+  valid_ = (image_[address::status] & modbus::kValid) != 0;
+  if (!valid_) return std::nullopt;
+  ++valid_reads_;
+  std::array<double, 3> served_mm{};
+  for (std::size_t axis = 0; axis < 3; ++axis) served_mm[axis] = i32(address::correction_i32 + 2 * axis) * 1e-6;
+  auto fast = whyTooFast(served_mm, now);
+  joints_mm_ = served_mm;
+  followed_at_ = now;
+  return fast;
+}
+
+// The three formats say the same, each to its resolution.
+std::optional<std::string> Follower::whyTorn() const {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto fine_nm = i32(address::correction_i32 + 2 * axis);
+    const auto coarse = static_cast<std::int16_t>(image_.registers()[address::correction_i16 + axis]);
+    const auto offset = image_.registers()[address::correction_offset + axis];
+    const auto real_mm = std::bit_cast<float>(i32(address::correction_f32 + 2 * axis));
+    const bool alike = std::abs(coarse * 100.0 - fine_nm) <= 51 && offset == coarse + 32768 &&
+                       std::abs(static_cast<double>(real_mm) - fine_nm * 1e-6) <= 1e-6;
+    if (!alike) return "the formats of the correction differ on axis " + std::to_string(axis);
+  }
+  return std::nullopt;
+}
+
+// Between two values that a joint follows lies no more than the limit of rate allows, whatever happened in between.
+std::optional<std::string> Follower::whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const {
+  if (!followed_at_) return std::nullopt;  // the joints stand at zero, without an offset
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double step_mm = std::abs(served_mm[axis] - joints_mm_[axis]);
+    const double allowed_mm = rate_mm_s_[axis] * (seconds(now - *followed_at_) + kServedFor_s) + 2 * kResolution_mm;
+    if (step_mm > allowed_mm) {
+      return "joint " + std::to_string(axis) + " steps by " + um(step_mm) + " where " + um(allowed_mm) +
+             " are allowed: from " + um(joints_mm_[axis]) + " to " + um(served_mm[axis]);
+    }
+  }
+  return std::nullopt;
+}
+
+// Never faster than 0.1 s a beat; and what stands still is not valid for long.
+std::optional<std::string> Follower::whyBeatsWrong(MonoTime now) {
+  const std::uint16_t beat = image_[address::heartbeat];
+  if (!beat_) {
+    beat_ = Beat{.since = now, .last = beat, .beats = 0};
+    return std::nullopt;
+  }
+  beat_->beats += static_cast<std::uint16_t>(beat - beat_->last);
+  beat_->last = beat;
+  const double expected = seconds(now - beat_->since) / 0.1;
+  if (static_cast<double>(beat_->beats) > expected + 2)
+    return "the heartbeat made " + std::to_string(beat_->beats) + " beats where " + std::to_string(expected) +
+           " are due";
+  return std::nullopt;
+}
+
+}  // namespace probebox::campaign

@@ -1,0 +1,50 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "firmware/modbus/register_image.hpp"
+#include "firmware/published/snapshot.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::campaign {
+
+// A controller that polls the registers and moves its joints to the correction while `valid` is set, and holds them
+// otherwise. It knows MODBUS.md and the limits of rate, and nothing of the box.
+class Follower {
+ public:
+  explicit Follower(const std::array<double, 3>& rate_mm_s) : rate_mm_s_{rate_mm_s} {}
+
+  // Reads the registers at this instant. The error says which rule they break.
+  std::optional<std::string> read(const published::Snapshot& snapshot, MonoTime now);
+
+  // The box started anew: heartbeat and counters may begin anew.
+  void expectRestart() { beat_.reset(); }
+  const std::array<double, 3>& joints_mm() const { return joints_mm_; }
+  bool valid() const { return valid_; }
+  std::uint64_t validReads() const { return valid_reads_; }
+  std::uint64_t reads() const { return reads_; }
+
+ private:
+  std::optional<std::string> whyTorn() const;
+  std::optional<std::string> whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const;
+  std::optional<std::string> whyBeatsWrong(MonoTime now);
+  std::int32_t i32(std::size_t address) const;
+
+  struct Beat {
+    MonoTime since{};
+    std::uint16_t last{};
+    std::uint64_t beats{};
+  };
+  std::array<double, 3> rate_mm_s_;
+  modbus::RegisterImage image_;
+  std::array<double, 3> joints_mm_{};
+  std::optional<MonoTime> followed_at_;  // the last time that `valid` was read
+  std::optional<Beat> beat_;
+  bool valid_{};
+  std::uint64_t valid_reads_{};
+  std::uint64_t reads_{};
+};
+
+}  // namespace probebox::campaign

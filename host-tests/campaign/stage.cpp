@@ -1,0 +1,362 @@
+#include "host-tests/campaign/stage.hpp"
+
+#include <cmath>
+#include <csignal>
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <utility>
+
+namespace probebox::campaign {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanoseconds kRound = 10ms;
+constexpr Nanoseconds kWorkerRound = 100ms;
+constexpr Nanoseconds kCheckRound = 500ms;
+// What is told to the core is served by then.
+constexpr Nanoseconds kGrace = 500ms;
+constexpr std::size_t kMostHosts = 3;
+constexpr const char* kPerson = "Ada";
+
+constexpr std::array kMethods{"delay-multi-speed", "delay-in-out",        "delay-sphere",       "centreline",
+                              "screw-calibration", "spindle-offset-four", "c-axis-alignment",   "tool-setter",
+                              "swivel-error",      "rotary-axis-errors",  "centreline-by-steps"};
+
+// Every other run is of a kind that all these machines can do in a minute.
+std::string_view methodOf(std::uint64_t number) {
+  return number % 2 == 0 ? kMethods.front() : kMethods.at(number / 2 % kMethods.size());
+}
+
+world::Config worldOf(const Play& play) {
+  auto config = scenario::warmingWorld();
+  config.sync.nominal_period = play.tick;
+  // Rates in proportion, so that a coarse clock makes a quick play.
+  const double rate = 1e6 / static_cast<double>(play.tick.count());
+  config.probe.rate_hz *= rate;
+  config.encoders.rate_hz *= rate;
+  for (auto& screw : config.screws) {
+    screw.face_um = {};  // what the box would have to calibrate first
+    screw.cold_um = play.cold_um;
+  }
+  return config;
+}
+
+std::array<double, 3> ratesOf(const Play& play, const Rules& rules) {
+  const auto limits = scenario::usualBox(worldOf(play)).corrections.limits;
+  return {limits[0].rate_mm_s * rules.rate, limits[1].rate_mm_s * rules.rate, limits[2].rate_mm_s * rules.rate};
+}
+
+// The disk takes no byte while it is full; the memory of /run does.
+void setDiskFull(bool full) {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_FSIZE, &limit);
+  limit.rlim_cur = full ? 0 : limit.rlim_max;
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+}
+
+// One copy of a small file is what a cut write leaves.
+void spoil(const std::filesystem::path& file, std::uint64_t bit) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (error || size == 0) return;
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+  char byte = 0;
+  const auto at = static_cast<off_t>(bit / 8 % size);
+  if (::pread(descriptor, &byte, 1, at) == 1) {
+    byte = static_cast<char>(byte ^ 1 << (bit % 8));
+    [[maybe_unused]] const auto written = ::pwrite(descriptor, &byte, 1, at);
+  }
+  ::close(descriptor);
+}
+
+}  // namespace
+
+Stage::Stage(const Play& play, const std::filesystem::path& folder, const Rules& rules)
+    : play_{play},
+      folder_{folder},
+      rules_{rules},
+      office_{256U << 10U, 64, worldOf(play), play.seed},
+      follower_{ratesOf(play, rules)} {
+  std::signal(SIGXFSZ, SIG_IGN);
+  verdict_.tally.plays = 1;
+  begin();
+}
+
+Verdict Stage::run() {
+  std::size_t next = 0;
+  for (; now_ < play_.length && !verdict_.violation; now_ += kRound) {
+    for (; next < play_.acts.size() && play_.acts[next].at <= now_; ++next) apply(play_.acts[next]);
+    carryOn();
+    office_.run(kRound);
+    if (now_ % kWorkerRound == 0ns && now_ >= worker_back_) {
+      verdict_.tally.solved += boot_->solve() ? 1U : 0U;
+      boot_->look();
+    }
+    if (now_ % play_.poll_interval == 0ns) follow();
+    if (now_ % kCheckRound == 0ns) check();
+  }
+  setDiskFull(false);
+  auto& tally = verdict_.tally;
+  tally.reads = follower_.reads();
+  tally.valid_reads = follower_.validReads();
+  tally.hours = std::chrono::duration<double, std::ratio<3600>>{now_}.count();
+  for (const auto& each : hosts_) {
+    tally.samples += each.host->received();
+    tally.lost_samples += each.host->declaredLost();
+  }
+  return std::move(verdict_);
+}
+
+void Stage::fail(const std::string& what) {
+  if (!verdict_.violation) verdict_.violation = Violation{.at = now_, .what = what};
+}
+
+void Stage::apply(const Act& act) {
+  ++verdict_.tally.acts.at(static_cast<std::size_t>(act.kind));
+  if (static_cast<std::size_t>(act.kind) < kMachineKinds) return applyToMachine(act);
+  if (act.kind <= Kind::stop) return applyToBox(act);
+  if (act.kind <= Kind::stop_reading) return applyToHosts(act);
+  command(act);
+}
+
+void Stage::applyToMachine(const Act& act) {
+  auto& trouble = troubles_.at(static_cast<std::size_t>(act.kind));
+  if (!trouble.on(now_)) trouble.since = now_;
+  trouble.until = std::max(trouble.until, now_ + act.lasts);
+  any_trouble_.until = std::max(any_trouble_.until, now_ + act.lasts);
+  counts_stuck_ = counts_stuck_ || act.kind == Kind::stick_encoders;
+  box().inject(static_cast<world::FaultKind>(act.kind), 0ns, act.lasts,
+               Nanoseconds{static_cast<std::int64_t>(act.number)});
+}
+
+void Stage::applyToBox(const Act& act) {
+  switch (act.kind) {
+    case Kind::overflow_queue:
+      box().overflowQueue(static_cast<std::uint32_t>(act.number));
+      queue_overflowed_ = true;
+      any_trouble_.until = std::max(any_trouble_.until, now_ + 20s);
+      return;
+    case Kind::stall_worker:
+      worker_back_ = now_ + act.lasts;
+      return;
+    case Kind::fill_disk:
+      disk_back_ = now_ + act.lasts;
+      setDiskFull(true);
+      return;
+    default:
+      restart(act);
+  }
+}
+
+// The box ends in one of three ways, and comes back at once: whoever follows has the least time to forget.
+void Stage::restart(const Act& act) {
+  ++verdict_.tally.restarts;
+  if (act.kind == Kind::stop) boot_->end();
+  boot_.reset();
+  served_record_.reset();
+  if (act.kind == Kind::cut_power) {
+    std::error_code gone;
+    std::filesystem::remove(folder_ / "served-last", gone);
+    spoil(folder_ / "served", act.number);
+    spoil(folder_ / "doors", act.number);
+  }
+  begin();
+}
+
+void Stage::begin() {
+  served_record_.emplace((folder_ / "served-last").string());
+  boot_.emplace(office_, folder_ / "results.db");
+  office_.restartBox(boot_->restored(served_record_->before()));
+  follower_.expectRestart();
+  for (auto& each : hosts_) each.left = now_;
+  hosts_.push_back({.host = &office_.add()});
+  began_ = changed_ = now_;
+  counts_stuck_ = troubles_.at(static_cast<std::size_t>(Kind::stick_encoders)).on(now_);
+  queue_overflowed_ = false;
+  sums_known_ = any_trouble_.until == kNever || now_ - any_trouble_.until > 1s;
+  at_boot_ = box().truth().ledger;
+}
+
+void Stage::carryOn() {
+  if (disk_back_ != kNever && now_ >= disk_back_) {
+    setDiskFull(false);
+    disk_back_ = kNever;
+  }
+  tendHosts();
+}
+
+void Stage::tendHosts() {
+  std::size_t connected = 0;
+  for (auto& each : hosts_) {
+    if (each.reads_again != kNever && now_ >= each.reads_again) {
+      each.reads_again = kNever;
+      if (each.host->connected()) each.host->stopReading(false);
+    }
+    connected += each.host->connected() ? 1U : 0U;
+    // A link that was cut is made again, as `probebox record` does it; not one to a box that has ended.
+    if (!each.host->connected() && each.left == kNever) office_.connect(*each.host);
+  }
+  if (connected == 0 && hosts_.empty()) hosts_.push_back({.host = &office_.add()});
+}
+
+void Stage::applyToHosts(const Act& act) {
+  std::vector<Host*> connected;
+  for (auto& each : hosts_)
+    if (each.left == kNever && each.host->connected()) connected.push_back(&each);
+  if (act.kind == Kind::connect) {
+    if (connected.size() < kMostHosts) hosts_.push_back({.host = &office_.add()});
+    return;
+  }
+  if (connected.empty()) return;
+  auto& chosen = *connected.at(act.number % connected.size());
+  if (act.kind == Kind::cut_link) return chosen.host->cutAfter(act.number);
+  chosen.host->stopReading();
+  chosen.reads_again = now_ + act.lasts;
+}
+
+void Stage::command(const Act& act) {
+  switch (act.kind) {
+    case Kind::start_run:
+      boot_->start(methodOf(act.number));
+      return;
+    case Kind::abort_run:
+      boot_->ask<messages::AbortProcedure>({.run = boot_->procedure().run});
+      return;
+    case Kind::accept:
+      return accept();
+    case Kind::roll_back:
+      return rollBack();
+    case Kind::inhibit:
+    case Kind::end_inhibit:
+      return inhibit(act);
+    case Kind::home_outside: {
+      messages::HomeAxes::Request request{.axes = static_cast<std::uint8_t>(1U << act.number), .position_mm = {}};
+      request.position_mm.fill(10'000);
+      if (boot_->ask<messages::HomeAxes>(request).code == messages::ErrorCode::ok)
+        fail("a homing 10 m off the travel is acknowledged");
+      return;
+    }
+    case Kind::choose_sources:
+      boot_->ask<messages::EnableSources>({.mask = static_cast<std::uint16_t>(act.number)});
+      return;
+    default:
+      return;
+  }
+}
+
+void Stage::accept() {
+  const auto proposed = boot_->newestProposed();
+  if (!proposed) return;
+  const auto accepted = boot_->inForce().accept(proposed->id, kPerson);
+  if (!accepted) return;
+  ++verdict_.tally.accepted;
+  believed_.accepted(*accepted);
+  changed_ = now_;
+}
+
+void Stage::rollBack() {
+  const std::string subject = "delay";
+  const auto changed = boot_->inForce().rollBack(subject, kPerson);
+  if (!changed) return;
+  if (believed_.cutIsOn() && now_ - began_ > kGrace) fail("a rollback succeeds during a cut");
+  ++verdict_.tally.rolled_back;
+  believed_.rolledBack(subject, *changed);
+  changed_ = now_;
+}
+
+void Stage::inhibit(const Act& act) {
+  const bool on = act.kind == Kind::inhibit;
+  const std::string door = "modbus:/dev/ttyS" + std::to_string(act.number);
+  const bool acknowledged = !boot_->doors().setInhibit(door, on, "").has_value();
+  if (on)
+    believed_.inhibited(door, acknowledged);
+  else
+    believed_.ended(door, acknowledged);
+  changed_ = now_;
+}
+
+void Stage::follow() {
+  setDiskFull(false);  // it lies in memory
+  served_record_->note(served());
+  setDiskFull(disk_back_ != kNever);
+  if (const auto broken = follower_.read(served(), box().now())) fail(*broken);
+}
+
+void Stage::check() {
+  if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
+  checkSources();
+  checkLedger();
+  checkHosts();
+  checkValues();
+}
+
+void Stage::checkSources() {
+  const auto& now = served();
+  if (believed_.cutIsOn() && now_ - began_ > kGrace && now_ - changed_ > kGrace && !now.inhibited)
+    fail("a cut is on that the registers do not show");
+  for (std::size_t kind = 0; kind < published::kSourceKinds; ++kind) {
+    const bool summed = (now.mask & 1U << kind) != 0;
+    const auto health = now.health.at(kind);
+    if (now.valid && summed && health != published::Health::good && health != published::Health::held)
+      fail("valid, and source " + std::to_string(kind) + " that is summed is not");
+  }
+  // Longer than T_hold without the input that a screw needs.
+  constexpr Nanoseconds kHeldAtMost = 7s;
+  for (const auto kind : {Kind::drop_drift, Kind::drop_encoders}) {
+    const auto& trouble = troubles_.at(static_cast<std::size_t>(kind));
+    if (now.valid && (now.mask & 1U) != 0 && trouble.on(now_) && now_ - trouble.since > kHeldAtMost)
+      fail("valid after more than T_hold of " + std::string{name(kind)});
+  }
+  const auto delay = believed_.inForce("delay");
+  if (delay && now_ - changed_ > kGrace && now_ - began_ > kGrace && now_ >= worker_back_ + kGrace &&
+      now.delay.result_id != *delay)
+    fail("delay " + std::to_string(*delay) + " was acknowledged as in force, and " +
+         std::to_string(now.delay.result_id) + " is applied");
+}
+
+// Every sample index has one fate, and what was lost at its source is what the emulated machine withheld.
+void Stage::checkLedger() {
+  const auto& recorded = box().recorded();
+  if (!recorded.contiguous) fail("an index of a sample is missing or comes twice");
+  const auto& state = box().state();
+  const auto truth = box().truth().ledger;
+  if (!sums_known_ || queue_overflowed_ || (any_trouble_.until != kNever && now_ - any_trouble_.until < 1s)) return;
+  if (state.lost.deflections != truth.dropped_probe - at_boot_.dropped_probe)
+    fail("lost deflections: " + std::to_string(state.lost.deflections) + " counted, " +
+         std::to_string(truth.dropped_probe - at_boot_.dropped_probe) + " withheld");
+  if (state.lost.counts != truth.dropped_encoders - at_boot_.dropped_encoders)
+    fail("lost counts: " + std::to_string(state.lost.counts) + " counted, " +
+         std::to_string(truth.dropped_encoders - at_boot_.dropped_encoders) + " withheld");
+  if (state.lost.sync_edges != truth.lost_edges - at_boot_.lost_edges)
+    fail("lost edges: " + std::to_string(state.lost.sync_edges) + " counted, " +
+         std::to_string(truth.lost_edges - at_boot_.lost_edges) + " withheld");
+}
+
+void Stage::checkHosts() {
+  for (const auto& each : hosts_) {
+    if (each.host->faults() > 0) fail("a host found " + std::to_string(each.host->faults()) + " faults in its stream");
+    if (each.host->received() + each.host->declaredLost() != each.host->total()) fail("a host misses samples");
+  }
+}
+
+// Screws alone, everything known: what is served is what the nuts are off by, once and not twice.
+void Stage::checkValues() {
+  const auto& now = served();
+  const bool known = now.valid && now.settled && !now.degraded && now.mask == 1 && !counts_stuck_ &&
+                     now_ - began_ > 10s && (any_trouble_.until == kNever || now_ - any_trouble_.until > 10s) &&
+                     disk_back_ == kNever && box().controller().activity() == world::Activity::asking;
+  if (!known) return;
+  ++verdict_.tally.checks_of_values;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double position_mm = box().machine().positionAt(box().now())[axis];
+    const double error_mm = box().world().screws().nutError_mm(axis, position_mm, box().now());
+    const double left_um = (error_mm + now.correction_mm.at(axis)) * 1e3;
+    if (std::abs(left_um) > rules_.value_um)
+      fail("axis " + std::to_string(axis) + " is corrected wrongly by " + std::to_string(left_um) +
+           " um: the nut is off by " + std::to_string(error_mm * 1e3) + " um");
+  }
+}
+
+}  // namespace probebox::campaign

@@ -1,0 +1,84 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "host-tests/campaign/runner.hpp"
+
+// Plays of faults and commands: boxes keep their rules through them, and a rule that is broken is found.
+namespace probebox::campaign {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+constexpr Nanoseconds kShort = 120s;
+
+Verdict performed(std::uint64_t seed, const Rules& rules = {}) {
+  return perform(drawPlay(seed, kShort), rules);
+}
+
+// The first play of these seeds that breaks a rule.
+std::optional<Runner::Done> firstFound(const Rules& rules, Nanoseconds length, std::size_t least_acts = 1) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto play = drawPlay(seed, length);
+    if (play.acts.size() < least_acts) continue;
+    auto verdict = perform(play, rules);
+    if (verdict.violation) return Runner::Done{.play = play, .verdict = std::move(verdict)};
+  }
+  return std::nullopt;
+}
+
+TEST(Campaign, BreaksNoRule) {
+  Tally all;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto verdict = performed(seed);
+    EXPECT_FALSE(verdict.violation) << "seed " << seed << ": " << verdict.violation->what;
+    all += verdict.tally;
+  }
+  EXPECT_GT(all.valid_reads, all.reads / 2) << "a box that is never valid keeps every rule";
+  EXPECT_GT(all.restarts, 10U);
+  EXPECT_GT(all.checks_of_values, 200U);
+  EXPECT_GT(all.samples, 100'000U);
+}
+
+TEST(Campaign, FindsJointsThatMoveFasterThanTheyMay) {
+  const auto found = firstFound({.rate = 0.2}, kShort);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(found->verdict.violation->what, HasSubstr("joint"));
+}
+
+TEST(Campaign, FindsCorrectionsThatAreOff) {
+  const auto found = firstFound({.value_um = 0.02}, kShort);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(found->verdict.violation->what, HasSubstr("is corrected wrongly by"));
+}
+
+TEST(Campaign, ShrinksAPlayToWhatBreaksTheRuleAgain) {
+  const Rules strict{.rate = 0.2};
+  const auto found = firstFound(strict, 240s, 8);
+  ASSERT_TRUE(found);
+  const auto small = shrink(found->play, found->verdict, 16, strict);
+  EXPECT_LE(small.play.acts.size(), found->play.acts.size() / 2);
+  const auto again = playFrom(toJson(small.play));
+  ASSERT_TRUE(again);
+  const auto verdict = perform(*again, strict);
+  ASSERT_TRUE(verdict.violation);
+  EXPECT_EQ(verdict.violation->what, small.verdict.violation->what);
+}
+
+TEST(Campaign, PerformsAPlayEquallyEveryTime) {
+  EXPECT_EQ(toJson(performed(5)), toJson(performed(5)));
+  EXPECT_NE(toJson(performed(5)), toJson(performed(6)));
+}
+
+TEST(Campaign, RefusesAPlayThatItCannotRead) {
+  EXPECT_THAT(playFrom("{").error().what, HasSubstr("not a play"));
+  auto text = toJson(drawPlay(1, 600s));
+  const auto at = text.find("\"kind\": \"");
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at + 9, "x");
+  EXPECT_THAT(playFrom(text).error().what, HasSubstr("There is no act 'x"));
+}
+
+}  // namespace
+}  // namespace probebox::campaign
