@@ -85,6 +85,7 @@ Play drawPlay(std::uint64_t seed, Nanoseconds length) {
             .length = length,
             .tick = kTicks.at(dice.below(kTicks.size())),
             .poll_interval = 10ms * static_cast<std::int64_t>(1 + dice.below(20)),
+            .absolute = dice.oneIn(2),
             .cold_um = dice.uniform(-150, 250),
             .acts = {}};
   const auto weights = dice.exponential(kKinds);
@@ -116,6 +117,7 @@ std::string toJson(const Play& play) {
                         {"length_ns", play.length.count()},
                         {"tick_ns", play.tick.count()},
                         {"poll_interval_ns", play.poll_interval.count()},
+                        {"absolute", play.absolute},
                         {"cold_um", play.cold_um},
                         {"acts", acts}}
       .dump(1);
@@ -128,6 +130,7 @@ Outcome<Play> playFrom(std::string_view json) {
               .length = Nanoseconds{read.at("length_ns").get<std::int64_t>()},
               .tick = Nanoseconds{read.at("tick_ns").get<std::int64_t>()},
               .poll_interval = Nanoseconds{read.at("poll_interval_ns").get<std::int64_t>()},
+              .absolute = read.at("absolute"),
               .cold_um = read.at("cold_um"),
               .acts = {}};
     for (const auto& act : read.at("acts")) {

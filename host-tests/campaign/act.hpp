@@ -62,6 +62,7 @@ struct Play {
   Nanoseconds length{};
   Nanoseconds tick{};           // nominal period of the master clock
   Nanoseconds poll_interval{};  // of the Modbus master
+  bool absolute{};              // the encoders: references need no homing
   double cold_um{};             // how much longer than the reference the screws are at the start
   std::vector<Act> acts;        // in the order of time
 };

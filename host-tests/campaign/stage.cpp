@@ -36,6 +36,7 @@ world::Config worldOf(const Play& play) {
   const double rate = 1e6 / static_cast<double>(play.tick.count());
   config.probe.rate_hz *= rate;
   config.encoders.rate_hz *= rate;
+  if (play.absolute) config.encoders.power_up_mm = {};
   for (auto& screw : config.screws) {
     screw.face_um = {};  // what the box would have to calibrate first
     screw.cold_um = play.cold_um;

@@ -76,10 +76,16 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
                       "no clear deflection of the probe was found; check that the touch reached the surface");
   }
   const Eigen::VectorXd share = values * found.apex / found.apex.squaredNorm();
+  std::optional<std::size_t> last;
   for (Eigen::Index k = 0; k < share.size(); ++k) {
-    if (share[k] >= kAtRest) found.last = static_cast<std::size_t>(k);
+    if (share[k] >= kAtRest) last = static_cast<std::size_t>(k);
   }
-  found.parted = found.last;
+  // Large deflections in several directions: of a probe that repeats old samples, or one that is shaken.
+  if (!last) {
+    return aboutTouch(touch, "deflection-unsteady",
+                      "the deflection at rest has no one direction; check probe and cable, and touch again");
+  }
+  found.parted = found.last = *last;
   while (found.parted < touch.probe.times.size() && share[static_cast<Eigen::Index>(found.parted)] >= kSourceLowest)
     ++found.parted;
   if (found.parted == touch.probe.times.size()) {
