@@ -97,11 +97,13 @@ Play drawPlay(std::uint64_t seed, Nanoseconds length) {
     const auto kind = dice.oneIn(3) ? kUsual.at(dice.below(kUsual.size())) : static_cast<Kind>(dice.pick(weights));
     constexpr std::size_t kMostMachineFaults = 60;  // that the emulated machine remembers
     if (static_cast<std::size_t>(kind) < kMachineKinds && ++machine_faults > kMostMachineFaults) continue;
-    play.acts.push_back(
-        {.kind = kind,
-         .at = Nanoseconds{static_cast<std::int64_t>(dice.below(static_cast<std::uint64_t>(length.count())))},
-         .lasts = dice.between(1ms, 40s),
-         .number = numberOf(kind, dice)});
+    // Trouble comes in company: what one act begins the next one meets.
+    const bool follows = !play.acts.empty() && dice.oneIn(2);
+    const auto anywhen = Nanoseconds{static_cast<std::int64_t>(dice.below(static_cast<std::uint64_t>(length.count())))};
+    play.acts.push_back({.kind = kind,
+                         .at = follows ? play.acts.back().at + dice.between(1ms, 4s) : anywhen,
+                         .lasts = dice.between(1ms, 40s),
+                         .number = numberOf(kind, dice)});
   }
   std::ranges::stable_sort(play.acts, {}, &Act::at);
   return play;

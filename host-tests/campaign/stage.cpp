@@ -127,6 +127,8 @@ void Stage::applyToMachine(const Act& act) {
   if (!trouble.on(now_)) trouble.since = now_;
   trouble.until = std::max(trouble.until, now_ + act.lasts);
   any_trouble_.until = std::max(any_trouble_.until, now_ + act.lasts);
+  // What is missing before the first sample has come cannot be counted.
+  if (now_ - began_ < kGrace) sums_known_ = false;
   counts_stuck_ = counts_stuck_ || act.kind == Kind::stick_encoders;
   box().inject(static_cast<world::FaultKind>(act.kind), 0ns, act.lasts,
                Nanoseconds{static_cast<std::int64_t>(act.number)});
