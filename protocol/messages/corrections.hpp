@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "protocol/messages/nothing.hpp"
@@ -110,6 +111,22 @@ struct StampedTrigger {
   }
 };
 
+// Where a value comes from.
+enum class ValueSource : std::uint8_t { unknown = 0, description = 1, result = 2, controller = 3 };
+
+// A value that the box uses, and where it comes from. Since protocol 1.2.
+struct ValueInUse {
+  std::string name{};
+  ValueSource source{};
+  std::uint64_t result_id{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("name", self.name, "such as tool length, stylus offset 1 or checked ball");
+    field("source", self.source,
+          "0 unknown, 1 the description (machine.toml), 2 a result in force, 3 the controller has sent it");
+    field("result_id", self.result_id, "of the result; 0 unless source is 2");
+  }
+};
+
 struct Corrections {
   static constexpr Operation kOperation = Operation::corrections;
   using Request = Nothing;
@@ -138,6 +155,8 @@ struct Corrections {
     bool delay_applied{};
     std::vector<RotaryAxisStatus> rotary_axes{};
     SwivelStatus swivel{};
+    bool centreline_of_slide{};
+    std::vector<ValueInUse> in_use{};
     static constexpr void fields(auto& self, auto&& field) {
       field("valid", self.valid, "1 when the values may be used");
       field("degraded", self.degraded, "1 when a value is held or saturated");
@@ -169,6 +188,10 @@ struct Corrections {
       field("delay_applied", self.delay_applied, "1 when the samples have the delay in force; since protocol 1.2");
       field("rotary_axes", self.rotary_axes, "A B C; since protocol 1.2");
       field("swivel", self.swivel, "since protocol 1.2");
+      field("centreline_of_slide", self.centreline_of_slide,
+            "1 when the centreline is that of a chuck which the Z slide carries: its slope is the slide's, not the "
+            "direction of C; since protocol 1.2");
+      field("in_use", self.in_use, "values in use, and where they come from; since protocol 1.2");
     }
   };
 };
@@ -179,9 +202,11 @@ struct HomeAxes {
   struct Request {
     std::uint8_t axes{};
     std::array<double, 3> position_mm{};
+    std::string by{};
     static constexpr void fields(auto& self, auto&& field) {
       field("axes", self.axes, "which were homed: bit 0 X, 1 Y, 2 Z");
       field("position_mm", self.position_mm, "mm, machine position where it stands");
+      field("by", self.by, "the person who says so, for the log; empty for a controller");
     }
   };
   using Answer = Nothing;

@@ -42,7 +42,10 @@ std::string structureName() {
   if constexpr (std::same_as<T, RotaryAxisStatus>) return "RotaryAxisStatus";
   if constexpr (std::same_as<T, SwivelStatus>) return "SwivelStatus";
   if constexpr (std::same_as<T, StampedTrigger>) return "StampedTrigger";
+  if constexpr (std::same_as<T, ValueInUse>) return "ValueInUse";
+  if constexpr (std::same_as<T, RestsOn>) return "RestsOn";
   if constexpr (std::same_as<T, ResultSummary>) return "ResultSummary";
+  if constexpr (std::same_as<T, ValueChange>) return "ValueChange";
   if constexpr (std::same_as<T, ResultTransition>) return "ResultTransition";
   if constexpr (std::same_as<T, CaseEntry>) return "CaseEntry";
   if constexpr (std::same_as<T, CaseColumn>) return "CaseColumn";
@@ -293,14 +296,15 @@ std::string structures() {
          structure<EdgeCounters>() + structure<ClockStatus>() + structure<ReceiverStatus>() + structure<Ledger>() +
          structure<EventCounts>() + structure<ModbusCounters>() + structure<SourceStatus>() + structure<LineStatus>() +
          structure<CncLineStatus>() + structure<UsbPortStatus>() + structure<InhibitHolder>() +
-         structure<UnusedEvents>() + structure<NotLetIn>() + structure<NamedValue>() + structure<ResultSummary>() +
+         structure<UnusedEvents>() + structure<NotLetIn>() + structure<NamedValue>() + structure<RestsOn>() +
+         structure<ResultSummary>() + structure<ValueChange>() + structure<ValueInUse>() +
          structure<ResultTransition>() + structure<CorrectionSource>() + structure<AxisStatus>() +
          structure<StampedTrigger>() + structure<RotaryAxisStatus>() + structure<SwivelStatus>() +
          structure<CaseEntry>() + structure<CaseColumn>();
 }
 
 std::string numbers() {
-  return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 10) + names<GapReason>("gap reasons", 0, 6) +
+  return "## Numbers\n\n" + names<ErrorCode>("error codes", 0, 11) + names<GapReason>("gap reasons", 0, 6) +
          names<Profile>("profiles", 0, 3) + names<Policy>("policies", 0, 2) + names<ClockState>("clock states", 0, 4) +
          names<ProcedureState>("procedure states", 0, 7) + names<ResultState>("result states", 0, 5) +
          names<StepPhase>("step phases", 0, 3);

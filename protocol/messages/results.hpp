@@ -22,6 +22,18 @@ struct NamedValue {
   }
 };
 
+// A result that another one was computed with. Since protocol 1.2.
+struct RestsOn {
+  std::uint64_t id{};
+  std::string subject{};
+  bool retired{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("id", self.id, "of the result that it was computed with");
+    field("subject", self.subject, "what that one is about, such as stylus-offset-1");
+    field("retired", self.retired, "1 when that one is no longer in force: repeat this one");
+  }
+};
+
 struct ResultSummary {
   std::uint64_t id{};
   ResultState state{};
@@ -43,6 +55,8 @@ struct ResultSummary {
   bool waiting_for_cut{};
   std::uint32_t first_value{};
   std::uint32_t value_count{};
+  std::vector<RestsOn> rests_on{};
+  std::string as_this_machine_by{};
   static constexpr void fields(auto& self, auto&& field) {
     field("id", self.id, "of the result, never used twice");
     field("state", self.state, "0 proposed, 1 accepted, 2 active, 3 retired");
@@ -66,6 +80,10 @@ struct ResultSummary {
     field("first_value", self.first_value, "how many of its values come before those here; since protocol 1.2");
     field("value_count", self.value_count,
           "of all its values; where there are more than came, ask again for the rest; since protocol 1.2");
+    field("rests_on", self.rests_on, "results that it was computed with; since protocol 1.2");
+    field("as_this_machine_by", self.as_this_machine_by,
+          "who said that its case, which does not name probe, machine and mounting, was measured here; since protocol "
+          "1.2");
   }
 };
 
@@ -93,24 +111,69 @@ struct ListResults {
   };
 };
 
+// One value of a result beside that of the result in force about the same subject. Since protocol 1.2.
+struct ValueChange {
+  std::string key{};
+  double value{};
+  double sd{};
+  bool has_sd{};
+  double before{};
+  double sd_before{};
+  bool has_sd_before{};
+  double in_sd{};
+  bool has_in_sd{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("key", self.key, "name with the unit in it, such as centre_mm[0]");
+    field("value", self.value, "of the result to accept, in the unit of the name");
+    field("sd", self.sd, "its standard deviation (k = 1)");
+    field("has_sd", self.has_sd, "0 when sd says nothing");
+    field("before", self.before, "of the result in force");
+    field("sd_before", self.sd_before, "its standard deviation (k = 1)");
+    field("has_sd_before", self.has_sd_before, "0 when sd_before says nothing");
+    field("in_sd", self.in_sd, "absolute difference in units of the combined standard deviation of both");
+    field("has_in_sd", self.has_in_sd, "0 when neither has a standard deviation");
+  }
+};
+
 struct AcceptResult {
   static constexpr Operation kOperation = Operation::accept_result;
   struct Request {
     std::uint64_t id{};
     std::string by{};
+    bool although_it_differs{};
+    bool compare_only{};
     static constexpr void fields(auto& self, auto&& field) {
       field("id", self.id, "of a proposed result");
-      field("by", self.by, "who accepts it");
+      field("by", self.by, "who accepts it; may be empty with compare_only");
+      field("although_it_differs", self.although_it_differs,
+            "1: accept it even where a value is more than 4 sd from the result in force; since protocol 1.2");
+      field("compare_only", self.compare_only,
+            "1: change nothing and answer what accepting it would answer; since protocol 1.2");
     }
   };
   // A box of protocol 1.1 answers nothing, and has put the result into force.
   struct Answer {
     ResultState state{ResultState::active};
     bool waiting_for_cut{};
+    std::string subject{};
+    bool first_of_subject{};
+    std::uint64_t compared_with{};
+    std::vector<ValueChange> changes{};
+    bool differs{};
+    std::vector<std::string> notes{};
     static constexpr void fields(auto& self, auto&& field) {
       field("state", self.state, "2 active: in force now; 1 accepted: not yet; since protocol 1.2");
       field("waiting_for_cut", self.waiting_for_cut,
             "1 when it comes into force by itself at the end of the cut; since protocol 1.2");
+      field("subject", self.subject, "what it is about; since protocol 1.2");
+      field("first_of_subject", self.first_of_subject,
+            "1 when none about the subject was in force; since protocol 1.2");
+      field("compared_with", self.compared_with,
+            "the result that was in force about the subject; 0 for none; since protocol 1.2");
+      field("changes", self.changes, "value by value against that one; since protocol 1.2");
+      field("differs", self.differs,
+            "1 when a value differs by more than 4 sd, or the two cannot be compared; since protocol 1.2");
+      field("notes", self.notes, "what a person should know about the effect; since protocol 1.2");
     }
   };
 };
@@ -154,6 +217,7 @@ struct ResultTransition {
   ResultState state{};
   std::string utc{};
   std::string by{};
+  std::string remark{};
   static constexpr void fields(auto& self, auto&& field) {
     field("number", self.number, "rises with time, over all results");
     field("result_id", self.result_id, "whose state changed");
@@ -165,6 +229,7 @@ struct ResultTransition {
     field("state", self.state, "the state that it came into: 0 proposed, 1 accepted, 2 active, 3 retired, 4 refused");
     field("utc", self.utc, "ISO 8601");
     field("by", self.by, "who; empty for the box itself");
+    field("remark", self.remark, "what was said with it, such as that it was accepted although it differs; or empty");
   }
 };
 
@@ -248,6 +313,8 @@ struct ProposeCase {
     std::vector<CaseEntry> config{};
     std::vector<CaseColumn> columns{};
     bool follow{};
+    bool as_this_machine{};
+    std::string by{};
     static constexpr void fields(auto& self, auto&& field) {
       field("number", self.number, "chosen by the host, the same for all pieces of a case");
       field("first", self.first, "1 with the first piece");
@@ -256,16 +323,22 @@ struct ProposeCase {
       field("config", self.config, "entries of config.json");
       field("columns", self.columns, "of its tables");
       field("follow", self.follow, "1 with the last piece: the host asks follow_case what comes of it");
+      field("as_this_machine", self.as_this_machine,
+            "1 with the last piece: a case that does not name probe, machine and mounting was measured with those of "
+            "this box");
+      field("by", self.by, "with as_this_machine: who says so");
     }
   };
   struct Answer {
     std::uint64_t result_id{};
     std::string refusal{};
     bool working{};
+    std::vector<std::uint64_t> also{};
     static constexpr void fields(auto& self, auto&& field) {
       field("result_id", self.result_id, "of the proposed result, or of the stored refusal; 0 before the last piece");
       field("refusal", self.refusal, "why the data support no answer: its name, a colon and its reason; else empty");
       field("working", self.working, "1 when the box solves the case now: ask follow_case");
+      field("also", self.also, "further results of the same case, each about a subject of its own");
     }
   };
 };
@@ -290,11 +363,13 @@ struct FollowCase {
     std::uint32_t elapsed_ms{};
     std::uint64_t result_id{};
     std::string refusal{};
+    std::vector<std::uint64_t> also{};
     static constexpr void fields(auto& self, auto&& field) {
       field("progress", self.progress, "0 working, 1 done, 2 cancelled");
       field("elapsed_ms", self.elapsed_ms, "since the last piece came, while it works");
       field("result_id", self.result_id, "of the proposed result, or of the stored refusal; 0 unless done");
       field("refusal", self.refusal, "why the data support no answer: its name, a colon and its reason; else empty");
+      field("also", self.also, "further results of the same case, each about a subject of its own");
     }
   };
 };

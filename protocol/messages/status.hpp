@@ -224,6 +224,7 @@ struct Status {
     std::vector<InhibitHolder> inhibits{};
     std::vector<std::string> storage_problems{};
     NotLetIn not_let_in{};
+    std::vector<std::string> rests_on_retired{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -251,6 +252,8 @@ struct Status {
       field("storage_problems", self.storage_problems,
             "what the box cannot store, or has lost, and what to do; empty when all is well; since protocol 1.2");
       field("not_let_in", self.not_let_in, "connections that never became a link; since protocol 1.2");
+      field("rests_on_retired", self.rests_on_retired,
+            "a sentence for each result in force that rests on a retired result; since protocol 1.2");
     }
   };
 };

@@ -17,7 +17,7 @@ constexpr auto kMessageTypes = std::to_array<std::string_view>(
      "REQUEST", "ANSWER", "REFUSAL", "TRIGGER", "TRIGGER_GAP"});
 constexpr auto kErrorCodes =
     std::to_array<std::string_view>({"ok", "malformed", "unknown_operation", "not_permitted", "busy", "not_found",
-                                     "refused", "wrong_state", "too_large", "version_mismatch"});
+                                     "refused", "wrong_state", "too_large", "version_mismatch", "differs"});
 constexpr auto kOperations = std::to_array<std::string_view>(
     {"status", "post_marker", "start_procedure", "procedure_status", "abort_procedure", "list_results", "accept_result",
      "corrections", "get_dataset", "rollback_result", "result_history", "set_inhibit", "home_axes", "enable_sources",

@@ -42,6 +42,7 @@ enum class ErrorCode : std::uint16_t {
   wrong_state = 7,
   too_large = 8,
   version_mismatch = 9,
+  differs = 10,
 };
 
 enum class Operation : std::uint16_t {
