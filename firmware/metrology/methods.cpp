@@ -79,6 +79,14 @@ constexpr auto kMethods = std::to_array<const Method*>({
 });
 // clang-format on
 
+// Nothing where the case does not say which, and the subject has no name of its own.
+std::optional<std::string> nameOf(const Subject& subject, const Dataset& dataset) {
+  if (subject.of != nullptr) {
+    if (auto name = subject.of(dataset)) return name;
+  }
+  return subject.name.empty() ? std::nullopt : std::optional{std::string{subject.name}};
+}
+
 }  // namespace
 
 std::span<const Method* const> allMethods() {
@@ -93,10 +101,21 @@ const Method* methodNamed(std::string_view name) {
 std::string subjectOf(const Dataset& dataset) {
   const Method* method = methodNamed(dataset.method);
   if (method == nullptr) return dataset.method;
-  if (method->subject.of != nullptr) {
-    if (auto subject = method->subject.of(dataset)) return *std::move(subject);
-  }
-  return std::string{method->subject.name.empty() ? method->name : method->subject.name};
+  return nameOf(method->subject, dataset).value_or(std::string{method->name});
+}
+
+std::vector<NamedSubject> subjectsOf(const Dataset& dataset) {
+  std::vector<NamedSubject> subjects{{subjectOf(dataset), {}}};
+  const Method* method = methodNamed(dataset.method);
+  if (method == nullptr) return subjects;
+  if (auto also = nameOf(method->also_about, dataset)) subjects.push_back({*std::move(also), method->also_about.needs});
+  return subjects;
+}
+
+bool isSubject(std::string_view name) {
+  return std::ranges::any_of(kMethods, [name](const Method* method) {
+    return method->subject.name == name || method->also_about.name == name;
+  });
 }
 
 }  // namespace probebox::metrology

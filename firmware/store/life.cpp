@@ -59,8 +59,9 @@ Outcome<Done, Failure> putIntoForce(Database& database, Id id, std::string_view 
   return done ? seal(database, id) : done;
 }
 
-Outcome<Done, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by) {
-  if (const auto done = note(database, id, State::accepted, utc, by); !done) return done.error();
+Outcome<Done, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by,
+                                    std::string_view remark) {
+  if (const auto done = note(database, id, State::accepted, utc, by, remark); !done) return done.error();
   Statement statement{database, "UPDATE results SET state = 1, accepted_utc = ?, accepted_by = ? WHERE id = ?"};
   const auto done = statement.bind(utc).bind(by).bind(stored(id)).run();
   return done ? seal(database, id) : done;
@@ -79,7 +80,8 @@ Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Bi
 
 }  // namespace
 
-Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation) {
+Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation,
+                                          std::string_view remark) {
   if (auto objection = objectionTo("an acceptance", by, utc)) return *objection;
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -89,7 +91,7 @@ Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::strin
   const bool at_once = activation == Activation::at_once;
   const auto room = makeRoom(*database_, record->binding, at_once ? "1, 2" : "1", utc, by);
   if (!room) return room.error();
-  if (const auto done = markAccepted(*database_, id, utc, by); !done) return done.error();
+  if (const auto done = markAccepted(*database_, id, utc, by, remark); !done) return done.error();
   if (at_once) {
     if (const auto done = putIntoForce(*database_, id, utc, by); !done) return done.error();
   }
@@ -157,8 +159,9 @@ Outcome<Record, Failure> Store::withdrawNow(Id id, std::string_view by, std::str
 
 // A row that is found damaged only now is set aside, and does not stand in the way of the others.
 
-Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation) {
-  return withoutDamage([&] { return acceptNow(id, by, utc, activation); });
+Outcome<Record, Failure> Store::accept(Id id, std::string_view by, std::string_view utc, Activation activation,
+                                       std::string_view remark) {
+  return withoutDamage([&] { return acceptNow(id, by, utc, activation, remark); });
 }
 
 Outcome<Record, Failure> Store::activate(Id id, std::string_view utc) {

@@ -25,13 +25,16 @@ Outcome<Done, Failure> checkRows(Database& database) {
   return sqlite3_total_changes(database.handle()) == before ? Done{} : transaction->commit();
 }
 
-Outcome<Database, Failure> openSound(const std::string& path) {
+// notice: what was done to an older file that a person should know; or empty.
+Outcome<Database, Failure> openSound(const std::string& path, std::string& notice) {
   auto database = Database::open(path);
   if (!database) return database.error();
   if (const auto sound = inspect(*database); !sound) return sound.error();
   if (database->readOnly()) return database->failure(SQLITE_READONLY);
   if (const auto durable = database->run(kDurable); !durable) return durable.error();
-  if (const auto ready = migrate(*database); !ready) return ready.error();
+  auto ready = migrate(*database);
+  if (!ready) return ready.error();
+  notice = std::move(*ready);
   if (const auto checked = checkRows(*database); !checked) return checked.error();
   return database;
 }
@@ -47,20 +50,34 @@ bool isEmptyFile(const std::string& path) {
   return !error && size == 0;
 }
 
+Outcome<std::string, Failure> assignSalvaged(Database& database) {
+  auto transaction = Transaction::begin(database);
+  if (!transaction) return transaction.error();
+  auto assigned = assignSubjects(database);
+  if (!assigned) return assigned;
+  if (const auto done = transaction->commit(); !done) return done.error();
+  return assigned;
+}
+
 // Puts the file aside, begins a new one, and takes over what is whole.
 Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& reason, const std::string& what) {
   const auto aside = setAside(path, reason);
   if (!aside) return aside.error();
-  auto fresh = openSound(path);
+  std::string notice;
+  auto fresh = openSound(path, notice);
   if (!fresh) return fresh.error();
   const auto results = salvage(*aside, *fresh);
+  // The file may have been of an earlier version.
+  auto assigned = assignSalvaged(*fresh);
+  if (!assigned) return assigned.error();
   // What is whole by its checksum may still contradict itself.
   if (const auto checked = checkRows(*fresh); !checked) return checked.error();
   return opened(std::move(fresh).value(),
                 what + "; it was moved to " + *aside + ", and a new store was begun with " +
                     (results == 0 ? "nothing, because none of its results could be read"
                                   : "the " + std::to_string(results) + " results of it that are whole") +
-                    ": see what is in force, restore a backup, or calibrate again");
+                    ": see what is in force, restore a backup, or calibrate again" +
+                    (assigned->empty() ? "" : ". " + *assigned));
 }
 
 // What can be read of a file that cannot be written, as a copy in memory.
@@ -81,8 +98,9 @@ Outcome<Database, Failure> copyOf(const std::string& path) {
 
 Outcome<Opened, Failure> openFile(const std::string& path) {
   if (isEmptyFile(path)) return beginAnew(path, "empty", path + " was empty, with not even the head of a store");
-  auto first = openSound(path);
-  if (first) return opened(std::move(first).value(), "");
+  std::string notice;
+  auto first = openSound(path, notice);
+  if (first) return opened(std::move(first).value(), std::move(notice));
   if (first.error().reason == Reason::damaged) return beginAnew(path, "damaged", first.error().what);
   if (first.error().reason == Reason::foreign_file) return beginAnew(path, "foreign", first.error().what);
   return first.error();

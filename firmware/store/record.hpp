@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
 
@@ -51,7 +52,22 @@ struct Transition {
   Binding binding;
   State to{};
   std::string utc;
-  std::string by;  // empty: the box itself
+  std::string by;      // empty: the box itself
+  std::string remark;  // what was said with it; or empty
+};
+
+// How a result came to be, beside its data.
+struct Origin {
+  std::vector<Id> rests_on{};  // results that it was computed with
+  std::string by{};            // who vouches for it; empty: the box itself
+  std::string remark{};        // kept in its history
+};
+
+// A result that another one rests on.
+struct Dependence {
+  Id id{};
+  std::string subject;  // empty: the store has lost that result
+  bool in_force{};
 };
 
 // Selects transitions.

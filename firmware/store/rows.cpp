@@ -76,12 +76,18 @@ Statement& bind(Statement& statement, const Binding& binding) {
   return statement.bind(subject).bind(probe).bind(machine).bind(mounting);
 }
 
-Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by) {
+Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+                            std::string_view remark) {
   Statement statement{database, "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (?, ?, ?, ?)"};
   const auto noted = statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run();
   if (!noted) return noted;
+  const auto number = database.lastId();
   Statement sum{database, "UPDATE transitions SET checksum = row_sum(id, result_id, state, utc, by_whom) WHERE id = ?"};
-  return sum.bind(database.lastId()).run();
+  if (const auto summed = sum.bind(number).run(); !summed || remark.empty()) return summed;
+  Statement said{database, "INSERT INTO remarks (transition_id, text) VALUES (?, ?)"};
+  if (const auto kept = said.bind(number).bind(remark).run(); !kept) return kept;
+  Statement seal{database, "UPDATE remarks SET checksum = row_sum(transition_id, text) WHERE transition_id = ?"};
+  return seal.bind(number).run();
 }
 
 Outcome<Done, Failure> seal(Database& database, Id id) {
@@ -156,6 +162,13 @@ Outcome<std::vector<std::string>, Failure> damagedRows(Database& database) {
   if (transitions.value() > 0)
     all.push_back("entries of the history of results that are damaged and not shown: " +
                   std::to_string(transitions.value()));
+  const auto beside = database.number(
+      "SELECT (SELECT count(*) FROM remarks WHERE checksum <> row_sum(transition_id, text)) + "
+      "(SELECT count(*) FROM dependences WHERE checksum <> row_sum(id, result_id, rests_on))");
+  if (!beside) return beside.error();
+  if (beside.value() > 0)
+    all.push_back("remarks on results, or notes of what they rest on, that are damaged and not shown: " +
+                  std::to_string(beside.value()));
   return all;
 }
 

@@ -32,6 +32,7 @@ Outcome<Done, Failure> markDamaged(Database& database);
 // out.
 Outcome<std::vector<std::string>, Failure> damagedRows(Database& database);
 
-Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by);
+Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+                            std::string_view remark = {});
 
 }  // namespace probebox::store

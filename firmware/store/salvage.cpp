@@ -32,6 +32,8 @@ constexpr std::array kTables{
           12},
     Table{"transitions", "id", "id, result_id, state, utc, by_whom", 5},
     Table{"datasets", "result_id", "result_id, json", 2},
+    Table{"dependences", "id", "id, result_id, rests_on", 3},
+    Table{"remarks", "transition_id", "transition_id, text", 2},
     Table{"standing", "id", "id, x_mm, y_mm, z_mm, utc", 5},
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 namespace probebox::store {
 namespace {
@@ -85,7 +86,24 @@ constexpr std::array kSteps{
       ALTER TABLE standing ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
       UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc);
     )sql",
+    // What a result rests on, and what was said with a change of state. Tables of their own: a damaged file of an
+    // earlier version is salvaged by the same columns.
+    R"sql(
+      CREATE TABLE dependences (
+        id INTEGER PRIMARY KEY,
+        result_id INTEGER NOT NULL,
+        rests_on INTEGER NOT NULL,
+        checksum INTEGER NOT NULL DEFAULT 0
+      ) STRICT;
+      CREATE INDEX dependences_of_a_result ON dependences (result_id);
+      CREATE TABLE remarks (
+        transition_id INTEGER PRIMARY KEY,
+        text TEXT NOT NULL,
+        checksum INTEGER NOT NULL DEFAULT 0
+      ) STRICT;
+    )sql",
 };
+constexpr std::int64_t kSubjectsByQuantity = 6;  // schemas before it have one subject for several quantities
 
 // Tables, their columns and indexes, as text: two files of one schema agree, whoever made them.
 constexpr const char* kShape =
@@ -153,21 +171,28 @@ Outcome<Done, Failure> inspect(Database& database) {
   return checkPages(database);
 }
 
-Outcome<Done, Failure> migrate(Database& database) {
+Outcome<std::string, Failure> migrate(Database& database) {
   auto transaction = Transaction::begin(database);
   if (!transaction) return transaction.error();
   // Read inside the transaction: another process may have migrated the file while this one waited for the lock.
   const auto schema = database.number("PRAGMA user_version");
   if (!schema) return schema.error();
   // Nothing is written where nothing is to be done: a full disk does not keep a sound store from being opened.
-  if (schema.value() == knownSchema()) return Done{};
+  if (schema.value() == knownSchema()) return std::string{};
   for (auto step = static_cast<std::size_t>(schema.value()); step < kSteps.size(); ++step) {
     if (const auto done = database.run(kSteps[step]); !done) return done.error();
+  }
+  std::string told;
+  if (schema.value() < kSubjectsByQuantity) {
+    auto assigned = assignSubjects(database);
+    if (!assigned) return assigned;
+    told = std::move(*assigned);
   }
   const std::string mark = "PRAGMA application_id = " + std::to_string(kApplicationId) +
                            "; PRAGMA user_version = " + std::to_string(knownSchema());
   if (const auto done = database.run(mark.c_str()); !done) return done.error();
-  return transaction->commit();
+  if (const auto done = transaction->commit(); !done) return done.error();
+  return told;
 }
 
 }  // namespace probebox::store

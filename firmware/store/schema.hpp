@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "firmware/store/database.hpp"
 
 namespace probebox::store {
@@ -12,7 +14,12 @@ std::int64_t knownSchema();
 // Refuses files of other programs or of a newer schema, then checks every page. Changes nothing.
 Outcome<Done, Failure> inspect(Database& database);
 
-// Brings the file to the newest schema, all steps in one transaction.
-Outcome<Done, Failure> migrate(Database& database);
+// Brings the file to the newest schema, all steps in one transaction. Gives what a person should know of it, or
+// nothing.
+Outcome<std::string, Failure> migrate(Database& database);
+
+// Gives every result that an earlier version stored the subject of the quantity that it found (subjects.cpp). Rows that
+// are not whole stay as they are. Gives what a person should know of it, or nothing. Inside a transaction.
+Outcome<std::string, Failure> assignSubjects(Database& database);
 
 }  // namespace probebox::store

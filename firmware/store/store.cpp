@@ -28,6 +28,16 @@ Outcome<Done, Failure> keepDataset(Database& database, Id id, std::string_view d
   return dropOldDatasets(database);
 }
 
+Outcome<Done, Failure> keepDependences(Database& database, Id id, const std::vector<Id>& rests_on) {
+  for (const auto other : rests_on) {
+    Statement statement{database, "INSERT INTO dependences (result_id, rests_on) VALUES (?, ?)"};
+    if (const auto kept = statement.bind(stored(id)).bind(stored(other)).run(); !kept) return kept;
+    Statement sum{database, "UPDATE dependences SET checksum = row_sum(id, result_id, rests_on) WHERE id = ?"};
+    if (const auto kept = sum.bind(database.lastId()).run(); !kept) return kept;
+  }
+  return Done{};
+}
+
 Transition readTransition(const Statement& row) {
   return {.number = static_cast<std::uint64_t>(row.number(0)),
           .result = static_cast<Id>(row.number(1)),
@@ -35,7 +45,8 @@ Transition readTransition(const Statement& row) {
           .binding = {row.text(3), row.text(4), row.text(5), row.text(6)},
           .to = static_cast<State>(row.number(7)),
           .utc = row.text(8),
-          .by = row.text(9)};
+          .by = row.text(9),
+          .remark = row.text(10)};
 }
 
 }  // namespace
@@ -79,7 +90,8 @@ bool Store::setDamagedRowsAside() {
   return transaction && markDamaged(*database_) && transaction->commit();
 }
 
-Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc) {
+Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc,
+                                   const Origin& origin) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a result needs the time at which it was found (UTC)"};
   auto transaction = Transaction::begin(*database_);
   if (!transaction) return transaction.error();
@@ -90,20 +102,21 @@ Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& conten
   if (const auto done = bind(statement, binding).bind(content.json).bind(utc).run(); !done) return done.error();
   const auto id = static_cast<Id>(database_->lastId());
   if (const auto done = seal(*database_, id); !done) return done.error();
-  if (const auto done = note(*database_, id, content.state, utc, ""); !done) return done.error();
+  if (const auto done = note(*database_, id, content.state, utc, origin.by, origin.remark); !done) return done.error();
+  if (const auto done = keepDependences(*database_, id, origin.rests_on); !done) return done.error();
   if (const auto done = keepDataset(*database_, id, content.dataset); !done) return done.error();
   if (const auto done = transaction->commit(); !done) return done.error();
   return id;
 }
 
 Outcome<Id, Failure> Store::propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
-                                    std::string_view utc) {
-  return insert(binding, {State::proposed, result.method, json::toJson(result), dataset}, utc);
+                                    std::string_view utc, const Origin& origin) {
+  return insert(binding, {State::proposed, result.method, json::toJson(result), dataset}, utc, origin);
 }
 
 Outcome<Id, Failure> Store::refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                                    std::string_view dataset, std::string_view utc) {
-  return insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc);
+  return insert(binding, {State::refused, method, json::toJson(refusal), dataset}, utc, {});
 }
 
 Outcome<Record, Failure> Store::find(Id id) {
@@ -165,7 +178,9 @@ Outcome<std::vector<Transition>, Failure> Store::history(Id id) {
 
 Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& range) {
   Statement statement{*database_,
-                      "SELECT t.id, t.result_id, method, subject, probe, machine, mounting, t.state, t.utc, t.by_whom "
+                      "SELECT t.id, t.result_id, method, subject, probe, machine, mounting, t.state, t.utc, t.by_whom, "
+                      "coalesce((SELECT m.text FROM remarks m WHERE m.transition_id = t.id "
+                      "AND m.checksum = row_sum(m.transition_id, m.text)), '') "
                       "FROM transitions t JOIN results r ON r.id = t.result_id "
                       "WHERE t.id > ? AND t.state <> 5 AND t.checksum = row_sum(t.id, t.result_id, t.state, t.utc, "
                       "t.by_whom) AND (?2 = 0 OR t.result_id = ?2) AND (?3 = '' OR subject = ?3) "
@@ -178,6 +193,23 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
     if (!row) return row.error();
     if (!row.value()) return transitions;
     transitions.push_back(readTransition(statement));
+  }
+}
+
+Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
+  Statement statement{*database_,
+                      "SELECT d.rests_on, coalesce(r.subject, ''), coalesce(r.state, 3) = 2 FROM dependences d "
+                      "LEFT JOIN results r ON r.id = d.rests_on WHERE d.result_id = ? "
+                      "AND d.checksum = row_sum(d.id, d.result_id, d.rests_on) ORDER BY d.rests_on"};
+  statement.bind(stored(id));
+  std::vector<Dependence> all;
+  while (true) {
+    const auto row = statement.step();
+    if (!row) return row.error();
+    if (!row.value()) return all;
+    all.push_back({.id = static_cast<Id>(statement.number(0)),
+                   .subject = statement.text(1),
+                   .in_force = statement.number(2) == 1});
   }
 }
 

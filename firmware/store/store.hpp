@@ -61,14 +61,15 @@ class Store {
 
   // dataset: the measured data as JSON, for `calibrate --save`; may be empty. utc: present time, ISO 8601.
   Outcome<Id, Failure> propose(const Binding& binding, const metrology::Result& result, std::string_view dataset,
-                               std::string_view utc);
+                               std::string_view utc, const Origin& origin = {});
   Outcome<Id, Failure> refuse(const Binding& binding, std::string_view method, const metrology::Refusal& refusal,
                               std::string_view dataset, std::string_view utc);
 
   // Accepts a proposed result, and activates it unless told to wait. Replaces the active or waiting result of the same
   // binding in one transaction. Accepting an accepted or active result changes nothing and returns its record.
+  // remark: kept in its history.
   Outcome<Record, Failure> accept(Id id, std::string_view by, std::string_view utc,
-                                  Activation activation = Activation::at_once);
+                                  Activation activation = Activation::at_once, std::string_view remark = {});
 
   // Activates an accepted result in the name of the person who accepted it, and retires the active one.
   Outcome<Record, Failure> activate(Id id, std::string_view utc);
@@ -91,6 +92,8 @@ class Store {
   Outcome<std::string, Failure> dataset(Id id);              // empty: none came, or it was dropped
   Outcome<std::vector<Transition>, Failure> history(Id id);  // in the order in which it happened
   Outcome<std::vector<Transition>, Failure> history(const HistoryRange& range);
+  // By rising id.
+  Outcome<std::vector<Dependence>, Failure> restsOn(Id id);
 
   Outcome<Standing, Failure> keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc);
   Outcome<std::optional<Standing>, Failure> standing();
@@ -98,7 +101,8 @@ class Store {
  private:
   Store(std::unique_ptr<Database> database, std::string notice);
 
-  Outcome<Record, Failure> acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation);
+  Outcome<Record, Failure> acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation,
+                                     std::string_view remark);
   Outcome<Record, Failure> activateNow(Id id, std::string_view utc);
   Outcome<RolledBack, Failure> rollBackNow(const Binding& binding, std::string_view by, std::string_view utc);
   Outcome<Record, Failure> withdrawNow(Id id, std::string_view by, std::string_view utc);
@@ -118,7 +122,8 @@ class Store {
     std::string_view json;
     std::string_view dataset;
   };
-  Outcome<Id, Failure> insert(const Binding& binding, const Content& content, std::string_view utc);
+  Outcome<Id, Failure> insert(const Binding& binding, const Content& content, std::string_view utc,
+                              const Origin& origin);
 
   std::unique_ptr<Database> database_;
   std::string notice_;

@@ -7,10 +7,12 @@
 
 #include "board/describe/machine.hpp"
 #include "firmware/app/host/run_options.hpp"
+#include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
 #include "firmware/procedure/plan/methods.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/messages/control.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::app {
 namespace {
@@ -152,6 +154,7 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
     answer.inhibits.push_back(
         {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
   answer.storage_problems = with_.calibrations.inForce().storageProblems();
+  answer.rests_on_retired = with_.calibrations.inForce().restsOnRetired();
   for (auto problem : {with_.doors.problem(), with_.standing.problem()}) {
     if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
   }
@@ -273,6 +276,8 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   const auto request = messages::decode<messages::HomeAxes::Request>(body);
   if (!request) return malformed(Operation::home_axes);
   if (!may.allow_homing) return notPermitted("allow_homing");
+  if (const auto why = request->by.empty() ? std::nullopt : whyNoName(request->by))
+    return refused(ErrorCode::malformed, why->what);
   if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
     return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
   // All of them, or none.
@@ -285,6 +290,7 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
   for (const auto& axis : homed) {
     if (const auto error = post(axis, state, may)) return refused(ErrorCode::wrong_state, error->what);
   }
+  if (!request->by.empty()) logInfo("axes homed by " + request->by);
   return ok(messages::Nothing{});
 }
 

@@ -9,13 +9,16 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
-#include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/procedure/dataset/rim_readings.hpp"
 #include "firmware/procedure/plan/methods.hpp"
 
 namespace probebox::app {
 namespace {
+
+constexpr const char* kCentreline = "centreline";
+constexpr const char* kCentrelineFromTip = "centreline-stylus";
 
 using Conditions = std::array<std::pair<const char*, std::string>, 3>;
 
@@ -33,6 +36,15 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   if (dataset.table("tool_store")) dataset.config.try_emplace("measured_at_s", static_cast<double>(std::time(nullptr)));
 }
 
+// The number of the tool that carries the probe, for cases whose stylus it is, where there is only one.
+void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
+  const auto* method = metrology::methodNamed(dataset.method);
+  if (method == nullptr || facts.probe_tools.count != 1) return;
+  const auto& subject = method->subject.name;
+  if (subject.starts_with(kCentreline) || subject == "spindle-offset" || subject == "check")
+    dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
+}
+
 // Later steps of centreline-by-steps follow from what the earlier ones have measured.
 Solved goesOn(std::uint32_t run, const procedure::RimLoops& loops, MonoTime now) {
   return {.run = run,
@@ -40,6 +52,25 @@ Solved goesOn(std::uint32_t run, const procedure::RimLoops& loops, MonoTime now)
           .loops = static_cast<std::uint8_t>(loops.count),
           .c_zero_rad = loops.zeros_rad[loops.count - 1],
           .closes = loops.closes};
+}
+
+constexpr const char* kAsThisMachine = "as this machine";
+
+// A case that does not say with what it was measured may be of another machine. What the box does not describe itself
+// cannot be named.
+std::optional<Error> whyNameless(const metrology::Dataset& dataset, const store::Binding& binding) {
+  std::string missing;
+  for (const auto& [key, value] : conditionsOf(binding)) {
+    const auto stated = dataset.config.find(key);
+    if (value.empty() || (stated != dataset.config.end() && std::holds_alternative<std::string>(stated->second)))
+      continue;
+    missing.append(missing.empty() ? "" : ", ").append(key);
+  }
+  if (missing.empty()) return std::nullopt;
+  return Error{
+      "The case does not say with which " + missing +
+      " it was measured: state them in its config as this box describes them, or say that it was measured here "
+      "(--as-this-machine --by NAME)."};
 }
 
 // What a case states about its probe, machine or mounting that is not what the box describes.
@@ -88,11 +119,13 @@ void Calibrations::solve(std::uint32_t run, procedure::Method method, const capt
   auto measured = procedure::runDataset(method, recording, scales, factsNow());
   if (const auto loops = procedure::nextLoops(method, recording, measured)) return insist(goesOn(run, *loops, now_()));
   auto& [dataset, refusal, warnings] = measured;
-  addConditions(dataset, in_force_.bindingFor(subjectOf(dataset)), utcNow());
+  addConditions(dataset, in_force_.bindingFor({}), utcNow());
+  addProbeTool(dataset, facts_);
   dataset_run_ = run;
   dataset_ = std::make_shared<const std::string>(json::toJson(dataset));
   const bool lasts = procedure::isCalibration(method);
-  Case next{.binding = in_force_.bindingFor(subjectOf(dataset)),
+  Case next{.subjects = metrology::subjectsOf(dataset),
+            .origin = {.rests_on = namedResults(dataset)},
             .method = dataset.method,
             .text = dataset_,
             .proposed = false,
@@ -161,10 +194,17 @@ procedure::Facts Calibrations::factsNow() const {
   return facts;
 }
 
-void Calibrations::propose(metrology::Dataset dataset, Answered then) {
-  if (auto error = whyElsewhere(dataset, in_force_.bindingFor({}))) return then(*error);
+void Calibrations::propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then) {
+  const auto here = in_force_.bindingFor({});
+  if (auto error = whyElsewhere(dataset, here)) return then(*error);
+  const auto nameless = whyNameless(dataset, here);
+  if (nameless && as_this_machine_by.empty()) return then(*nameless);
+  addProbeTool(dataset, facts_);
+  store::Origin origin{.rests_on = namedResults(dataset)};
+  if (nameless) origin.by = as_this_machine_by, origin.remark = kAsThisMachine;
   auto text = std::make_shared<const std::string>(json::toJson(dataset));
-  Case next{.binding = in_force_.bindingFor(subjectOf(dataset)),
+  Case next{.subjects = metrology::subjectsOf(dataset),
+            .origin = std::move(origin),
             .method = dataset.method,
             .text = std::move(text),
             .proposed = true,
@@ -172,9 +212,11 @@ void Calibrations::propose(metrology::Dataset dataset, Answered then) {
             .dataset = std::move(dataset)};
   next.then = [this, answered = std::move(then)](const metrology::Solved& solved) {
     if (!solved && solved.error().name == "unknown-method") return answered(Error{solved.error().reason});
-    const auto id = stored(*being_solved_, solved);
-    if (!id) return answered(Error{"The answer could not be stored: " + id.error().what});
-    answered(Proposed{.id = *id, .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason});
+    const auto ids = stored(*being_solved_, solved);
+    if (!ids) return answered(Error{"The answer could not be stored: " + ids.error().what});
+    answered(Proposed{.id = ids->front(),
+                      .refusal = solved ? "" : solved.error().name + ": " + solved.error().reason,
+                      .also = {ids->begin() + 1, ids->end()}});
   };
   begin(std::move(next));
 }
@@ -190,16 +232,57 @@ void Calibrations::cancelProposal() {
   being_solved_.reset();
 }
 
-Outcome<store::Id, store::Failure> Calibrations::stored(const Case& solved_case, const metrology::Solved& solved) {
-  return solved ? store_.propose(solved_case.binding, *solved, *solved_case.text, utcNow())
-                : store_.refuse(solved_case.binding, solved_case.method, solved.error(), *solved_case.text, utcNow());
+// One result for each subject that the readings determine, or one refusal.
+Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case& solved_case,
+                                                                     const metrology::Solved& solved) {
+  std::vector<store::Id> ids;
+  for (const auto& [subject, needs] : solved_case.subjects) {
+    if (!ids.empty() && (!solved || solved->find(needs) == nullptr)) continue;
+    const auto id = solved ? storedAbout(subject, solved_case, *solved)
+                           : store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
+                                           *solved_case.text, utcNow());
+    if (!id) return id.error();
+    ids.push_back(*id);
+  }
+  return ids;
+}
+
+// A centreline from the stylus' tip is one from the spindle axis where the offset of that stylus is in force.
+Outcome<store::Id, store::Failure> Calibrations::storedAbout(const std::string& subject, const Case& solved_case,
+                                                             const metrology::Result& result) {
+  const auto propose = [&](const std::string& about, const metrology::Result& found, const store::Origin& origin) {
+    return store_.propose(in_force_.bindingFor(about), found, *solved_case.text, utcNow(), origin);
+  };
+  const auto offset = subject == kCentrelineFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
+  const auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
+  if (!whole) return propose(subject, result, solved_case.origin);
+  auto origin = solved_case.origin;
+  origin.rests_on.push_back(offset->id);
+  return propose(kCentreline, *whole, origin);
+}
+
+// Results that the case names in its keys "..._result": it was measured or computed with them.
+std::vector<store::Id> Calibrations::namedResults(const metrology::Dataset& dataset) {
+  std::vector<store::Id> ids;
+  for (const auto& [key, value] : dataset.config) {
+    const auto* number = std::get_if<double>(&value);
+    if (!key.ends_with("_result") || number == nullptr || !(*number >= 1 && *number < 1e15)) continue;
+    const auto id = static_cast<store::Id>(*number);
+    if (store_.find(id)) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::string Calibrations::adoptedBy(store::Id id) {
+  const auto first = store_.history({.result = id, .count = 1});
+  return first && !first->empty() && first->front().remark == kAsThisMachine ? first->front().by : "";
 }
 
 std::optional<store::Id> Calibrations::keep(const Case& run, const metrology::Solved& solved) {
-  const auto id = stored(run, solved);
-  if (id) return *id;
-  logError("A calibration could not be stored: " + id.error().what);
-  if (solved) setRefusal("not-stored: The calibration succeeded and could not be stored: " + id.error().what);
+  const auto ids = stored(run, solved);
+  if (ids) return ids->front();
+  logError("A calibration could not be stored: " + ids.error().what);
+  if (solved) setRefusal("not-stored: The calibration succeeded and could not be stored: " + ids.error().what);
   return std::nullopt;
 }
 

@@ -12,6 +12,7 @@
 
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/solver/solver_process.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -49,10 +50,16 @@ class Calibrations {
   // time.
   struct Proposed {
     store::Id id{};
-    std::string refusal;  // name, colon and reason; empty where there is a result
+    std::string refusal;          // name, colon and reason; empty where there is a result
+    std::vector<store::Id> also;  // of further subjects
   };
   using Answered = std::function<void(Outcome<Proposed>)>;
-  void propose(metrology::Dataset dataset, Answered then);
+  // A case that does not name probe, machine and mounting needs somebody who says that they are those of this box:
+  // as_this_machine_by; empty: nobody does.
+  void propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then);
+  // Beside its record: what it rests on, and who said that it is of this machine.
+  Outcome<std::vector<store::Dependence>, store::Failure> restsOn(store::Id id) { return store_.restsOn(id); }
+  std::string adoptedBy(store::Id id);
   bool isProposing() const;
   // Gives the proposed case up: nothing is stored, and nobody is told.
   void cancelProposal();
@@ -73,7 +80,8 @@ class Calibrations {
  private:
   // A case on its way through the solver. A live run waits for nobody; a proposal can be given up.
   struct Case {
-    store::Binding binding;
+    std::vector<metrology::NamedSubject> subjects;
+    store::Origin origin;
     std::string method;
     std::shared_ptr<const std::string> text;  // as it is solved and stored
     bool proposed{};
@@ -83,7 +91,10 @@ class Calibrations {
   void begin(Case next);
   void attend();
   void conclude(const Case& run, std::uint32_t number, bool lasts, const metrology::Solved& solved);
-  Outcome<store::Id, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
+  Outcome<std::vector<store::Id>, store::Failure> stored(const Case& solved_case, const metrology::Solved& solved);
+  Outcome<store::Id, store::Failure> storedAbout(const std::string& subject, const Case& solved_case,
+                                                 const metrology::Result& result);
+  std::vector<store::Id> namedResults(const metrology::Dataset& dataset);
   std::optional<store::Id> keep(const Case& run, const metrology::Solved& solved);
   void setRefusal(const std::string& text);
   void insist(const Event& command);

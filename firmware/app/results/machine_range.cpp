@@ -15,7 +15,7 @@ namespace {
 
 bool findsATurningAxis(const metrology::Result& result) {
   const auto* method = metrology::methodNamed(result.method);
-  return method != nullptr && method->subject.name == "centreline";
+  return method != nullptr && method->subject.name.starts_with("centreline");
 }
 
 std::string millimetres(double value) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::app {
 namespace {
@@ -25,19 +26,22 @@ constexpr std::size_t kMostFinished = 8;
 void ProposalDesk::propose(std::span<const std::byte> body, Then then) {
   const auto piece = messages::decode<ProposeCase::Request>(body);
   if (!piece) return then(malformed(Operation::propose_case));
+  if (piece->as_this_machine) {
+    if (const auto why = whyNoName(piece->by)) return then(refused(ErrorCode::malformed, why->what));
+  }
   if (current_) return then(refused(ErrorCode::busy, "The box is solving another case: propose this one again later."));
   auto whole = incoming_.add(*piece);
   if (!whole) return then(refused(ErrorCode::refused, whole.error().what));
   if (!*whole) return then(ok(ProposeCase::Answer{}));
   const auto now = Clock::now();
   if (piece->follow) {
-    then(ok(ProposeCase::Answer{.result_id = 0, .refusal = {}, .working = true}));
+    then(ok(ProposeCase::Answer{.result_id = 0, .refusal = {}, .working = true, .also = {}}));
     then = nullptr;
   }
   std::erase_if(finished_, [&](const Finished& each) { return each.number == piece->number; });
   current_ =
       Current{.number = piece->number, .followed = piece->follow, .since = now, .asked = now, .then = std::move(then)};
-  calibrations_.propose(std::move(**whole),
+  calibrations_.propose(std::move(**whole), piece->as_this_machine ? piece->by : "",
                         [this](Outcome<Calibrations::Proposed> outcome) { finish(std::move(outcome)); });
 }
 
@@ -49,8 +53,10 @@ void ProposalDesk::finish(Outcome<Calibrations::Proposed> outcome) {
     finished_.push_back({done->number, std::move(outcome)});
     return;
   }
-  done->then(outcome ? ok(ProposeCase::Answer{.result_id = outcome->id, .refusal = outcome->refusal, .working = false})
-                     : refused(ErrorCode::refused, outcome.error().what));
+  done->then(outcome
+                 ? ok(ProposeCase::Answer{
+                       .result_id = outcome->id, .refusal = outcome->refusal, .working = false, .also = outcome->also})
+                 : refused(ErrorCode::refused, outcome.error().what));
 }
 
 Reply ProposalDesk::follow(std::span<const std::byte> body) {
@@ -60,15 +66,16 @@ Reply ProposalDesk::follow(std::span<const std::byte> body) {
     if (request->cancel) {
       calibrations_.cancelProposal();
       current_.reset();
-      return ok(
-          FollowCase::Answer{.progress = CaseProgress::cancelled, .elapsed_ms = 0, .result_id = 0, .refusal = {}});
+      return ok(FollowCase::Answer{
+          .progress = CaseProgress::cancelled, .elapsed_ms = 0, .result_id = 0, .refusal = {}, .also = {}});
     }
     current_->asked = Clock::now();
     const auto elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(current_->asked - current_->since);
     return ok(FollowCase::Answer{.progress = CaseProgress::working,
                                  .elapsed_ms = static_cast<std::uint32_t>(elapsed.count()),
                                  .result_id = 0,
-                                 .refusal = {}});
+                                 .refusal = {},
+                                 .also = {}});
   }
   const auto found = std::ranges::find(finished_, request->number, &Finished::number);
   if (found == finished_.end())
@@ -77,7 +84,8 @@ Reply ProposalDesk::follow(std::span<const std::byte> body) {
   return ok(FollowCase::Answer{.progress = CaseProgress::done,
                                .elapsed_ms = 0,
                                .result_id = found->outcome->id,
-                               .refusal = found->outcome->refusal});
+                               .refusal = found->outcome->refusal,
+                               .also = found->outcome->also});
 }
 
 void ProposalDesk::look(Clock::time_point now) {

@@ -7,13 +7,18 @@
 #include <span>
 #include <utility>
 
+#include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/methods.hpp"
 
 namespace probebox::app {
 namespace {
 
 constexpr std::string_view kDelay = "delay";
+constexpr std::string_view kDelayByJoint = "delay-joints";
 constexpr std::string_view kCentreline = "centreline";
+constexpr std::string_view kCentrelineOfSlide = "centreline-slide";
+constexpr std::string_view kCentrelineFromTip = "centreline-stylus";
+constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
 constexpr std::string_view kRotaryOf = "rotary-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
@@ -68,7 +73,7 @@ Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t
   return std::vector<Event>{event};
 }
 
-// (B14). A method that finds the centre at one height says nothing about the tilt: slope 0.
+// (B14), or the slide's own slope. A method that finds the centre at one height has no slope: 0.
 Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
   CentrelineActivated event{.result_id = id,
                             .centre_mm = {},
@@ -83,8 +88,9 @@ Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uin
     event.centre_mm[i] = centre->values[i];
     event.sd_centre_mm[i] = centre->sdOf(i);
   }
-  if (result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
-  const auto tilt = valuesOf(result, "C_tilt_rad", 2);
+  const bool of_slide = result.find("Z_slide_rad") != nullptr;
+  if (!of_slide && result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
+  const auto tilt = valuesOf(result, of_slide ? "Z_slide_rad" : "C_tilt_rad", 2);
   if (!tilt) return tilt.error();
   const auto reference = valuesOf(result, "mean_z_mm", 1);
   if (!reference) return reference.error();
@@ -181,6 +187,29 @@ Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis a
   return events;
 }
 
+// Subjects that the core does not follow, with the values that they must have; nothing for others.
+std::optional<Outcome<std::vector<Event>>> kept(const metrology::Result& result, std::string_view subject) {
+  if (subject == "c-axis-alignment") {
+    return Error{
+        "The spindle stood still while the slide carried the chuck, so the result of " + result.method +
+        " relates neither to the spindle axis nor to one tip: measure again with the spindle at 0 and 180 degrees."};
+  }
+  std::optional<Outcome<Values>> values;
+  if (subject == kCentrelineFromTip) values = valuesOf(result, "centre_mm", 2);
+  if (subject.starts_with(kStylusOffsetOf)) {
+    const auto offset = stylusOffsetOf(result);
+    if (!offset)
+      return Error{"The result of " + result.method +
+                   " has no offset of the stylus: measure it with spindle-offset-2x2."};
+    if (!std::ranges::all_of(offset->values, [](double mm) { return std::isfinite(mm); }))
+      return Error{"The result of " + result.method + " has a stylus offset that is not a number: calibrate again."};
+    return std::vector<Event>{};
+  }
+  if (!values) return std::nullopt;
+  if (!*values) return values->error();
+  return std::vector<Event>{};
+}
+
 std::string named(const store::Record& record) {
   return "Result " + std::to_string(record.id);
 }
@@ -217,8 +246,9 @@ std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject) {
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
+  if (subject_or_method == kDelayByJoint) return std::string{kDelayByJoint};  // a method is called so too
   const metrology::Method* method = metrology::methodNamed(subject_or_method);
-  const bool shared = method != nullptr && !method->subject.name.empty();
+  const bool shared = !metrology::isSubject(subject_or_method) && method != nullptr && !method->subject.name.empty();
   return std::string{shared ? method->subject.name : subject_or_method};
 }
 
@@ -227,7 +257,8 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   if (result == nullptr) return Error{named(record) + " is a refusal."};
   const auto& subject = record.binding.subject;
   if (subject == kDelay) return delay(*result, record.id, now);
-  if (subject == kCentreline) return centreline(*result, record.id, now);
+  if (subject == kCentreline || subject == kCentrelineOfSlide) return centreline(*result, record.id, now);
+  if (auto published = kept(*result, subject)) return *std::move(published);
   if (subject.starts_with(kSensorHeadOf) && !sensorHeadOf(subject))
     return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
   if (sensorHeadOf(subject)) {
@@ -244,7 +275,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
 
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
   if (subject == kDelay) return DelayActivated{.result_id = 0, .tau_s = {}, .sd_s = {}, .at = now};
-  if (subject == kCentreline) {
+  if (subject == kCentreline || subject == kCentrelineOfSlide) {
     CentrelineActivated none{};
     none.at = now;
     return none;

@@ -14,9 +14,8 @@
 // Subjects of results, and the events that activate them.
 namespace probebox::app {
 
-// Subject of a dataset: "delay" for every delay-* method, "centreline" for all methods of the spindle axis, "screw-x"
-// and "rotary-c" by the dataset's axis, "swivel-b" by its swivel_axis, "tool-4", "assembly-4" and "sensor-head-5" by
-// the tool number; otherwise the method's name.
+// First subject of a dataset (docs/results.md): "delay", "centreline", "centreline-stylus" where the spindle stood
+// still, "screw-x", "tool-4"; otherwise the method's name.
 std::string subjectOf(const metrology::Dataset& dataset);
 
 // Subject for a name that a person gives: the subject itself or one of its methods.

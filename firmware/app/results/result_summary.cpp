@@ -3,56 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <string>
 #include <string_view>
 
-#include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/result_values.hpp"
 
 namespace probebox::app {
 namespace {
-
-// One value a name: the parts of a vector get their index behind the key's stem.
-void appendValues(const metrology::Estimate& estimate, std::vector<messages::NamedValue>& values) {
-  for (std::size_t i = 0; i < estimate.values.size(); ++i) {
-    const bool has_sd = i < estimate.sd.size();
-    const std::string index = estimate.values.size() == 1 ? "" : "[" + std::to_string(i) + "]";
-    values.push_back({.key = estimate.key + index,
-                      .value = estimate.values[i],
-                      .sd = has_sd ? estimate.sd[i] : 0.0,
-                      .has_sd = has_sd});
-  }
-}
-
-// Six errors an angle, by the names of ISO 230-7: EXC_at_60_deg_mm.
-void appendSixErrors(const metrology::Estimate& six, const metrology::Estimate& angles_rad, const std::string& subject,
-                     std::vector<messages::NamedValue>& values) {
-  constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
-  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
-  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
-  for (std::size_t i = 0; i < six.values.size(); ++i) {
-    std::array<char, 48> at{};
-    const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;
-    std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
-    values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
-                      .value = six.values[i],
-                      .sd = six.sd.empty() ? 0.0 : six.sd[i],
-                      .has_sd = !six.sd.empty()});
-  }
-}
-
-void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
-  const auto angles = std::ranges::find(result.also, "angle_rad", &metrology::Estimate::key);
-  for (const auto& estimate : result.estimates) {
-    const bool by_angle = estimate.key == "six_errors" && angles != result.also.end() &&
-                          estimate.values.size() == 6 * angles->values.size();
-    if (by_angle)
-      appendSixErrors(estimate, *angles, subject, values);
-    else
-      appendValues(estimate, values);
-  }
-}
 
 messages::AxisStatus axisStatus(const published::AxisState& axis) {
   return {.referenced = axis.referenced,
@@ -172,7 +129,8 @@ messages::ResultTransition wireTransition(const store::Transition& transition) {
           .mounting = binding.mounting,
           .state = wireState(transition.to),
           .utc = transition.utc,
-          .by = transition.by};
+          .by = transition.by,
+          .remark = transition.remark};
 }
 
 messages::Corrections::Answer correctionsAnswer(const box::State& state) {

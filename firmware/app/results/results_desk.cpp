@@ -25,9 +25,24 @@ Reply whyNot(const store::Failure& failure) {
     case store::Reason::other_binding:
     case store::Reason::cut_is_on:
       return refused(ErrorCode::wrong_state, failure.what);
+    case store::Reason::differs:
+      return refused(ErrorCode::differs, failure.what);
     default:
       return refused(ErrorCode::refused, failure.what);
   }
+}
+
+messages::ValueChange wireChange(const ComparedValue& each) {
+  const auto in_sd = each.inSd();
+  return {.key = each.key,
+          .value = each.value,
+          .sd = each.sd.value_or(0),
+          .has_sd = each.sd.has_value(),
+          .before = each.before,
+          .sd_before = each.sd_before.value_or(0),
+          .has_sd_before = each.sd_before.has_value(),
+          .in_sd = in_sd.value_or(0),
+          .has_in_sd = in_sd.has_value()};
 }
 
 }  // namespace
@@ -90,6 +105,10 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
   for (const auto& record : *records) {
     auto summary = summaryOf(record);
     summary.waiting_for_cut = calibrations_.inForce().isWaiting(record.id);
+    summary.as_this_machine_by = calibrations_.adoptedBy(record.id);
+    const auto rests_on = calibrations_.restsOn(record.id);
+    if (!rests_on) return whyNot(rests_on.error());
+    for (const auto& [id, subject, in_force] : *rests_on) summary.rests_on.push_back({id, subject, !in_force});
     // One that no answer holds comes in parts; others wait for the next answer.
     const bool is_whole = keepValues(summary, std::exchange(first_value, 0), kMostBytes);
     bytes += messages::encodedSize(summary);
@@ -109,11 +128,26 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
   const auto request = messages::decode<messages::AcceptResult::Request>(body);
   if (!request) return malformed(Operation::accept_result);
   if (!may.allow_accept) return notPermitted("allow_accept");
-  if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
-  const auto accepted = calibrations_.inForce().accept(request->id, request->by);
+  if (!request->compare_only) {
+    if (const auto why = whyNoName(request->by)) return refused(ErrorCode::malformed, why->what);
+  }
+  auto& in_force = calibrations_.inForce();
+  const auto accepted = request->compare_only ? in_force.compareOnly(request->id)
+                                              : in_force.accept(request->id, request->by, request->although_it_differs);
   if (!accepted) return whyNot(accepted.error());
-  return ok(messages::AcceptResult::Answer{.state = wireState(accepted->state),
-                                           .waiting_for_cut = accepted->state == store::State::accepted});
+  const Comparison& comparison = accepted->comparison;
+  messages::AcceptResult::Answer answer{.state = wireState(accepted->state),
+                                        .waiting_for_cut = accepted->state == store::State::accepted,
+                                        .subject = accepted->binding.subject,
+                                        .first_of_subject = comparison.first(),
+                                        .compared_with = comparison.with,
+                                        .changes = {},
+                                        .differs = comparison.differs(),
+                                        .notes = accepted->notes};
+  for (const auto& value : comparison.values) answer.changes.push_back(wireChange(value));
+  if (comparison.omitted > 0)
+    answer.notes.push_back(std::to_string(comparison.omitted) + " values that differ less are not listed.");
+  return ok(answer);
 }
 
 Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access& may) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
 
 namespace probebox::app {
@@ -14,10 +15,6 @@ namespace {
 
 constexpr Nanoseconds kSettling = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{1};
-
-std::string named(store::Id id) {
-  return "Result " + std::to_string(id);
-}
 
 store::Failure cutIsOn(const std::string& what) {
   return {store::Reason::cut_is_on, "A cut is in progress, and results cannot change: " + what};
@@ -116,20 +113,36 @@ std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& r
   if (record.result() == nullptr) return std::nullopt;  // the store refuses it with its reason
   if (const auto told = fitActivation(record); !told)
     return store::Failure{store::Reason::not_possible_now, told.error().what};
-  return std::nullopt;
+  return whyBeside(record.binding.subject);
 }
 
-ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by) {
+ResultsInForce::Accepted ResultsInForce::compareOnly(store::Id id) {
   const auto found = store_.find(id);
   if (!found) return found.error();
   if (auto objection = objectionTo(*found)) return *objection;
-  const bool was_active = found->state == store::State::active;
-  auto accepted = store_.accept(id, by, utcNow(), mayChange() ? store::Activation::at_once : store::Activation::later);
-  if (!accepted) return accepted;
+  return comparedWithPresent(*found);
+}
+
+ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by, bool although_it_differs) {
+  auto compared = compareOnly(id);
+  if (!compared) return compared;
+  store::Record& record = *compared;
+  const Comparison& comparison = compared->comparison;
+  auto& notes = compared->notes;
+  const bool was_proposed = record.state == store::State::proposed;
+  const bool was_active = record.state == store::State::active;
+  const bool differs = was_proposed && comparison.differs();
+  if (differs && !although_it_differs) return tooFarApart(record, comparison);
+  const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
+  auto accepted = store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : "");
+  if (!accepted) return accepted.error();
+  record = std::move(*accepted);
   readStore();
-  if (was_active || accepted->state != store::State::active) return accepted;
-  tell(*accepted);
-  return accepted;
+  if (was_active || record.state != store::State::active) return compared;
+  tell(record);
+  for (auto& sentence : dependantsOn(comparison.with)) notes.push_back(std::move(sentence));
+  if (auto derived = deriveCentreline(record, by)) notes.push_back(*std::move(derived));
+  return compared;
 }
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, const std::string& by) {
@@ -158,6 +171,10 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::str
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {
   if (!mayChange()) return cutIsOn("repeat the rollback when it is over.");
+  if (const auto present = store_.active(binding); present && !*present) {
+    // It would bring one back.
+    if (auto beside = whyBeside(binding.subject)) return *beside;
+  }
   auto changed = store_.rollBack(binding, by, utcNow());
   if (!changed) return changed;
   readStore();
@@ -183,6 +200,7 @@ void ResultsInForce::activateWaiting() {
     logInfo("the cut is over: result " + std::to_string(id) + " is now in force, accepted by " +
             activated->accepted_by);
     tell(*activated);
+    if (const auto derived = deriveCentreline(*activated, activated->accepted_by)) logInfo(*derived);
   }
   readStore();
 }
@@ -213,7 +231,12 @@ void ResultsInForce::readStore() {
   for (const auto& record : *accepted) waiting.push_back(record.id);
   auto problems = store_.damage();
   if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
+  std::vector<std::string> on_retired;
+  for (const auto& record : *in_force) {
+    for (auto& sentence : onRetired(store_, record)) on_retired.push_back(std::move(sentence));
+  }
   const std::lock_guard lock{mutex_};
+  rests_on_retired_ = std::move(on_retired);
   storage_problems_ = std::move(problems);
   active_ = std::move(active);
   waiting_ = std::move(waiting);
@@ -228,6 +251,11 @@ std::vector<std::uint64_t> ResultsInForce::active() const {
 std::vector<std::uint64_t> ResultsInForce::waiting() const {
   const std::lock_guard lock{mutex_};
   return waiting_;
+}
+
+std::vector<std::string> ResultsInForce::restsOnRetired() const {
+  const std::lock_guard lock{mutex_};
+  return rests_on_retired_;
 }
 
 std::vector<std::string> ResultsInForce::storageProblems() const {

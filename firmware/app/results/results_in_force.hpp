@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/app/results/compared_values.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/dataset/run_dataset.hpp"
@@ -27,13 +28,19 @@ struct Mounting {
 // Now, ISO 8601.
 std::string utcNow();
 
+// What comes of an acceptance.
+struct Acceptance : store::Record {
+  Comparison comparison;           // with what was in force before
+  std::vector<std::string> notes;  // what a person should know about the effect
+};
+
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
 // before the core hears of it. Lives on the worker's thread, except for active(), isWaiting(), sensorHead()
 // and storageProblems(), which any thread may ask.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
-  using Accepted = Outcome<store::Record, store::Failure>;
+  using Accepted = Outcome<Acceptance, store::Failure>;
   using RolledBack = Outcome<store::RolledBack, store::Failure>;
 
   // `why_unfit` says what keeps the core from following the events of a result. `tell_core` hands one to it, however
@@ -52,8 +59,11 @@ class ResultsInForce {
   // accepted them. The first second tells nothing: the levels of the inhibit lines may not be known yet.
   void look(const box::State& state);
 
-  // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on.
-  Accepted accept(store::Id id, const std::string& by);
+  // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on. A result that differs from the one in
+  // force by more than kMostSd is refused unless the person says that he knows.
+  Accepted accept(store::Id id, const std::string& by, bool although_it_differs = false);
+  // What accept() would answer; changes nothing.
+  Accepted compareOnly(store::Id id);
 
   // Goes back to what was in force before, about `subject` (or a method that answers it), or about the subject of the
   // result `id`, which must be in force. While a cut is on it is refused, and does not wait: a person goes back from
@@ -65,6 +75,14 @@ class ResultsInForce {
   // Those in force that the core follows: what fitted once and does not fit any more is not among them.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
+  // The offset in force of the stylus that this tool carries. On the worker's thread.
+  struct StylusOffset {
+    store::Id id{};
+    metrology::Estimate value;
+  };
+  std::optional<StylusOffset> stylusOffset(std::uint32_t probe_tool) const;
+  // A sentence for each result in force that rests on a retired one.
+  std::vector<std::string> restsOnRetired() const;
   // What cannot be stored, or was lost, and what to do about it; empty when all is well.
   std::vector<std::string> storageProblems() const;
   // What the calibration of the sensor head with that tool number found; nothing while none is in force.
@@ -75,6 +93,12 @@ class ResultsInForce {
   std::vector<std::uint64_t> waiting() const;
   Outcome<std::vector<Event>> fitActivation(const store::Record& record) const;
   void tell(const store::Record& record);
+  Acceptance comparedWithPresent(const store::Record& record) const;
+  std::vector<std::string> notesOn(const store::Record& record) const;
+  std::vector<std::string> dependantsOn(store::Id retired) const;
+  std::optional<store::Failure> whyBeside(const std::string& subject) const;
+  std::optional<std::string> deriveCentreline(const store::Record& accepted, const std::string& by);
+  bool isDerived(const store::Binding& binding, store::Id from_tip, store::Id offset) const;
   std::optional<store::Failure> otherBinding(const store::Record& record) const;
   std::optional<store::Failure> objectionTo(const store::Record& record) const;
   void activateWaiting();
@@ -96,6 +120,7 @@ class ResultsInForce {
   std::vector<std::uint64_t> waiting_;
   std::vector<procedure::CalibratedHead> sensor_heads_;
   std::vector<std::string> storage_problems_;
+  std::vector<std::string> rests_on_retired_;
 };
 
 }  // namespace probebox::app

@@ -113,6 +113,15 @@ constexpr MethodResult kCResults[]{{"C_tilt_rad", "x and y of the C axis per mm 
 constexpr std::string_view kUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
+// A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box.
+std::optional<std::string> subjectOfAlignment(const Dataset& dataset) {
+  const bool of_tip = spindleStoodStill(dataset);
+  const auto heights = configWord(dataset, "heights", kHeights);
+  if (heights && heights->value_or("rotating") == "slide")
+    return of_tip ? dataset.method : std::string{kTurningAxisOfSlide};
+  return std::string{of_tip ? kTurningAxisFromTip : kTurningAxis};
+}
+
 constexpr std::string_view kAColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm", "ux", "uy"};
 constexpr MethodTable kATables[]{
@@ -143,7 +152,7 @@ const Method kCAxisAlignment{.name = "c-axis-alignment",
                              .results = kCResults,
                              .unobservable = kUnobservable,
                              .undetermined = undeterminedByAngles,
-                             .subject = kTurningAxis};
+                             .subject = {.name = kTurningAxis, .of = subjectOfAlignment}};
 
 const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .title = "Direction of the tool spindle",
@@ -155,6 +164,7 @@ const Method kAAxisAlignment{.name = "a-axis-alignment",
                              .known = kAKnown,
                              .results = kAResults,
                              .unobservable = kUnobservable,
-                             .undetermined = undeterminedByAngles};
+                             .undetermined = undeterminedByAngles,
+                             .subject = {.name = "spindle-tilt"}};
 
 }  // namespace probebox::metrology

@@ -174,6 +174,6 @@ const Method kCentreline{.name = "centreline",
                          .keys = kKeys,
                          .results = kResults,
                          .unobservable = kCentrelineUnobservable,
-                         .subject = kTurningAxis};
+                         .subject = {.name = kTurningAxisFromTip}};
 
 }  // namespace probebox::metrology

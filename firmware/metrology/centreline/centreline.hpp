@@ -47,8 +47,13 @@ struct StatedNoise {
 };
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
 
-// What the three methods of a centreline and that of the direction of C are about, and what the three cannot observe.
-inline constexpr Subject kTurningAxis{"centreline"};
+// Two quantities that must not replace each other: the turning axis from the spindle axis, and from the stylus' tip.
+inline constexpr std::string_view kTurningAxis = "centreline";
+inline constexpr std::string_view kTurningAxisFromTip = "centreline-stylus";
+// The turning axis of a chuck that the Z slide carries, from the spindle axis, over the slide's position.
+inline constexpr std::string_view kTurningAxisOfSlide = "centreline-slide";
+
+// What the three methods of a centreline cannot observe.
 extern const std::string_view kCentrelineUnobservable[2];
 
 extern const Method kCentreline;

@@ -167,7 +167,7 @@ const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
                                       .keys = kKeys,
                                       .results = kResults,
                                       .unobservable = kCentrelineUnobservable,
-                                      .subject = kTurningAxis};
+                                      .subject = {.name = kTurningAxisFromTip}};
 
 const Method kCZeroShift{.name = "c-zero-shift",
                          .title = "Zero of the C axis",

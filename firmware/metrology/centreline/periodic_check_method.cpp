@@ -65,6 +65,8 @@ const Method kPeriodicCheck{.name = "periodic-check",
                             .keys = kKeys,
                             .known = kKnown,
                             .results = kResults,
-                            .unobservable = kUnobservable};
+                            .unobservable = kUnobservable,
+                            .subject = {.name = "check"},
+                            .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_x_mm"}};
 
 }  // namespace probebox::metrology

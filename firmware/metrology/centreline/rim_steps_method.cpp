@@ -19,6 +19,11 @@ constexpr MethodKey kKeys[]{
     {"level_limit_mm", "0.01", "y at +theta and -theta within it are level"},
     {"trust_C_angles", "true", "false where an angle of C is not what it says: the steps count"},
     key::kTauForTheRecord};
+// Only half a turn of the spindle relates the tip to the spindle axis.
+std::optional<std::string> subjectOfSteps(const Dataset& dataset) {
+  return std::string{dataset.table("stylus") != nullptr ? kTurningAxis : kTurningAxisFromTip};
+}
+
 constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}, {"radius_mm", "of the ball about it"}};
 
 }  // namespace
@@ -32,6 +37,6 @@ const Method kCentrelineBySteps{.name = "centreline-by-steps",
                                 .keys = kKeys,
                                 .results = kResults,
                                 .unobservable = kCentrelineUnobservable,
-                                .subject = kTurningAxis};
+                                .subject = {.name = kTurningAxis, .of = subjectOfSteps}};
 
 }  // namespace probebox::metrology

@@ -75,6 +75,7 @@ constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at angles of sp
 constexpr MethodKey kKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
                                   {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};
+constexpr Subject kSpindleOffset{.name = "spindle-offset"};
 constexpr std::string_view kUnobservable[]{
     "first harmonics of C and of the spindle separately from the offsets of ball and stylus"};
 
@@ -89,7 +90,9 @@ const Method kSpindleOffset2x2{.name = "spindle-offset-2x2",
                                .keys = kKeys,
                                .results = kResults,
                                .unobservable = kUnobservable,
-                               .undetermined = undeterminedByAngles};
+                               .undetermined = undeterminedByAngles,
+                               .subject = kSpindleOffset,
+                               .also_about = {.name = {}, .of = stylusOffsetSubject, .needs = "stylus_offset_mm"}};
 
 const Method kSpindleOffsetFour{.name = "spindle-offset-four",
                                 .title = "C axis against spindle",
@@ -99,6 +102,7 @@ const Method kSpindleOffsetFour{.name = "spindle-offset-four",
                                 .tables = kTables,
                                 .keys = kKeys,
                                 .results = std::span{kResults}.first(1),
-                                .undetermined = undeterminedByAngles};
+                                .undetermined = undeterminedByAngles,
+                                .subject = kSpindleOffset};
 
 }  // namespace probebox::metrology

@@ -29,6 +29,11 @@ bool turnedTogether(const Table& table) {
 
 }  // namespace
 
+bool spindleStoodStill(const Dataset& dataset) {
+  const Table* table = dataset.table("readings");
+  return table != nullptr && stoodStill(*table, "A_rad");
+}
+
 std::optional<std::string> undeterminedByAngles(const Dataset& dataset) {
   const Table* table = dataset.table("readings");
   if (table == nullptr) return std::nullopt;

@@ -10,4 +10,7 @@ namespace probebox::metrology {
 // turned by the same angles; nothing where both turned independently.
 std::optional<std::string> undeterminedByAngles(const Dataset& dataset);
 
+// Whether the spindle (A_rad) has one angle in all rows of table `readings`.
+bool spindleStoodStill(const Dataset& dataset);
+
 }  // namespace probebox::metrology

@@ -9,8 +9,8 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::array<std::string_view, 7> kConditions{"probe",       "machine",       "mounting", "measured_utc",
-                                                      "measured_by", "temperature_c", "note"};
+constexpr std::array<std::string_view, 8> kConditions{"probe",        "probe_tool",  "machine",       "mounting",
+                                                      "measured_utc", "measured_by", "temperature_c", "note"};
 
 }  // namespace
 

@@ -43,6 +43,10 @@ std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_v
   return std::string{prefix} + std::to_string(std::llround(*number));
 }
 
+std::optional<std::string> stylusOffsetSubject(const Dataset& dataset) {
+  return numberedSubject(dataset, "stylus-offset-", "probe_tool").value_or("stylus-offset-1");
+}
+
 std::optional<std::string> letteredSubject(const Dataset& dataset, std::string_view prefix, std::string_view letters) {
   const auto found = dataset.config.find("axis");
   const auto* axis = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);

@@ -53,10 +53,11 @@ struct MethodResult {
   std::string_view about;
 };
 
-// What a result is about, so that a new one takes the place of the old one.
+// The quantity that a result answers. A new result replaces the one in force about the same subject.
 struct Subject {
   std::string_view name;                                              // "delay"; empty: the method's own name
   std::optional<std::string> (*of)(const Dataset& dataset){nullptr};  // "screw-x"; nothing where the case does not say
+  std::string_view needs{};  // key of a value without which a result is not about the subject; empty: none
 };
 
 struct Method {
@@ -73,6 +74,7 @@ struct Method {
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
   Remark undetermined{};                             // what these readings leave open
   Subject subject{};
+  Subject also_about{};  // a second quantity that the same readings determine; neither name nor function: none
 };
 
 // Whether the method rests on the length of a piece, which expands.
@@ -91,6 +93,10 @@ std::string unusedKey(std::string_view key, std::string_view method);
 
 // "tool-4" of the prefix "tool-" and the number that the key states; nothing without one.
 std::optional<std::string> numberedSubject(const Dataset& dataset, std::string_view prefix, std::string_view key);
+
+// Subject of the offset of a probe's stylus from the spindle axis: "stylus-offset-3" by the key `probe_tool`, the
+// number of the tool that carries the probe; "stylus-offset-1" without it.
+std::optional<std::string> stylusOffsetSubject(const Dataset& dataset);
 
 // "rotary-c" of the prefix "rotary-" and the letter of key `axis`, in lower case; nothing where it is none of these
 // letters.

@@ -57,6 +57,14 @@ constexpr std::string_view kJointColumns[]{"touch", "t_s", "q1_rad", "q2_mm", ".
 constexpr std::string_view kChainColumns[]{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
 constexpr std::string_view kLegColumns[]{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
                                          "pz_mm", "ux", "uy",    "uz",    "cx_mm", "cy_mm", "cz_mm"};
+// A delay of each joint is no delay of an axis.
+std::optional<std::string> subjectOfJoints(const Dataset& dataset) {
+  const auto found = dataset.config.find("delays");
+  const auto* delays = found == dataset.config.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (delays == nullptr || *delays != "each-joint") return std::nullopt;
+  return "delay-joints";
+}
+
 constexpr MethodTable kTables[]{
     {"machine", kJointColumns, "joint positions at their stamp: _rad of a revolute joint, _mm of a prismatic one"},
     of_delay::kProbe,
@@ -91,6 +99,6 @@ const Method kDelayJoints{.name = "delay-joints",
                           .results = kResults,
                           .unobservable = kUnobservable,
                           .undetermined = sizeBiasAtOneSpeed,
-                          .subject = of_delay::kSubject};
+                          .subject = {.name = "delay", .of = subjectOfJoints}};
 
 }  // namespace probebox::metrology

@@ -186,7 +186,8 @@ const Method kTablePivot3d{.name = "table-pivot-3d",
                            .tables = kTableTiltTables,
                            .keys = kTableTiltKeys,
                            .results = kTableResults,
-                           .unobservable = kTableTiltUnobservable};
+                           .unobservable = kTableTiltUnobservable,
+                           .subject = {.name = "table-pivot"}};
 
 const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .title = "Axis of a swivelling head in space",
@@ -197,6 +198,7 @@ const Method kHeadPivot3d{.name = "head-pivot-3d",
                           .keys = kHeadTiltKeys,
                           .known = kBallKnown,
                           .results = kHeadResults,
-                          .unobservable = kHeadTiltUnobservable};
+                          .unobservable = kHeadTiltUnobservable,
+                          .subject = {.name = "head-pivot"}};
 
 }  // namespace probebox::metrology

@@ -52,6 +52,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .known = kKnown,
                          .results = kResults,
                          .unobservable = kUnobservable,
-                         .subject = {.name = {}, .of = subjectOfTool}};
+                         .subject = {.name = {}, .of = subjectOfTool},
+                         .also_about = {.name = "setter", .of = nullptr, .needs = "setter_mm"}};
 
 }  // namespace probebox::metrology

@@ -69,7 +69,7 @@ TEST(LiveSpindleOffset, OfFourPosesTellsAxesAndStylusApart) {
     add(offset, *result, "offset_C_minus_A_mm", both(truth.offset), 5e-4);
     add(stylus, *result, "stylus_offset_mm", both(truth.stylus), 5e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "spindle-offset-2x2");
+    EXPECT_EQ(app::subjectOf(scenario.dataset()), "spindle-offset");
   }
   offset.expectHonest();
   stylus.expectHonest();
@@ -103,7 +103,7 @@ TEST(LiveLimitedAccess, FindsTheAxisFromAnArc) {
     add(ball, *result, "radius_mm", {std::hypot(x_mm, y_mm)}, 2e-3);
     EXPECT_TRUE(result->warnings.empty());
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "centreline");
+    EXPECT_EQ(app::subjectOf(scenario.dataset()), "centreline-stylus");
   }
   centre.expectHonest();
   ball.expectHonest();

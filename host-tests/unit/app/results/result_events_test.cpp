@@ -64,6 +64,34 @@ TEST(ResultEvents, OfAnAlignmentTellTheTurningAxisOverZ) {
   EXPECT_GT(event.sd_slope[0], 0);
 }
 
+TEST(ResultEvents, OfAChuckOnTheSlideTellTheSlidesOwnSlopeAndNeverZero) {
+  auto dataset = alignment({330.02, 199.97}, {2e-4, -3e-4});
+  dataset.config["heights"] = std::string{"slide"};
+  const auto record = recordOf(dataset);
+  EXPECT_EQ(record.binding.subject, "centreline-slide");
+  const auto event = eventOf<CentrelineActivated>(record);
+  EXPECT_NEAR(event.slope[0], 2e-4, 1e-9);
+  EXPECT_NEAR(event.slope[1], -3e-4, 1e-9);
+  EXPECT_GT(event.sd_slope[0], 0);
+  EXPECT_TRUE(noneInForce("centreline-slide", kNow));
+}
+
+TEST(ResultEvents, OfASpindleThatStoodStillNeverMoveTheTurningAxis) {
+  auto dataset = alignment({330.02, 199.97}, {2e-4, -3e-4});
+  auto& readings = dataset.tables.front();
+  auto& angles = std::ranges::find(readings.columns, "A_rad", &metrology::Column::name)->values;
+  auto& x = std::ranges::find(readings.columns, "x_mm", &metrology::Column::name)->values;
+  for (std::size_t k = 0; k < angles.size(); ++k) x[k] += 0.01 * std::cos(std::exchange(angles[k], 0.0)) - 0.01;
+  auto record = recordOf(dataset);
+  EXPECT_EQ(record.binding.subject, "centreline-stylus");
+  EXPECT_THAT(activationOf(record, kNow).value(), testing::IsEmpty());
+  dataset.config["heights"] = std::string{"slide"};
+  record.binding.subject = subjectOf(dataset);
+  const auto refused = activationOf(record, kNow);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("The spindle stood still"));
+}
+
 // Reports of a ball by a head that swivels by B and is off by `x_mm` at 30 degrees alone, and 0.04 mm sin B everywhere.
 metrology::Dataset swivelling(double x_mm) {
   metrology::Dataset dataset{
@@ -177,6 +205,9 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("delay-plates"), "delay");
   EXPECT_EQ(subjectNamed("delay"), "delay");
   EXPECT_EQ(subjectNamed("c-axis-alignment"), "centreline");
+  EXPECT_EQ(subjectNamed("centreline"), "centreline") << "the subject, though a method is called so too";
+  EXPECT_EQ(subjectNamed("centreline-limited-access"), "centreline-stylus");
+  EXPECT_EQ(subjectNamed("delay-joints"), "delay-joints");
   metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
   EXPECT_EQ(subjectOf(screw), "screw-y");
   EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");

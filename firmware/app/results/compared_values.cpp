@@ -1,0 +1,171 @@
+#include "firmware/app/results/compared_values.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "firmware/app/results/result_values.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr std::size_t kMostValues = 60;  // what an answer of a link holds
+constexpr std::size_t kMostNamed = 6;    // of them in a sentence
+
+// The quantities of a subject; a result may hold others. The first stem that fits counts; others compare what they
+// promise.
+struct Quantities {
+  std::string_view stem;
+  std::array<std::string_view, 3> keys;
+};
+constexpr std::array kQuantities{
+    Quantities{"centreline", {"centre_mm", "C_tilt_rad", "Z_slide_rad"}},
+    Quantities{"tool-", {"tool_offset_mm", "", ""}},
+    Quantities{"setter", {"setter_mm", "link_mm", ""}},
+    Quantities{"spindle-offset", {"offset_C_minus_A_mm", "", ""}},
+    Quantities{"spindle-tilt", {"A_tilt_rad", "", ""}},
+    Quantities{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
+    Quantities{"swivel-", {"swivel_terms_mm", "", ""}},
+    Quantities{"screw-", {"K", "sector_table_um", ""}},
+};
+
+using metrology::Estimate;
+
+// A delay common to all axes is one of each.
+std::vector<Estimate> delayByAxis(const metrology::Result& result) {
+  const auto* common = result.find("tau_s");
+  if (const auto* by_axis = result.find("tau_axis_s")) return {*by_axis};
+  if (common == nullptr) return result.estimates;
+  const auto thrice = [](const std::vector<double>& value) {
+    return value.empty() ? value : std::vector<double>(3, value.front());
+  };
+  return {Estimate::vector("tau_axis_s", thrice(common->values), thrice(common->sd))};
+}
+
+std::vector<Estimate> quantitiesOf(const metrology::Result& result, const std::string& subject) {
+  if (subject == "delay") return delayByAxis(result);
+  if (subject.starts_with("stylus-offset-")) {
+    if (const auto offset = stylusOffsetOf(result)) return {*offset};
+  }
+  const auto listed =
+      std::ranges::find_if(kQuantities, [&](const Quantities& each) { return subject.starts_with(each.stem); });
+  if (listed == kQuantities.end()) return result.estimates;
+  std::vector<Estimate> found;
+  for (const auto key : listed->keys) {
+    if (const auto* estimate = key.empty() ? nullptr : result.find(key)) found.push_back(*estimate);
+  }
+  return found;
+}
+
+// Takes centre_mm of a centreline to another height, along its own slope.
+void moveTo(double z_mm, const metrology::Result& result, std::vector<Estimate>& quantities) {
+  const auto centre = std::ranges::find(quantities, "centre_mm", &Estimate::key);
+  const auto* height = result.find("mean_z_mm");
+  const auto* slope = result.find("C_tilt_rad") != nullptr ? result.find("C_tilt_rad") : result.find("Z_slide_rad");
+  if (centre == quantities.end() || height == nullptr || slope == nullptr) return;
+  const double up_mm = z_mm - height->value();
+  for (std::size_t i = 0; i < std::min(centre->values.size(), slope->values.size()); ++i) {
+    centre->values[i] += slope->values[i] * up_mm;
+    if (i < centre->sd.size() && i < slope->sd.size()) centre->sd[i] = std::hypot(centre->sd[i], slope->sd[i] * up_mm);
+  }
+}
+
+std::optional<double> sdOf(const messages::NamedValue& value) {
+  return value.has_sd ? std::optional{value.sd} : std::nullopt;
+}
+
+std::vector<messages::NamedValue> namedValues(const metrology::Result& result, std::vector<Estimate> quantities,
+                                              const std::string& subject) {
+  metrology::Result alone;
+  alone.estimates = std::move(quantities);
+  alone.also = result.also;
+  std::vector<messages::NamedValue> values;
+  appendAll(alone, subject, values);
+  return values;
+}
+
+// The largest differences, in their order.
+void keepLargest(Comparison& comparison) {
+  auto& values = comparison.values;
+  if (values.size() <= kMostValues) return;
+  auto sizes = values;
+  std::ranges::nth_element(sizes, sizes.begin() + kMostValues - 1, std::greater{},
+                           [](const ComparedValue& each) { return each.inSd().value_or(INFINITY); });
+  const double least = sizes[kMostValues - 1].inSd().value_or(INFINITY);
+  const std::size_t before = values.size();
+  std::erase_if(values, [&](const ComparedValue& each) { return each.inSd().value_or(INFINITY) < least; });
+  if (values.size() > kMostValues) values.resize(kMostValues);
+  comparison.omitted = before - values.size();
+}
+
+std::string number(const char* format, double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+}  // namespace
+
+std::optional<double> ComparedValue::inSd() const {
+  const double combined = std::hypot(sd.value_or(0), sd_before.value_or(0));
+  return combined > 0 ? std::optional{std::abs(difference()) / combined} : std::nullopt;
+}
+
+bool ComparedValue::differs() const {
+  const auto in_sd = inSd();
+  return in_sd ? *in_sd > kMostSd : difference() != 0;
+}
+
+bool Comparison::differs() const {
+  return !first() && (values.empty() || std::ranges::any_of(values, &ComparedValue::differs));
+}
+
+Comparison compare(const store::Record& next, const store::Record& in_force) {
+  Comparison comparison{.with = in_force.id, .values = {}, .omitted = 0};
+  const auto* result = next.result();
+  const auto* other = in_force.result();
+  if (result == nullptr || other == nullptr) return comparison;
+  const auto& subject = next.binding.subject;
+  const auto quantities = quantitiesOf(*result, subject);
+  auto others = quantitiesOf(*other, subject);
+  if (const auto* z = result->find("mean_z_mm")) moveTo(z->value(), *other, others);
+  // Tables of different lengths have no rows in common.
+  std::erase_if(others, [&](const Estimate& each) {
+    const auto same = std::ranges::find(quantities, each.key, &Estimate::key);
+    return each.key != "six_errors" && (same == quantities.end() || same->values.size() != each.values.size());
+  });
+  const auto before = namedValues(*other, std::move(others), subject);
+  for (const auto& value : namedValues(*result, quantities, subject)) {
+    const auto found = std::ranges::find(before, value.key, &messages::NamedValue::key);
+    if (found == before.end()) continue;
+    comparison.values.push_back(
+        {.key = value.key, .value = value.value, .sd = sdOf(value), .before = found->value, .sd_before = sdOf(*found)});
+  }
+  keepLargest(comparison);
+  return comparison;
+}
+
+std::string differencesIn(const Comparison& comparison) {
+  if (comparison.values.empty()) return "they have no value in common";
+  std::string text;
+  std::size_t named = 0, more = 0;
+  for (const auto& each : comparison.values) {
+    if (!each.differs()) continue;
+    if (named == kMostNamed) {
+      ++more;
+      continue;
+    }
+    ++named;
+    const auto in_sd = each.inSd();
+    text += (text.empty() ? "" : ", ") + each.key + " " + number("%.9g", each.value) + " instead of " +
+            number("%.9g", each.before) + " (" + number("%+.3g", each.difference()) + ", " +
+            (in_sd ? number("%.3g", *in_sd) + " sd" : "without a standard deviation") + ")";
+  }
+  return more == 0 ? text : text + " and " + std::to_string(more) + " more";
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,45 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/store/record.hpp"
+
+// A result beside the one in force about the same subject.
+namespace probebox::app {
+
+// Beyond this many combined standard deviations a person has to say that he accepts the difference.
+inline constexpr double kMostSd = 4.0;
+
+struct ComparedValue {
+  std::string key;  // with unit and index: centre_mm[0], EXC_at_60_deg_mm
+  double value{};
+  std::optional<double> sd;  // k = 1
+  double before{};           // of the result in force
+  std::optional<double> sd_before;
+
+  double difference() const { return value - before; }
+  // |difference| over the combined sd; nothing without any sd.
+  std::optional<double> inSd() const;
+  // Too far apart, or different and without an sd that could explain it.
+  bool differs() const;
+};
+
+struct Comparison {
+  store::Id with{};                   // the result in force; 0: none, this is the first about its subject
+  std::vector<ComparedValue> values;  // those that both have, about the subject alone
+  std::size_t omitted{};              // smaller differences that are left out of `values`
+
+  bool first() const { return with == 0; }
+  // A value differs, or there is none that both have.
+  bool differs() const;
+};
+
+// `next` against `in_force`; both of one subject. Of two centrelines with heights the older one is taken at the height
+// of the newer.
+Comparison compare(const store::Record& next, const store::Record& in_force);
+
+// Names the values that differ, with numbers: "centre_mm[0] 0.168 instead of 0.154 (+0.014, 180 sd)".
+std::string differencesIn(const Comparison& comparison);
+
+}  // namespace probebox::app

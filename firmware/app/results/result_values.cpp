@@ -1,0 +1,143 @@
+#include "firmware/app/results/result_values.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+
+#include "firmware/app/results/result_events.hpp"
+
+namespace probebox::app {
+namespace {
+
+using metrology::Estimate;
+
+// One value a name: the parts of a vector get their index behind the key's stem.
+void appendValues(const Estimate& estimate, std::vector<messages::NamedValue>& values) {
+  for (std::size_t i = 0; i < estimate.values.size(); ++i) {
+    const bool has_sd = i < estimate.sd.size();
+    const std::string index = estimate.values.size() == 1 ? "" : "[" + std::to_string(i) + "]";
+    values.push_back({.key = estimate.key + index,
+                      .value = estimate.values[i],
+                      .sd = has_sd ? estimate.sd[i] : 0.0,
+                      .has_sd = has_sd});
+  }
+}
+
+// Six errors an angle, by the names of ISO 230-7: EXC_at_60_deg_mm.
+void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std::string& subject,
+                     std::vector<messages::NamedValue>& values) {
+  constexpr std::array<const char*, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+  const auto axis = rotaryAxisOf(subject);  // nothing where a case names none: the subject is the method
+  const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
+  for (std::size_t i = 0; i < six.values.size(); ++i) {
+    std::array<char, 48> at{};
+    const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;
+    std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
+    values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
+                      .value = six.values[i],
+                      .sd = six.sd.empty() ? 0.0 : six.sd[i],
+                      .has_sd = !six.sd.empty()});
+  }
+}
+
+std::vector<double> combined(const std::vector<double>& one, const std::vector<double>& other, std::size_t count) {
+  std::vector<double> sd;
+  for (std::size_t i = 0; i < count && one.size() >= count && other.size() >= count; ++i)
+    sd.push_back(std::hypot(one[i], other[i]));
+  return sd;
+}
+
+void addToCovariance(metrology::Result& result, const Estimate& offset) {
+  if (!result.covariance) return;
+  if (offset.sd.size() < 2) return result.covariance.reset();
+  auto& [components, values] = *result.covariance;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto at = std::ranges::find(components, "centre_mm[" + std::to_string(i) + "]");
+    if (at == components.end()) continue;
+    const auto row = static_cast<std::size_t>(at - components.begin());
+    values[row * components.size() + row] += offset.sd[i] * offset.sd[i];
+  }
+}
+
+// One more line of the budget: nothing but centre_mm has the offset in it.
+void addToBudget(metrology::Result& result, const Estimate& offset, const std::string& name) {
+  if (result.budget.empty() || offset.sd.size() < 2) return;
+  metrology::Contribution line{.name = name, .type_b = true, .sd = {}};
+  for (const auto& estimate : result.estimates) {
+    for (std::size_t i = 0; i < estimate.values.size(); ++i)
+      line.sd.push_back(estimate.key == "centre_mm" && i < 2 ? offset.sd[i] : 0.0);
+  }
+  result.budget.push_back(std::move(line));
+}
+
+}  // namespace
+
+void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values) {
+  const auto angles = std::ranges::find(result.also, "angle_rad", &Estimate::key);
+  for (const auto& estimate : result.estimates) {
+    const bool by_angle = estimate.key == "six_errors" && angles != result.also.end() &&
+                          estimate.values.size() == 6 * angles->values.size();
+    if (by_angle)
+      appendSixErrors(estimate, *angles, subject, values);
+    else
+      appendValues(estimate, values);
+  }
+}
+
+std::optional<Estimate> stylusOffsetOf(const metrology::Result& result) {
+  if (const auto* offset = result.find("stylus_offset_mm"); offset != nullptr && offset->values.size() >= 2)
+    return *offset;
+  const auto* x = result.find("stylus_offset_x_mm");
+  const auto* y = result.find("stylus_offset_y_mm");
+  if (x == nullptr || y == nullptr) return std::nullopt;
+  const bool has_sd = x->standardDeviation() && y->standardDeviation();
+  return Estimate::vector(
+      "stylus_offset_mm", {x->value(), y->value()},
+      has_sd ? std::vector{*x->standardDeviation(), *y->standardDeviation()} : std::vector<double>{});
+}
+
+std::uint32_t probeToolOf(const metrology::Result& result) {
+  const auto stated = std::ranges::find(result.conditions, "probe_tool", &metrology::Condition::name);
+  if (stated == result.conditions.end()) return 1;
+  std::uint32_t tool = 0;
+  const auto& text = stated->value;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), tool);
+  return error == std::errc{} && end == text.data() + text.size() && tool > 0 ? tool : 1;
+}
+
+std::string stylusOffsetSubject(std::uint32_t probe_tool) {
+  return "stylus-offset-" + std::to_string(probe_tool);
+}
+
+std::optional<metrology::Result> relativeToSpindle(metrology::Result from_tip, const Estimate& offset,
+                                                   store::Id offset_id) {
+  auto centre = std::ranges::find(from_tip.estimates, "centre_mm", &Estimate::key);
+  if (centre == from_tip.estimates.end()) {
+    centre = std::ranges::find(from_tip.also, "centre_mm", &Estimate::key);
+    if (centre == from_tip.also.end()) return std::nullopt;
+  }
+  if (centre->values.size() != 2 || offset.values.size() < 2) return std::nullopt;
+  const std::string name = "stylus offset of result " + std::to_string(offset_id);
+  auto tip = *centre;
+  tip.key = "tip_centre_mm";
+  auto added = offset;
+  added.key = "stylus_offset_in_force_mm";
+  for (std::size_t i = 0; i < 2; ++i) centre->values[i] += offset.values[i];
+  const auto& of_offset = offset.uncertainty.size() >= 2 ? offset.uncertainty : offset.sd;
+  centre->uncertainty = combined(tip.uncertainty, of_offset, 2);
+  centre->sd = combined(tip.sd, offset.sd, 2);
+  addToCovariance(from_tip, offset);
+  addToBudget(from_tip, offset, name);
+  from_tip.weakest.reset();
+  from_tip.also.push_back(std::move(tip));  // `centre` may be gone from here on
+  from_tip.also.push_back(std::move(added));
+  std::erase_if(from_tip.warnings, [](const std::string& each) { return each.starts_with("the spindle stood still"); });
+  from_tip.warnings.push_back("centre_mm has the " + name + " in it, read at A = 0");
+  return from_tip;
+}
+
+}  // namespace probebox::app

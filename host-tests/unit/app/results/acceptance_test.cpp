@@ -1,0 +1,253 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "firmware/app/results/result_values.hpp"
+#include "firmware/app/results/results_in_force.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+
+// What a person accepts, beside what is in force; and what a result rests on.
+namespace probebox::app {
+namespace {
+
+using namespace std::chrono_literals;
+using metrology::Estimate;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const Mounting kMounting{"P-1001", "mill 3", "spindle"};
+
+metrology::Result resultOf(const char* method, std::vector<Estimate> estimates) {
+  metrology::Result result;
+  result.method = method;
+  result.estimates = std::move(estimates);
+  return result;
+}
+
+// sd of each coordinate: 55 nm, so that 14 um are 180 combined ones.
+metrology::Result centreAt(double x_mm, double y_mm, const char* method = "centreline") {
+  return resultOf(method, {Estimate::vector("centre_mm", {x_mm, y_mm}, {5.5e-5, 5.5e-5})});
+}
+
+metrology::Result offsetOf(double x_mm, double y_mm, double sd_mm = 4e-5) {
+  return resultOf("spindle-offset-2x2", {Estimate::vector("offset_C_minus_A_mm", {0.1, 0.2}, {1e-5, 1e-5}),
+                                         Estimate::vector("stylus_offset_mm", {x_mm, y_mm}, {sd_mm, sd_mm})});
+}
+
+class Accepting : public testing::Test {
+ protected:
+  Accepting() {
+    box::State state{};
+    state.events = 1;
+    results_.look(state);
+    state.at = MonoTime{2s};
+    results_.look(state);
+  }
+
+  void letCut(bool on) {
+    box::State state{};
+    state.events = 1;
+    state.at = MonoTime{3s};
+    state.snapshot.inhibited = on;
+    results_.look(state);
+  }
+
+  store::Id propose(const std::string& subject, const metrology::Result& result, const store::Origin& origin = {}) {
+    return store_.propose(results_.bindingFor(subject), result, "", "2026-01-01T00:00:00Z", origin).value();
+  }
+  Acceptance acceptedAs(const std::string& subject, const metrology::Result& result) {
+    const auto accepted = results_.accept(propose(subject, result), "Ada");
+    EXPECT_TRUE(accepted) << accepted.error().what;
+    return accepted ? *accepted : Acceptance{};
+  }
+  std::optional<store::Record> inForce(const std::string& subject) {
+    return store_.active(results_.bindingFor(subject)).value();
+  }
+  // Of the centreline that the core holds now; nothing for none.
+  std::optional<std::array<double, 2>> servedCentre() const {
+    for (auto told = told_.rbegin(); told != told_.rend(); ++told) {
+      const auto* centreline = std::get_if<CentrelineActivated>(&*told);
+      if (centreline == nullptr) continue;
+      return centreline->result_id == 0 ? std::nullopt : std::optional{centreline->centre_mm};
+    }
+    return std::nullopt;
+  }
+
+  support::TemporaryFolder folder_;
+  store::Store store_ = store::Store::open(folder_.file("results.db")).value();
+  std::vector<Event> told_;
+  ResultsInForce results_{store_, kMounting, [] { return MonoTime{5s}; },
+                          [](std::span<const Event>) { return std::optional<Error>{}; },
+                          [this](const Event& event) { told_.push_back(event); }};
+};
+
+TEST_F(Accepting, OfTheFirstOfItsSubjectSaysSo) {
+  const auto first = acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps"));
+  EXPECT_TRUE(first.comparison.first());
+  EXPECT_FALSE(first.comparison.differs());
+}
+
+// 14 um of a stylus offset, 180 sd: on a machine it was the offset of the stylus, taken for a move of the axis.
+TEST_F(Accepting, OfACentrelineFarFromTheOneInForceNeedsAWord) {
+  const auto first = acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps")).id;
+  const auto next = propose("centreline", centreAt(0.168, -0.110, "centreline-by-steps"));
+  const auto refused = results_.accept(next, "Ada");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, store::Reason::differs);
+  EXPECT_THAT(refused.error().what, AllOf(HasSubstr("centre_mm[0] 0.168 instead of 0.154 (+0.014, 180 sd)"),
+                                          HasSubstr("result " + std::to_string(first)),
+                                          HasSubstr("--although-it-differs"), testing::Not(HasSubstr("centre_mm[1]"))));
+  EXPECT_EQ(inForce("centreline")->id, first);
+  const auto accepted = results_.accept(next, "Ada", true);
+  ASSERT_TRUE(accepted);
+  EXPECT_EQ(accepted->comparison.with, first);
+  ASSERT_EQ(accepted->comparison.values.size(), 2U);
+  EXPECT_NEAR(accepted->comparison.values[0].inSd().value(), 180, 0.1);
+  EXPECT_EQ(accepted->comparison.values[1].inSd(), 0.0);
+  EXPECT_EQ(inForce("centreline")->id, next);
+  const auto history = store_.history(next).value();
+  EXPECT_EQ(history.at(1).remark, "although it differs");
+}
+
+TEST_F(Accepting, WithinFourSdNeedsNone) {
+  acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps"));
+  const auto accepted = acceptedAs("centreline", centreAt(0.1543, -0.110, "centreline-by-steps"));
+  EXPECT_FALSE(accepted.comparison.differs()) << accepted.comparison.values.front().inSd().value();
+  EXPECT_GT(accepted.comparison.values.front().inSd().value(), 3);
+}
+
+TEST_F(Accepting, ComparesWithoutChangingAnything) {
+  const auto first = acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.00385, 4e-6)})).id;
+  auto by_axis =
+      resultOf("delay-per-axis", {Estimate::vector("tau_axis_s", {0.00386, 0.0040, 0.00385}, {4e-6, 4e-6, 4e-6})});
+  const auto next = propose("delay", by_axis);
+  const auto compared = results_.compareOnly(next);
+  ASSERT_TRUE(compared);
+  ASSERT_EQ(compared->comparison.values.size(), 3U) << "one delay of all axes is one of each";
+  EXPECT_FALSE(compared->comparison.values[0].differs());
+  EXPECT_TRUE(compared->comparison.values[1].differs());
+  EXPECT_EQ(inForce("delay")->id, first);
+  EXPECT_EQ(store_.find(next)->state, store::State::proposed);
+}
+
+TEST_F(Accepting, OfWhatHasNoSdOrNoValueInCommonNeedsAWord) {
+  auto bare = centreAt(0.154, -0.110);
+  bare.estimates[0].sd.clear();
+  acceptedAs("centreline-stylus", bare);
+  bare.estimates[0].values[0] = 0.1541;
+  EXPECT_THAT(results_.accept(propose("centreline-stylus", bare), "Ada").error().what,
+              HasSubstr("without a standard deviation"));
+  acceptedAs("screw-x", resultOf("screw-calibration", {Estimate::scalar("K", 1, 0.01)}));
+  const auto table = resultOf("screw-calibration", {Estimate::vector("sector_table_um", {1, -1}, {0.1, 0.1})});
+  EXPECT_THAT(results_.accept(propose("screw-x", table), "Ada").error().what, HasSubstr("no value in common"));
+}
+
+// Centres of axes that lean are compared at one height.
+TEST_F(Accepting, ComparesCentrelinesAtTheSameHeight) {
+  const auto leaning = [](double x_mm, double z_mm) {
+    auto result = resultOf("c-axis-alignment", {Estimate::vector("C_tilt_rad", {2e-4, 0}, {1e-7, 1e-7})});
+    result.also = {Estimate::vector("centre_mm", {x_mm, 0.1}, {5e-5, 5e-5}),
+                   Estimate::scalar("mean_z_mm", z_mm, std::nullopt)};
+    return result;
+  };
+  acceptedAs("centreline", leaning(0.100, 100));
+  const auto higher = acceptedAs("centreline", leaning(0.120, 200));
+  EXPECT_LT(higher.comparison.values.back().inSd().value_or(99), 0.1);
+}
+
+TEST_F(Accepting, OfATipsCentrelineServesNoSpindles) {
+  const auto accepted = acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  EXPECT_THAT(accepted.notes, ElementsAre(HasSubstr("from the tip of probe tool 1 alone")));
+  EXPECT_FALSE(servedCentre());
+  EXPECT_TRUE(inForce("centreline-stylus"));
+}
+
+// 0.174 from the tip and 0.020 of the stylus: 0.194, with both sd.
+TEST_F(Accepting, OfTheStylusOffsetMakesACentrelineOfWhatTheTipSaw) {
+  const auto tip = acceptedAs("centreline-stylus", centreAt(0.174, -0.1233)).id;
+  const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013));
+  ASSERT_EQ(offset.notes.size(), 1U);
+  EXPECT_THAT(offset.notes.front(), HasSubstr("is in force"));
+  const auto centre = inForce("centreline");
+  ASSERT_TRUE(centre);
+  EXPECT_EQ(centre->accepted_by, "Ada");
+  const auto* value = centre->result()->find("centre_mm");
+  EXPECT_NEAR(value->values[0], 0.194, 1e-12);
+  EXPECT_NEAR(value->values[1], -0.1363, 1e-12);
+  EXPECT_NEAR(value->sd[0], std::hypot(5.5e-5, 4e-5), 1e-12);
+  EXPECT_EQ(centre->result()->find("tip_centre_mm")->values[0], 0.174);
+  ASSERT_TRUE(servedCentre());
+  EXPECT_NEAR((*servedCentre())[0], 0.194, 1e-12);
+  const auto rests_on = store_.restsOn(centre->id).value();
+  ASSERT_EQ(rests_on.size(), 2U);
+  EXPECT_EQ(rests_on[0].id, tip);
+  EXPECT_EQ(rests_on[1].id, offset.id);
+}
+
+TEST_F(Accepting, OfAnotherProbesOffsetMakesNone) {
+  acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  EXPECT_THAT(acceptedAs("stylus-offset-2", offsetOf(0.020, -0.013)).notes, IsEmpty());
+  EXPECT_FALSE(inForce("centreline"));
+  auto by_second = centreAt(0.1741, -0.1233);
+  by_second.conditions = {{"probe_tool", "2"}};
+  acceptedAs("centreline-stylus", by_second);
+  EXPECT_TRUE(inForce("centreline"));
+}
+
+TEST_F(Accepting, NeverReplacesACentrelineByASumUnasked) {
+  const auto direct = acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps")).id;
+  acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013));
+  EXPECT_THAT(offset.notes, ElementsAre(HasSubstr("is proposed: accept it")));
+  EXPECT_EQ(inForce("centreline")->id, direct);
+}
+
+TEST_F(Accepting, NamesWhatRestsOnTheResultThatItReplaces) {
+  acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  const auto offset = acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013)).id;
+  EXPECT_THAT(results_.restsOnRetired(), IsEmpty());
+  const auto again = acceptedAs("stylus-offset-1", offsetOf(0.0201, -0.013));
+  EXPECT_THAT(results_.restsOnRetired(),
+              ElementsAre(AllOf(HasSubstr("about centreline rests on a retired result, " + std::to_string(offset)))));
+  EXPECT_THAT(again.notes.front(), HasSubstr("rests on a retired result"));
+  EXPECT_NEAR((*servedCentre())[0], 0.194, 1e-12) << "what is in force stays until a person accepts the new sum";
+}
+
+TEST_F(Accepting, OfASlideAndOfASpindleExcludeEachOther) {
+  auto slide = resultOf("c-axis-alignment", {Estimate::vector("Z_slide_rad", {3e-4, -2e-4}, {1e-6, 1e-6})});
+  slide.also = {Estimate::vector("centre_mm", {0.16, -0.12}, {5e-5, 5e-5}),
+                Estimate::scalar("mean_z_mm", 200, std::nullopt)};
+  const auto direct = acceptedAs("centreline", centreAt(0.154, -0.110, "centreline-by-steps")).id;
+  const auto of_slide = propose("centreline-slide", slide);
+  EXPECT_THAT(results_.accept(of_slide, "Ada").error().what,
+              HasSubstr("cannot be in force beside result " + std::to_string(direct)));
+  ASSERT_TRUE(results_.rollBack(direct, "Ada"));
+  const auto accepted = results_.accept(of_slide, "Ada");
+  ASSERT_TRUE(accepted) << accepted.error().what;
+  EXPECT_THAT(accepted->notes, ElementsAre(HasSubstr("of the slide")));
+  EXPECT_THAT(results_.rollBack(std::string{"centreline"}, "Ada").error().what, HasSubstr("cannot be in force beside"));
+  ASSERT_TRUE(servedCentre());
+  EXPECT_EQ(std::get<CentrelineActivated>(told_.back()).slope[0], 3e-4);
+}
+
+TEST_F(Accepting, OfADelayByJointSaysThatItIsNotAppliedByAxis) {
+  const auto by_axis = acceptedAs("delay", resultOf("delay-plates", {Estimate::scalar("tau_s", 0.00385, 4e-6)})).id;
+  const auto accepted = acceptedAs(
+      "delay-joints", resultOf("delay-joints", {Estimate::vector("tau_joint_s", {0.003, 0.004}, {4e-6, 4e-6})}));
+  EXPECT_THAT(accepted.notes, ElementsAre(HasSubstr("cannot be applied by axis")));
+  EXPECT_EQ(inForce("delay")->id, by_axis);
+}
+
+TEST_F(Accepting, DuringACutChangesNothingAndTheSumWaitsToo) {
+  acceptedAs("centreline-stylus", centreAt(0.174, -0.1233));
+  letCut(true);
+  EXPECT_EQ(acceptedAs("stylus-offset-1", offsetOf(0.020, -0.013)).state, store::State::accepted);
+  EXPECT_FALSE(inForce("centreline"));
+  letCut(false);
+  EXPECT_TRUE(inForce("stylus-offset-1"));
+  EXPECT_TRUE(inForce("centreline"));
+}
+
+}  // namespace
+}  // namespace probebox::app
