@@ -47,7 +47,7 @@ class Proposals : public testing::Test {
         piece.first = false;
       }
     }
-    return {.number = number, .last = true, .follow = follow};
+    return {.number = number, .last = true, .follow = follow, .as_this_machine = true, .by = "Ada"};
   }
   // What the box says of the case once it is not working on it any more.
   FollowCase::Answer outcomeOf(std::uint32_t number) {
@@ -78,6 +78,27 @@ TEST_F(Proposals, AreSolvedInAProcessOfTheirOwnAndKept) {
   EXPECT_EQ(results[0].id, outcome.result_id);
   EXPECT_EQ(results[0].values.front().key, "centre_mm[0]");
   EXPECT_NEAR(results[0].values.front().value, 10, 1e-3);
+}
+
+// A case of no stated probe, machine or mounting may be of another machine.
+TEST_F(Proposals, ThatNameNoMachineNeedAPersonWhoSaysThatItIsThisOne) {
+  start();
+  auto nameless = lastPieceOf(sphereCase(40), 7, false);
+  nameless.as_this_machine = false;
+  EXPECT_THAT(host->refusal<ProposeCase>(nameless).what,
+              testing::AllOf(HasSubstr("does not say with which"), HasSubstr("--as-this-machine")));
+  for (const char* nobody : {"", "  "}) {
+    auto blank = lastPieceOf(sphereCase(40), 8, false);
+    blank.by = nobody;
+    EXPECT_THAT(host->refusal<ProposeCase>(blank).what, HasSubstr("name of the person"));
+  }
+  EXPECT_EQ(kept(), 0U);
+  const auto id = host->ask<ProposeCase>(lastPieceOf(sphereCase(40), 9, false)).result_id;
+  const auto history = host->ask<messages::ResultHistory>({.id = id}).transitions;
+  ASSERT_EQ(history.size(), 1U);
+  EXPECT_EQ(history[0].by, "Ada");
+  EXPECT_EQ(history[0].remark, "as this machine");
+  EXPECT_EQ(host->ask<messages::ListResults>().results.at(0).as_this_machine_by, "Ada");
 }
 
 TEST_F(Proposals, AreAnsweredAtOnceToHostsThatDoNotFollow) {
