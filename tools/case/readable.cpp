@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "firmware/metrology/fit/noise_check.hpp"
+
 namespace probebox::casefolder {
 namespace {
 
@@ -64,6 +66,15 @@ std::string withUnit(const Label& label, double uncertainty) {
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
   if (!(shown > 0.0) || !std::isfinite(shown)) return plain(shown) + tail;
   return fixed(shown, decimalsOf(shown)) + tail;
+}
+
+std::string chiSquareText(const metrology::Result& result) {
+  const std::string value = "reduced chi-square " + plain(result.chi2_reduced.value_or(0.0), 3);
+  const auto law = metrology::lawOf(result);
+  if (!law) return value;
+  const auto [low, high] = metrology::expectedRange(*law);
+  return value + " at " + std::to_string(law->dof) + (law->dof == 1 ? " degree" : " degrees") +
+         " of freedom (99.9 % of honest readings: " + plain(low, 2) + " to " + plain(high, 2) + ")";
 }
 
 std::string designText(const std::string& key, double figure, const std::string& design_per) {

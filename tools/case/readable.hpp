@@ -2,6 +2,8 @@
 #include <optional>
 #include <string>
 
+#include "firmware/metrology/dataset/result.hpp"
+
 // Values of results as people read them; everything that prints one prints it like this.
 namespace probebox::casefolder {
 
@@ -23,6 +25,10 @@ std::string valueText(const Label& label, double value, std::optional<double> sd
 
 // "10 us": an uncertainty (in the key's unit) to two digits.
 std::string withUnit(const Label& label, double uncertainty);
+
+// "reduced chi-square 1.4 at 20 degrees of freedom (99.9 % of honest readings: 0.27 to 2.4)"; without degrees of
+// freedom (a result of an older version) the number alone. Only for a result that has one.
+std::string chiSquareText(const metrology::Result& result);
 
 // "tau is 20 us per um of one touch": what the sigma of one reading (design_per, whose last word is its unit) does to a
 // value.

@@ -53,7 +53,7 @@ void print(std::ostream& out, const std::string& case_name, const Result& result
   for (const auto& estimate : result.estimates) print(out, estimate);
   out << "  (sd, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
       << " degrees of freedom, condition " << printed("%.3g", result.condition);
-  if (result.chi2_reduced) out << ", reduced chi-square " << printed("%.3g", *result.chi2_reduced);
+  if (result.chi2_reduced) out << ", " << chiSquareText(result);
   out << ")\n";
   if (const auto figure = result.designFigure()) {
     out << "  design: sd of "

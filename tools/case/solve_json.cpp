@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "firmware/metrology/fit/noise_check.hpp"
+
 namespace probebox::casefolder {
 namespace {
 
@@ -113,8 +115,17 @@ void addAbout(Json& line, const metrology::Result& result) {
   if (!result.residuals.values.empty()) line["residuals"] = residuals(result.residuals);
 }
 
+void addChiSquare(Json& line, const metrology::Result& result) {
+  line["chi2_reduced"] = number(*result.chi2_reduced);
+  const auto law = metrology::lawOf(result);
+  if (!law) return;
+  const auto [low, high] = metrology::expectedRange(*law);
+  line["chi2_dof"] = law->dof;
+  line["chi2_range"] = {number(low), number(high)};
+}
+
 void addKnown(Json& line, const metrology::Result& result) {
-  if (result.chi2_reduced) line["chi2_reduced"] = number(*result.chi2_reduced);
+  if (result.chi2_reduced) addChiSquare(line, result);
   if (anySd(result)) {
     for (const auto& estimate : result.estimates)
       line["expanded_k2"][estimate.key] = spread(estimate, combined(estimate), 2.0);

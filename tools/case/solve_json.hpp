@@ -13,7 +13,8 @@ namespace probebox::casefolder {
 inline constexpr int kSchemaVersion = 2;
 
 // The answer to one case as one JSON object, keys in this order: schema_version, method, case, status, result, sd,
-// condition, rms, dof, warnings, then those that are known: chi2_reduced, expanded_k2, covariance, dropped, convention,
+// condition, rms, dof, warnings, then those that are known: chi2_reduced, chi2_dof, chi2_range (99.9 %),
+// expanded_k2, covariance, dropped, convention,
 // also, also_sd, design, design_figure, design_per, unobservable, weakest, budget, conditions, residuals. Numbers have
 // the digits that give the same double back. What is not finite becomes null.
 nlohmann::ordered_json toJson(const metrology::Result& result, std::string_view case_name);

@@ -12,6 +12,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
 #include "firmware/metrology/delay/feature_model.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
@@ -176,15 +177,13 @@ class Promises {
   std::vector<double> factors_;
 };
 
-// Factor on the covariance that the samples state: believe the touches.
-double widening(const Fit& fit, Result& result) {
+// Factor on the covariance that the samples state.
+double widening(const Fit& fit, std::size_t noise_dof, Result& result) {
   if (fit.dof == 0) return 1.0;
-  const auto dof = static_cast<double>(fit.dof);
-  result.chi2_reduced = fit.sumOfSquares() / dof;
-  if (*result.chi2_reduced <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return 1.0;
-  result.warnings.push_back("the touches scatter more than the noise of their samples explains (reduced chi-square " +
-                            text(*result.chi2_reduced) + "): sd widened; check for dirt, stiction or a loose stylus");
-  return *result.chi2_reduced;
+  const double chi2 = fit.sumOfSquares() / static_cast<double>(fit.dof);
+  const auto check = checkNoise(chi2, {.dof = fit.dof, .noise_dof = noise_dof}, fit.residuals);
+  check.report(result, kNoiseOfSamples);
+  return check.widening * check.widening;
 }
 
 void promiseDelays(Promises& promises, Result& result, const FeatureQuestion& question, const FeatureModel& model,
@@ -221,7 +220,7 @@ Result report(const Dataset& dataset, const FeatureQuestion& question, const Sur
   result.warnings.insert(result.warnings.end(), touched.warnings.begin(), touched.warnings.end());
   result.dropped = touched.dropped;
   addResiduals(result, model, fit, touched.points);
-  const double wider = widening(fit, result);
+  const double wider = widening(fit, touched.least_dof, result);
   Promises promises{result, model, fit, wider};
   promiseDelays(promises, result, question, model, previous);
   if (question.sizeFree()) {

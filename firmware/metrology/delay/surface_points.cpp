@@ -246,6 +246,7 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
   if (auto refusal = tooFewResiduals(retracts)) return refusal;
   const PooledNoise noise = poolNoise(retracts);
   result.dof = noise.dof;
+  result.least_dof = noise.least_dof;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     std::optional<Crossing> crossing;
     if (question.threshold_mm) {

@@ -32,7 +32,8 @@ struct SurfacePoints {
   std::vector<SurfacePoint> points;
   std::vector<Dropped> dropped;
   std::vector<std::string> warnings;
-  std::size_t dof{};  // of the residuals behind the variances
+  std::size_t dof{};        // of the residuals behind the variances
+  std::size_t least_dof{};  // of those of the stream with fewer
 };
 
 // The point is at zero deflection (A6), (A7) or, with a threshold, where |A d| falls through it. A table "article"

@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/points.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 
@@ -112,8 +113,9 @@ Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
     result.dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
   if (config->sigma_stated) {
-    addUncertainty(result, fit.value(), 1.0, radius_known);
-    if (fit->dof > 0) result.chi2_reduced = fit->sumOfSquares() / dof;
+    const auto check = checkNoise(fit->sumOfSquares() / dof, {.dof = fit->dof}, fit->residuals);
+    check.report(result, "the stated sigma");
+    addUncertainty(result, fit.value(), check.widening, radius_known);
   } else if (fit->dof > 0) {
     addUncertainty(result, fit.value(), std::sqrt(fit->sumOfSquares() / dof), radius_known);
   } else {

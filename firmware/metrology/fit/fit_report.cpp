@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/metrology/fit/noise_check.hpp"
+
 namespace probebox::metrology {
 namespace {
 
@@ -30,11 +32,9 @@ std::optional<double> scaleOf(const Fit& fit, const Sigma& sigma, Result& result
   }
   const double chi2 = fit.sumOfSquares() / dof;
   if (!sigma.stated) return std::sqrt(chi2);
-  result.chi2_reduced = chi2;
-  if (chi2 <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return 1.0;
-  result.warnings.push_back("the readings scatter more than the stated sigma explains (reduced chi-square " +
-                            text(chi2) + "): the sd is multiplied by its square root; look for an outlier");
-  return std::sqrt(chi2);
+  const auto check = checkNoise(chi2, {.dof = fit.dof}, fit.residuals);
+  check.report(result, "the stated sigma");
+  return check.widening;
 }
 
 // Of what was not dropped.

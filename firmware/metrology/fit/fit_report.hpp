@@ -14,8 +14,8 @@
 namespace probebox::metrology {
 
 // Turns a fit into a Result: quality figures and any number of quantities derived from its parameters, with propagated
-// sd. The sd follows from the stated sigma and is widened, with a warning, when chi-square exceeds its expectation by 4
-// sd; without a stated sigma it follows from the residuals; without residuals it is missing, with a warning.
+// sd. The sd follows from the stated sigma and is widened, with a warning, where chi-square contradicts it
+// (noise_check.hpp); without one it follows from the residuals; without residuals it is missing, with a warning.
 class Answer {
  public:
   // fit: its residuals are in units of sigma.value.

@@ -7,6 +7,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/scan/resampled.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
 
@@ -211,7 +212,8 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
   result.condition = match.condition;
   const double sd = widenedSd(match);
   if (match.rms_mm > kWorse * match.expected_mm && match.expected_mm > 0.0) {
-    result.warnings.push_back("machine and probe differ by more than their noise explains (" + text(match.rms_mm) +
+    result.warnings.push_back(std::string{kResidualsExceedNoise} +
+                              ": machine and probe differ by more than their noise explains (" + text(match.rms_mm) +
                               " mm, not " + text(match.expected_mm) +
                               "): sd widened; check for stiction or a loose stylus");
   }

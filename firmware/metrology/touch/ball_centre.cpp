@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 #include "firmware/metrology/touch/dwell_ringing.hpp"
 #include "firmware/metrology/touch/retract.hpp"
@@ -140,10 +141,10 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   if (centres.dof == 0) return centres;
   const auto dof = static_cast<double>(centres.dof);
   centres.chi2_reduced = sum_of_squares / dof;
-  if (centres.chi2_reduced <= 1.0 + 4.0 * std::sqrt(2.0 / dof)) return centres;
-  // The touches agree worse than their samples promise: believe the touches.
-  for (auto& ball : centres.readings) ball.sd_mm *= std::sqrt(centres.chi2_reduced);
-  for (auto& touch : centres.alone) touch.sd_mm *= std::sqrt(centres.chi2_reduced);
+  const ChiSquareLaw law{.dof = centres.dof, .noise_dof = noise.least_dof};
+  const double wider = checkNoise(centres.chi2_reduced, law, {}).widening;
+  for (auto& ball : centres.readings) ball.sd_mm *= wider;
+  for (auto& touch : centres.alone) touch.sd_mm *= wider;
   return centres;
 }
 

@@ -119,11 +119,6 @@ void TouchDelay::addWarnings(Result& result) const {
     result.warnings.push_back(retract.plan.name + " ran at " + text(speed) + " mm/s, not " +
                               text(retract.plan.speed_mm_s) + ": check that the feed override is at 100 %");
   }
-  if (touches_.disagree()) {
-    result.warnings.push_back("the touches scatter more than the noise of their samples explains (reduced chi-square " +
-                              text(touches_.fit.radial_chi2) +
-                              "): sd widened; check for dirt, stiction or a loose stylus");
-  }
 }
 
 void TouchDelay::addResiduals(Result& result) const {
@@ -145,7 +140,7 @@ Result TouchDelay::report() const {
   result.rms = std::sqrt(fit.radial.squaredNorm() / static_cast<double>(fit.radial.size()));
   result.dof = touches_.noise.dof;
   result.condition = fit.condition;
-  if (fit.dof > 0) result.chi2_reduced = fit.radial_chi2;
+  touches_.noiseCheck().report(result, kNoiseOfSamples);
   addWarnings(result);
   result.dropped = touches_.dropped;
   for (const auto& retract : touches_.retracts) {

@@ -170,8 +170,13 @@ Refusal clippedTouch(const std::string& name) {
           name + ": the deflection is more than 10 % smaller than the overtravel; reduce the overtravel or the gain"};
 }
 
-bool AgreedTouches::disagree() const {
-  return exceeds(fit.radial_chi2, fit.dof, noise, 4.0);
+NoiseCheck AgreedTouches::noiseCheck() const {
+  return checkNoise(fit.radial_chi2, {.dof = fit.dof, .noise_dof = noise.least_dof}, fit.radial);
+}
+
+double AgreedTouches::widening() const {
+  const double factor = noiseCheck().widening;
+  return factor * factor;
 }
 
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question) {

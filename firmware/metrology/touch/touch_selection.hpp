@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/touch/retract.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_fit.hpp"
@@ -20,10 +21,10 @@ struct AgreedTouches {
   bool common_gain{};    // else each touch was extrapolated by its own slope
   double gain_misfit{};  // reduced chi-square of the slopes against one common gain
 
-  // They scatter more than the noise of their samples explains: repeatability of surface and machine.
-  bool disagree() const;
+  // Scatter of the touches against the noise of their samples: more of it is repeatability of surface and machine.
+  NoiseCheck noiseCheck() const;
   // Factor on the covariance from the samples, to match the scatter of the touches.
-  double widening() const { return disagree() ? fit.radial_chi2 : 1.0; }
+  double widening() const;
 };
 
 // Reduces every touch to its retract, drops by name those that are bad, clipped or outliers, and fits the rest: with
