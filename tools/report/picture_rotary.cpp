@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <utility>
 
+#include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
@@ -13,19 +13,19 @@ namespace {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kErrors = 6;
 
-Plot against(const std::vector<double>& angles, const metrology::Estimate& errors, std::size_t first, double factor,
-             const char* title, const char* label, const char* const (&names)[3]) {
+Plot against(const Subject& subject, const std::vector<double>& angles, const metrology::Estimate& errors,
+             std::size_t first, double factor, const char* title, const char* label) {
   constexpr Look kLooks[]{Look::dots, Look::squares, Look::triangles};
-  Plot plot{title, "angle (deg)", label};
+  Plot plot{title, "angle of " + (axisLetter(subject).empty() ? "the axis" : axisLetter(subject)) + " (deg)", label};
   for (std::size_t part = 0; part < 3; ++part) {
     std::vector<Point> points;
     std::vector<double> bars;
     for (std::size_t k = 0; k < angles.size(); ++k) {
       const std::size_t at = kErrors * k + first + part;
       points.push_back({angles[k] * kDegrees, errors.values[at] * factor});
-      bars.push_back(errors.sd.empty() ? 0.0 : 2.0 * errors.sd[at] * factor);
+      bars.push_back(2.0 * combinedOf(errors, at).value_or(0.0) * factor);
     }
-    plot.addWithBars(std::move(points), bars, kLooks[part], names[part]);
+    plot.addWithBars(std::move(points), bars, kLooks[part], columnName(subject, errors, first + part));
   }
   plot.addLevel(0.0);
   return plot;
@@ -51,8 +51,8 @@ std::optional<PlaneAcross> planeAcross(const Subject& subject) {
 }
 
 // Arrows in their own scale around a circle that only has to be large enough.
-Plot vectors(const std::vector<double>& angles, const metrology::Estimate& errors, const PlaneAcross& plane) {
-  constexpr std::array kNames{"EX (um)", "EY (um)", "EZ (um)"};
+Plot vectors(const Subject& subject, const std::vector<double>& angles, const metrology::Estimate& errors,
+             const PlaneAcross& plane) {
   std::vector<Point> by;
   double longest = 0.0;
   for (std::size_t k = 0; k < angles.size(); ++k) {
@@ -65,7 +65,8 @@ Plot vectors(const std::vector<double>& angles, const metrology::Estimate& error
   for (const double angle : angles) {
     from.push_back({radius * std::cos(angle), plane.sense * radius * std::sin(angle)});
   }
-  Plot plot{"Error vectors around the axis", kNames[plane.first], kNames[plane.second]};
+  Plot plot{"Error vectors around the axis", columnName(subject, errors, plane.first) + " (um)",
+            columnName(subject, errors, plane.second) + " (um)"};
   plot.keepProportions();
   plot.add(circleAround({}, radius), Look::dotted, "angles of the axis; arrows in the scale of the axes");
   plot.addArrows(std::move(from), std::move(by));
@@ -83,9 +84,9 @@ std::vector<Plot> rotaryPictures(const Subject& subject) {
   const auto& angles = stated->values;
   if (angles.size() * kErrors != errors->values.size()) return {};
   std::vector<Plot> plots;
-  if (const auto plane = planeAcross(subject)) plots.push_back(vectors(angles, *errors, *plane));
-  plots.push_back(against(angles, *errors, 0, 1e3, "Translations, bars of 2 sd", "error (um)", {"EX", "EY", "EZ"}));
-  plots.push_back(against(angles, *errors, 3, 1e6, "Rotations, bars of 2 sd", "error (urad)", {"EA", "EB", "EC"}));
+  if (const auto plane = planeAcross(subject)) plots.push_back(vectors(subject, angles, *errors, *plane));
+  plots.push_back(against(subject, angles, *errors, 0, 1e3, "Translations, bars of U", "error (um)"));
+  plots.push_back(against(subject, angles, *errors, 3, 1e6, "Rotations, bars of U", "error (urad)"));
   return plots;
 }
 

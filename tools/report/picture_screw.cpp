@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
@@ -43,12 +44,12 @@ void addSensor(std::vector<Plot>& all, const Dataset& dataset, const metrology::
 void addSectors(std::vector<Plot>& all, const metrology::Result& result) {
   const auto* table = result.find("sector_table_um");
   if (table == nullptr) return;
-  Plot plot{"Table of sectors, bars of 2 sd", "sector", "face above its mean (um)"};
+  Plot plot{"Table of sectors, bars of U", "sector", "face above its mean (um)"};
   std::vector<Point> points;
   std::vector<double> bars;
   for (std::size_t k = 0; k < table->values.size(); ++k) {
-    points.push_back({static_cast<double>(k), table->values[k]});
-    bars.push_back(table->sd.empty() ? 0.0 : 2.0 * table->sd[k]);
+    points.push_back({static_cast<double>(k + 1), table->values[k]});
+    bars.push_back(2.0 * combinedOf(*table, k).value_or(0.0));
   }
   plot.addWithBars(std::move(points), bars, Look::dots);
   plot.addLevel(0.0);

@@ -18,6 +18,21 @@ double slopeOf(const metrology::Estimate& speeds, const metrology::Estimate& siz
   return with_minus <= with_plus ? -2.0 * tau_s : 2.0 * tau_s;
 }
 
+// U of the mean size at each speed: of the touches at that speed, each as uncertain as the sd of the size says; a
+// diameter has two normals. Nothing where that sd is not known.
+std::vector<double> barsAt(const std::vector<double>& speeds, const metrology::Estimate& size,
+                           const metrology::Result& result) {
+  if (size.sd.empty() || size.design.empty() || !(size.design.front() > 0.0)) return {};
+  const double sd = size.sd.front() / size.design.front();
+  std::vector<double> bars;
+  for (const double speed : speeds) {
+    const auto at_speed = [&](double normal) { return std::abs(std::abs(normal) - speed) < 0.1 * speed; };
+    const auto touches = std::ranges::count_if(result.residuals.at, at_speed);
+    bars.push_back(touches == 0 ? 0.0 : 2.0 * 2.0 * sd / std::sqrt(static_cast<double>(touches)));
+  }
+  return bars;
+}
+
 }  // namespace
 
 std::vector<Plot> sizePictures(const Subject& subject) {
@@ -51,7 +66,9 @@ std::vector<Plot> sizePictures(const Subject& subject) {
     if (stated) plot.addLevel(std::get<double>(known->second), "stated size");
   }
   off.include({0.0, 0.0});
-  off.add(std::move(left_over), Look::squares);
+  auto bars = barsAt(speeds->values, *size, result);
+  for (double& bar : bars) bar *= 1e3;
+  off.addWithBars(std::move(left_over), bars, Look::squares, bars.empty() ? "" : "mean of the touches, bars of U");
   off.addLevel(0.0);
   return {plot, off};
 }

@@ -4,14 +4,19 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "firmware/metrology/dataset/conditions.hpp"
 #include "firmware/metrology/dataset/estimate.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/report/html.hpp"
+#include "tools/report/names.hpp"
+#include "tools/report/reading_sd.hpp"
 
 namespace probebox::report {
 namespace {
@@ -23,10 +28,8 @@ using metrology::Estimate;
 using metrology::Result;
 using metrology::Shape;
 
-constexpr std::size_t kMostRows = 60;  // of the table of values
-constexpr std::size_t kLong = 12;      // values: more than anybody reads first
-constexpr std::string_view kSixErrors = "six_errors";
-constexpr std::array<std::string_view, 6> kErrorNames{"EX", "EY", "EZ", "EA", "EB", "EC"};
+constexpr std::size_t kMostRows = 72;   // numbers of what was found on the way
+constexpr std::size_t kMostShares = 6;  // of the worst-determined combination
 
 // The shortest digits that read back as the same double.
 std::string allDigits(double value) {
@@ -45,40 +48,6 @@ std::string numberCell(const std::string& text, double exact) {
   return "<td class=\"n\" title=\"" + allDigits(exact) + "\">" + escaped(text) + "</td>";
 }
 
-std::string partName(const Estimate& estimate, std::size_t k) {
-  if (estimate.key == kSixErrors) {
-    return std::string{kErrorNames[k % kErrorNames.size()]} + " [" + std::to_string(k / kErrorNames.size()) + "]";
-  }
-  std::string name = labelOf(estimate.key).name;
-  std::ranges::replace(name, '_', ' ');
-  if (estimate.shape == Shape::vector) name += " [" + std::to_string(k) + "]";
-  if (estimate.shape == Shape::matrix) {
-    name += " [" + std::to_string(k / estimate.columns) + "][" + std::to_string(k % estimate.columns) + "]";
-  }
-  return name;
-}
-
-// Six errors of a rotary axis have two units.
-Label partLabel(const Estimate& estimate, std::size_t k) {
-  if (estimate.key != kSixErrors) return labelOf(estimate.key);
-  return k % kErrorNames.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
-}
-
-// Short ones first: they are what a reader looks for.
-std::vector<const Estimate*> inReadingOrder(const Result& result) {
-  std::vector<const Estimate*> order;
-  for (const bool is_long : {false, true}) {
-    for (const auto& estimate : result.estimates) {
-      if ((estimate.values.size() > kLong) == is_long) order.push_back(&estimate);
-    }
-  }
-  return order;
-}
-
-std::optional<double> at(const std::vector<double>& list, std::size_t k) {
-  return k < list.size() ? std::optional{list[k]} : std::nullopt;
-}
-
 const std::vector<double>& combined(const Estimate& estimate) {
   return estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
 }
@@ -94,17 +63,6 @@ std::string row(const std::string& name, const std::string& value) {
   return "<tr><td>" + escaped(name) + "</td><td>" + escaped(value) + "</td></tr>\n";
 }
 
-std::string valueRow(const Estimate& estimate, std::size_t k) {
-  const Label label = partLabel(estimate, k);
-  const auto sd = at(estimate.sd, k);
-  const auto u = at(combined(estimate), k);
-  std::string text = "<tr>" + element("td", partName(estimate, k)) +
-                     numberCell(casefolder::valueText(label, estimate.values[k], sd), estimate.values[k]);
-  text += sd ? numberCell(withUnit({label.name, "", label.factor}, *sd), *sd) : "<td class=\"n\">unknown</td>";
-  text += u ? numberCell(withUnit({label.name, "", label.factor}, 2.0 * *u), 2.0 * *u) : "<td class=\"n\">unknown</td>";
-  return text + element("td", label.unit) + "</tr>\n";
-}
-
 // A column of the budget: what of an estimate has one unit.
 struct BudgetColumn {
   const Estimate& estimate;
@@ -118,7 +76,7 @@ struct BudgetColumn {
     return most;
   }
   std::string cell(double sd) const { return numberCell(withUnit({label.name, "", label.factor}, sd), sd); }
-  std::string title() const { return label.name + (label.unit.empty() ? "" : ", " + label.unit); }
+  std::string title() const { return label.name + (label.unit.empty() ? "" : " (" + label.unit + ")"); }
 };
 
 std::vector<BudgetColumn> budgetColumns(const Result& result) {
@@ -126,22 +84,82 @@ std::vector<BudgetColumn> budgetColumns(const Result& result) {
   std::size_t from = 0;
   for (const auto& estimate : result.estimates) {
     for (const auto& part : metrology::partsOf(estimate)) {
-      columns.push_back({estimate, labelOf(part.key), part.at, from});
+      const Label unit = unitOf(estimate, part.at.front());
+      std::string name = labelOf(part.key).name;
+      std::ranges::replace(name, '_', ' ');
+      columns.push_back({estimate, {name, unit.unit, unit.factor}, part.at, from});
     }
     from += estimate.values.size();
   }
   return columns;
 }
 
-std::string oneValue(const Estimate& estimate, std::size_t k) {
-  const Label label = partLabel(estimate, k);
-  const auto u = at(combined(estimate), k);
-  std::string text = partName(estimate, k) + " = " + casefolder::withSd(label, estimate.values[k], at(estimate.sd, k));
-  return u ? text + ", U = " + withUnit(label, 2.0 * *u) + " (k = 2)" : text + ", uncertainty unknown";
+// Chi-square stands with the residuals, the decision at the head, the angles with their errors.
+bool standsElsewhere(const std::string& key) {
+  return key == metrology::kChiSquareDof || key == metrology::kNoiseDof || key == "verdict" || key == "angle_rad";
 }
 
-std::string remedyOf(const std::string& reason) {
-  return reason.empty() ? "" : "<br/>" + escaped(reason);
+// " (um)", or nothing without a unit.
+std::string unitsOf(const Estimate& estimate) {
+  if (estimate.values.empty()) return {};
+  const std::string unit = unitOf(estimate, 0).unit;
+  return unit.empty() ? "" : " (" + unit + ")";
+}
+
+// All numbers with their U, row by row.
+std::string numbersOf(const Estimate& estimate) {
+  std::string values;
+  const std::size_t shown = std::min(estimate.values.size(), kMostRows);
+  for (std::size_t k = 0; k < shown; ++k) {
+    const Label unit = unitOf(estimate, k);
+    const auto u = combinedOf(estimate, k);
+    const bool new_row = estimate.shape == Shape::matrix && k % estimate.columns == 0;
+    values += k == 0 ? "" : new_row ? "; " : ", ";
+    values += valueDigits(unit, estimate.values[k], u);
+    if (u && *u > 0.0) values += " \u00b1 " + uncertaintyDigits(unit, *u);
+  }
+  if (shown < estimate.values.size()) values += " (the first " + std::to_string(shown) + " numbers)";
+  return values;
+}
+
+// "EXC at 60 deg" of a component's key such as "six_errors[2][0]".
+std::string nameOfComponent(const Subject& subject, const std::string& component) {
+  const auto bracket = component.find('[');
+  const auto* estimate = subject.result()->find(component.substr(0, bracket));
+  if (estimate == nullptr) return component;
+  if (bracket == std::string::npos) return valueName(subject, *estimate, 0);
+  const auto row = static_cast<std::size_t>(std::atoi(component.c_str() + bracket + 1));
+  const auto second = component.find('[', bracket + 1);
+  if (second == std::string::npos) return valueName(subject, *estimate, row);
+  return valueName(subject, *estimate,
+                   row * estimate->columns + static_cast<std::size_t>(std::atoi(component.c_str() + second + 1)));
+}
+
+// The worst-determined combination by its largest shares.
+std::string combinationOf(const Subject& subject, const metrology::Weakest& weakest) {
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < weakest.components.size(); ++k) order.push_back(k);
+  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return std::abs(weakest.coefficients[k]); });
+  const std::size_t shown = std::min(order.size(), kMostShares);
+  std::string text;
+  for (std::size_t at = 0; at < shown; ++at) {
+    const double share = weakest.coefficients[order[at]];
+    text += at == 0 ? "" : share < 0.0 ? " - " : " + ";
+    text += shortly(at == 0 ? share : std::abs(share)) + " (" +
+            nameOfComponent(subject, weakest.components[order[at]]) + ")";
+  }
+  return shown < order.size()
+             ? text + ", the largest " + std::to_string(shown) + " shares of " + std::to_string(order.size())
+             : text;
+}
+
+// The reading furthest from the fit, in sd of one reading.
+std::string furthestOff(const Result& result, double sd) {
+  const auto& values = result.residuals.values;
+  const auto furthest = std::ranges::max_element(values, {}, [](double value) { return std::abs(value); });
+  const auto place = static_cast<std::size_t>(furthest - values.begin());
+  return result.residuals.names[place] + ", by " + casefolder::withUnit({"", "", 1.0}, std::abs(*furthest) / sd) +
+         " sd";
 }
 
 }  // namespace
@@ -151,50 +169,6 @@ std::string heading(const Subject& subject) {
   const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
   return element("h1", title) + "\n<p class=\"small\">method " + escaped(subject.method) + ", case " +
          escaped(subject.name) + "</p>\n";
-}
-
-std::string verdict(const Subject& subject) {
-  if (const auto* refusal = subject.refusal()) {
-    return "<p class=\"verdict refused\"><b>Refused: " + escaped(refusal->name) + "</b>" + remedyOf(refusal->reason) +
-           "</p>\n";
-  }
-  const Result& result = *subject.result();
-  if (result.estimates.empty()) return {};
-  const Estimate& first = *inReadingOrder(result).front();
-  const bool warned = !result.warnings.empty() || combined(first).empty();
-  std::string text = warned ? "<p class=\"verdict warned\">" : "<p class=\"verdict\">";
-  for (std::size_t k = 0; k < std::min<std::size_t>(first.values.size(), 3); ++k) {
-    text += (k > 0 ? "<br/>" : "") + std::string{"<b>"} + escaped(oneValue(first, k)) + "</b>";
-  }
-  if (first.values.size() > 3) text += "<br/>and " + std::to_string(first.values.size() - 3) + " more, below";
-  if (!result.warnings.empty()) {
-    text += "<br/>with " + std::to_string(result.warnings.size()) +
-            (result.warnings.size() == 1 ? " warning: read it" : " warnings: read them");
-  }
-  if (!result.dropped.empty()) text += "<br/>" + std::to_string(result.dropped.size()) + " dropped, named below";
-  return text + "</p>\n";
-}
-
-std::string valuesTable(const Result& result) {
-  std::string text =
-      "<h2>Values</h2>\n<table class=\"values\">\n<tr><th>value</th><th></th><th class=\"n\">sd (k = 1)</th>"
-      "<th class=\"n\">U (k = 2)</th><th>unit</th></tr>\n";
-  std::size_t rows = 0;
-  std::size_t hidden = 0;
-  for (const auto* estimate : inReadingOrder(result)) {
-    for (std::size_t k = 0; k < estimate->values.size(); ++k) {
-      if (++rows > kMostRows) {
-        ++hidden;
-      } else {
-        text += valueRow(*estimate, k);
-      }
-    }
-  }
-  text += "</table>\n";
-  if (hidden > 0)
-    text += "<p class=\"small\">and " + std::to_string(hidden) + " more: probebox solve --json has them</p>\n";
-  if (!result.convention.empty()) text += "<p class=\"small\">" + escaped(result.convention) + "</p>\n";
-  return text;
 }
 
 std::string budgetTable(const Result& result) {
@@ -225,6 +199,18 @@ std::string budgetTable(const Result& result) {
   return text;
 }
 
+std::string residualsTable(const Result& result) {
+  std::string text = "<h2>Residuals</h2>\n<table>\n";
+  const std::string unit = result.residuals.unit.empty() ? "" : " " + result.residuals.unit;
+  text += row("residual rms", shortly(result.rms) + unit);
+  const auto sd = readingSd(result);
+  if (sd) text += row("sd of one reading", shortly(*sd) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
+  if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
+  text += row("degrees of freedom", std::to_string(result.dof));
+  if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));
+  return text + "</table>\n";
+}
+
 std::string warningsList(const Result& result) {
   return list("Warnings", result.warnings);
 }
@@ -235,19 +221,12 @@ std::string droppedList(const Result& result) {
   return list("Dropped readings", sentences);
 }
 
-std::string unobservableList(const Result& result) {
+std::string unobservableList(const Subject& subject) {
+  const Result& result = *subject.result();
   auto sentences = result.unobservable;
   if (result.weakest) {
-    std::string combination;
-    for (std::size_t k = 0; k < result.weakest->components.size(); ++k) {
-      const double share = result.weakest->coefficients[k];
-      combination += std::string{k == 0        ? ""
-                                 : share < 0.0 ? " - "
-                                               : " + "} +
-                     shortly(k == 0 ? share : std::abs(share)) + " " + result.weakest->components[k];
-    }
-    sentences.push_back("determined worst: " + combination + ", each in its own sd: " + shortly(result.weakest->sd) +
-                        " times as uncertain as if they were independent");
+    sentences.push_back("determined worst: " + combinationOf(subject, *result.weakest) + ", each in its own sd: " +
+                        shortly(result.weakest->sd) + " times as uncertain as if they were independent");
   }
   return list("What these data cannot observe", sentences);
 }
@@ -258,10 +237,6 @@ std::string factsTable(const Result& result) {
   if (method != nullptr) {
     text += row("equations", std::string{method->equations}) + row("patent", std::string{method->source});
   }
-  text += row("residual rms", shortly(result.rms) + (result.residuals.unit.empty() ? "" : " " + result.residuals.unit));
-  text += row("degrees of freedom", std::to_string(result.dof));
-  if (result.chi2_reduced)
-    text += row("reduced chi-square", shortly(*result.chi2_reduced) + " (1 where the stated sigma holds)");
   text += row("condition", shortly(result.condition) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
   if (const auto figure = result.designFigure()) {
     text +=
@@ -271,21 +246,16 @@ std::string factsTable(const Result& result) {
   return text + "</table>\n";
 }
 
-std::string alsoTable(const Result& result) {
-  if (result.also.empty()) return {};
+std::string alsoTable(const Subject& subject) {
+  const Result& result = *subject.result();
   std::string text = "<h2>Found on the way</h2>\n<table>\n";
+  bool any = false;
   for (const auto& estimate : result.also) {
-    std::string values;
-    for (std::size_t k = 0; k < std::min(estimate.values.size(), kMostRows); ++k) {
-      const bool new_row = estimate.shape == Shape::matrix && k % estimate.columns == 0;
-      values += k == 0 ? "" : new_row ? "; " : ", ";
-      values += casefolder::withSd(labelOf(estimate.key), estimate.values[k], at(estimate.sd, k));
-    }
-    std::string name = labelOf(estimate.key).name;
-    std::ranges::replace(name, '_', ' ');
-    text += row(name, values);
+    if (standsElsewhere(estimate.key)) continue;
+    any = true;
+    text += row(titleOf(estimate) + unitsOf(estimate), numbersOf(estimate));
   }
-  return text + "</table>\n";
+  return any ? text + "</table>\n" : "";
 }
 
 std::string conditionsTable(const Subject& subject) {

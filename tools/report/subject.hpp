@@ -5,6 +5,7 @@
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "tools/report/before.hpp"
 
 namespace probebox::report {
 
@@ -14,6 +15,7 @@ struct Subject {
   std::string method;
   std::optional<metrology::Dataset> dataset;  // what was measured; nothing where only the answer is at hand
   std::variant<metrology::Result, metrology::Refusal> answer;
+  Before before{};  // empty for a case that no box knows
 
   const metrology::Result* result() const { return std::get_if<metrology::Result>(&answer); }
   const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&answer); }

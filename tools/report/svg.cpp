@@ -16,11 +16,15 @@ namespace {
 constexpr double kWidth = 460.0;
 constexpr double kHeight = 300.0;
 constexpr double kSquareHeight = 400.0;
-constexpr double kLeft = 66.0;
+constexpr double kLeft = 72.0;
 constexpr double kRight = 14.0;
+constexpr double kTitleLeft = 14.0;
 constexpr double kTop = 28.0;
-constexpr double kBottom = 44.0;
-constexpr double kLegendLine = 16.0;
+constexpr double kBottom = 48.0;
+constexpr double kLegendLine = 18.0;
+constexpr double kLegendIndent = 30.0;
+constexpr double kCharacter = 6.6;      // mean width of one at the font size of a legend
+constexpr double kBoldCharacter = 8.0;  // and of a title
 constexpr std::size_t kMostDrawn = 1000;
 
 struct Paint {
@@ -34,15 +38,15 @@ Paint paintOf(Look look) {
     case Look::dots:
     case Look::specks:
     case Look::solid:
-      return {"#1b4f8a", "", 1.5};
+      return {"var(--series1,#1b4f8a)", "", 1.5};
     case Look::squares:
-      return {"#b04a00", "", 1.5};
+      return {"var(--series2,#b04a00)", "", 1.5};
     case Look::dashed:
-      return {"#b04a00", "6 3", 1.5};
+      return {"var(--series2,#b04a00)", "6 3", 1.5};
     case Look::triangles:
-      return {"#2a7a2a", "", 1.5};
+      return {"var(--series3,#2a7a2a)", "", 1.5};
     case Look::dotted:
-      return {"#666666", "2 3", 1.0};
+      return {"var(--series4,#666666)", "2 3", 1.0};
   }
   return {"#000000", "", 1.0};
 }
@@ -142,6 +146,27 @@ std::string words(double x, double y, const char* anchor, const std::string& tex
          escaped(text) + "</text>";
 }
 
+// Breaks words into lines of at most this many characters; a longer word has a line of its own.
+std::vector<std::string> wrapped(const std::string& text, std::size_t most) {
+  std::vector<std::string> lines{{}};
+  for (std::size_t from = 0; from < text.size();) {
+    const auto until = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, until - from);
+    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > most) lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+    from = until + 1;
+  }
+  return lines;
+}
+
+std::vector<std::string> legendLines(const std::string& legend) {
+  return wrapped(legend, static_cast<std::size_t>((kWidth - kRight - kLeft - kLegendIndent) / kCharacter));
+}
+
+std::vector<std::string> titleLines(const std::string& title) {
+  return wrapped(title, static_cast<std::size_t>((kWidth - kRight - kTitleLeft) / kBoldCharacter));
+}
+
 std::string arrow(double x1, double y1, double x2, double y2, const Paint& paint) {
   const double length = std::hypot(x2 - x1, y2 - y1);
   std::string drawn = segment(x1, y1, x2, y2, paint);
@@ -162,10 +187,11 @@ struct Plot::Frame {
   Range x;
   Range y;
   double height{};  // of the whole picture
-  double bottom{};  // of the axes
+  double top{};     // of the axes
+  double bottom{};
 
   double acrossWidth() const { return kWidth - kLeft - kRight; }
-  double upHeight() const { return bottom - kTop; }
+  double upHeight() const { return bottom - top; }
   double acrossOf(double value) const { return kLeft + (value - x.low) / x.width() * acrossWidth(); }
   double upOf(double value) const { return bottom - (value - y.low) / y.width() * upHeight(); }
 };
@@ -251,9 +277,12 @@ Plot::Frame Plot::frame() const {
   }
   frame.x.pad();
   frame.y.pad();
-  const auto named = std::ranges::count_if(series_, [](const Series& series) { return !series.legend.empty(); });
-  frame.height = (proportional_ ? kSquareHeight : kHeight) + kLegendLine * static_cast<double>(named);
-  frame.bottom = (proportional_ ? kSquareHeight : kHeight) - kBottom;
+  std::size_t named = 0;
+  for (const auto& series : series_) named += series.legend.empty() ? 0 : legendLines(series.legend).size();
+  const double more = kLegendLine * static_cast<double>(titleLines(title_).size() - 1);
+  frame.top = kTop + more;
+  frame.height = (proportional_ ? kSquareHeight : kHeight) + more + kLegendLine * static_cast<double>(named);
+  frame.bottom = (proportional_ ? kSquareHeight : kHeight) + more - kBottom;
   if (proportional_) {
     const double scale = std::max(frame.x.width() / frame.acrossWidth(), frame.y.width() / frame.upHeight());
     frame.x.widenTo(scale * frame.acrossWidth());
@@ -264,19 +293,23 @@ Plot::Frame Plot::frame() const {
 
 std::string Plot::svg() const {
   const Frame frame = this->frame();
-  const Paint grid{"#dddddd", "", 0.7};
-  const Paint edge{"#222222", "", 1.0};
+  const Paint grid{"var(--grid,#dddddd)", "", 0.7};
+  const Paint edge{"var(--ink,#222222)", "", 1.0};
   std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + pixels(kWidth) + " " +
                      pixels(frame.height) +
-                     "\" role=\"img\" font-family=\"sans-serif\" font-size=\"11\" fill=\"#222\">";
+                     "\" role=\"img\" font-family=\"sans-serif\" font-size=\"13\" fill=\"var(--ink,#222)\">";
   text += element("title", title_);
-  text += "<rect width=\"" + pixels(kWidth) + "\" height=\"" + pixels(frame.height) + "\" fill=\"#fff\"/>";
-  text += words(kLeft, 16, "start", title_, " font-size=\"13\" font-weight=\"bold\"");
+  text += "<rect width=\"" + pixels(kWidth) + "\" height=\"" + pixels(frame.height) + "\" fill=\"var(--plot,#fff)\"/>";
+  double title_at = 18.0;
+  for (const auto& line : titleLines(title_)) {
+    text += words(kTitleLeft, title_at, "start", line, " font-size=\"14\" font-weight=\"bold\"");
+    title_at += kLegendLine;
+  }
   const auto across = ticks(frame.x.low, frame.x.high, 6);
   for (const double tick : across) {
     const double x = frame.acrossOf(tick);
-    text += segment(x, kTop, x, frame.bottom, grid);
-    text += words(x, frame.bottom + 14, "middle", tickText(tick, across.size() > 1 ? across[1] - across[0] : 1.0));
+    text += segment(x, frame.top, x, frame.bottom, grid);
+    text += words(x, frame.bottom + 16, "middle", tickText(tick, across.size() > 1 ? across[1] - across[0] : 1.0));
   }
   const auto up = ticks(frame.y.low, frame.y.high, proportional_ ? 7 : 5);
   for (const double tick : up) {
@@ -285,19 +318,21 @@ std::string Plot::svg() const {
     text += words(kLeft - 5, y + 4, "end", tickText(tick, up.size() > 1 ? up[1] - up[0] : 1.0));
   }
   text += segment(kLeft, frame.bottom, kWidth - kRight, frame.bottom, edge);
-  text += segment(kLeft, kTop, kLeft, frame.bottom, edge);
-  text += words((kLeft + kWidth - kRight) / 2.0, frame.bottom + 31, "middle", x_label_);
-  const std::string middle = pixels((kTop + frame.bottom) / 2.0);
-  text += words(13, (kTop + frame.bottom) / 2.0, "middle", y_label_,
-                (" transform=\"rotate(-90 13 " + middle + ")\"").c_str());
+  text += segment(kLeft, frame.top, kLeft, frame.bottom, edge);
+  text += words((kLeft + kWidth - kRight) / 2.0, frame.bottom + 36, "middle", x_label_);
+  const std::string middle = pixels((frame.top + frame.bottom) / 2.0);
+  text += words(15, (frame.top + frame.bottom) / 2.0, "middle", y_label_,
+                (" transform=\"rotate(-90 15 " + middle + ")\"").c_str());
   double legend_at = frame.bottom + kBottom + 2.0;
   for (const auto& series : series_) {
     text += draw(series, frame);
     if (series.legend.empty()) continue;
     text += isLine(series.look) ? segment(kLeft, legend_at, kLeft + 22, legend_at, paintOf(series.look))
                                 : marker(series.look, kLeft + 11, legend_at);
-    text += words(kLeft + 30, legend_at + 4, "start", series.legend);
-    legend_at += kLegendLine;
+    for (const auto& line : legendLines(series.legend)) {
+      text += words(kLeft + kLegendIndent, legend_at + 4, "start", line);
+      legend_at += kLegendLine;
+    }
   }
   return text + "</svg>\n";
 }

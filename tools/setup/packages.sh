@@ -8,6 +8,10 @@ probebox_packages=(
   mbpoll python3)
 # What judges fits in tests. Where it cannot be had, those tests are skipped.
 probebox_judge_packages=(libceres-dev)
+# What renders pages of `probebox report` in tests (system.pages). Some 400 MB, so tools/test does not install it; without it
+# that test is skipped.
+# shellcheck disable=SC2034
+probebox_browser_packages=(chromium)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
 probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 

@@ -26,6 +26,14 @@ std::string budgetLine(const metrology::Result& result, const std::string& begin
   return from == std::string::npos ? "" : table.substr(from, table.find("</tr>", from) - from);
 }
 
+// The answer of an axis in another direction.
+metrology::Result turned(metrology::Result result, std::vector<double> direction) {
+  for (auto& estimate : result.also) {
+    if (estimate.key == "axis_direction") estimate.values = direction;
+  }
+  return result;
+}
+
 // The stamps stay as they are, so what is still to be taken out of them does too.
 TEST(Pictures, OfStreamsTakeAPreviousDelayOutOnce) {
   for (const auto* name : {"delay-known-sphere", "delay-per-axis"}) {
@@ -48,11 +56,13 @@ TEST(Pictures, OfARotaryAxisShowThePlaneThatItStandsOn) {
   Subject subject{"case", dataset.method, dataset, metrology::solve(dataset).value()};
   const auto across = [&](double x, double y, double z) {
     subject.dataset->config["axis_direction"] = std::vector{x, y, z};
+    subject.answer = turned(std::get<metrology::Result>(subject.answer), {x, y, z});
     return rotaryPictures(subject).front().svg();
   };
-  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("EX (um)"), HasSubstr("EY (um)")));
-  EXPECT_THAT(across(0, 1, 0), testing::AllOf(HasSubstr("EZ (um)"), HasSubstr("EX (um)"), Not(HasSubstr("EY (um)"))));
-  EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("EY (um)"), HasSubstr("EZ (um)")));
+  EXPECT_THAT(across(0, 0, 1), testing::AllOf(HasSubstr("EXC (um)"), HasSubstr("EYC (um)")));
+  EXPECT_THAT(across(0, 1, 0),
+              testing::AllOf(HasSubstr("EZB (um)"), HasSubstr("EXB (um)"), Not(HasSubstr("EYB (um)"))));
+  EXPECT_THAT(across(0.999, 0.04, 0), testing::AllOf(HasSubstr("EYA (um)"), HasSubstr("EZA (um)")));
   EXPECT_NE(across(0, 1, 0), across(0, -1, 0)) << "it turns the other way";
   subject.dataset.reset();
   for (const auto& plot : rotaryPictures(subject)) EXPECT_THAT(plot.svg(), Not(HasSubstr("around the axis")));
@@ -63,9 +73,9 @@ TEST(Budget, OfSixErrorsHasLengthsAndAnglesApart) {
   result.estimates.push_back(metrology::Estimate::matrix(
       "six_errors", 6, std::vector<double>(12), {1e-3, 2e-3, 3e-3, 4e-6, 5e-6, 6e-6, 4e-3, 1e-3, 1e-3, 7e-6, 1e-6, 0}));
   result.budget = {{"readings", false, result.estimates[0].sd}};
-  EXPECT_THAT(budgetTable(result), testing::AllOf(HasSubstr(">translations, mm<"), HasSubstr(">rotations, rad<")));
-  EXPECT_THAT(budgetLine(result, "<td>readings"), testing::AllOf(HasSubstr(">0.0040<"), HasSubstr(">0.0000070<")));
-  EXPECT_THAT(budgetLine(result, "<td>U (k = 2)"), testing::AllOf(HasSubstr(">0.0080<"), HasSubstr(">0.000014<")));
+  EXPECT_THAT(budgetTable(result), testing::AllOf(HasSubstr(">translations (um)<"), HasSubstr(">rotations (urad)<")));
+  EXPECT_THAT(budgetLine(result, "<td>readings"), testing::AllOf(HasSubstr(">4.0<"), HasSubstr(">7.0<")));
+  EXPECT_THAT(budgetLine(result, "<td>U (k = 2)"), testing::AllOf(HasSubstr(">8.0<"), HasSubstr(">14<")));
 }
 
 }  // namespace

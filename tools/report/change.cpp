@@ -1,0 +1,167 @@
+#include "tools/report/change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "tools/report/html.hpp"
+#include "tools/report/names.hpp"
+
+namespace probebox::report {
+namespace {
+
+using casefolder::Label;
+using metrology::Estimate;
+using metrology::Result;
+
+constexpr std::size_t kMostInTable = 12;  // components of a value that are compared one by one
+constexpr double kLarge = 4.0;            // sd, beyond which `accept` asks
+
+// One component of a value, now and before.
+struct Change {
+  const Estimate* now{};
+  const Estimate* then{};
+  std::size_t k{};
+
+  double by() const { return now->values[k] - then->values[k]; }
+  // sd of the difference of two independent results; nothing where one of them is unknown.
+  std::optional<double> sd() const {
+    const auto mine = combinedOf(*now, k);
+    const auto theirs = combinedOf(*then, k);
+    return mine && theirs ? std::optional{std::hypot(*mine, *theirs)} : std::nullopt;
+  }
+  std::optional<double> inSd() const {
+    const auto known = sd();
+    return known && *known > 0.0 ? std::optional{std::abs(by()) / *known} : std::nullopt;
+  }
+};
+
+// Values at angles can only be compared at the same angles.
+bool comparable(const Result& a, const Result& b, const Estimate& estimate) {
+  const auto* other = b.find(estimate.key);
+  if (other == nullptr || other->values.size() != estimate.values.size()) return false;
+  const auto* here = a.find("angle_rad");
+  const auto* there = b.find("angle_rad");
+  if (estimate.shape != metrology::Shape::matrix || here == nullptr || there == nullptr) return true;
+  return std::ranges::equal(here->values, there->values, [](double x, double y) { return std::abs(x - y) < 1e-6; });
+}
+
+std::vector<Change> changesBetween(const Result& now, const Result& then) {
+  std::vector<Change> changes;
+  for (const auto& estimate : now.estimates) {
+    if (!comparable(now, then, estimate)) continue;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      if (!zeroByDefinition(estimate, k)) changes.push_back({&estimate, then.find(estimate.key), k});
+    }
+  }
+  return changes;
+}
+
+std::string plain(double value) {
+  return casefolder::withUnit({"", "", 1.0}, value);
+}
+
+std::string tail(const Label& unit) {
+  return unit.unit.empty() ? "" : " " + unit.unit;
+}
+
+// Of each value with many components the one that changed most, of the others all.
+std::vector<Change> worthTelling(const Subject& subject) {
+  std::vector<Change> chosen;
+  for (const auto& change : changesBetween(*subject.result(), subject.before.in_force->result)) {
+    const bool same = !chosen.empty() && chosen.back().now == change.now;
+    if (change.now->values.size() <= kMostInTable || !same) {
+      chosen.push_back(change);
+    } else if (change.inSd().value_or(0.0) > chosen.back().inSd().value_or(0.0)) {
+      chosen.back() = change;
+    }
+  }
+  return chosen;
+}
+
+std::string rowOf(const Subject& subject, const Change& change) {
+  const Label unit = unitOf(*change.now, change.k);
+  const auto sd = change.sd();
+  const auto cell = [&](const std::string& text) { return "<td class=\"n\">" + escaped(text) + "</td>"; };
+  std::string text = "<tr>" + element("td", valueName(subject, *change.now, change.k)) +
+                     cell(valueDigits(unit, change.then->values[change.k], combinedOf(*change.then, change.k))) +
+                     cell(valueDigits(unit, change.now->values[change.k], combinedOf(*change.now, change.k))) +
+                     cell(valueDigits(unit, change.by(), sd));
+  text += cell(sd ? uncertaintyDigits(unit, *sd) : "unknown");
+  text += cell(change.inSd() ? plain(*change.inSd()) : "unknown");
+  return text + element("td", unit.unit) + "</tr>\n";
+}
+
+// The value whose trend is drawn: the first with few components.
+const Estimate* followed(const Result& result) {
+  const auto few = std::ranges::find_if(result.estimates, [](const Estimate& e) { return e.values.size() <= 3; });
+  return few == result.estimates.end() ? nullptr : &*few;
+}
+
+}  // namespace
+
+std::vector<std::string> changeLines(const Subject& subject) {
+  if (subject.result() == nullptr) return {};
+  if (!subject.before.in_force) {
+    if (subject.before.history.empty()) return {};
+    return {"no other result about this is in force"};
+  }
+  const Earlier& force = *subject.before.in_force;
+  const auto changes = changesBetween(*subject.result(), force.result);
+  const auto in_sd = [](const Change& change) { return change.inSd().value_or(0.0); };
+  const auto largest = std::ranges::max_element(changes, {}, in_sd);
+  if (largest == changes.end()) return {"has no value in common with " + force.name + ", which is in force"};
+  const Label unit = unitOf(*largest->now, largest->k);
+  std::string text = "largest change against " + force.name +
+                     ", in force: " + valueName(subject, *largest->now, largest->k) + " by " +
+                     valueDigits(unit, largest->by(), largest->sd()) + tail(unit);
+  if (const auto sd = largest->inSd())
+    text += ", " + plain(*sd) + " sd" + (*sd > kLarge ? " of the difference: look why" : "");
+  return {text};
+}
+
+std::string changeTable(const Subject& subject) {
+  if (subject.result() == nullptr || !subject.before.in_force) return {};
+  const Earlier& force = *subject.before.in_force;
+  std::string rows;
+  for (const auto& change : worthTelling(subject)) rows += rowOf(subject, change);
+  if (rows.empty()) return {};
+  return "<h2>Change against the result in force</h2>\n<table>\n<tr><th>value</th><th class=\"n\">" +
+         escaped(force.name) +
+         "</th><th class=\"n\">this</th><th class=\"n\">change</th><th class=\"n\">U of change</th>" +
+         "<th class=\"n\">in sd</th><th>unit</th></tr>\n" + rows + "</table>\n<p class=\"small\">" +
+         escaped(force.name + ", " + force.utc + "; of a value with more than " + std::to_string(kMostInTable) +
+                 " numbers the one that changed most.") +
+         "</p>\n";
+}
+
+std::optional<Plot> trendPicture(const Subject& subject) {
+  if (subject.result() == nullptr || subject.before.history.empty()) return std::nullopt;
+  const Estimate* now = followed(*subject.result());
+  if (now == nullptr) return std::nullopt;
+  const auto& history = subject.before.history;
+  const std::size_t from = history.size() > kTrend - 1 ? history.size() - (kTrend - 1) : 0;
+  constexpr Look kLooks[]{Look::dots, Look::squares, Look::triangles};
+  const Label unit = unitOf(*now, 0);
+  Plot plot{"Trend of the last " + std::to_string(history.size() - from + 1) + " results, bars of U",
+            "result (0: this one)", "minus this one" + (unit.unit.empty() ? "" : " (" + unit.unit + ")")};
+  for (std::size_t k = 0; k < now->values.size(); ++k) {
+    if (zeroByDefinition(*now, k)) continue;
+    std::vector<Point> points;
+    std::vector<double> bars;
+    const auto add = [&](const Estimate* estimate, double place) {
+      if (estimate == nullptr || k >= estimate->values.size()) return;
+      points.push_back({place, (estimate->values[k] - now->values[k]) * unit.factor});
+      bars.push_back(2.0 * combinedOf(*estimate, k).value_or(0.0) * unit.factor);
+    };
+    for (std::size_t at = from; at < history.size(); ++at) {
+      add(history[at].result.find(now->key), static_cast<double>(at) - static_cast<double>(history.size()));
+    }
+    add(now, 0.0);
+    plot.addWithBars(std::move(points), bars, kLooks[k % 3], valueName(subject, *now, k));
+  }
+  plot.addLevel(0.0);
+  return plot;
+}
+
+}  // namespace probebox::report

@@ -1,0 +1,163 @@
+#include "tools/report/decision.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include "tools/report/change.hpp"
+#include "tools/report/html.hpp"
+#include "tools/report/names.hpp"
+
+namespace probebox::report {
+namespace {
+
+using metrology::Estimate;
+using metrology::Result;
+using metrology::Shape;
+
+constexpr std::size_t kFewValues = 3;
+constexpr std::string_view kDeviation = "deviation_";
+
+std::optional<double> numberIn(const metrology::Dataset& dataset, const std::string& key) {
+  const auto entry = dataset.config.find(key);
+  const auto* number = entry == dataset.config.end() ? nullptr : std::get_if<double>(&entry->second);
+  return number == nullptr ? std::nullopt : std::optional{*number};
+}
+
+// The limit, mm, that a deviation was judged by.
+std::optional<double> limitOf(const Subject& subject, const Estimate& deviation) {
+  if (!subject.dataset) return std::nullopt;
+  const auto own = numberIn(*subject.dataset, "limit_" + deviation.key.substr(kDeviation.size()));
+  return own ? own : numberIn(*subject.dataset, "limit_mm");
+}
+
+// The deviation that is nearest to its limit or furthest beyond it: largest |deviation| / (limit + U).
+std::optional<std::string> worstDeviation(const Subject& subject) {
+  double worst = -1.0;
+  std::optional<std::string> sentence;
+  for (const auto& deviation : subject.result()->also) {
+    if (!deviation.key.starts_with(kDeviation)) continue;
+    const auto limit = limitOf(subject, deviation);
+    const double u = combinedOf(deviation, 0).value_or(0.0);
+    const double ratio = std::abs(deviation.value()) / (limit ? *limit + 2.0 * u : 1.0);
+    if (ratio <= worst) continue;
+    worst = ratio;
+    const auto unit = unitOf(deviation, 0);
+    sentence = "worst: " + sentenceOf(subject, deviation, 0);
+    if (limit) *sentence += ", limit " + casefolder::withUnit(unit, *limit);
+  }
+  return sentence;
+}
+
+// Largest value of each unit.
+std::vector<std::string> worstOf(const Subject& subject, const Estimate& estimate) {
+  std::vector<std::string> lines;
+  for (const auto& part : metrology::partsOf(estimate)) {
+    const auto size = [&](std::size_t k) { return std::abs(estimate.values[k]); };
+    const auto worst = std::ranges::max_element(part.at, {}, size);
+    const char* what = isError(estimate.key) ? "worst: " : "largest: ";
+    if (worst != part.at.end()) lines.push_back(what + sentenceOf(subject, estimate, *worst));
+  }
+  return lines;
+}
+
+bool isLong(const Estimate& estimate) {
+  return estimate.shape == Shape::matrix ? estimate.values.size() > 9 : estimate.values.size() > kFewValues;
+}
+
+// Of several scalar errors the worst; nothing where there are no more than a reader takes in at once.
+std::optional<std::string> worstScalar(const Subject& subject) {
+  const Estimate* worst = nullptr;
+  std::size_t count = 0;
+  for (const auto& estimate : subject.result()->estimates) {
+    if (estimate.shape != Shape::scalar || unitOf(estimate, 0).unit != "um") continue;
+    ++count;
+    if (worst == nullptr || std::abs(estimate.value()) > std::abs(worst->value())) worst = &estimate;
+  }
+  return count > kFewValues ? std::optional{"worst: " + sentenceOf(subject, *worst, 0)} : std::nullopt;
+}
+
+std::vector<std::string> valueLines(const Subject& subject) {
+  if (const auto worst = worstScalar(subject)) return {*worst};
+  std::vector<std::string> lines;
+  for (const auto& estimate : subject.result()->estimates) {
+    if (isLong(estimate)) {
+      const auto worst = worstOf(subject, estimate);
+      lines.insert(lines.end(), worst.begin(), worst.end());
+    }
+  }
+  for (const auto& estimate : subject.result()->estimates) {
+    if (isLong(estimate) || estimate.shape == Shape::matrix) continue;
+    for (std::size_t k = 0; k < estimate.values.size(); ++k) {
+      if (!zeroByDefinition(estimate, k)) lines.push_back(sentenceOf(subject, estimate, k));
+    }
+    if (estimate.shape == Shape::vector) break;
+    if (lines.size() >= kFewValues) break;
+  }
+  return lines;
+}
+
+bool hasWarning(const Result& result) {
+  const bool uncertain = !result.estimates.empty() && !combinedOf(result.estimates.front(), 0);
+  return !result.warnings.empty() || uncertain;
+}
+
+const char* classOf(const Decision& decision) {
+  switch (decision.verdict) {
+    case Verdict::pass:
+      return "pass";
+    case Verdict::warn:
+      return "warned";
+    case Verdict::fail:
+    case Verdict::refused:
+      return "failed";
+    case Verdict::no_limit:
+      break;
+  }
+  return decision.warned ? "warned" : "neutral";
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Decision decide(const Subject& subject) {
+  if (const auto* refusal = subject.refusal()) {
+    Decision decision{Verdict::refused, "Refused: " + refusal->name, {}, true};
+    if (!refusal->reason.empty()) decision.lines.push_back(refusal->reason);
+    return decision;
+  }
+  const Result& result = *subject.result();
+  Decision decision{.headline = "No limit stated", .lines = {}, .warned = hasWarning(result)};
+  if (const auto* verdict = result.find("verdict")) {
+    const bool within = verdict->value() < 0.5;
+    decision.verdict = verdict->value() > 1.5       ? Verdict::fail
+                       : within && !decision.warned ? Verdict::pass
+                                                    : Verdict::warn;
+    decision.headline = decision.verdict == Verdict::fail   ? "FAIL: beyond the limit"
+                        : decision.verdict == Verdict::pass ? "PASS: within the limits, with U"
+                        : within                            ? "WARN: within the limits, but with a warning"
+                                                            : "WARN: less than U from the limit";
+    if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
+  } else {
+    decision.lines = valueLines(subject);
+  }
+  if (!result.warnings.empty()) decision.lines.push_back(counted(result.warnings.size(), "warning") + ", below");
+  if (!result.dropped.empty())
+    decision.lines.push_back(counted(result.dropped.size(), "reading") + " dropped, named below");
+  return decision;
+}
+
+std::string decisionBox(const Subject& subject) {
+  const Decision decision = decide(subject);
+  std::string text =
+      std::string{"<div class=\"verdict "} + classOf(decision) + "\">" + element("p", decision.headline) + "<ul>";
+  for (const auto& line : decision.lines) text += element("li", line);
+  for (const auto& line : changeLines(subject)) text += element("li", line);
+  return text + "</ul></div>\n";
+}
+
+}  // namespace probebox::report

@@ -1,0 +1,29 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "tools/report/subject.hpp"
+
+namespace probebox::report {
+
+enum class Verdict {
+  pass,      // within every stated limit, with U, and no warning
+  warn,      // a value less than U from its limit, or a warning beside values within their limits
+  fail,      // a value beyond its limit
+  no_limit,  // nothing to decide against; warned tells whether there are warnings
+  refused,
+};
+
+// What a reader wants first: the decision, and the worst errors (or the first values) with U.
+struct Decision {
+  Verdict verdict{Verdict::no_limit};
+  std::string headline;
+  std::vector<std::string> lines;
+  bool warned{};  // warnings, or a value without uncertainty: never green
+};
+Decision decide(const Subject& subject);
+
+// The box at the head of an article.
+std::string decisionBox(const Subject& subject);
+
+}  // namespace probebox::report

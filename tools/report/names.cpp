@@ -1,0 +1,183 @@
+#include "tools/report/names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+namespace probebox::report {
+namespace {
+
+using casefolder::Label;
+using metrology::Estimate;
+using metrology::Shape;
+
+constexpr std::string_view kSixErrors = "six_errors";
+constexpr std::array<std::string_view, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+constexpr std::array<std::string_view, 3> kAxes{"X", "Y", "Z"};
+constexpr std::array<std::string_view, 3> kTurns{"A", "B", "C"};
+
+std::string shortly(double value) {
+  std::array<char, 40> buffer{};
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value + 0.0, std::chars_format::general, 6);
+  return {buffer.data(), end.ptr};
+}
+
+std::string degrees(double radians) {
+  return shortly(std::round(radians * 180.0 / std::numbers::pi * 1e4) / 1e4) + " deg";
+}
+
+std::string spaced(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
+}
+
+// Letters of the coordinates of a vector: its key names two of them ("pivot_xz_mm"), else they are X Y Z.
+std::string coordinate(const std::string& name, std::size_t k, std::size_t count) {
+  for (const std::string_view plane : {"xz", "yz", "xy"}) {
+    if (count == 2 && name.ends_with("_" + std::string{plane})) {
+      return std::string(1, static_cast<char>(plane[k] - 'x' + 'X'));
+    }
+  }
+  return std::string{kAxes[k % 3]};
+}
+
+const std::vector<double>* columnOf(const Subject& subject, const char* table, const char* column) {
+  const auto* found = subject.dataset ? subject.dataset->table(table) : nullptr;
+  return found == nullptr ? nullptr : found->column(column);
+}
+
+bool isRotation(const Estimate& estimate) {
+  return estimate.key.ends_with("tilt_rad") || estimate.key == "position_dependent_rad";
+}
+
+}  // namespace
+
+bool isError(std::string_view key) {
+  for (const std::string_view word :
+       {"error", "deviation", "location", "offset", "Xcen", "Ycen", "position_dependent"}) {
+    if (key.find(word) != std::string_view::npos) return key != "tool_offset_mm";
+  }
+  return false;
+}
+
+namespace {
+
+std::string vectorName(const Subject& subject, const Estimate& estimate, std::size_t k) {
+  const std::string axis = axisLetter(subject);
+  if (estimate.key == "location_mm" && !axis.empty()) return std::string{kAxes[k % 3]} + "O" + axis;
+  if (estimate.key == "tilt_rad" && !axis.empty()) return std::string{kTurns[k % 3]} + "O" + axis;
+  const std::string name = casefolder::labelOf(estimate.key).name;
+  if (estimate.values.size() > 3)
+    return (name == "sector_table" ? "sector " : spaced(name) + " ") + std::to_string(k + 1);
+  if (name.ends_with("_joint") || name.starts_with("sens")) return spaced(name) + " " + std::to_string(k + 1);
+  if (name.ends_with("_axis")) return spaced(name.substr(0, name.size() - 5)) + " " + std::string{kAxes[k % 3]};
+  if (isRotation(estimate)) return spaced(name) + " about " + std::string{kAxes[k % 3]};
+  const std::string letter = coordinate(name, k, estimate.values.size());
+  const bool named = letter != kAxes[k % 3] || name.ends_with("_xy") || name.ends_with("_xz") || name.ends_with("_yz");
+  return spaced(named ? name.substr(0, name.size() - 3) : name) + " " + letter;
+}
+
+}  // namespace
+
+std::string axisLetter(const Subject& subject) {
+  const auto* result = subject.result();
+  if (result == nullptr) return {};
+  if (const auto* direction = result->find("axis_direction"); direction != nullptr && direction->values.size() == 3) {
+    const auto longest = std::ranges::max_element(direction->values, {}, [](double part) { return std::abs(part); });
+    return std::string{kTurns[static_cast<std::size_t>(longest - direction->values.begin())]};
+  }
+  if (!subject.dataset) return {};
+  const auto entry = subject.dataset->config.find("axis");
+  const auto* letter = entry == subject.dataset->config.end() ? nullptr : std::get_if<std::string>(&entry->second);
+  return letter != nullptr && letter->size() == 1 && result->find(kSixErrors) != nullptr ? *letter : "";
+}
+
+std::string rowName(const Subject& subject, const Estimate& estimate, std::size_t row) {
+  if (estimate.key == kSixErrors && subject.result() != nullptr) {
+    const auto* angles = subject.result()->find("angle_rad");
+    if (angles != nullptr && row < angles->values.size()) return degrees(angles->values[row]);
+  }
+  const auto* swivel = columnOf(subject, "queries", "B_deg");
+  const auto* length = columnOf(subject, "queries", "L_mm");
+  if (estimate.key == "error_at_queries_mm" && swivel != nullptr && length != nullptr && row < swivel->size() &&
+      row < length->size()) {
+    return "B = " + shortly((*swivel)[row]) + " deg, L = " + shortly((*length)[row]) + " mm";
+  }
+  return std::to_string(row + 1);
+}
+
+std::string columnName(const Subject& subject, const Estimate& estimate, std::size_t column) {
+  if (estimate.key == kSixErrors) return std::string{kErrors[column % kErrors.size()]} + axisLetter(subject);
+  if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return std::string{kAxes[column]};
+  return "column " + std::to_string(column + 1);
+}
+
+std::string valueName(const Subject& subject, const Estimate& estimate, std::size_t k) {
+  if (estimate.shape == Shape::vector) return vectorName(subject, estimate, k);
+  if (estimate.shape == Shape::scalar) {
+    const std::string name = casefolder::labelOf(estimate.key).name;
+    if (name == "tau") return "delay tau";
+    return spaced(name);
+  }
+  const std::string row = rowName(subject, estimate, k / estimate.columns);
+  const bool at = row.find_first_not_of("0123456789") != std::string::npos;
+  const std::string column = columnName(subject, estimate, k % estimate.columns);
+  return at ? column + " at " + row : titleOf(estimate) + ", row " + row + ", " + column;
+}
+
+std::string titleOf(const Estimate& estimate) {
+  if (estimate.key == kSixErrors) return "error motions of the axis";
+  if (estimate.key == "error_at_queries_mm") return "error of the head at the queried angles";
+  return spaced(casefolder::labelOf(estimate.key).name);
+}
+
+Label unitOf(const Estimate& estimate, std::size_t k) {
+  if (estimate.key == kSixErrors) {
+    return k % kErrors.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
+  }
+  Label label = casefolder::labelOf(estimate.key);
+  if (label.unit == "mm" && isError(estimate.key)) return {label.name, "um", 1e3};
+  if (label.unit == "rad" && (isRotation(estimate) || estimate.key.starts_with("lean"))) {
+    return {label.name, "urad", 1e6};
+  }
+  return label;
+}
+
+bool zeroByDefinition(const Estimate& estimate, std::size_t k) {
+  if (k >= estimate.sd.size() || estimate.values[k] != 0.0 || estimate.sd[k] != 0.0) return false;
+  const bool certain = k >= estimate.uncertainty.size() || estimate.uncertainty[k] == 0.0;
+  return certain && std::ranges::any_of(estimate.sd, [](double sd) { return sd > 0.0; });
+}
+
+std::optional<double> sdOf(const Estimate& estimate, std::size_t k) {
+  return k < estimate.sd.size() ? std::optional{estimate.sd[k]} : std::nullopt;
+}
+
+std::optional<double> combinedOf(const Estimate& estimate, std::size_t k) {
+  return k < estimate.uncertainty.size() ? std::optional{estimate.uncertainty[k]} : sdOf(estimate, k);
+}
+
+std::string valueDigits(const Label& unit, double value, std::optional<double> u) {
+  std::string digits = casefolder::valueText(unit, value, u ? std::optional{2.0 * *u} : std::nullopt);
+  const bool zero = digits.find_first_not_of("-0.") == std::string::npos;
+  return zero && digits.starts_with('-') ? digits.substr(1) : digits;
+}
+
+std::string uncertaintyDigits(const Label& unit, double u) {
+  return casefolder::withUnit({unit.name, "", unit.factor}, 2.0 * u);
+}
+
+std::string sentenceOf(const Subject& subject, const Estimate& estimate, std::size_t k) {
+  const Label unit = unitOf(estimate, k);
+  const auto u = combinedOf(estimate, k);
+  const std::string tail = unit.unit.empty() ? "" : " " + unit.unit;
+  std::string text = valueName(subject, estimate, k) + " = " + valueDigits(unit, estimate.values[k], u) + tail;
+  if (zeroByDefinition(estimate, k)) return text + " by definition";
+  return u ? text + ", U = " + uncertaintyDigits(unit, *u) + tail + " (k = 2)" : text + ", uncertainty unknown";
+}
+
+}  // namespace probebox::report
