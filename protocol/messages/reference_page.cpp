@@ -288,7 +288,8 @@ std::string control() {
              "A case that was measured without the box, in pieces. Allowed as calibrating is. Since protocol 1.2.") +
          operation<FollowCase>(
              "What comes of a case that was proposed to be followed. One that nobody asks after for 5 s is given up, "
-             "and nothing of it is stored. Since protocol 1.2.");
+             "and nothing of it is stored. Since protocol 1.2.") +
+         operation<GetResult>("One result or refusal with every value, or its dataset. Since protocol 1.2.");
 }
 
 std::string structures() {

@@ -135,6 +135,36 @@ struct ValueChange {
   }
 };
 
+// One stored result or refusal, with every value, and its dataset where that is kept; piece by piece. Since
+// protocol 1.2.
+struct GetResult {
+  static constexpr Operation kOperation = Operation::get_result;
+  struct Request {
+    std::uint64_t id{};
+    ResultDocument document{};
+    std::uint64_t offset{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("id", self.id, "of the result or of the refusal");
+      field("document", self.document, "0 the result or the refusal, 1 the dataset that it was solved from");
+      field("offset", self.offset, "bytes that the host already has");
+    }
+  };
+  struct Answer {
+    ResultSummary summary{};
+    bool dataset_kept{};
+    std::uint64_t total_bytes{};
+    std::uint64_t offset{};
+    std::string bytes{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("summary", self.summary, "with offset 0, without values and warnings: the document has them");
+      field("dataset_kept", self.dataset_kept, "1 when the box keeps its dataset");
+      field("total_bytes", self.total_bytes, "of the whole document; 0 for a dataset that is not kept");
+      field("offset", self.offset, "where this piece begins");
+      field("bytes", self.bytes, "a piece of the document, JSON text");
+    }
+  };
+};
+
 struct AcceptResult {
   static constexpr Operation kOperation = Operation::accept_result;
   struct Request {

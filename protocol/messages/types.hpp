@@ -64,6 +64,7 @@ enum class Operation : std::uint16_t {
   tell_pose = 16,
   propose_case = 17,
   follow_case = 18,
+  get_result = 19,
 };
 
 // How the columns of a block are coded.
@@ -108,6 +109,9 @@ enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3, 
 
 // What an entry of a case's config.json is.
 enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };
+
+// What the box keeps of a result, as JSON text: the result or refusal itself, and the data that were measured.
+enum class ResultDocument : std::uint8_t { result = 0, dataset = 1 };
 
 using BootId = std::array<std::byte, 16>;
 

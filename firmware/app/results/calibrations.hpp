@@ -72,6 +72,9 @@ class Calibrations {
   Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
     return store_.history(range);
   }
+  Outcome<store::Record, store::Failure> find(store::Id id) { return store_.find(id); }
+  // The measured data of a result, as JSON text; empty when they are not kept.
+  Outcome<std::string, store::Failure> datasetOf(store::Id id) { return store_.dataset(id); }
   // The data of a run of this process, as JSON text; empty when there is none.
   const std::string& dataset(std::uint32_t run) const;
 

@@ -5,6 +5,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_summary.hpp"
+#include "firmware/json/result_json.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/wording.hpp"
 
@@ -45,6 +46,10 @@ messages::ValueChange wireChange(const ComparedValue& each) {
           .has_in_sd = in_sd.has_value()};
 }
 
+std::string documentOf(const store::Record& record) {
+  return record.result() != nullptr ? json::toJson(*record.result()) : json::toJson(*record.refusal());
+}
+
 }  // namespace
 
 bool ResultsDesk::answers(Operation operation) {
@@ -57,6 +62,7 @@ bool ResultsDesk::answers(Operation operation) {
     case Operation::set_inhibit:
     case Operation::propose_case:
     case Operation::follow_case:
+    case Operation::get_result:
       return true;
     default:
       return false;
@@ -83,6 +89,8 @@ Reply ResultsDesk::answerAtOnce(Operation operation, std::span<const std::byte> 
       return history(body);
     case Operation::get_dataset:
       return getDataset(body);
+    case Operation::get_result:
+      return getResult(body);
     case Operation::set_inhibit:
       return setInhibit(body, caller);
     case Operation::follow_case:
@@ -202,6 +210,36 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
   return ok(messages::GetDataset::Answer{
       .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostBytes)});
+}
+
+Reply ResultsDesk::getResult(std::span<const std::byte> body) {
+  const auto request = messages::decode<messages::GetResult::Request>(body);
+  if (!request) return malformed(Operation::get_result);
+  if (request->document > messages::ResultDocument::dataset)
+    return refused(ErrorCode::malformed, "A document is 0, the result, or 1, the dataset.");
+  messages::GetResult::Answer answer{
+      .summary = {}, .dataset_kept = {}, .total_bytes = 0, .offset = request->offset, .bytes = {}};
+  if (request->offset == 0 || document_.id != request->id || document_.kind != request->document) {
+    auto record = calibrations_.find(request->id);
+    if (!record) return whyNot(record.error());
+    auto dataset = calibrations_.datasetOf(request->id);
+    const bool wants_dataset = request->document == messages::ResultDocument::dataset;
+    // A result can be looked at though its dataset is damaged.
+    if (!dataset && wants_dataset) return whyNot(dataset.error());
+    document_ = {request->id, request->document, dataset && !dataset->empty(), {}};
+    document_.text = wants_dataset ? std::move(dataset).value() : documentOf(*record);
+    answer.summary = summaryOf(*record);
+    answer.summary.waiting_for_cut = calibrations_.inForce().isWaiting(record->id);
+    answer.summary.values.clear();
+    answer.summary.warnings.clear();
+  }
+  const std::string& all = document_.text;
+  if (request->offset > all.size()) return refused(ErrorCode::not_found, "The document ends before that offset.");
+  answer.dataset_kept = document_.dataset_kept;
+  answer.total_bytes = all.size();
+  answer.bytes = all.substr(request->offset, kMostBytes - messages::encodedSize(answer));
+  if (request->offset + answer.bytes.size() == all.size()) document_ = {};
+  return ok(answer);
 }
 
 // Answered when it is stored and the core holds it: what is asked for next finds it so.

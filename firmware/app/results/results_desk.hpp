@@ -35,6 +35,7 @@ class ResultsDesk {
   Reply rollBack(std::span<const std::byte> body, const board::Access& may);
   Reply history(std::span<const std::byte> body);
   Reply getDataset(std::span<const std::byte> body);
+  Reply getResult(std::span<const std::byte> body);
   Reply setInhibit(std::span<const std::byte> body, const Caller& caller);
 
   std::optional<Reply> clearForAnother(const messages::SetInhibit::Request& request, const board::Access& may);
@@ -43,6 +44,15 @@ class ResultsDesk {
   CoreView& core_;
   DoorBook& doors_;
   ProposalDesk proposals_;
+
+  // The document that a host reads piece by piece: a dataset of megabytes is not taken from the file for every piece.
+  struct Document {
+    store::Id id{};
+    messages::ResultDocument kind{};
+    bool dataset_kept{};
+    std::string text;
+  };
+  Document document_;
 };
 
 }  // namespace probebox::app

@@ -102,6 +102,8 @@ void forEachMessage(auto&& call) {
   call("propose_case answer", ProposeCase::Answer{});
   call("follow_case request", FollowCase::Request{});
   call("follow_case answer", FollowCase::Answer{});
+  call("get_result request", GetResult::Request{});
+  call("get_result answer", GetResult::Answer{});
 }
 
 }  // namespace probebox::messages
