@@ -7,6 +7,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
+#include "protocol/units/nearest.hpp"
 
 namespace probebox::metrology {
 
@@ -25,7 +26,8 @@ Solved solve(const Dataset& dataset) {
   if (const Method* method = methodNamed(dataset.method)) return solve(dataset, *method);
   std::string known;
   for (const auto name : methods()) known += (known.empty() ? "" : ", ") + std::string{name};
-  return Refusal{"unknown-method", "there is no method '" + dataset.method + "'; use one of: " + known};
+  return Refusal{"unknown-method", "there is no method '" + dataset.method + "'" +
+                                       didYouMean(dataset.method, methods()) + "; use one of: " + known};
 }
 
 std::vector<std::string_view> methods() {

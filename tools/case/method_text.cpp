@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/solve.hpp"
+#include "protocol/units/nearest.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -98,7 +100,8 @@ int explainMethods(std::span<const std::string> names, bool json, std::ostream& 
   for (const auto& name : names) {
     chosen.push_back(metrology::methodNamed(name));
     if (chosen.back() != nullptr) continue;
-    err << "probebox solve: there is no method '" << name << "'; `probebox solve --methods` lists them\n";
+    err << "probebox solve: there is no method '" << name << "'" << didYouMean(name, metrology::methods())
+        << "; `probebox solve --methods` lists them\n";
     return 2;
   }
   const bool all = chosen.empty();

@@ -13,6 +13,7 @@
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/units/wording.hpp"
+#include "protocol/units/nearest.hpp"
 
 namespace probebox::app {
 namespace {
@@ -332,7 +333,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (!method) {
     std::string known;
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
-    return refused(ErrorCode::not_found, "This box has no procedure '" + request->method + "'; it has: " + known + ".");
+    const auto meant = didYouMean(request->method, procedure::methodNames());
+    return refused(ErrorCode::not_found,
+                   "This box has no procedure '" + request->method + "'" + meant + "; it has: " + known + ".");
   }
   const auto facts = with_.calibrations.factsNow();
   const auto options = plannedOptions(*method, *request, facts, state);

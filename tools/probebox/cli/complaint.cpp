@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
-#include "tools/probebox/cli/nearest.hpp"
+#include "protocol/units/nearest.hpp"
 
 namespace probebox::command {
 namespace {
@@ -29,11 +29,6 @@ std::vector<std::string> flagNames(const CLI::App& app) {
     }
   }
   return names;
-}
-
-std::string didYouMean(const std::string& word, const std::vector<std::string>& known) {
-  const auto meant = nearest(word, known);
-  return meant.empty() ? std::string{} : "; did you mean " + meant + "?";
 }
 
 std::string seeHelp(const CLI::App& app) {

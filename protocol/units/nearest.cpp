@@ -1,9 +1,9 @@
-#include "tools/probebox/cli/nearest.hpp"
+#include "protocol/units/nearest.hpp"
 
 #include <algorithm>
 #include <vector>
 
-namespace probebox::command {
+namespace probebox {
 namespace {
 
 // Optimal string alignment distance: insertions, deletions, substitutions, swaps of neighbours.
@@ -39,4 +39,13 @@ std::string nearest(std::string_view word, std::span<const std::string> known) {
   return best == nullptr ? std::string{} : *best;
 }
 
-}  // namespace probebox::command
+std::string didYouMean(std::string_view word, std::span<const std::string> known) {
+  const auto meant = nearest(word, known);
+  return meant.empty() ? std::string{} : "; did you mean " + meant + "?";
+}
+
+std::string didYouMean(std::string_view word, std::span<const std::string_view> known) {
+  return didYouMean(word, std::vector<std::string>{known.begin(), known.end()});
+}
+
+}  // namespace probebox
