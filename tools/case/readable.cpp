@@ -10,16 +10,19 @@
 namespace probebox::casefolder {
 namespace {
 
-std::string fixed(double value, int decimals) {
-  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, "%.*f", decimals, value)), '\0');
-  std::snprintf(text.data(), text.size() + 1, "%.*f", decimals, value);
-  return text;
-}
-
 std::string plain(double value, int digits = 9) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
+}
+
+// Beyond what a double resolves digits would be made up: three hundred of them for the largest.
+std::string fixed(double value, int decimals) {
+  constexpr double kResolved = 1e15;
+  if (std::abs(value) >= kResolved) return plain(value);
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, "%.*f", decimals, value)), '\0');
+  std::snprintf(text.data(), text.size() + 1, "%.*f", decimals, value);
+  return text;
 }
 
 // So many that an uncertainty has two digits.

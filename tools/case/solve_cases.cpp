@@ -11,6 +11,7 @@
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/case/solve_json.hpp"
 
@@ -18,7 +19,6 @@ namespace probebox::casefolder {
 namespace {
 
 namespace fs = std::filesystem;
-using metrology::Estimate;
 using metrology::Refusal;
 using metrology::Result;
 
@@ -28,29 +28,31 @@ std::string printed(const char* format, double value) {
   return buffer.data();
 }
 
-void print(std::ostream& out, const Estimate& estimate) {
-  const Label label = labelOf(estimate.key);
-  const bool has_more = estimate.uncertainty != estimate.sd;
-  for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-    std::string name = label.name;
-    if (estimate.shape == metrology::Shape::vector) name += "[" + std::to_string(k) + "]";
-    if (estimate.shape == metrology::Shape::matrix) {
-      name += "[" + std::to_string(k / estimate.columns) + "][" + std::to_string(k % estimate.columns) + "]";
-    }
-    std::optional<double> sd;
-    if (!estimate.sd.empty()) sd = estimate.sd[k];
-    name.resize(std::max<std::size_t>(name.size(), 24), ' ');
-    out << "  " << name << "  " << withSd(label, estimate.values[k], sd);
-    if (!estimate.uncertainty.empty()) {
-      out << (has_more ? ", with type B" : "") << "; U " << withUnit(label, 2.0 * estimate.uncertainty[k]);
-    }
-    out << "\n";
-  }
+// Whether type B inputs are in U beside the sd.
+bool hasTypeB(const Quantity& quantity) {
+  return quantity.sd && quantity.expanded && *quantity.expanded != 2 * *quantity.sd;
 }
 
-void print(std::ostream& out, const std::string& case_name, const Result& result) {
+void print(std::ostream& out, const Quantity& quantity) {
+  std::string name = quantity.label.name;
+  name.resize(std::max<std::size_t>(name.size(), 24), ' ');
+  out << "  " << name << "  " << withSd(quantity.label, quantity.value, quantity.sd);
+  if (quantity.expanded) {
+    out << (hasTypeB(quantity) ? ", with type B" : "") << "; U " << withUnit(quantity.label, *quantity.expanded);
+  }
+  out << "\n";
+}
+
+// The letter of the rotary axis that a case is about.
+std::string axisOf(const metrology::Dataset& dataset) {
+  const auto axis = dataset.config.find("axis");
+  const auto* letter = axis == dataset.config.end() ? nullptr : std::get_if<std::string>(&axis->second);
+  return letter == nullptr ? std::string{} : *letter;
+}
+
+void print(std::ostream& out, const std::string& case_name, const Result& result, const std::string& axis) {
   out << case_name << ": " << result.method << "\n";
-  for (const auto& estimate : result.estimates) print(out, estimate);
+  for (const auto& quantity : quantitiesOf(result, axis)) print(out, quantity);
   out << "  (sd, k = 1; U, k = 2; rms " << printed("%.3g", result.rms) << ", " << result.dof
       << " degrees of freedom, condition " << printed("%.3g", result.condition);
   if (result.chi2_reduced) out << ", " << chiSquareText(result);
@@ -94,7 +96,7 @@ int solveCase(const fs::path& folder, bool json, std::ostream& out, std::ostream
   if (json) {
     printJson(out, toJson(solved.value(), name));
   } else {
-    print(out, name, solved.value());
+    print(out, name, solved.value(), axisOf(dataset.value()));
   }
   return 0;
 }

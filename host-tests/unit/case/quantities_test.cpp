@@ -1,0 +1,67 @@
+#include "tools/case/quantities.hpp"
+
+#include <gmock/gmock.h>
+#include <numbers>
+
+namespace probebox::casefolder {
+namespace {
+
+using metrology::Estimate;
+
+metrology::Result errorsOfC() {
+  metrology::Result result;
+  result.method = "rotary-axis-errors";
+  const double k60 = std::numbers::pi / 3;
+  result.estimates = {Estimate::matrix("six_errors", 6, {0, 0, 0, 0, 0, 0, 0.0012, -0.0034, 0, 1.2e-5, 0, 3e-6},
+                                       std::vector<double>(12, 2e-4)),
+                      Estimate::vector("location_mm", {0.1, 0.2, 0}, {1e-4, 1e-4, 0}),
+                      Estimate::vector("tilt_rad", {1e-5, 2e-5, 0}, {1e-6, 1e-6, 0})};
+  for (std::size_t k = 0; k < 12; ++k) result.estimates[0].sd[k] = k % 6 < 3 ? 2e-4 : 1.7e-6;
+  result.also = {Estimate::vector("angle_rad", {0, k60}, {})};
+  return result;
+}
+
+TEST(Quantities, OfARotaryAxisAreNamedAsInIso230) {
+  const auto all = quantitiesOf(errorsOfC(), "C");
+  ASSERT_EQ(all.size(), 18U);
+  EXPECT_EQ(all[0].label.name, "EXC at 0 deg");
+  EXPECT_EQ(all[6].label.name, "EXC at 60 deg");
+  EXPECT_EQ(all[6].key, "EXC_at_60_deg_mm") << "as the box names it";
+  EXPECT_EQ(withSdAndU(all[6]), "1.20 um, sd 0.20 um");
+  EXPECT_EQ(all[9].label.name, "EAC at 60 deg");
+  EXPECT_EQ(withSdAndU(all[9]), "12.0 urad, sd 1.7 urad");
+  EXPECT_EQ(all[12].label.name, "XOC");
+  EXPECT_EQ(all[16].label.name, "BOC");
+  EXPECT_EQ(all[16].label.unit, "urad");
+}
+
+TEST(Quantities, AreNamedAlikeFromTheirKeysAlone) {
+  for (const auto& quantity : quantitiesOf(errorsOfC(), "C")) {
+    const auto label = quantityLabel(quantity.key, "C");
+    EXPECT_EQ(label.name, quantity.label.name);
+    EXPECT_EQ(label.unit, quantity.label.unit);
+    EXPECT_EQ(label.factor, quantity.label.factor);
+  }
+  EXPECT_EQ(quantityLabel("pivot_xz_mm[1]").name, "pivot Z");
+  EXPECT_EQ(quantityLabel("centre_mm[0]").name, "centre X");
+  EXPECT_EQ(quantityLabel("comp_um[7]").name, "comp[7]") << "no axis of the machine";
+  EXPECT_EQ(quantityLabel("tau_s").unit, "us");
+}
+
+TEST(Quantities, SayWhenNoUncertaintyIsKnown) {
+  metrology::Result result;
+  result.estimates = {Estimate::scalar("radius_mm", 12.5, std::nullopt)};
+  EXPECT_EQ(withSdAndU(quantitiesOf(result)[0]), "12.5 mm, sd not known");
+  result.estimates = {Estimate::scalar("radius_mm", 12.5, 0.001)};
+  result.estimates[0].uncertainty = {0.002};
+  EXPECT_EQ(withSdAndU(quantitiesOf(result)[0]), "12.5000 mm, sd 0.0010 mm, U 0.0040 mm");
+}
+
+TEST(Quantities, FindTheAxisOfASubject) {
+  EXPECT_EQ(rotaryAxisOf("rotary-c"), "C");
+  EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), "");
+  EXPECT_EQ(rotaryAxisOf("delay"), "");
+}
+
+}  // namespace
+}  // namespace probebox::casefolder

@@ -1,0 +1,34 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "tools/case/readable.hpp"
+
+// The values of a result one by one, with the names and units in which people read them.
+namespace probebox::casefolder {
+
+struct Quantity {
+  std::string key;                 // as programs address it: "centre_mm[0]", "EXC_at_60_deg_mm"
+  Label label;                     // "centre X" in mm; "EXC at 60 deg" in um
+  double value{};                  // in the key's unit, as sd and expanded
+  std::optional<double> sd;        // k = 1
+  std::optional<double> expanded;  // U, k = 2, type B inputs included
+};
+
+// axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in
+// ISO 230: EXC to ECC at an angle, XOC and AOC for its location.
+std::vector<Quantity> quantitiesOf(const metrology::Result& result, std::string_view axis = {});
+
+// Name and unit of one such key.
+Label quantityLabel(const std::string& key, std::string_view axis = {});
+
+// "C" for the subject "rotary-c"; empty for one that is about no rotary axis.
+std::string rotaryAxisOf(std::string_view subject);
+
+// "5447.1 us, sd 5.0 us, U 10 us"; "sd not known" where it is not.
+std::string withSdAndU(const Quantity& quantity);
+
+}  // namespace probebox::casefolder
