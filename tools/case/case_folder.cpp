@@ -186,13 +186,23 @@ Outcome<fs::path> writeCase(const Dataset& dataset, const fs::path& folder) {
   }
   for (const auto& table : dataset.tables) {
     if (!plainName(table.name)) return Error{"'" + table.name + "' cannot be the name of a file"};
-    if (auto failure = writeFile(folder / (table.name + ".csv"), formatCsv(table))) return *failure;
+  }
+  std::vector<fs::path> written;
+  const auto write = [&](const fs::path& file, const std::string& text) {
+    auto failure = writeFile(file, text);
+    if (fs::is_regular_file(file, error)) written.push_back(file);
+    if (!failure) return failure;
+    for (const auto& part : written) fs::remove(part, error);  // half a case is none
+    return failure;
+  };
+  for (const auto& table : dataset.tables) {
+    if (auto failure = write(folder / (table.name + ".csv"), formatCsv(table))) return *failure;
   }
   // Last, so that a folder which was not finished is no case.
   Json config;
   config["method"] = dataset.method;
   for (const auto& [key, value] : dataset.config) config[key] = jsonOf(value);
-  if (auto failure = writeFile(folder / kConfig, config.dump(1) + "\n")) return *failure;
+  if (auto failure = write(folder / kConfig, config.dump(1) + "\n")) return *failure;
   return folder;
 }
 

@@ -1,5 +1,6 @@
 #include "tools/case/case_folder.hpp"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <gmock/gmock.h>
@@ -55,6 +56,18 @@ TEST_F(CaseFolder, IsNotWrittenOver) {
 TEST_F(CaseFolder, RefusesTableNamesThatAreNoFileNames) {
   const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {{.name = "../points", .columns = {}}}};
   EXPECT_FALSE(writeCase(dataset, folder_ / "case").ok());
+}
+
+// As on a full disk: what could not be finished is taken back.
+TEST_F(CaseFolder, LeavesNoHalfOfACase) {
+  auto table = metrology::Table::withColumns("points", std::array<std::string_view, 1>{"x_mm"});
+  table.append({1});
+  auto second = table;
+  second.name = "queries";
+  const Dataset dataset{.method = "sphere-fit", .config = {}, .tables = {table, second}};
+  std::filesystem::create_directories(folder_ / "case" / "queries.csv");  // a folder in the place of the file
+  EXPECT_FALSE(writeCase(dataset, folder_ / "case").ok());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "case" / "points.csv"));
 }
 
 TEST_F(CaseFolder, OpensOnlyItsConfigurationAndItsTables) {
