@@ -43,6 +43,12 @@ bool enterPressed() {
   return read(STDIN_FILENO, line.data(), line.size()) > 0;
 }
 
+// A pipe without a reader; a full disk is none.
+bool readerGone() {
+  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  return poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0;
+}
+
 }  // namespace
 
 int main(int count, char** words) {
@@ -54,6 +60,7 @@ int main(int count, char** words) {
   probebox::command::Streams streams{
       standard_input,    std::cout,  std::cerr, isatty(STDOUT_FILENO) == 1, isatty(STDERR_FILENO) == 1,
       terminalColumns(), interrupted};
+  streams.reader_gone = readerGone;
   if (isatty(STDIN_FILENO) == 1) streams.enter_pressed = enterPressed;
   return static_cast<int>(probebox::command::run(arguments, streams));
 }

@@ -4,8 +4,10 @@
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -119,7 +121,9 @@ TEST_F(RunningProgram, LeavesAReadableRecordingWhenKilled) {
 
 class Unread : public RunningProgram, public testing::WithParamInterface<std::vector<std::string>> {};
 
-TEST_P(Unread, EndsWhenTheReaderOfItsOutputGoesAway) {
+// As head, which has seen enough: no error, and no word about a full disk.
+TEST_P(Unread, EndsQuietlyWhenTheReaderOfItsOutputGoesAway) {
+  const auto log = directory_.file("log");
   std::vector<std::string> arguments{PROBEBOX_PROGRAM, "-u", box_.uri()};
   arguments.insert(arguments.end(), GetParam().begin(), GetParam().end());
   std::vector<char*> words;
@@ -130,6 +134,7 @@ TEST_P(Unread, EndsWhenTheReaderOfItsOutputGoesAway) {
   const auto child = ::fork();
   if (child == 0) {
     ::dup2(ends[1], STDOUT_FILENO);
+    ::dup2(::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
     ::close(ends[0]);
     ::close(ends[1]);
     ::execv(words.front(), words.data());
@@ -142,7 +147,10 @@ TEST_P(Unread, EndsWhenTheReaderOfItsOutputGoesAway) {
   int status = 0;
   ::waitpid(child, &status, 0);
   EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_EQ(WEXITSTATUS(status), 128 + SIGPIPE);
+  std::ifstream words_said{log};
+  const std::string said{std::istreambuf_iterator<char>{words_said}, {}};
+  EXPECT_THAT(said, testing::Not(testing::HasSubstr("written"))) << said;
 }
 
 INSTANTIATE_TEST_SUITE_P(Endless, Unread,
@@ -153,6 +161,37 @@ INSTANTIATE_TEST_SUITE_P(Endless, Unread,
 TEST_F(RunningProgram, FailsOnAFullDisk) {
   const Program program{{"-u", box_.uri(), "status"}, "/dev/full"};
   EXPECT_EQ(program.wait(), 2);
+}
+
+// 64 kB are the most that a file may have here: the disk is full in the middle of the table.
+TEST_F(RunningProgram, LeavesNoHalfWrittenTable) {
+  const auto table = directory_.file("scan.csv"), packed = directory_.file("packed.pbx");
+  std::ofstream rows{table};
+  rows << "sample,x\n";
+  for (int k = 0; k < 20'000; ++k) rows << k << ',' << k << '\n';
+  rows.close();
+  ASSERT_EQ(probebox({"pack", table, packed}).status, 0);
+  for (const std::string name : {"out.csv", "out.npy"}) {
+    const auto out = directory_.file(name);
+    std::ofstream{out} << "of before";
+    const auto child = ::fork();
+    if (child == 0) {
+      const rlimit limit{65'536, 65'536};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      ::signal(SIGXFSZ, SIG_IGN);
+      const int log = ::open(directory_.file("log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+      ::dup2(log, STDERR_FILENO);
+      ::execl(PROBEBOX_PROGRAM, PROBEBOX_PROGRAM, "export", packed.c_str(), "--force", "-o", out.c_str(), nullptr);
+      ::_exit(127);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 2);
+    EXPECT_EQ(std::filesystem::file_size(out), 9U) << "what was there before stays";
+  }
+  for (const auto& entry : std::filesystem::directory_iterator{std::filesystem::path{table}.parent_path()})
+    EXPECT_THAT(entry.path().string(), testing::Not(testing::HasSubstr(".part-")));
 }
 
 TEST_F(RunningProgram, SaysItsVersion) {

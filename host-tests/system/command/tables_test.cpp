@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -53,6 +54,22 @@ TEST(Packing, TellsGapsByTheirPlaces) {
   EXPECT_EQ(summary["gaps"][0]["first_sample"], 7);
   EXPECT_EQ(summary["gaps"][0]["count_samples"], 2);
   EXPECT_TRUE(summary["end_known"]);
+}
+
+TEST(Exporting, WritesNoTableUnderTheNameOfAnotherFormat) {
+  RuntimeDirectory directory;
+  const auto recording = directory.file("scan.pbx");
+  std::ofstream{recording} << probebox({"pack", "-", "-"}, "sample,x\n5,1\n6,1\n").out;
+  for (const std::string name : {"scan.mcap", "scan.xlsx", "scan.parquet"}) {
+    const auto refused = probebox({"export", recording, "-o", directory.file(name)});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(".csv"), HasSubstr(".npy"), HasSubstr(name)));
+    EXPECT_FALSE(std::filesystem::exists(directory.file(name)));
+    EXPECT_EQ(probebox({"export", recording, "-o", "-", "--triggers", directory.file(name)}).status, 2);
+  }
+  for (const std::string name : {"scan.csv", "scan.npy", "scan"})
+    EXPECT_EQ(probebox({"export", recording, "-o", directory.file(name)}).status, 0) << name;
+  EXPECT_EQ(probebox({"export", recording, "-o", "/dev/null"}).status, 0);
 }
 
 TEST(Packing, FastIsSmallerThanRaw) {

@@ -12,7 +12,7 @@ constexpr std::string_view kRedraw = "\r\x1b[K";  // to the start of the line, a
 }  // namespace
 
 Trouble outputGone() {
-  return {ExitStatus::usage, "not-written",
+  return {ExitStatus::usage, std::string{kNotWritten},
           "the standard output can no longer be written: the disk is full, or its reader has exited"};
 }
 
@@ -45,6 +45,8 @@ void Console::progress(std::string_view text) {
 }
 
 ExitStatus Console::fail(const Trouble& trouble) {
+  if (trouble.name == kNotWritten && !writable() && streams_.reader_gone && streams_.reader_gone())
+    return ExitStatus::reader_gone;
   note("probebox: " + trouble.what);
   if (json_) {
     object({{"error", trouble.name}, {"what", trouble.what}, {"exit_status", static_cast<int>(trouble.status)}});

@@ -26,6 +26,8 @@ struct Streams {
   const std::atomic<bool>& interrupted;
   // True once for every Enter that a person has pressed since; does not wait. Empty where nobody sits at a keyboard.
   std::function<bool()> enter_pressed{};
+  // True when the standard output is a pipe that nobody reads any more. Empty where it is none.
+  std::function<bool()> reader_gone{};
 };
 
 // What went wrong in a command, for a program (name) and for a person (what, with the remedy).
@@ -34,6 +36,9 @@ struct Trouble {
   std::string name;
   std::string what;
 };
+
+// The name of a Trouble with an output.
+inline constexpr std::string_view kNotWritten = "not-written";
 
 // What is wrong when the standard output is not writable().
 Trouble outputGone();
@@ -72,7 +77,8 @@ class Console {
   // Redrawn in place on the standard error; nothing where that is no terminal.
   void progress(std::string_view text);
 
-  // Says what went wrong, in both forms when JSON was asked for, and returns its exit status.
+  // Says what went wrong, in both forms when JSON was asked for, and returns its exit status. Says nothing where the
+  // reader of a pipe has seen enough, as head has.
   ExitStatus fail(const Trouble& trouble);
 
  private:

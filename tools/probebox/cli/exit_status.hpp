@@ -10,6 +10,7 @@ enum class ExitStatus : int {
   no_box = 3,         // no box found, or the link was lost for good
   box_refused = 4,    // the box answered no
   interrupted = 130,  // Ctrl-C: files are closed and whole
+  reader_gone = 141,  // the reader of a pipe has exited, such as head: as if ended by SIGPIPE, without a word
 };
 
 }  // namespace probebox::command

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <iosfwd>
 #include <memory>
 #include <optional>
@@ -11,13 +12,23 @@
 
 namespace probebox::command {
 
-// The file, or the standard output, that a command writes to. What was written before a kill is in the file.
+// The file, or the standard output, that a command writes to.
 class Output {
  public:
+  // when_whole: the file appears under its name with finish(), whole; until then, and after a failure, what was there
+  // before stays. as_it_grows: what was written before a kill is in the file, for recordings that last for hours.
+  enum class Appears : std::uint8_t { when_whole, as_it_grows };
+
   // Why open() would not touch the file: it is there already. Nothing when it would.
   static std::optional<std::string> objectionTo(const std::string& path, bool force);
-  // "-" is `standard`. An existing file is an error unless `force`; a device or a pipe is not.
-  static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard);
+  // "-" is `standard`. An existing file is an error unless `force`; a device or a pipe is not, and is written directly.
+  static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard,
+                              Appears appears = Appears::when_whole);
+
+  Output(Output&& other) noexcept;
+  Output& operator=(Output&&) = delete;
+  // Removes what finish() has not completed.
+  ~Output();
 
   // False after the first failure; failure() says why.
   bool write(std::string_view text);
@@ -25,16 +36,18 @@ class Output {
     return write(std::string_view{reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
   bool flush();
+  // Everything is written: gives the file its name.
+  bool finish();
 
   std::ostream& stream() { return *stream_; }
   const std::string& name() const { return name_; }
   std::string failure() const;
 
  private:
-  Output(std::string name, std::unique_ptr<std::ostream> file, std::ostream* stream)
-      : name_{std::move(name)}, file_{std::move(file)}, stream_{stream} {}
+  Output(std::string name, std::string written_to, std::unique_ptr<std::ostream> file, std::ostream* stream);
 
   std::string name_;
+  std::string written_to_;  // until finish(); empty where the file has its name at once
   std::unique_ptr<std::ostream> file_;
   std::ostream* stream_;
 };

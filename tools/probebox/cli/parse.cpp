@@ -19,7 +19,7 @@ constexpr const char* kUsualMethod = "delay-multi-speed";
 constexpr const char* kAbout =
     "Shows the state of a probebox, records its samples, runs calibrations, and solves measured cases off line.\nExit "
     "status: 0 ok, 1 refused or failed measurement, 2 usage or unreadable input, 3 no box or link lost, 4 refused by "
-    "the box, 130 interrupted, files closed.";
+    "the box, 130 interrupted, files closed, 141 the reader of a pipe has exited.";
 
 // Every command with its options in one place; each adder says what to run when its command was named.
 class CommandLine {

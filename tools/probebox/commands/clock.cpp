@@ -166,8 +166,8 @@ ExitStatus run(const Clock& options, const std::string&, Console& console) {
   if (ticks) tick_rows.emplace(*ticks);
   clock::ClockEstimator estimator{config};
   writeVerdicts(judge(*edges, estimator, tick_rows ? &*tick_rows : nullptr, console), *output);
-  if (!output->flush()) return console.fail({ExitStatus::usage, "not-written", output->failure()});
-  if (ticks && !ticks->flush()) return console.fail({ExitStatus::usage, "not-written", ticks->failure()});
+  if (!output->finish()) return console.fail({ExitStatus::usage, "not-written", output->failure()});
+  if (ticks && !ticks->finish()) return console.fail({ExitStatus::usage, "not-written", ticks->failure()});
   if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
     console.object(summary(options, estimator));

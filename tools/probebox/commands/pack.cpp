@@ -152,7 +152,7 @@ ExitStatus run(const Pack& options, const std::string&, Console& console) {
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
   link::RecordingMaker maker{output->stream(), options.profile, options.frame};
   const bool written = make(*table, maker, console);
-  if (!output->flush() || !written) return console.fail({ExitStatus::usage, "not-written", output->failure()});
+  if (!written || !output->finish()) return console.fail({ExitStatus::usage, "not-written", output->failure()});
   if (console.interrupted()) return ExitStatus::interrupted;
   if (console.json()) {
     console.object(summary(options, maker));

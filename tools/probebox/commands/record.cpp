@@ -35,7 +35,7 @@ class Recorder : public link::StreamListener {
 
  private:
   void open() {
-    auto output = Output::open(options_.output, options_.force, standard_);
+    auto output = Output::open(options_.output, options_.force, standard_, Output::Appears::as_it_grows);
     if (!output) {
       failure_ = output.error().what;
       return;

@@ -28,9 +28,9 @@ ExitStatus run(const Report& options, const std::string&, Console& console) {
   }
   if (subjects.empty()) return status;
   auto output = Output::open(options.output, options.force, console.out());
-  if (!output) return console.fail({ExitStatus::usage, "output", output.error().what});
-  if (!output->write(report::page(subjects, PROBEBOX_VERSION)) || !output->flush()) {
-    return console.fail({ExitStatus::usage, "output", output->failure()});
+  if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
+  if (!output->write(report::page(subjects, PROBEBOX_VERSION)) || !output->finish()) {
+    return console.fail({ExitStatus::usage, "not-written", output->failure()});
   }
   std::size_t refused = 0;
   for (const auto& subject : subjects) {

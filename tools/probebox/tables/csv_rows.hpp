@@ -48,7 +48,7 @@ class CsvRows : public RowWriter {
     write(line_);
   }
   void end() override {
-    if (!failure_ && !output_->flush()) failure_ = output_->failure();
+    if (!failure_ && !output_->finish()) failure_ = output_->failure();
   }
   const std::optional<std::string>& failure() const override { return failure_; }
 

@@ -3,10 +3,10 @@
 #include <array>
 #include <bit>
 #include <cctype>
-#include <cstring>
+#include <iostream>
+#include <utility>
 
 #include "protocol/frame/bytes.hpp"
-#include "tools/probebox/cli/output.hpp"
 
 namespace probebox::command {
 namespace {
@@ -44,15 +44,12 @@ void NpyRows::put(T value) {
 }
 
 void NpyRows::begin(const messages::Descriptor& descriptor) {
-  if (const auto objection = Output::objectionTo(job_.output, job_.force)) {
-    failure_ = *objection;
+  auto output = Output::open(job_.output, job_.force, std::cout);
+  if (!output) {
+    failure_ = output.error().what;
     return;
   }
-  file_.open(job_.output, std::ios::binary | std::ios::trunc);
-  if (!file_) {
-    failure_ = job_.output + " cannot be written: " + std::strerror(errno);
-    return;
-  }
+  output_.emplace(std::move(output).value());
   types_ = field("sample", "<i8") + field("time_ns", "<i8");
   for (const auto& channel : descriptor.channels)
     types_ += field(fieldName(channel, types_ + kOwnFields), typeOf(channel));
@@ -81,7 +78,7 @@ void NpyRows::writeHeader() {
     failure_ = "the recording has too many channels for a NumPy file; export a .csv";
     return;
   }
-  file_ << header;
+  if (!output_->write(header)) failure_ = output_->failure();
 }
 
 void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) {
@@ -104,16 +101,15 @@ void NpyRows::row(const link::DecodedBlock& block, std::size_t k, SampleIndex sa
   }
   put(block.descriptor.delay.result_id);
   for (const auto tau : block.descriptor.delay.tau_s) put(tau);
-  if (!file_.write(row_.data(), static_cast<std::streamsize>(row_.size())) && !failure_)
-    failure_ = job_.output + " cannot be written any further; is the disk full?";
+  if (!failure_ && !output_->write(row_)) failure_ = output_->failure();
   ++rows_;
 }
 
 void NpyRows::end() {
   if (failure_) return;
-  file_.seekp(0);
+  output_->stream().seekp(0);
   writeHeader();
-  if (!file_.flush()) failure_ = job_.output + " cannot be written any further; is the disk full?";
+  if (!failure_ && !output_->finish()) failure_ = output_->failure();
 }
 
 }  // namespace probebox::command

@@ -1,10 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/tables/row_writer.hpp"
 #include "tools/probebox/tables/scale.hpp"
 
@@ -33,7 +33,7 @@ class NpyRows : public RowWriter {
   void put(T value);
 
   const TableJob& job_;
-  std::ofstream file_;
+  std::optional<Output> output_;
   std::optional<std::string> failure_;
   std::string types_;  // of the fields, as numpy writes them
   std::vector<Scale> scales_;

@@ -233,10 +233,18 @@ std::optional<std::string> objectionToTriggers(const TableJob& job) {
   if (job.triggers.empty()) return std::nullopt;
   if (job.triggers == "-" || job.triggers == job.output || job.triggers == job.input)
     return "--triggers " + job.triggers + ": triggers need a file of their own";
+  if (auto objection = objectionToFormat(job.triggers)) return objection;
   return Output::objectionTo(job.triggers, job.force);
 }
 
 }  // namespace
+
+std::optional<std::string> objectionToFormat(const std::string& path) {
+  const auto suffix = std::filesystem::path{path}.extension().string();
+  if (suffix.empty() || suffix == ".csv" || suffix == ".npy") return std::nullopt;
+  return path + ": tables are written as .csv (text) or .npy (NumPy), not as " + suffix +
+         "; give a name that ends with one of them";
+}
 
 ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console) {
   if (job.output == "-") console.keepOutputForData();

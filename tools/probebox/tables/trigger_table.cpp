@@ -83,7 +83,7 @@ std::optional<std::string> writeTriggers(const std::string& path, bool force,
                                          std::span<const messages::Trigger> triggers) {
   auto output = Output::open(path, force, std::cout);
   if (!output) return output.error().what;
-  const bool written = output->write(path.ends_with(".npy") ? npy(triggers) : csv(triggers)) && output->flush();
+  const bool written = output->write(path.ends_with(".npy") ? npy(triggers) : csv(triggers)) && output->finish();
   if (!written) return output->failure();
   return std::nullopt;
 }
