@@ -1,6 +1,7 @@
 #include "fake_answers.hpp"
 
 #include "firmware/json/dataset_json.hpp"
+#include "firmware/json/result_json.hpp"
 
 namespace probebox::command {
 namespace {
@@ -71,6 +72,9 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
       return history(body);
     case Operation::get_dataset:
       return dataset(body);
+    case Operation::get_result:
+      if (!options_.forgets_results) return kept(body);
+      return no(ErrorCode::unknown_operation, "the fake box knows no such operation");
     case Operation::loop_back:
       return loopBack();
     case Operation::corrections: {
@@ -79,6 +83,7 @@ Reply FakeAnswers::answer(Operation operation, std::span<const std::byte> body) 
       answer.correction_mm = {0.0012, -0.0034, 0};
       answer.mask = 8;
       answer.heartbeat = 17;
+      answer.inhibited = options_.line_inhibits;
       return ok(answer);
     }
     default:
@@ -181,17 +186,54 @@ Reply FakeAnswers::results(std::span<const std::byte> body) const {
     if (list.results.size() == kMostInOne) return list.more = true, ok(list);
     list.results.push_back({.id = id, .state = messages::ResultState::retired, .method = "delay-multi-speed"});
   }
-  if (proposed_ && after < FakeBox::kResultId) {
-    messages::ResultSummary r;
-    r.id = FakeBox::kResultId;
-    r.method = "delay-multi-speed";
-    r.state = accepted_by_.empty() ? messages::ResultState::proposed : messages::ResultState::active;
-    r.accepted_by = accepted_by_;
-    r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true}};
-    r.dof = 21;
-    list.results.push_back(r);
-  }
+  if (options_.in_force_tau_s != 0 && after < oneInForce().id) list.results.push_back(oneInForce());
+  if (proposed_ && after < FakeBox::kResultId) list.results.push_back(proposedOne());
   return ok(list);
+}
+
+messages::ResultSummary FakeAnswers::proposedOne() const {
+  messages::ResultSummary r;
+  r.id = FakeBox::kResultId;
+  r.method = "delay-multi-speed";
+  r.subject = "delay";
+  r.state = accepted_by_.empty() ? messages::ResultState::proposed : messages::ResultState::active;
+  r.accepted_by = accepted_by_;
+  r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true}};
+  r.dof = 21;
+  return r;
+}
+
+messages::ResultSummary FakeAnswers::oneInForce() const {
+  auto r = proposedOne();
+  r.id = FakeBox::kResultId - 1;
+  r.state = messages::ResultState::active;
+  r.accepted_by = "Grace";
+  r.values[0].value = options_.in_force_tau_s;
+  return r;
+}
+
+// Documents in pieces of 100 bytes; the dataset of the older one is no longer kept.
+Reply FakeAnswers::kept(std::span<const std::byte> body) const {
+  constexpr std::size_t kPiece = 100;
+  const auto request = read<messages::GetResult::Request>(body);
+  const bool is_proposed = request.id == FakeBox::kResultId && proposed_;
+  if (!is_proposed && (request.id != oneInForce().id || options_.in_force_tau_s == 0))
+    return no(ErrorCode::not_found, "there is no such result");
+  messages::GetResult::Answer answer;
+  answer.summary = is_proposed ? proposedOne() : oneInForce();
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", answer.summary.values[0].value, FakeBox::kSd_s)};
+  result.estimates[0].uncertainty = {2 * FakeBox::kSd_s};
+  result.dof = 21;
+  answer.summary.values.clear();
+  answer.dataset_kept = is_proposed;
+  std::string text = json::toJson(result);
+  if (request.document == messages::ResultDocument::dataset) text = is_proposed ? json::toJson(fakeDataset()) : "";
+  answer.total_bytes = text.size();
+  answer.offset = std::min<std::uint64_t>(request.offset, text.size());
+  answer.bytes = text.substr(answer.offset, request.document == messages::ResultDocument::dataset ? 8192 : kPiece);
+  return ok(answer);
 }
 
 Reply FakeAnswers::accept(std::span<const std::byte> body) {

@@ -44,6 +44,9 @@ class FakeAnswers {
   Reply rollBack(std::span<const std::byte> body) const;
   Reply history(std::span<const std::byte> body) const;
   Reply dataset(std::span<const std::byte> body) const;
+  Reply kept(std::span<const std::byte> body) const;
+  messages::ResultSummary proposedOne() const;
+  messages::ResultSummary oneInForce() const;
 
   static constexpr unsigned kSteps = 3;
   // 7 is what a start answers, and 6 what somebody else has going on.

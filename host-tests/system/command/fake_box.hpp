@@ -26,6 +26,9 @@ struct FakeBoxOptions {
   std::function<void()> when_asked{};  // to start a run, or about it
   bool endless{};                      // its lists say the same for ever, with more to come
   unsigned older_results{};            // stored ones with the ids 1, 2, ...
+  double in_force_tau_s{};             // of a result in force before; 0: there is none
+  bool forgets_results{};              // its firmware cannot show what it keeps
+  bool line_inhibits{};                // an inhibit line of the box is active
 };
 
 // The next host that waits, or an empty connection.

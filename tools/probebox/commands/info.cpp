@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <utility>
+
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/read_through.hpp"
@@ -6,12 +9,15 @@
 namespace probebox::command {
 namespace {
 
-ExitStatus show(const messages::Descriptor& descriptor, Console& console) {
+ExitStatus show(const messages::Descriptor& descriptor, const messages::Corrections::Answer* now, Console& console) {
   if (console.json()) {
-    console.object(describe(descriptor));
-  } else {
-    console.line(page(descriptor));
+    Json all = describe(descriptor);
+    all["cut_in_progress"] = now == nullptr ? Json(nullptr) : Json(now->inhibited);
+    console.object(all);
+    return ExitStatus::ok;
   }
+  console.line(page(descriptor));
+  if (now != nullptr && now->inhibited) console.line("a cut is on: no result comes into force (probebox inhibit)");
   return ExitStatus::ok;
 }
 
@@ -26,20 +32,43 @@ ExitStatus ofRecording(const std::string& path, Console& console) {
   FirstDescriptor listener;
   const auto end = readThrough(path, listener, console, {.enough = [&] { return listener.found.has_value(); }});
   if (!end) return conclude(end.error(), console);
-  if (listener.found) return show(*listener.found, console);
+  if (listener.found) return show(*listener.found, nullptr, console);
   return console.fail(
       {ExitStatus::usage, "no-descriptor", path + " does not identify its box: its beginning is cut off"});
+}
+
+// The descriptor names the delay in the samples, which follows a change of the delay in force with the next block.
+bool isUpToDate(const messages::Descriptor& descriptor, const messages::Corrections::Answer& now) {
+  const bool applied = now.delay_calibrated && now.delay_applied;
+  return descriptor.delay.calibrated == applied && (!applied || descriptor.delay.tau_s == now.tau_s);
 }
 
 }  // namespace
 
 ExitStatus run(const Info&, const std::string& given, Console& console) {
+  constexpr int kLooks = 10;
+  constexpr milliseconds kPause{100};
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (const auto* file = std::get_if<link::FileAddress>(&uri->address)) return ofRecording(file->path, console);
-  const auto box = openBox(*uri, console);
-  if (!box) return console.fail(box.error());
-  return show(*(*box)->reader().descriptor(), console);
+  for (int look = 1;; ++look) {
+    const auto box = openBox(*uri, console);
+    if (!box) return console.fail(box.error());
+    const auto now = ask<messages::Corrections>(**box, console);
+    const auto& descriptor = *(*box)->reader().descriptor();
+    // A recording that is served as a box answers nothing.
+    if (!now && now.error().status == ExitStatus::box_refused) return show(descriptor, nullptr, console);
+    if (!now) return console.fail(now.error());
+    if (isUpToDate(descriptor, *now)) return show(descriptor, &*now, console);
+    if (look == kLooks) {
+      console.note(
+          "the delay below is that of the latest samples; another one is in force, and no sample has come since");
+      return show(descriptor, &*now, console);
+    }
+    for (const auto pause = patienceOf(console, kPause); (*box)->round(pause);) {
+    }
+    if (console.interrupted()) return console.fail(interruption());
+  }
 }
 
 }  // namespace probebox::command

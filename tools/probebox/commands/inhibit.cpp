@@ -14,11 +14,14 @@ ExitStatus run(const Inhibit& options, const std::string& uri, Console& console)
   }
   const auto status = ask<messages::Status>(**box, console);
   if (!status) return console.fail(status.error());
+  const auto corrections = ask<messages::Corrections>(**box, console);
+  if (!corrections) return console.fail(corrections.error());
   if (console.json()) {
-    console.object({{"inhibits", inhibitsOf(status->inhibits)}});
+    console.object({{"inhibits", inhibitsOf(status->inhibits)}, {"cut_in_progress", corrections->inhibited}});
     return ExitStatus::ok;
   }
-  if (status->inhibits.empty()) console.line("nobody says that a cut is on");
+  if (status->inhibits.empty())
+    console.line(corrections->inhibited ? cutLine() : "nobody holds an inhibit, and no inhibit line is active");
   for (const auto& holder : status->inhibits) console.line("a cut is on: " + line(holder));
   return ExitStatus::ok;
 }

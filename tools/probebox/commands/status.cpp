@@ -59,17 +59,24 @@ ExitStatus run(const Status&, const std::string& given, Console& console) {
   if (!box) return console.fail(box.error());
   const auto status = ask<messages::Status>(**box, console);
   if (!status) return console.fail(status.error());
+  // A recording that is served as a box has no corrections.
+  const auto corrections = ask<messages::Corrections>(**box, console);
+  if (!corrections && corrections.error().status != ExitStatus::box_refused) return console.fail(corrections.error());
+  const bool cut_is_on = corrections && corrections->inhibited;
   // A proposed one is found here after its command has ended.
   const auto results = newestResults(**box, console);
   if (!results) return console.fail(results.error());
   if (console.json()) {
     Json all = describe(*status);
+    all["cut_in_progress"] = corrections ? Json(cut_is_on) : Json(nullptr);
     all["newest_results"] = Json::array();
     for (const auto& result : *results) all["newest_results"].push_back(describe(result));
     console.object(all);
     return ExitStatus::ok;
   }
   console.line(page(*status));
+  // A line has no name to list among those who hold an inhibit.
+  if (cut_is_on && status->inhibits.empty()) console.line(cutLine());
   if (!results->empty()) console.line("newest results");
   for (const auto& result : *results) console.line("  " + line(result));
   return ExitStatus::ok;

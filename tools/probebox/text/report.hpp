@@ -23,6 +23,8 @@ Json describe(const messages::Trigger& trigger);
 
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
+// A line of either page while a cut is on that no door has declared.
+std::string cutLine();
 
 // How the box was at the end of a recording. Of what no recording holds there is nothing, in words and in JSON.
 struct RecordedStatus {

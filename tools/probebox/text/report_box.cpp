@@ -123,6 +123,7 @@ Json linesOf(const std::vector<messages::LineStatus>& lines) {
 
 void addStorage(const messages::Status::Answer& s, std::string& all) {
   for (const auto& holder : s.inhibits) all += row("a cut is on", line(holder));
+  for (const auto& sentence : s.rests_on_retired) all += row("repeat", sentence);
   for (const auto& problem : s.storage_problems) all += row("storage", problem);
 }
 
@@ -219,17 +220,6 @@ messages::Status::Answer answerOf(const RecordedStatus& r) {
 
 }  // namespace
 
-Json inhibitsOf(const std::vector<messages::InhibitHolder>& holders) {
-  Json all = Json::array();
-  for (const auto& holder : holders)
-    all.push_back({{"door", holder.door}, {"by", holder.by}, {"since_utc", holder.since_utc}});
-  return all;
-}
-
-std::string line(const messages::InhibitHolder& holder) {
-  return (holder.by.empty() ? holder.door : holder.by) + ", since " + holder.since_utc;
-}
-
 std::string readableNs(double ns) {
   if (ns < 1e4) return printed("%.0f ns", ns);
   if (ns < 1e7) return printed("%.1f us", ns * 1e-3);
@@ -318,6 +308,7 @@ Json describe(const messages::Status::Answer& s) {
           {"cnc_lines", cncLinesOf(s.cnc_lines)},
           {"usb_ports", usbPortsOf(s.usb_ports)},
           {"inhibits", inhibitsOf(s.inhibits)},
+          {"rests_on_retired", s.rests_on_retired},
           {"storage_problems", s.storage_problems}};
 }
 
@@ -366,7 +357,7 @@ Json describe(const RecordedStatus& r) {
   };
   not_recorded({"receiver", "queue_high_water_events", "events", "sources", "lines", "procedure", "active_result_ids",
                 "links", "not_let_in", "modbus", "cnc_lines", "usb_ports", "inhibits", "storage_problems",
-                "newest_results"});
+                "newest_results", "rests_on_retired", "cut_in_progress"});
   all["clock"]["frequency_ppb"] = nullptr;
   if (!r.map) all["clock"]["tick"] = nullptr;
   if (!r.beat) all["clock"]["edges"] = nullptr;
