@@ -177,6 +177,76 @@ TEST(Accepting, SaysWhenTheResultHasToWaitForTheEndOfACut) {
   EXPECT_EQ(object["waiting_for_cut"], true);
 }
 
+TEST(Accepting, ShowsTheResultBesideTheOneInForce) {
+  const FakeBox first;
+  EXPECT_THAT(at(first, {"accept", "4711", "--by", "Ada"}).out, HasSubstr("first of its subject"));
+
+  // 7 us, where each is known to 5 us.
+  const FakeBox near{{.in_force_tau_s = FakeBox::kTau_s - 7e-6}};
+  const auto done = at(near, {"accept", "4711", "--by", "Ada"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("would replace result 4710"), HasSubstr("5447.1 us, sd 5.0 us, U 20 us"),
+                              HasSubstr("5440.1 us, sd 5.0 us, U 20 us"), HasSubstr("+7.0 us, 1.0 sd")));
+}
+
+TEST(Accepting, WantsAWordForWhatDiffersByMoreThanFourSd) {
+  const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s - 30e-6}};
+  const auto refused = at(box, {"accept", "4711", "--by", "Ada", "--json"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_EQ(refused.objects().at(1)["error"], "differs");
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("4.2 sd"), HasSubstr("--although-it-differs")));
+  const auto comparison = refused.objects().at(0)["comparison"];
+  EXPECT_EQ(comparison["in_force_id"], 4710);
+  EXPECT_NEAR(comparison["values"]["tau_s"]["difference"].get<double>(), 30e-6, 1e-12);
+  EXPECT_EQ(at(box, {"status", "--json"}).object()["active_result_ids"].size(), 0U) << "nothing was accepted";
+
+  const auto meant = at(box, {"accept", "4711", "--by", "Ada", "--although-it-differs"});
+  EXPECT_EQ(meant.status, 0) << meant.err;
+  EXPECT_THAT(meant.out, HasSubstr("in force, accepted by Ada"));
+  const FakeBox again{{.in_force_tau_s = FakeBox::kTau_s - 30e-6}};
+  EXPECT_EQ(at(again, {"calibrate", "delay-multi-speed", "--accept", "--by", "Ada"}).status, 1);
+  EXPECT_EQ(at(again, {"calibrate", "delay-multi-speed", "--accept", "--by", "Ada", "--although-it-differs"}).status,
+            0);
+}
+
+TEST(Accepting, AsksThePersonAtATerminal) {
+  const auto answered = [](const std::string& answer) {
+    const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s - 30e-6}};
+    return probebox({"-u", box.uri(), "accept", "4711", "--by", "Ada"}, answer, nullptr, [] { return false; });
+  };
+  EXPECT_EQ(answered("y\n").status, 0);
+  for (const std::string answer : {"", "\n", "n\n", "maybe\n"}) {
+    const auto no = answered(answer);
+    EXPECT_EQ(no.status, 1) << answer;
+    EXPECT_THAT(no.err, HasSubstr("although it differs? [y/N]"));
+  }
+}
+
+TEST(Accepting, LeavesItToABoxThatCannotShowWhatItKeeps) {
+  const FakeBox old{{.in_force_tau_s = FakeBox::kTau_s - 30e-6, .forgets_results = true}};
+  const auto done = at(old, {"accept", "4711", "--by", "Ada"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("update it"));
+}
+
+TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
+  const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
+  EXPECT_THAT(at(box, {"show", "4711"}).out, AllOf(HasSubstr("tau "), HasSubstr("sd 5.0 us, U 20 us")));
+  RuntimeDirectory directory;
+  const auto lost = at(box, {"report", "delay", "-o", directory.file("a.html")});
+  EXPECT_EQ(lost.status, 1);
+  EXPECT_THAT(lost.err, AllOf(HasSubstr("result 4710"), HasSubstr("measure again")));
+  const auto kept = at(box, {"report", "4711", "-o", directory.file("b.html")});
+  EXPECT_EQ(kept.status, 0) << kept.err;
+  EXPECT_EQ(at(box, {"report", "17", "-o", directory.file("c.html")}).status, 4);
+}
+
+TEST(Calibrating, NamesTheMethodThatWasMeant) {
+  for (const auto& words : {std::vector<std::string>{"plan", "delay-mutli-speed"},
+                            std::vector<std::string>{"solve", "--methods", "delay-mutli-speed"}})
+    EXPECT_THAT(probebox(words).err, HasSubstr("did you mean delay-multi-speed?"));
+}
+
 TEST(GoingBack, NamesWhatGoesAndWhatComesBack) {
   const FakeBox box;
   for (const auto* what : {"delay", "4711"}) {

@@ -103,6 +103,20 @@ TEST(CommandLine, RefusesNumbersThatMakeNoSense) {
   }
 }
 
+TEST(CommandLine, TakesACaseOfNoMachineOnSomebodysWord) {
+  const auto propose = std::get<Propose>(std::get<Request>(parsed("propose a --as-this-machine --by Ada")).job);
+  EXPECT_TRUE(propose.as_this_machine);
+  EXPECT_EQ(propose.by, "Ada");
+  EXPECT_THAT(complaint("propose a --as-this-machine"), HasSubstr("--by"));
+}
+
+TEST(CommandLine, HomesAxesAtPositions) {
+  EXPECT_EQ(std::get<Home>(std::get<Request>(parsed("home X=0 z=-12.5")).job).axes.size(), 2U);
+  for (const auto* line : {"home", "home X", "home W=1", "home X=", "home X=nan", "home X=1mm"})
+    EXPECT_THAT(complaint(line), testing::Not("accepted")) << line;
+  EXPECT_THAT(complaint("home X"), HasSubstr("such as X=120.5"));
+}
+
 TEST(CommandLine, TakesNoNameThatForgesAHistory) {
   using Words = std::vector<std::string>;
   for (const auto& name : {std::string{" "}, std::string{"Ada\n18 active by Bob"}, std::string{"Ada\u202Eboss"}}) {
@@ -121,8 +135,9 @@ TEST(CommandLine, TakesNoNameThatForgesAHistory) {
 }
 
 TEST(CommandLine, GivesAnExampleInEveryHelp) {
-  for (const std::string command : {"", "list", "info", "status", "watch", "record", "export", "solve", "calibrate",
-                                    "propose", "accept", "rollback", "history", "corrections"}) {
+  for (const std::string command :
+       {"",       "list",     "info",    "status",      "watch",   "record", "export", "solve", "calibrate", "propose",
+        "accept", "rollback", "history", "corrections", "results", "show",   "report", "home",  "inhibit",   "plan"}) {
     const auto answer = std::get<Answer>(parsed(command + " --help"));
     EXPECT_EQ(answer.status, ExitStatus::ok);
     EXPECT_THAT(answer.text, AllOf(HasSubstr("Example:\n  probebox "), HasSubstr(command)));

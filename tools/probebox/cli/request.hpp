@@ -77,9 +77,10 @@ struct Clock {
 struct Solve {
   std::vector<std::string> cases;  // with `methods`: names of methods, none for all
   bool methods{};
+  bool text{};  // a table even where no terminal reads it
 };
 struct Report {
-  std::vector<std::string> inputs;  // case folders, or files of answers
+  std::vector<std::string> inputs;  // results by number or subject, case folders, files of answers
   std::string output;               // "-" is the standard output
   bool force{};
 };
@@ -93,16 +94,17 @@ struct RunChoices {
   std::optional<double> arc_deg;
   std::optional<std::uint16_t> angles;
   std::optional<std::uint16_t> balls;
-};
-struct Calibrate : RunChoices {
   std::string axis;  // X, Y or Z
   std::optional<std::uint16_t> turns;
   std::optional<std::uint32_t> tool;
   bool head{};
   bool shank{};
+};
+struct Calibrate : RunChoices {
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};
+  bool although_it_differs{};  // from the result in force
   std::string by;
 };
 struct Plan : RunChoices {
@@ -115,11 +117,24 @@ struct Plan : RunChoices {
 };
 struct Selftest {};
 struct Propose {
-  std::string input;  // a case folder
+  std::string input;       // a case folder
+  bool as_this_machine{};  // a case that names no probe, machine or mounting was measured here
+  std::string by;          // who says so
 };
 struct Accept {
   std::uint64_t id{};
   std::string by;
+  bool although_it_differs{};  // from the result in force
+};
+struct Results {
+  std::string subject;  // or a method; empty: all
+};
+struct Show {
+  std::uint64_t id{};
+};
+struct Home {
+  std::vector<std::string> axes;  // "X=0", "Y=120.5"
+  std::string by;                 // a person, for the box's log; may be empty
 };
 struct Rollback {
   std::string what;  // the number of a result, a subject, or a method
@@ -142,7 +157,8 @@ struct Inhibit {
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, History, Corrections, Inhibit>;
+                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, Results, Show, History, Corrections,
+                         Home, Inhibit>;
 
 struct Request {
   Job job;

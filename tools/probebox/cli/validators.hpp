@@ -51,6 +51,17 @@ inline CLI::Validator positive() {
   return CLI::Validator{check, "", "positive number"};
 }
 
+// "X=120.5".
+inline CLI::Validator axisPosition() {
+  const auto check = [](std::string& text) {
+    double value = 0;
+    const bool named = text.size() > 2 && std::string{"XYZxyz"}.find(text.front()) != std::string::npos;
+    const bool good = named && text[1] == '=' && readsAs(text.substr(2), value) && std::isfinite(value);
+    return good ? std::string{} : text + " is not an axis with its machine position in mm, such as X=120.5";
+  };
+  return CLI::Validator{check, "", "axis and position"};
+}
+
 inline CLI::Validator personsName() {
   const auto check = [](std::string& text) {
     const auto why = whyNoName(text);

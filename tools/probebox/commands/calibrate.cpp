@@ -1,4 +1,3 @@
-#include <cctype>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -6,6 +5,8 @@
 
 #include "firmware/json/dataset_json.hpp"
 #include "tools/case/case_folder.hpp"
+#include "tools/probebox/commands/acceptance.hpp"
+#include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
@@ -16,12 +17,6 @@ namespace probebox::command {
 namespace {
 
 using messages::ProcedureState;
-
-// 1 to 3 for X, Y, Z; 0 for none.
-std::uint8_t axisNumber(const std::string& name) {
-  if (name.empty()) return 0;
-  return static_cast<std::uint8_t>(std::toupper(static_cast<unsigned char>(name.front())) - 'X' + 1);
-}
 
 messages::StartProcedure::Request requestOf(const Calibrate& options) {
   constexpr double kRadPerDegree = std::numbers::pi / 180;
@@ -95,10 +90,7 @@ class Run {
       console_.note("not in force yet: probebox accept " + id + " --by NAME");
       return ExitStatus::ok;
     }
-    const auto accepted = ask<messages::AcceptResult>(run_.box(), console_, {result.id, options_.by});
-    if (!accepted) return console_.fail(accepted.error());
-    tellAccepted(result.id, options_.by, *accepted, console_);
-    return ExitStatus::ok;
+    return acceptOn(run_.box(), {result.id, options_.by, options_.although_it_differs}, console_);
   }
 
   // Also what was refused: that is when one wants to look at it.

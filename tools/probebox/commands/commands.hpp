@@ -24,6 +24,9 @@ ExitStatus run(const Selftest& options, const std::string& uri, Console& console
 ExitStatus run(const Propose& options, const std::string& uri, Console& console);
 ExitStatus run(const Accept& options, const std::string& uri, Console& console);
 ExitStatus run(const Rollback& options, const std::string& uri, Console& console);
+ExitStatus run(const Results& options, const std::string& uri, Console& console);
+ExitStatus run(const Show& options, const std::string& uri, Console& console);
+ExitStatus run(const Home& options, const std::string& uri, Console& console);
 ExitStatus run(const History& options, const std::string& uri, Console& console);
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
 ExitStatus run(const Inhibit& options, const std::string& uri, Console& console);

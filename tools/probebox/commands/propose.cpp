@@ -55,7 +55,7 @@ std::optional<Trouble> tooLong(const metrology::Dataset& dataset) {
 }
 
 // One entry, or one part of a column, a piece: each fits into a request by itself.
-std::vector<Piece> piecesOf(const metrology::Dataset& dataset) {
+std::vector<Piece> piecesOf(const metrology::Dataset& dataset, const Propose& options) {
   std::vector<Piece> pieces{
       Piece{.number = 0, .first = true, .last = false, .method = dataset.method, .config = {}, .columns = {}}};
   for (const auto& [key, value] : dataset.config) pieces.emplace_back().config.push_back(entryOf(key, value));
@@ -73,6 +73,8 @@ std::vector<Piece> piecesOf(const metrology::Dataset& dataset) {
   }
   pieces.back().last = true;
   pieces.back().follow = true;
+  pieces.back().as_this_machine = options.as_this_machine;
+  pieces.back().by = options.by;
   const std::uint32_t number = std::random_device{}();
   for (auto& piece : pieces) piece.number = number;
   return pieces;
@@ -86,7 +88,8 @@ Trouble troubleOf(const casefolder::Problem& problem) {
 }
 
 ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
-  if (console.json()) console.object({{"result_id", answer.result_id}, {"refusal", answer.refusal}});
+  if (console.json())
+    console.object({{"result_id", answer.result_id}, {"refusal", answer.refusal}, {"also", answer.also}});
   if (!answer.refusal.empty()) {
     if (!console.json())
       console.line("refused, and kept as " + std::to_string(answer.result_id) + "\n  " + answer.refusal);
@@ -96,6 +99,10 @@ ExitStatus tell(const messages::ProposeCase::Answer& answer, Console& console) {
   if (!console.json())
     console.line("result " + id + " is proposed; it has no effect until it is accepted: probebox accept " + id +
                  " --by NAME");
+  for (const auto other : answer.also) {
+    if (!console.json())
+      console.line("so is result " + std::to_string(other) + ", about another subject of the same case");
+  }
   return ExitStatus::ok;
 }
 
@@ -126,7 +133,7 @@ Outcome<messages::ProposeCase::Answer, Trouble> follow(link::Client& box, std::u
         continue;
       case messages::CaseProgress::done:
         return messages::ProposeCase::Answer{
-            .result_id = answer->result_id, .refusal = answer->refusal, .working = false};
+            .result_id = answer->result_id, .refusal = answer->refusal, .working = false, .also = answer->also};
       case messages::CaseProgress::cancelled:
         break;
     }
@@ -144,7 +151,7 @@ ExitStatus run(const Propose& options, const std::string& uri, Console& console)
   if (!box) return console.fail(box.error());
   messages::ProposeCase::Answer last;
   std::uint32_t number = 0;
-  for (const auto& piece : piecesOf(*dataset)) {
+  for (const auto& piece : piecesOf(*dataset, options)) {
     const auto answer = ask<messages::ProposeCase>(**box, console, piece);
     if (!answer) return console.fail(answer.error());
     last = *answer;

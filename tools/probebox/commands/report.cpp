@@ -1,32 +1,93 @@
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "firmware/json/dataset_json.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/commands/result_number.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/subjects.hpp"
 
 namespace probebox::command {
+namespace {
 
-// A refused case has its report too, and the exit status of a refusal.
-ExitStatus run(const Report& options, const std::string&, Console& console) {
-  if (options.output == "-") console.keepOutputForData();
-  if (const auto objection = Output::objectionTo(options.output, options.force)) {
-    return console.fail({ExitStatus::usage, "output-exists", *objection});
-  }
-  std::vector<report::Subject> subjects;
-  auto status = ExitStatus::ok;
-  for (const auto& input : options.inputs) {
+using Subjects = std::vector<report::Subject>;
+
+// Finds what a report is about: on this disk, or among the results of a box, which is asked only when one is named.
+class Inputs {
+ public:
+  Inputs(std::string uri, Console& console) : uri_{std::move(uri)}, console_{console} {}
+
+  Outcome<Subjects, Trouble> about(const std::string& input) {
+    std::error_code absent;
+    const bool here = std::filesystem::exists(input, absent) || input.find('/') != std::string::npos;
+    if (!here) return stored(input);
     auto found = report::subjectsIn(input);
-    if (!found) {
-      status = console.fail({ExitStatus::usage, "unreadable-input", found.error().what});
-      continue;
-    }
-    subjects.insert(subjects.end(), std::make_move_iterator(found->begin()), std::make_move_iterator(found->end()));
+    if (!found) return Trouble{ExitStatus::usage, "unreadable-input", found.error().what};
+    return std::move(found).value();
   }
-  if (subjects.empty()) return status;
+
+ private:
+  Outcome<Subjects, Trouble> stored(const std::string& input) {
+    if (!box_) {
+      auto opened = openBox(uri_, console_);
+      if (!opened) return notHere(input, opened.error());
+      box_ = std::move(opened).value();
+    }
+    auto id = resultNumber(input);
+    if (!id) {
+      const auto in_force = inForceAbout(input);
+      if (!in_force) return in_force.error();
+      id = *in_force;
+    }
+    return ofResult(*id);
+  }
+
+  static Trouble notHere(const std::string& input, Trouble trouble) {
+    trouble.what = "there is no case folder or file " + input + ", and results are on a box: " + trouble.what;
+    return trouble;
+  }
+
+  Outcome<std::uint64_t, Trouble> inForceAbout(const std::string& subject) {
+    const auto all = storedResults(*box_, console_, {}, std::numeric_limits<std::size_t>::max());
+    if (!all) return all.error();
+    for (const auto& result : *all) {
+      if (result.state == messages::ResultState::active && (result.subject == subject || result.method == subject))
+        return result.id;
+    }
+    return Trouble{ExitStatus::usage, "unreadable-input",
+                   subject +
+                       " is no case folder, no file and no number of a result, and no result about it is in "
+                       "force; probebox results lists all"};
+  }
+
+  Outcome<Subjects, Trouble> ofResult(std::uint64_t id) {
+    auto kept = keptResult(*box_, console_, id);
+    if (!kept) return kept.error();
+    const auto text = keptDataset(*box_, console_, id);
+    if (!text) return text.error();
+    auto dataset = json::datasetFromJson(*text);
+    if (!dataset) {
+      return Trouble{ExitStatus::failed, "unreadable-result",
+                     "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
+                         "); update this command"};
+    }
+    const auto name = "result " + std::to_string(id) + ", " + standingOf(kept->summary);
+    return Subjects{report::Subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)}};
+  }
+
+  std::string uri_;
+  Console& console_;
+  Box box_;
+};
+
+ExitStatus write(const Report& options, const Subjects& subjects, Console& console) {
   auto output = Output::open(options.output, options.force, console.out());
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
   if (!output->write(report::page(subjects, PROBEBOX_VERSION)) || !output->finish()) {
@@ -42,8 +103,31 @@ ExitStatus run(const Report& options, const std::string&, Console& console) {
     console.line(options.output + ": " + std::to_string(subjects.size() - refused) + " solved, " +
                  std::to_string(refused) + " refused");
   }
-  if (status != ExitStatus::ok) return status;
   return refused > 0 ? ExitStatus::failed : ExitStatus::ok;
+}
+
+}  // namespace
+
+// A refused case has its report too, and the exit status of a refusal.
+ExitStatus run(const Report& options, const std::string& uri, Console& console) {
+  if (options.output == "-") console.keepOutputForData();
+  if (const auto objection = Output::objectionTo(options.output, options.force)) {
+    return console.fail({ExitStatus::usage, "output-exists", *objection});
+  }
+  Subjects subjects;
+  auto status = ExitStatus::ok;
+  Inputs inputs{uri, console};
+  for (const auto& input : options.inputs) {
+    auto found = inputs.about(input);
+    if (!found) {
+      status = console.fail(found.error());
+      continue;
+    }
+    subjects.insert(subjects.end(), std::make_move_iterator(found->begin()), std::make_move_iterator(found->end()));
+  }
+  if (subjects.empty()) return status;
+  const auto written = write(options, subjects, console);
+  return status != ExitStatus::ok ? status : written;
 }
 
 }  // namespace probebox::command

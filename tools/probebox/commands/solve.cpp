@@ -6,14 +6,14 @@
 
 namespace probebox::command {
 
-// The table for people is for a terminal; whatever reads a pipe gets JSON, asked for or not.
+// The table for people is for a terminal or for --text; whatever else reads a pipe gets JSON, asked for or not.
 ExitStatus run(const Solve& options, const std::string&, Console& console) {
   if (options.methods) {
     return static_cast<ExitStatus>(
         casefolder::explainMethods(options.cases, console.json(), console.out(), console.err()));
   }
   const std::vector<std::filesystem::path> folders{options.cases.begin(), options.cases.end()};
-  const bool json = console.json() || !console.outIsTerminal();
+  const bool json = console.json() || !(options.text || console.outIsTerminal());
   return static_cast<ExitStatus>(casefolder::solveCases(folders, json, console.out(), console.err()));
 }
 

@@ -41,4 +41,20 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
   return all;
 }
 
+Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,
+                                                                            messages::ResultHistory::Request request) {
+  std::vector<messages::ResultTransition> all;
+  ListWatch watch;
+  while (true) {
+    auto part = ask<messages::ResultHistory>(box, console, request);
+    if (!part) return part.error();
+    if (part->transitions.empty()) return all;
+    if (const auto trouble = watch.part(part->transitions.front().number, part->transitions.back().number))
+      return *trouble;
+    std::ranges::move(part->transitions, std::back_inserter(all));
+    if (!part->more) return all;
+    request.after_number = all.back().number;
+  }
+}
+
 }  // namespace probebox::command

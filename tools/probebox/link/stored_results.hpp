@@ -19,4 +19,8 @@ struct ResultRange {
 Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Client& box, const Console& console,
                                                                      const ResultRange& range, std::size_t count);
 
+// Every transition that is asked for, oldest first.
+Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,
+                                                                            messages::ResultHistory::Request request);
+
 }  // namespace probebox::command

@@ -44,9 +44,9 @@ std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);
 std::string line(const messages::ResultTransition& transition);
 
-// What became of a result that was accepted just now.
+// Says what became of a result that was accepted just now. comparison: with the result in force before, null for none.
 void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
-                  Console& console);
+                  const Json& comparison, Console& console);
 
 // "5447.1 +/- 5.0 us" for the key "tau_s": as many digits as the standard deviation supports.
 std::string readable(const messages::NamedValue& value);

@@ -124,6 +124,25 @@ std::string lineOf(const messages::SwivelStatus& swivel) {
   return all + printed("; the head adds %+.1f %+.1f %+.1f um", e[0] * 1e3, e[1] * 1e3, e[2] * 1e3);
 }
 
+constexpr std::array kValueSources{"unknown", "description", "result", "controller"};
+
+Json inUse(const std::vector<messages::ValueInUse>& values) {
+  Json all = Json::array();
+  for (const auto& value : values)
+    all.push_back({{"name", value.name},
+                   {"source", named(kValueSources, static_cast<std::size_t>(value.source))},
+                   {"result_id", value.result_id}});
+  return all;
+}
+
+// "tool length from result 17".
+std::string lineOf(const messages::ValueInUse& value) {
+  using messages::ValueSource;
+  if (value.source == ValueSource::unknown) return value.name + " is unknown";
+  if (value.source == ValueSource::result) return value.name + " from result " + std::to_string(value.result_id);
+  return value.name + " from the " + named(kValueSources, static_cast<std::size_t>(value.source));
+}
+
 std::string maskOf(std::uint16_t mask) {
   std::string all;
   for (std::size_t bit = 0; bit < kSources.size(); ++bit) {
@@ -158,7 +177,9 @@ Json describe(const messages::Corrections::Answer& c) {
           {"refused_homings", c.refused_homings},
           {"delay_applied", c.delay_applied},
           {"rotary_axes", rotaryOf(c.rotary_axes)},
-          {"swivel", swivelOf(c.swivel)}};
+          {"swivel", swivelOf(c.swivel)},
+          {"centreline_of_slide", c.centreline_of_slide},
+          {"in_use", inUse(c.in_use)}};
 }
 
 std::string line(const messages::Corrections::Answer& c) {
@@ -192,7 +213,9 @@ std::string page(const messages::Corrections::Answer& c) {
   if (c.swivel.tool != 0 || c.swivel.result_id != 0) all += "\n  " + lineOf(c.swivel);
   if (c.centreline_calibrated)
     all += printed("\n  turning axis at X %.4f Y %.4f mm here, ", c.centreline_mm[0], c.centreline_mm[1]) +
-           printed("X %+.1f Y %+.1f um over 100 mm of Z", c.centreline_slope[0] * 1e5, c.centreline_slope[1] * 1e5);
+           printed("X %+.1f Y %+.1f um over 100 mm of Z", c.centreline_slope[0] * 1e5, c.centreline_slope[1] * 1e5) +
+           (c.centreline_of_slide ? ", of the Z slide that carries the chuck" : "");
+  for (const auto& value : c.in_use) all += "\n  " + lineOf(value);
   return all;
 }
 

@@ -11,6 +11,13 @@ std::string text(std::string_view view) {
   return std::string{view};
 }
 
+Json restsOn(const messages::ResultSummary& result) {
+  Json all = Json::array();
+  for (const auto& other : result.rests_on)
+    all.push_back({{"id", other.id}, {"subject", other.subject}, {"retired", other.retired}});
+  return all;
+}
+
 }  // namespace
 
 std::string readable(const messages::NamedValue& value) {
@@ -43,7 +50,9 @@ Json describe(const messages::ResultSummary& result) {
           {"accepted_by", result.accepted_by},
           {"retired_utc", result.retired_utc},
           {"subject", result.subject},
-          {"waiting_for_cut", result.waiting_for_cut}};
+          {"waiting_for_cut", result.waiting_for_cut},
+          {"rests_on", restsOn(result)},
+          {"as_this_machine_by", result.as_this_machine_by}};
 }
 
 std::string page(const messages::ResultSummary& result) {
@@ -64,25 +73,28 @@ std::string line(const messages::ResultSummary& result) {
 }
 
 Json describe(const messages::ResultTransition& transition) {
-  return {{"number", transition.number},    {"id", transition.result_id}, {"state", text(nameOf(transition.state))},
-          {"utc", transition.utc},          {"by", transition.by},        {"method", transition.method},
-          {"subject", transition.subject},  {"probe", transition.probe},  {"machine", transition.machine},
-          {"mounting", transition.mounting}};
+  return {{"number", transition.number},     {"id", transition.result_id}, {"state", text(nameOf(transition.state))},
+          {"utc", transition.utc},           {"by", transition.by},        {"method", transition.method},
+          {"subject", transition.subject},   {"probe", transition.probe},  {"machine", transition.machine},
+          {"mounting", transition.mounting}, {"remark", transition.remark}};
 }
 
 std::string line(const messages::ResultTransition& transition) {
-  const std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
-                          printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
-  return transition.by.empty() ? all : all + "  by " + shown(transition.by);
+  std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
+                    printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
+  return all + (transition.by.empty() ? "" : "  by " + shown(transition.by)) +
+         (transition.remark.empty() ? "" : "  (" + shown(transition.remark) + ")");
 }
 
 void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
-                  Console& console) {
+                  const Json& comparison, Console& console) {
   if (console.json()) {
     return console.object({{"accepted_id", id},
                            {"accepted_by", by},
                            {"state", text(nameOf(answer.state))},
-                           {"waiting_for_cut", answer.waiting_for_cut}});
+                           {"waiting_for_cut", answer.waiting_for_cut},
+                           {"notes", answer.notes},
+                           {"comparison", comparison}});
   }
   const std::string which = "result " + std::to_string(id);
   if (answer.waiting_for_cut) {
@@ -91,6 +103,7 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
   } else {
     console.line(which + " is in force, accepted by " + by);
   }
+  for (const auto& note : answer.notes) console.line("  " + note);
 }
 
 Json describe(const messages::ProcedureStatus::Answer& p) {

@@ -1,0 +1,135 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tools/probebox/cli/request.hpp"
+#include "tools/probebox/cli/subcommands.hpp"
+#include "tools/probebox/cli/validators.hpp"
+
+namespace probebox::command {
+
+// Commands that measure on a machine, and the forecast of what they will find. Only parse.cpp includes this.
+class RunCommands {
+ public:
+  void declare(Subcommands& commands) {
+    commands.add("selftest",
+                 "check a machine before its first calibration: axis senses, probe signs, clock, edge stamps",
+                 "probebox selftest", selftest_);
+    declareCalibrate(commands);
+    declarePlan(commands);
+  }
+
+ private:
+  static constexpr const char* kUsualMethod = "delay-multi-speed";
+
+  void declareCalibrate(Subcommands& commands) {
+    auto* calibrate =
+        commands.add("calibrate", "run a calibration on the machine, step by step",
+                     "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
+    calibrate->add_option(
+        "method", calibrate_.method,
+        "the method; default: delay-multi-speed. Also delay-known-sphere, delay-plates, delay-per-axis, "
+        "delay-non-normal, delay-in-out, centreline, centreline-limited-access, centreline-by-steps, c-axis-alignment, "
+        "spindle-offset-2x2, spindle-offset-four, periodic-check, rotary-axis-errors, table-pivot, swivel-error, "
+        "head-pivot, a-axis-alignment, screw-calibration, tool-setter, tool-assembly, sensor-head-calibration");
+    addChoices(calibrate, calibrate_);
+    calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
+    calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
+    calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());
+    calibrate->add_flag("--although-it-differs", calibrate_.although_it_differs,
+                        "with --accept: even if the result differs from the one in force by more than 4 sd");
+    calibrate->add_flag("--abort", calibrate_.abort, "abort the running calibration");
+    calibrate->callback([this, &commands] {
+      checkCalibrate(calibrate_);
+      if (!calibrate_.abort && calibrate_.method.empty()) calibrate_.method = kUsualMethod;
+      commands.request().job = calibrate_;
+    });
+  }
+
+  static void addChoices(CLI::App* command, RunChoices& choices) {
+    command->add_option("--speed", choices.speeds_mm_s, "speeds of the touches, such as 10,20,40")
+        ->delimiter(',')
+        ->check(positive())
+        ->type_name("MM_PER_S");
+    command->add_option("--overtravel", choices.overtravel_mm, "travel into the surface after contact")
+        ->check(positive())
+        ->type_name("MM");
+    command->add_option("--clearance", choices.clearance_mm, "distance from the surface before and after a touch")
+        ->check(positive())
+        ->type_name("MM");
+    command
+        ->add_option("--approach", choices.approach_deg,
+                     "angle between approach and surface normal; for delay-non-normal")
+        ->check(positive())
+        ->type_name("DEGREES");
+    command
+        ->add_option("--angles", choices.angles,
+                     "number of angles of C; for centreline, centreline-limited-access and rotary-axis-errors")
+        ->check(positive())
+        ->type_name("NUMBER");
+    command
+        ->add_option("--arc", choices.arc_deg,
+                     "range of C; default: 360 for centreline and rotary-axis-errors, 80 for centreline-limited-access "
+                     "and centreline-by-steps")
+        ->check(positive())
+        ->type_name("DEGREES");
+    command
+        ->add_option("--heights", choices.balls,
+                     "number of balls at different heights; for c-axis-alignment and rotary-axis-errors")
+        ->check(positive())
+        ->type_name("NUMBER");
+    command->add_option("--axis", choices.axis, "axis of the screw, X, Y or Z; for screw-calibration")
+        ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
+        ->type_name("AXIS");
+    command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for screw-calibration")
+        ->check(positive())
+        ->type_name("NUMBER");
+    command
+        ->add_option("--tool", choices.tool, "number of the tool that is measured; for tool-setter and tool-assembly")
+        ->check(positive())
+        ->type_name("NUMBER");
+    command->add_flag(
+        "--head", choices.head,
+        "measure with the sensor head instead of the probe, one position per ball; for rotary-axis-errors");
+    command->add_flag("--shank", choices.shank,
+                      "measure with tip and shank of one stylus instead of tools of several lengths; for "
+                      "a-axis-alignment and swivel-error");
+  }
+
+  void declarePlan(Subcommands& commands) {
+    auto* plan =
+        commands.add("plan", "forecast the uncertainty of a calibration, and find the best touches for a given time",
+                     "probebox plan delay-multi-speed --time 60", plan_);
+    plan->add_option("method", plan_.method, "a method that calibrate runs")->required();
+    addChoices(plan, plan_);
+    plan->add_option("--time", plan_.time_s, "time available: propose the most precise sets of touches for it")
+        ->check(seconds())
+        ->type_name("SECONDS");
+    const auto add_positive = [&](const char* name, std::optional<double>& value, const char* what, const char* unit) {
+      plan->add_option(name, value, what)->check(positive())->type_name(unit);
+    };
+    add_positive("--machine-rate", plan_.machine_rate_hz, "rate of the positions; default: 1000", "HZ");
+    add_positive("--machine-noise", plan_.machine_noise_um, "noise of one position, k = 1; default: 0.5", "UM");
+    add_positive("--probe-rate", plan_.probe_rate_hz, "rate of the deflections; default: 2000", "HZ");
+    add_positive("--probe-noise", plan_.probe_noise_um, "noise of one channel, k = 1; default: 0.4", "UM");
+    add_positive("--acceleration", plan_.acceleration_mm_s2, "acceleration of the machine; default: 10000",
+                 "MM_PER_S2");
+  }
+
+  static void checkCalibrate(const Calibrate& options) {
+    if (options.abort && !options.method.empty()) {
+      throw CLI::ValidationError{"calibrate", "--abort ends the running calibration; do not name a method"};
+    }
+    if (options.accept && options.by.empty()) {
+      throw CLI::ValidationError{"--accept", "needs the name of the person who accepts: --by NAME"};
+    }
+  }
+
+  Selftest selftest_;
+  Calibrate calibrate_;
+  Plan plan_;
+};
+
+}  // namespace probebox::command

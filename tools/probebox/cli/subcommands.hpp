@@ -1,0 +1,30 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "tools/probebox/cli/request.hpp"
+
+namespace probebox::command {
+
+// Declares commands with help and an example each. CLI11 is slow to compile: only parse.cpp includes this.
+class Subcommands {
+ public:
+  Subcommands(CLI::App& app, Request& request) : app_{app}, request_{request} {}
+
+  // The options, as they were parsed, become the request when this command was named.
+  template <class Options>
+  CLI::App* add(const std::string& name, const std::string& about, const std::string& example, Options& options) {
+    auto* command = app_.add_subcommand(name, about);
+    command->fallthrough();  // `probebox status --json` is `probebox --json status`
+    command->footer("Every command accepts -u/--uri URI and --json.\nExample:\n  " + example);
+    command->callback([this, &options] { request_.job = options; });
+    return command;
+  }
+  Request& request() { return request_; }
+
+ private:
+  CLI::App& app_;
+  Request& request_;
+};
+
+}  // namespace probebox::command

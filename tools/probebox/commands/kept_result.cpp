@@ -1,0 +1,90 @@
+#include "tools/probebox/commands/kept_result.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "firmware/json/result_json.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using messages::ResultDocument;
+using messages::ResultState;
+
+struct Fetched {
+  messages::ResultSummary summary;
+  bool dataset_kept{};
+  std::string text;
+};
+
+Trouble inPart(std::uint64_t id) {
+  return {ExitStatus::failed, "incomplete",
+          "the box sent only a part of result " + std::to_string(id) + "; ask again, or update its firmware"};
+}
+
+Outcome<Fetched, Trouble> fetch(link::Client& box, Console& console, std::uint64_t id, ResultDocument document) {
+  Fetched fetched;
+  while (true) {
+    auto piece = ask<messages::GetResult>(box, console, {id, document, fetched.text.size()});
+    if (!piece) return piece.error();
+    if (fetched.text.empty()) fetched.summary = std::move(piece->summary), fetched.dataset_kept = piece->dataset_kept;
+    const bool goes_on = piece->offset == fetched.text.size() && !piece->bytes.empty();
+    fetched.text += piece->bytes;
+    if (fetched.text.size() == piece->total_bytes) return fetched;
+    if (!goes_on || fetched.text.size() > piece->total_bytes) return inPart(id);
+    console.progress(printed("fetching result %llu: %zu of %llu bytes", static_cast<unsigned long long>(id),
+                             fetched.text.size(), static_cast<unsigned long long>(piece->total_bytes)));
+  }
+}
+
+Trouble unreadable(std::uint64_t id, const Error& error) {
+  return {ExitStatus::failed, "unreadable-result",
+          "result " + std::to_string(id) + " is not readable here (" + error.what + "); update this command"};
+}
+
+}  // namespace
+
+Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id) {
+  auto fetched = fetch(box, console, id, ResultDocument::result);
+  if (!fetched) return fetched.error();
+  KeptResult kept{std::move(fetched->summary), metrology::Refusal{}, fetched->dataset_kept};
+  if (kept.summary.state == ResultState::refused) {
+    auto refusal = json::refusalFromJson(fetched->text);
+    if (!refusal) return unreadable(id, refusal.error());
+    kept.content = std::move(refusal).value();
+  } else {
+    auto result = json::resultFromJson(fetched->text);
+    if (!result) return unreadable(id, result.error());
+    kept.content = std::move(result).value();
+  }
+  return kept;
+}
+
+Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id) {
+  auto fetched = fetch(box, console, id, ResultDocument::dataset);
+  if (!fetched) return fetched.error();
+  if (!fetched->text.empty()) return std::move(fetched->text);
+  const auto number = std::to_string(id);
+  return Trouble{ExitStatus::failed, "dataset-not-kept",
+                 "the box no longer keeps the dataset of result " + number +
+                     " (it keeps those of accepted results and of the newest 20 others); measure again, or report the "
+                     "case folder that calibrate --save wrote; probebox show " +
+                     number + " has its values"};
+}
+
+Outcome<std::optional<messages::ResultSummary>, Trouble> inForceBeside(link::Client& box, const Console& console,
+                                                                       const messages::ResultSummary& summary) {
+  auto all = storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
+  if (!all) return all.error();
+  const auto found = std::ranges::find_if(*all, [&](const messages::ResultSummary& other) {
+    return other.id != summary.id && other.state == ResultState::active && other.subject == summary.subject &&
+           other.probe == summary.probe && other.machine == summary.machine && other.mounting == summary.mounting;
+  });
+  if (found == all->end()) return std::optional<messages::ResultSummary>{};
+  return std::optional{std::move(*found)};
+}
+
+}  // namespace probebox::command

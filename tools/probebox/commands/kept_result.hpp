@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/units/outcome.hpp"
+#include "tools/probebox/link/box.hpp"
+
+namespace probebox::command {
+
+// Everything that a box keeps of one result.
+struct KeptResult {
+  messages::ResultSummary summary;  // without values and warnings
+  std::variant<metrology::Result, metrology::Refusal> content;
+  bool dataset_kept{};
+
+  const metrology::Result* result() const { return std::get_if<metrology::Result>(&content); }
+  const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&content); }
+};
+
+Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id);
+
+// Its dataset as JSON text. Trouble names the remedy where the box no longer keeps it.
+Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id);
+
+// What is in force for the subject, probe, machine and mounting of this one; empty for nothing.
+Outcome<std::optional<messages::ResultSummary>, Trouble> inForceBeside(link::Client& box, const Console& console,
+                                                                       const messages::ResultSummary& summary);
+
+}  // namespace probebox::command

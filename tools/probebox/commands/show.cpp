@@ -1,0 +1,63 @@
+#include <string>
+#include <vector>
+
+#include "tools/case/quantities.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
+
+namespace probebox::command {
+namespace {
+
+using Transitions = std::vector<messages::ResultTransition>;
+
+void showObject(const KeptResult& kept, const Transitions& history, Console& console) {
+  Json object{{"id", kept.summary.id}};
+  object.update(describe(kept.summary));
+  object["standing"] = standingOf(kept.summary);
+  if (kept.result() != nullptr) {
+    object.update(describe(*kept.result(), casefolder::rotaryAxisOf(kept.summary.subject)));
+  } else {
+    object.update(describe(*kept.refusal()));
+  }
+  object["dataset_kept"] = kept.dataset_kept;
+  object["history"] = Json::array();
+  for (const auto& transition : history) object["history"].push_back(describe(transition));
+  console.object(object);
+}
+
+void showPage(const KeptResult& kept, const Transitions& history, Console& console) {
+  const auto number = std::to_string(kept.summary.id);
+  console.line(headOf(kept.summary));
+  if (kept.result() != nullptr) {
+    console.line(page(*kept.result(), casefolder::rotaryAxisOf(kept.summary.subject)));
+  } else {
+    console.line("refused: " + kept.refusal()->name + "\n  " + kept.refusal()->reason);
+  }
+  console.line("history");
+  for (const auto& transition : history) console.line("  " + line(transition));
+  console.line(kept.dataset_kept ? "its dataset is kept: probebox report " + number + " -o result-" + number + ".html"
+                                 : "its dataset is no longer kept");
+}
+
+}  // namespace
+
+ExitStatus run(const Show& options, const std::string& uri, Console& console) {
+  const auto box = openBox(uri, console);
+  if (!box) return console.fail(box.error());
+  const auto kept = keptResult(**box, console, options.id);
+  if (!kept) return console.fail(kept.error());
+  const auto history = storedTransitions(**box, console, {options.id, "", 0});
+  if (!history) return console.fail(history.error());
+  if (console.json()) {
+    showObject(*kept, *history, console);
+  } else {
+    showPage(*kept, *history, console);
+  }
+  return ExitStatus::ok;
+}
+
+}  // namespace probebox::command

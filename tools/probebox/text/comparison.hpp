@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/dataset/result.hpp"
+#include "tools/case/quantities.hpp"
+#include "tools/probebox/cli/console.hpp"
+
+namespace probebox::command {
+
+// A proposed result beside the one in force about the same subject.
+struct Comparison {
+  // Differences beyond this many standard deviations are accepted only when somebody says so.
+  static constexpr double kMostInSd = 4;
+
+  struct Change {
+    casefolder::Quantity now;
+    std::optional<casefolder::Quantity> before;  // empty where the result in force has no such value
+    // Both sd known: the difference over the root of the sum of their squares.
+    std::optional<double> inSd() const;
+  };
+  std::uint64_t in_force{};  // its number; 0: the proposed one is the first of its subject
+  std::vector<Change> changes;
+
+  // The largest difference in sd; empty where none can be judged.
+  std::optional<double> worstInSd() const;
+  bool differs() const { return worstInSd().value_or(0) > kMostInSd; }
+};
+
+// in_force: null for none. axis: as in quantitiesOf.
+Comparison comparisonOf(const metrology::Result& proposed, const metrology::Result* in_force, std::uint64_t in_force_id,
+                        std::string_view axis);
+
+Json describe(const Comparison& comparison);
+// Value, sd and U of both, and their difference; of many values those that differ most.
+std::string page(const Comparison& comparison, std::uint64_t proposed_id, const std::string& subject);
+
+}  // namespace probebox::command

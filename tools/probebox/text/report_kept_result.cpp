@@ -1,0 +1,163 @@
+#include "tools/probebox/text/report_kept_result.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "protocol/units/wording.hpp"
+#include "tools/case/quantities.hpp"
+#include "tools/case/readable.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using metrology::Contribution;
+using metrology::Estimate;
+using metrology::Result;
+
+Json numberOf(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json namesAndReasons(const std::vector<metrology::Dropped>& dropped) {
+  Json all = Json::array();
+  for (const auto& one : dropped) all.push_back({{"name", one.name}, {"reason", one.reason}});
+  return all;
+}
+
+Json budgetOf(const Result& result, const std::vector<casefolder::Quantity>& quantities) {
+  Json all = Json::array();
+  for (const auto& contribution : result.budget) {
+    Json sd = Json::object();
+    for (std::size_t k = 0; k < std::min(quantities.size(), contribution.sd.size()); ++k)
+      sd[quantities[k].key] = contribution.sd[k];
+    all.push_back({{"name", contribution.name}, {"type", contribution.type_b ? "B" : "A"}, {"sd", sd}});
+  }
+  return all;
+}
+
+Json conditionsOf(const Result& result) {
+  Json all = Json::object();
+  for (const auto& condition : result.conditions) all[condition.name] = condition.value;
+  return all;
+}
+
+Json foundOnTheWay(const Result& result) {
+  Json all = Json::object();
+  for (const auto& estimate : result.also)
+    all[estimate.key] = estimate.values.size() == 1 ? Json(estimate.values.front()) : Json(estimate.values);
+  return all;
+}
+
+// What one cause adds to each value; of a vector the root mean square.
+std::string shareOf(const Contribution& contribution, const Result& result) {
+  std::string all;
+  std::size_t first = 0;
+  for (const auto& estimate : result.estimates) {
+    for (const auto& part : metrology::partsOf(estimate)) {
+      double squares = 0;
+      for (const auto at : part.at) {
+        const double sd = first + at < contribution.sd.size() ? contribution.sd[first + at] : 0;
+        squares += sd * sd;
+      }
+      if (part.at.empty()) continue;
+      const auto label = casefolder::quantityLabel(part.key);
+      const double rms = std::sqrt(squares / static_cast<double>(part.at.size()));
+      all += (all.empty() ? "" : "; ") + label.name + (part.at.size() > 1 ? " (rms) " : " ") +
+             casefolder::withUnit(label, rms);
+    }
+    first += estimate.values.size();
+  }
+  return all;
+}
+
+std::string fitOf(const Result& result) {
+  std::string all = printed("\n  residual rms %.3g, %zu degrees of freedom, condition %.3g", result.rms, result.dof,
+                            result.condition);
+  if (result.chi2_reduced) all += printed(", reduced chi-square %.3g", *result.chi2_reduced);
+  for (const auto& dropped : result.dropped) all += "\n  left out: " + dropped.name + ": " + dropped.reason;
+  return all;
+}
+
+std::string listed(const char* title, const std::vector<std::string>& lines) {
+  if (lines.empty()) return {};
+  std::string all = std::string{"\n"} + title;
+  for (const auto& one : lines) all += "\n  " + one;
+  return all;
+}
+
+}  // namespace
+
+Json describe(const Result& result, std::string_view axis) {
+  const auto quantities = casefolder::quantitiesOf(result, axis);
+  Json values = Json::object(), sd = Json::object(), expanded = Json::object();
+  for (const auto& quantity : quantities) {
+    values[quantity.key] = quantity.value;
+    sd[quantity.key] = numberOf(quantity.sd);
+    expanded[quantity.key] = numberOf(quantity.expanded);
+  }
+  return {{"result", values},
+          {"sd", sd},
+          {"expanded_k2", expanded},
+          {"rms", result.rms},
+          {"dof", result.dof},
+          {"condition", result.condition},
+          {"chi2_reduced", numberOf(result.chi2_reduced)},
+          {"warnings", result.warnings},
+          {"dropped", namesAndReasons(result.dropped)},
+          {"convention", result.convention},
+          {"also", foundOnTheWay(result)},
+          {"unobservable", result.unobservable},
+          {"budget", budgetOf(result, quantities)},
+          {"conditions", conditionsOf(result)}};
+}
+
+Json describe(const metrology::Refusal& refusal) {
+  return {{"refusal", refusal.name}, {"reason", refusal.reason}};
+}
+
+std::string page(const Result& result, std::string_view axis) {
+  std::string all = "values (sd: k = 1; U: k = 2, with type B)";
+  for (const auto& quantity : casefolder::quantitiesOf(result, axis))
+    all += printed("\n  %-22s ", quantity.label.name.c_str()) + casefolder::withSdAndU(quantity);
+  if (!result.convention.empty()) all += "\n  " + result.convention;
+  all += "\nfit" + fitOf(result);
+  if (!result.budget.empty()) all += "\nuncertainty budget (k = 1)";
+  for (const auto& contribution : result.budget) {
+    all += printed("\n  %-28s type ", contribution.name.c_str()) + (contribution.type_b ? "B  " : "A  ") +
+           shareOf(contribution, result);
+  }
+  all += listed("warnings", result.warnings);
+  all += listed("these data cannot determine", result.unobservable);
+  if (!result.conditions.empty()) all += "\nstated conditions";
+  for (const auto& condition : result.conditions) all += "\n  " + condition.name + ": " + condition.value;
+  return all;
+}
+
+std::string standingOf(const messages::ResultSummary& summary) {
+  switch (summary.state) {
+    case messages::ResultState::active:
+      return "in force";
+    case messages::ResultState::accepted:
+      return "waits for the end of the cut";
+    default:
+      return std::string{nameOf(summary.state)};
+  }
+}
+
+std::string headOf(const messages::ResultSummary& summary) {
+  std::string all = "result " + std::to_string(summary.id) + ", " + summary.method + ", about " + summary.subject +
+                    ": " + standingOf(summary) + "\n  proposed " + summary.proposed_utc;
+  if (!summary.accepted_by.empty()) all += "; accepted by " + shown(summary.accepted_by) + " " + summary.accepted_utc;
+  if (!summary.retired_utc.empty()) all += "; retired " + summary.retired_utc;
+  if (!summary.as_this_machine_by.empty())
+    all += "\n  its case names no machine; " + shown(summary.as_this_machine_by) + " said that it is this one";
+  for (const auto& other : summary.rests_on) {
+    all += "\n  rests on result " + std::to_string(other.id) + " about " + shown(other.subject) +
+           (other.retired ? ", which is RETIRED: repeat this one" : "");
+  }
+  return all + "\n  for probe " + shown(summary.probe) + ", machine " + shown(summary.machine) + ", mounting " +
+         shown(summary.mounting);
+}
+
+}  // namespace probebox::command
