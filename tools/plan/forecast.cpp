@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
-#include <span>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "firmware/procedure/dataset/sweep.hpp"
+#include "firmware/procedure/facts/readiness.hpp"
 #include "firmware/procedure/plan/methods.hpp"
+#include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_run.hpp"
 
 namespace probebox::plan {
@@ -22,24 +24,41 @@ using procedure::Method;
 // The sd of a run scatters itself, by a few per cent: its degrees of freedom are the samples.
 constexpr std::uint64_t kRuns = 4;
 
-void addSquares(std::vector<Estimate>& sums, const std::vector<Estimate>& run) {
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    for (std::size_t k = 0; k < sums[i].sd.size(); ++k) sums[i].sd[k] += run[i].sd[k] * run[i].sd[k];
+// Root mean squares of sd and combined uncertainty over the runs that were added.
+class MeanSpread {
+ public:
+  void add(const std::vector<Estimate>& run) {
+    if (++runs_ == 1) sums_ = run;
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      addSquares(run[i].sd, sums_[i].sd);
+      addSquares(run[i].uncertainty, sums_[i].uncertainty);
+    }
   }
-}
-
-std::vector<Estimate> squared(std::vector<Estimate> estimates) {
-  for (auto& estimate : estimates) {
-    for (double& sd : estimate.sd) sd *= sd;
+  std::vector<Estimate> estimates() const {
+    auto all = sums_;
+    for (auto& estimate : all) {
+      for (double& square : estimate.sd) square = std::sqrt(square / runs_);
+      for (double& square : estimate.uncertainty) square = std::sqrt(square / runs_);
+    }
+    return all;
   }
-  return estimates;
+
+ private:
+  void addSquares(const std::vector<double>& values, std::vector<double>& sums) const {
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] = (runs_ == 1 ? 0 : sums[k]) + values.at(k) * values.at(k);
+  }
+
+  std::vector<Estimate> sums_;
+  double runs_{};
+};
+
+// The method leaves open at how many angles of C it reads.
+bool choosesAngles(Method method) {
+  return method == Method::centreline || method == Method::centreline_limited_access ||
+         method == Method::rotary_axis_errors;
 }
 
-bool turnsC(Method method) {
-  return method == Method::centreline || method == Method::centreline_limited_access;
-}
-
-// Sets of speeds that tell a delay from a size, or repeat one speed.
+// Sets of speeds that separate a delay from a size, or repeat one speed.
 std::vector<std::vector<double>> speedSets(Method method) {
   std::vector<std::vector<double>> sets;
   const auto repeated = [&](const std::vector<double>& base) {
@@ -60,58 +79,89 @@ std::vector<std::vector<double>> speedSets(Method method) {
     case Method::delay_in_out:
       for (const double speed : {5.0, 10.0, 20.0}) repeated({speed});
       break;
+    case Method::tool_setter:
+    case Method::tool_assembly:
+      for (const double speed : {2.0, 5.0, 10.0}) repeated({speed});
+      break;
     default:
       for (const double speed : {10.0, 25.0, 40.0, 60.0}) repeated({speed});
   }
   return sets;
 }
 
-std::vector<ProcedureOptions> candidates(Method method, const ProcedureOptions& given) {
-  std::vector<ProcedureOptions> all{given};
-  const auto spread = [&all](const auto& expand) {
-    std::vector<ProcedureOptions> wider;
-    for (const auto& options : all) expand(options, wider);
-    all = std::move(wider);
-  };
-  if (given.speed_count == 0 && !procedure::readsBalls(method)) {
-    spread([&](const ProcedureOptions& options, auto& wider) {
-      for (const auto& speeds : speedSets(method)) {
-        ProcedureOptions chosen = options;
-        chosen.speed_count = static_cast<std::uint8_t>(speeds.size());
-        std::ranges::copy(speeds, chosen.speeds_mm_s.begin());
-        wider.push_back(chosen);
-      }
+bool turnsAScrew(Method method) {
+  return procedure::needsOf(method) == procedure::Needs::screw;
+}
+
+// Replaces each run by those that differ from it in one thing.
+void spread(std::vector<Wanted>& all, const auto& values, const auto& set) {
+  std::vector<Wanted> wider;
+  for (const auto& wanted : all) {
+    for (const auto& value : values) {
+      wider.push_back(wanted);
+      set(wider.back(), value);
+    }
+  }
+  all = std::move(wider);
+}
+
+std::vector<Wanted> candidates(const Wanted& given) {
+  const auto& [method, options, turns, by] = given;
+  const bool holds = by == procedure::ReadBy::head || procedure::needsHead(method);
+  std::vector<Wanted> all{given};
+  if (options.speed_count == 0 && !holds && !procedure::readsBalls(method) && !turnsAScrew(method)) {
+    spread(all, speedSets(method), [](Wanted& wanted, const std::vector<double>& speeds) {
+      wanted.options.speed_count = static_cast<std::uint8_t>(speeds.size());
+      std::ranges::copy(speeds, wanted.options.speeds_mm_s.begin());
     });
   }
-  if (turnsC(method) && given.angles == 0) {
-    spread([](const ProcedureOptions& options, auto& wider) {
-      for (const std::uint16_t angles : std::array<std::uint16_t, 8>{3, 4, 6, 8, 12, 16, 24, 30}) {
-        wider.push_back(options);
-        wider.back().angles = angles;
-      }
-    });
+  if (choosesAngles(method) && options.angles == 0) {
+    spread(all, std::array<std::uint16_t, 8>{3, 4, 6, 8, 12, 16, 24, 30},
+           [](Wanted& wanted, std::uint16_t angles) { wanted.options.angles = angles; });
   }
   const bool plate = method == Method::rotary_axis_errors;
-  if ((method == Method::c_axis_alignment || plate) && given.balls == 0) {
-    spread([plate](const ProcedureOptions& options, auto& wider) {
-      for (std::uint16_t balls = plate ? 3 : 2; balls <= 7; ++balls) {
-        wider.push_back(options);
-        wider.back().balls = balls;
-      }
-    });
+  if ((method == Method::c_axis_alignment || plate) && options.balls == 0) {
+    std::vector<std::uint16_t> counts{3, 4, 5, 6, 7};
+    if (!plate) counts.insert(counts.begin(), 2);
+    spread(all, counts, [](Wanted& wanted, std::uint16_t balls) { wanted.options.balls = balls; });
+  }
+  if (turnsAScrew(method) && turns == 0) {
+    spread(all, std::array<unsigned, 7>{3, 4, 6, 8, 10, 15, 20},
+           [](Wanted& wanted, unsigned chosen) { wanted.turns = chosen; });
   }
   return all;
 }
 
-bool touchesOnly(const procedure::Plan& plan) {
-  return std::ranges::all_of(std::span{plan.steps}.first(plan.step_count), [](const procedure::Step& step) {
-    return step.kind == procedure::Kind::touch || step.kind == procedure::Kind::in_out;
-  });
+Refusal badOption(const Error& error) {
+  return {"bad-option", error.what};
 }
 
-Refusal notForecast(Method method) {
-  return {"not-forecast", std::string{procedure::nameOf(method)} +
-                              " does more than touch, and its precision depends on the machine: run it"};
+// As the box completes them from its descriptions.
+Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const SetUp& set_up) {
+  auto [method, options, turns, by] = wanted;
+  if (!procedure::isCalibration(method)) {
+    return Refusal{"not-forecast", std::string{procedure::nameOf(method)} +
+                                       " has no result whose uncertainty could be forecast: run it"};
+  }
+  const auto facts = factsOf(set_up, options.tool);
+  if (by == procedure::ReadBy::head) {
+    if (const auto why = procedure::whyNoHead(method, facts)) return badOption(*why);
+  }
+  if (by == procedure::ReadBy::shank) {
+    if (const auto why = procedure::whyNoShank(method, facts)) return badOption(*why);
+  }
+  if (turnsAScrew(method)) {
+    const auto sweep = procedure::sweepOptions(options, turns, facts);
+    if (!sweep) return badOption(sweep.error());
+    options = *sweep;
+  } else if (turns != 0) {
+    return Refusal{"bad-option", std::string{procedure::nameOf(method)} + " has no option turns: omit it"};
+  } else {
+    options = procedure::described(method, options, facts, by);
+  }
+  constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
+  if (const auto why = procedure::whyRefused(method, options, kAnyLimit_mm)) return badOption(*why);
+  return options;
 }
 
 double firstSd(const Forecast& forecast) {
@@ -119,57 +169,44 @@ double firstSd(const Forecast& forecast) {
   return known ? forecast.estimates.front().sd.front() : std::numeric_limits<double>::infinity();
 }
 
-Outcome<Forecast, Refusal> forecastOf(Method method, const ProcedureOptions& options, const SetUp& set_up,
-                                      std::uint64_t runs) {
-  if (method == Method::centreline_by_steps) {
-    return Refusal{"not-forecast",
-                   "the later steps of centreline-by-steps follow from earlier measurements: use the forecast of "
-                   "centreline-limited-access, which reads the same ball"};
-  }
-  const bool does_more = procedure::needsOf(method) == procedure::Needs::screw || procedure::measuresATool(method) ||
-                         procedure::needsHead(method);
-  if (does_more) return notForecast(method);
-  constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
-  if (const auto why = procedure::whyRefused(method, options, kAnyLimit_mm)) return Refusal{"bad-option", why->what};
-  const auto plan = std::make_unique<procedure::Plan>();  // large
-  procedure::fill(*plan, method, options);
-  if (!touchesOnly(*plan)) return notForecast(method);
-  Forecast forecast{.method = method,
-                    .options = options,
-                    .touches = plan->step_count,
-                    .duration_s = 0,
-                    .estimates = {},
-                    .dropped = {}};
+Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
+  const auto options = completed(wanted, set_up);
+  if (!options) return options.error();
+  Forecast forecast{
+      .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
+  MeanSpread spread;
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const auto simulated = simulatedRun(*plan, set_up, run + 1);
+    const auto simulated = simulatedRun(wanted.method, *options, set_up, run + 1);
     if (!simulated.solved) return simulated.solved.error();
+    spread.add(simulated.solved->estimates);
+    if (run > 0) continue;
+    forecast.steps = simulated.steps;
     forecast.duration_s = simulated.duration_s;
-    if (run == 0) {
-      forecast.estimates = squared(simulated.solved->estimates);
-      forecast.dropped = simulated.solved->dropped;
-    } else {
-      addSquares(forecast.estimates, simulated.solved->estimates);
-    }
+    forecast.also = simulated.solved->also;
+    forecast.axis = simulated.axis;
+    forecast.dropped = simulated.solved->dropped;
   }
-  for (auto& estimate : forecast.estimates) {
-    for (double& sd : estimate.sd) sd = std::sqrt(sd / static_cast<double>(runs));
-  }
+  forecast.estimates = spread.estimates();
   return forecast;
 }
 
 }  // namespace
 
-Outcome<Forecast, Refusal> forecast(Method method, const ProcedureOptions& options, const SetUp& set_up) {
-  return forecastOf(method, options, set_up, kRuns);
+Outcome<Forecast, Refusal> forecast(const Wanted& wanted, const SetUp& set_up) {
+  return forecastOf(wanted, set_up, kRuns);
 }
 
-Outcome<std::vector<Forecast>, Refusal> proposals(Method method, const ProcedureOptions& options, const SetUp& set_up,
-                                                  double time_s) {
+Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const SetUp& set_up, double time_s) {
   std::vector<Forecast> fitting;
   std::optional<Refusal> first;
   bool any = false;
-  for (const auto& chosen : candidates(method, options)) {
-    auto expected = forecastOf(method, chosen, set_up, 1);
+  for (const auto& candidate : candidates(wanted)) {
+    const auto options = completed(candidate, set_up);
+    if (options && shortestDuration(candidate.method, *options, set_up) > time_s) {
+      any = true;
+      continue;
+    }
+    auto expected = forecastOf(candidate, set_up, 1);
     any = any || expected;
     if (!expected && !first) first = expected.error();
     if (expected && expected->duration_s <= time_s) fitting.push_back(std::move(expected).value());

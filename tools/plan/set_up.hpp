@@ -1,7 +1,8 @@
 #pragma once
 #include <array>
+#include <cstdint>
 
-// What a forecast takes for granted: how good the streams are, and how the machine moves.
+// What a forecast assumes: how good the streams are, what is stated of features, and how the machine moves.
 namespace probebox::plan {
 
 struct SetUp {
@@ -17,8 +18,29 @@ struct SetUp {
   double sigma_b_rad{5e-6};  // the same of a table that tilts or a head that swivels
   // From the gauge line of the spindle to the stylus ball, with the tools that carry the probe.
   std::array<double, 4> tool_lengths_mm{150, 200};
+  double shank_height_mm{50};  // where the shank of the first of them touches, above the stylus ball
+  double shank_radius_mm{5};
   double ball_reach_mm{60};  // of the part's ball, from the axis that it turns about
   double delay_s{4e-3};      // any: precision does not depend on it
+
+  // The tool-setting device and the stored lengths, each sd k = 1.
+  double setter_half_width_mm{8};
+  double setter_repeatability_um{0.5};  // of the depth at which it switches
+  double sd_probe_offset_mm{0.0005};
+  double sd_setter_mm{0.0006};
+  double sd_holder_mm{0.001};
+
+  // The sensor head: three sensors around a ball, each sd k = 1.
+  double head_noise_um{0.2};  // of one sensor
+  double head_range_mm{0.5};  // of a sensor, to either side
+  double sd_head_centre_mm{0.001};
+  double sd_head_matrix{1e-4};  // of an entry of its calibration in force
+  double hold_s{0.2};           // how long it is held still, at least
+
+  // The sensor at the end of a ball screw.
+  double screw_rate_hz{20};
+  double screw_noise_um{0.02};
+  double screw_pitch_mm{10};
 
   double acceleration_mm_s2{10'000};
   double dwell_s{0.1};    // at overtravel

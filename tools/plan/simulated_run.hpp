@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "firmware/metrology/solve.hpp"
 #include "firmware/procedure/plan/plan.hpp"
@@ -12,7 +14,14 @@ namespace probebox::plan {
 struct SimulatedRun {
   metrology::Solved solved;
   double duration_s{};
+  std::size_t steps{};
+  std::string axis{};  // of the rotary axis that it is about; empty for none
 };
-SimulatedRun simulatedRun(const procedure::Plan& plan, const SetUp& set_up, std::uint64_t seed);
+// options: complete, as procedure::described() leaves them.
+SimulatedRun simulatedRun(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up,
+                          std::uint64_t seed);
+
+// How long such a run takes at least: a run whose steps follow from its readings may have more of them.
+double shortestDuration(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up);
 
 }  // namespace probebox::plan

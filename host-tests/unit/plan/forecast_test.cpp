@@ -4,7 +4,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <memory>
 
 #include "firmware/procedure/plan/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
@@ -24,7 +23,7 @@ double sdOf(const Forecast& forecast, std::string_view key, std::size_t componen
 }
 
 Forecast forecastOf(Method method, const ProcedureOptions& options = {}, const SetUp& set_up = {}) {
-  auto expected = forecast(method, options, set_up);
+  auto expected = forecast({.method = method, .options = options}, set_up);
   EXPECT_TRUE(expected) << expected.error().reason;
   return expected ? *expected : Forecast{};
 }
@@ -37,13 +36,12 @@ ProcedureOptions atSpeeds(std::initializer_list<double> speeds_mm_s) {
 }
 
 // Root mean square of the errors over its forecast, of runs that the forecast has not seen.
-double errorsOverForecast(Method method, const char* key, double truth, std::uint64_t runs) {
-  const auto steps = std::make_unique<procedure::Plan>();
-  procedure::fill(*steps, method, {});
-  const double sd = sdOf(forecastOf(method), key);
+double errorsOverForecast(const Wanted& wanted, const char* key, double truth, std::uint64_t runs,
+                          const SetUp& set_up = {}) {
+  const double sd = sdOf(forecastOf(wanted.method, wanted.options, set_up), key);
   double squares = 0;
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const auto measured = simulatedRun(*steps, plan::SetUp{}, 1000 + run);
+    const auto measured = simulatedRun(wanted.method, wanted.options, set_up, 1000 + run);
     EXPECT_TRUE(measured.solved) << measured.solved.error().reason;
     squares += std::pow((measured.solved->find(key)->values.front() - truth) / sd, 2);
   }
@@ -53,30 +51,64 @@ double errorsOverForecast(Method method, const char* key, double truth, std::uin
 TEST(Forecast, IsWhatRunsThenScatterBy) {
   const plan::SetUp set_up;
   // Of 60 runs the root mean square scatters by 9 %.
-  EXPECT_NEAR(errorsOverForecast(Method::delay_multi_speed, "tau_s", set_up.delay_s, 60), 1, 0.3);
-  EXPECT_NEAR(errorsOverForecast(Method::delay_plates, "tau_s", set_up.delay_s, 60), 1, 0.3);
-  EXPECT_NEAR(errorsOverForecast(Method::delay_in_out, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_multi_speed}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_plates}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_in_out}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+}
+
+// What is stated of the probe does not scatter from run to run.
+TEST(Forecast, OfAToolIsWhatRunsThenScatterBy) {
+  plan::SetUp set_up;
+  set_up.sd_probe_offset_mm = 1e-9;
+  Wanted tool{.method = Method::tool_setter};
+  tool.options.tool = 4;
+  EXPECT_NEAR(errorsOverForecast(tool, "tool_offset_mm", 0, 60, set_up), 1, 0.3);
+}
+
+void expectPrecise(const Wanted& wanted, std::string_view name) {
+  const auto expected = forecast(wanted, {});
+  ASSERT_TRUE(expected) << name << ": " << expected.error().reason;
+  ASSERT_FALSE(expected->estimates.empty());
+  for (const auto& estimate : expected->estimates) {
+    for (std::size_t k = 0; k < estimate.sd.size(); ++k) {
+      // An axis is nowhere along itself, and does not lean about itself.
+      const bool none = estimate.key == "location_mm" || estimate.key == "tilt_rad";
+      if (none && k == 2) continue;
+      EXPECT_GT(estimate.sd[k], 0) << name << ' ' << estimate.key;
+    }
+  }
+  EXPECT_GT(expected->duration_s, 0.5 * static_cast<double>(expected->steps));
 }
 
 TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
   for (const auto name : procedure::methodNames()) {
     const auto method = *procedure::methodNamed(name);
-    ProcedureOptions options = method == Method::screw_calibration ? atSpeeds({5}) : ProcedureOptions{};
-    if (method == Method::screw_calibration) options.axis = 1, options.travel_mm = 30;
-    const auto expected = forecast(method, options, {});
-    if (!expected && expected.error().name == "not-forecast") continue;
-    ASSERT_TRUE(expected) << name << ": " << expected.error().reason;
-    ASSERT_FALSE(expected->estimates.empty());
-    for (const auto& estimate : expected->estimates) {
-      for (std::size_t k = 0; k < estimate.sd.size(); ++k) {
-        // An axis is nowhere along itself, and does not lean about itself.
-        const bool none = estimate.key == "location_mm" || estimate.key == "tilt_rad";
-        if (none && k == 2) continue;
-        EXPECT_GT(estimate.sd[k], 0) << name << ' ' << estimate.key;
-      }
-    }
-    EXPECT_GT(expected->duration_s, 0.5 * static_cast<double>(expected->touches));
+    if (!procedure::isCalibration(method)) continue;
+    Wanted wanted{.method = method};
+    if (method == Method::screw_calibration) wanted.options.axis = 1;
+    if (procedure::measuresATool(method)) wanted.options.tool = 4;
+    expectPrecise(wanted, name);
   }
+}
+
+TEST(Forecast, KnowsEveryWayToMeasure) {
+  for (const auto name : procedure::methodNames()) {
+    const auto method = *procedure::methodNamed(name);
+    if (procedure::canReadByHead(method) && !procedure::needsHead(method))
+      expectPrecise({.method = method, .by = procedure::ReadBy::head}, name);
+    if (procedure::canTouchByShank(method)) expectPrecise({.method = method, .by = procedure::ReadBy::shank}, name);
+  }
+}
+
+TEST(Forecast, OfAScrewGainsByItsTurns) {
+  Wanted wanted{.method = Method::screw_calibration};
+  EXPECT_EQ(forecast(wanted, {}).error().name, "bad-option") << "which screw?";
+  wanted.options.axis = 3;
+  wanted.turns = 4;
+  const double four = sdOf(*forecast(wanted, {}), "drift_um_s");
+  wanted.turns = 16;
+  EXPECT_LT(sdOf(*forecast(wanted, {}), "drift_um_s"), four / 4) << "a slope gains by the cube of the time";
+  EXPECT_EQ(forecast({.method = Method::centreline, .turns = 4}, {}).error().name, "bad-option");
 }
 
 TEST(Forecast, GrowsWithTheNoise) {
@@ -91,10 +123,8 @@ TEST(Forecast, GrowsWithTheNoise) {
 }
 
 TEST(Forecast, SaysWhichMethodsItKnowsNothingOf) {
-  for (const auto method : {Method::selftest, Method::screw_calibration, Method::centreline_by_steps}) {
-    EXPECT_EQ(forecast(method, {}, {}).error().name, "not-forecast");
-    EXPECT_EQ(proposals(method, {}, {}, 60).error().name, "not-forecast") << "more time would not help";
-  }
+  EXPECT_EQ(forecast({.method = Method::selftest}, {}).error().name, "not-forecast");
+  EXPECT_EQ(proposals({.method = Method::selftest}, {}, 60).error().name, "not-forecast") << "more time would not help";
 }
 
 TEST(Forecast, OfRepeatsFallsWithTheirRoot) {
@@ -104,15 +134,18 @@ TEST(Forecast, OfRepeatsFallsWithTheirRoot) {
 }
 
 TEST(Forecast, RefusesWhatARunWouldBeRefusedFor) {
-  EXPECT_EQ(forecast(Method::delay_multi_speed, atSpeeds({20}), {}).error().name, "single-speed");
-  EXPECT_EQ(forecast(Method::delay_multi_speed, atSpeeds({0.01, 40}), {}).error().name, "bad-option");
+  EXPECT_EQ(forecast({.method = Method::delay_multi_speed, .options = atSpeeds({20})}, {}).error().name,
+            "single-speed");
+  EXPECT_EQ(forecast({.method = Method::delay_multi_speed, .options = atSpeeds({0.01, 40})}, {}).error().name,
+            "bad-option");
   plan::SetUp sluggish;
   sluggish.acceleration_mm_s2 = 200;
-  EXPECT_FALSE(forecast(Method::delay_known_sphere, atSpeeds({60}), sluggish)) << "its speed is never constant";
+  EXPECT_FALSE(forecast({.method = Method::delay_known_sphere, .options = atSpeeds({60})}, sluggish))
+      << "its speed is never constant";
 }
 
 TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
-  const auto refused = proposals(Method::delay_multi_speed, {.overtravel_mm = 500}, {}, 60);
+  const auto refused = proposals({.method = Method::delay_multi_speed, .options = {.overtravel_mm = 500}}, {}, 60);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().name, "bad-option");
   EXPECT_NE(refused.error().reason.find("An overtravel of 500 mm"), std::string::npos);
@@ -120,7 +153,7 @@ TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
 
 TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
   for (const auto method : {Method::delay_multi_speed, Method::delay_known_sphere, Method::centreline}) {
-    const auto answered = proposals(method, {}, {}, 60);
+    const auto answered = proposals({.method = method}, {}, 60);
     ASSERT_TRUE(answered);
     const auto& found = *answered;
     ASSERT_FALSE(found.empty());
@@ -133,17 +166,38 @@ TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
     if (own.duration_s > 60) continue;
     EXPECT_LT(found.front().estimates.front().sd.front(), 1.1 * own.estimates.front().sd.front());
   }
-  EXPECT_TRUE(proposals(Method::centreline, {}, {}, 0.5)->empty());
+  EXPECT_TRUE(proposals({.method = Method::centreline}, {}, 0.5)->empty());
+}
+
+// What fits with a chosen number of angles is found without one.
+TEST(Proposals, OfATableThatTurnsVaryItsAngles) {
+  ProcedureOptions six;
+  six.angles = 6;
+  const auto chosen = proposals({.method = Method::rotary_axis_errors, .options = six}, {}, 120);
+  ASSERT_TRUE(chosen);
+  ASSERT_FALSE(chosen->empty());
+  const auto found = proposals({.method = Method::rotary_axis_errors}, {}, 120);
+  ASSERT_TRUE(found);
+  ASSERT_FALSE(found->empty());
+  EXPECT_LE(found->front().estimates.front().sd.front(), chosen->front().estimates.front().sd.front());
+}
+
+TEST(Forecast, KnowsTheAnglesAndTheAxisOfErrorMotions) {
+  const auto expected = forecastOf(Method::rotary_axis_errors);
+  EXPECT_EQ(expected.axis, "C");
+  const auto angles = std::ranges::find(expected.also, "angle_rad", &metrology::Estimate::key);
+  ASSERT_NE(angles, expected.also.end());
+  EXPECT_EQ(6 * angles->values.size(), expected.estimates.front().values.size());
 }
 
 // What somebody has chosen stays as it is.
 TEST(Proposals, LeaveAloneWhatIsChosen) {
   ProcedureOptions options;
   options.angles = 5;
-  const auto around_c = proposals(Method::centreline, options, {}, 1000);
-  for (const auto& one : *around_c) EXPECT_EQ(one.options.angles, 5);
-  const auto touches = proposals(Method::delay_multi_speed, atSpeeds({10, 30}), {}, 1000);
-  for (const auto& one : *touches) EXPECT_EQ(one.options.speed_count, 2);
+  const auto around_c = proposals({.method = Method::centreline, .options = options}, {}, 1000);
+  for (const auto& one : *around_c) EXPECT_EQ(one.wanted.options.angles, 5);
+  const auto touches = proposals({.method = Method::delay_multi_speed, .options = atSpeeds({10, 30})}, {}, 1000);
+  for (const auto& one : *touches) EXPECT_EQ(one.wanted.options.speed_count, 2);
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "firmware/procedure/plan/methods.hpp"
-#include "tools/case/readable.hpp"
+#include "protocol/units/nearest.hpp"
+#include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
+#include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
@@ -16,18 +18,24 @@ namespace {
 
 constexpr std::size_t kShown = 5;  // proposals, on a page
 
-ProcedureOptions optionsOf(const Plan& options) {
+plan::Wanted wantedOf(procedure::Method method, const Plan& options) {
   constexpr double kRadPerDegree = std::numbers::pi / 180;
-  ProcedureOptions chosen{.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size()),
-                          .speeds_mm_s = {},
-                          .overtravel_mm = options.overtravel_mm.value_or(0),
-                          .clearance_mm = options.clearance_mm.value_or(0),
-                          .approach_rad = options.approach_deg.value_or(0) * kRadPerDegree,
-                          .arc_rad = options.arc_deg.value_or(0) * kRadPerDegree,
-                          .angles = options.angles.value_or(0),
-                          .balls = options.balls.value_or(0)};
+  plan::Wanted wanted{.method = method};
+  auto& chosen = wanted.options;
+  chosen.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size());
   std::ranges::copy(options.speeds_mm_s, chosen.speeds_mm_s.begin());
-  return chosen;
+  chosen.overtravel_mm = options.overtravel_mm.value_or(0);
+  chosen.clearance_mm = options.clearance_mm.value_or(0);
+  chosen.approach_rad = options.approach_deg.value_or(0) * kRadPerDegree;
+  chosen.arc_rad = options.arc_deg.value_or(0) * kRadPerDegree;
+  chosen.angles = options.angles.value_or(0);
+  chosen.balls = options.balls.value_or(0);
+  chosen.axis = axisNumber(options.axis);
+  chosen.tool = options.tool.value_or(0);
+  wanted.turns = options.turns.value_or(0);
+  if (options.head) wanted.by = procedure::ReadBy::head;
+  if (options.shank) wanted.by = procedure::ReadBy::shank;
+  return wanted;
 }
 
 plan::SetUp setUpOf(const Plan& options) {
@@ -41,76 +49,86 @@ plan::SetUp setUpOf(const Plan& options) {
   return set_up;
 }
 
+// The options of calibrate that make this run.
 std::string chosenOf(const plan::Forecast& forecast) {
   std::string text;
-  const auto& options = forecast.options;
+  const auto& [method, options, turns, by] = forecast.wanted;
   for (std::size_t i = 0; i < options.speed_count; ++i)
     text += printed("%s%g", i == 0 ? "--speed " : ",", options.speeds_mm_s[i]);
-  const auto add = [&](const char* flag, double value) {
-    if (value != 0) text += printed("%s%s %g", text.empty() ? "" : " ", flag, value);
+  const auto add = [&](const std::string& words) { text += (text.empty() ? "" : " ") + words; };
+  const auto add_number = [&](const char* flag, double value) {
+    if (value != 0) add(printed("%s %g", flag, value));
   };
-  add("--overtravel", options.overtravel_mm);
-  add("--clearance", options.clearance_mm);
-  add("--approach", options.approach_rad * 180 / std::numbers::pi);
-  add("--arc", options.arc_rad * 180 / std::numbers::pi);
-  add("--angles", options.angles);
-  add("--heights", options.balls);
+  add_number("--overtravel", options.overtravel_mm);
+  add_number("--clearance", options.clearance_mm);
+  add_number("--approach", options.approach_rad * 180 / std::numbers::pi);
+  add_number("--arc", options.arc_rad * 180 / std::numbers::pi);
+  add_number("--angles", options.angles);
+  add_number("--heights", options.balls);
+  if (options.axis != 0) add(std::string{"--axis "} + "XYZ"[options.axis - 1]);
+  add_number("--turns", turns);
+  add_number("--tool", options.tool);
+  if (by == procedure::ReadBy::head) add("--head");
+  if (by == procedure::ReadBy::shank) add("--shank");
   return text;
 }
 
-// "+/- 1.9 us" of one component.
-std::string spreadOf(const metrology::Estimate& estimate, std::size_t component) {
-  const auto label = casefolder::labelOf(estimate.key);
-  if (estimate.sd.empty()) return "+/- ?";
-  return printed("+/- %.2g %s", estimate.sd[component] * label.factor, label.unit.c_str());
+// With names and units as those of a result.
+std::vector<casefolder::Quantity> quantitiesOf(const plan::Forecast& forecast) {
+  metrology::Result result;
+  result.estimates = forecast.estimates;
+  result.also = forecast.also;
+  return casefolder::quantitiesOf(result, forecast.axis);
 }
 
-std::string keyOf(const metrology::Estimate& estimate, std::size_t component) {
-  if (estimate.shape == metrology::Shape::scalar) return estimate.key;
-  return estimate.key + "[" + std::to_string(component) + "]";
+// "+/- 1.9 us".
+std::string spreadOf(const casefolder::Quantity& quantity) {
+  return "+/- " + (quantity.sd ? casefolder::withUnit(quantity.label, *quantity.sd) : "?");
 }
 
 Json describe(const plan::Forecast& forecast) {
   Json sd = Json::object(), expanded = Json::object(), dropped = Json::array();
-  for (const auto& estimate : forecast.estimates) {
-    for (std::size_t i = 0; i < estimate.values.size(); ++i) {
-      sd[keyOf(estimate, i)] = estimate.sd.empty() ? Json(nullptr) : Json(estimate.sd[i]);
-      expanded[keyOf(estimate, i)] = estimate.sd.empty() ? Json(nullptr) : Json(2 * estimate.sd[i]);
-    }
+  for (const auto& quantity : quantitiesOf(forecast)) {
+    sd[quantity.key] = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
+    expanded[quantity.key] = quantity.expanded ? Json(*quantity.expanded) : Json(nullptr);
   }
   for (const auto& one : forecast.dropped) dropped.push_back({{"name", one.name}, {"reason", one.reason}});
-  const auto& options = forecast.options;
+  const auto& options = forecast.wanted.options;
   const std::vector<double> speeds{options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
-  return {{"method", procedure::nameOf(forecast.method)},
+  return {{"method", procedure::nameOf(forecast.wanted.method)},
           {"options", chosenOf(forecast)},
           {"speeds_mm_s", speeds},
           {"angles", options.angles},
           {"balls", options.balls},
-          {"touches", forecast.touches},
+          {"touches", forecast.steps},
           {"duration_s", forecast.duration_s},
           {"sd", sd},
           {"expanded_k2", expanded},
           {"dropped", dropped}};
 }
 
+// "25 touches", "1 sweep".
+std::string stepsOf(const plan::Forecast& forecast) {
+  const auto& wanted = forecast.wanted;
+  const bool holds = wanted.by == procedure::ReadBy::head || procedure::needsHead(wanted.method);
+  const bool sweeps = procedure::needsOf(wanted.method) == procedure::Needs::screw;
+  const std::string one = sweeps ? "sweep" : holds ? "hold" : "touch";
+  return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
+}
+
 std::string page(const plan::Forecast& forecast) {
-  std::string all = printed("%s: %zu touches, about %.0f s", std::string{procedure::nameOf(forecast.method)}.c_str(),
-                            forecast.touches, forecast.duration_s);
-  for (const auto& estimate : forecast.estimates) {
-    for (std::size_t i = 0; i < estimate.values.size(); ++i) {
-      const auto label = casefolder::labelOf(estimate.key);
-      const std::string component = estimate.shape == metrology::Shape::scalar ? "" : "[" + std::to_string(i) + "]";
-      all += printed("\n  %-22s ", (label.name + component).c_str()) + printed("%-16s", spreadOf(estimate, i).c_str());
-      if (!estimate.sd.empty())
-        all += printed("U (k = 2) %.2g %s", 2 * estimate.sd[i] * label.factor, label.unit.c_str());
-    }
+  std::string all = std::string{procedure::nameOf(forecast.wanted.method)} + ": " + stepsOf(forecast) +
+                    printed(", about %.0f s", forecast.duration_s);
+  for (const auto& quantity : quantitiesOf(forecast)) {
+    all += printed("\n  %-22s ", quantity.label.name.c_str()) + printed("%-16s", spreadOf(quantity).c_str());
+    if (quantity.expanded) all += "U (k = 2) " + casefolder::withUnit(quantity.label, *quantity.expanded);
   }
   for (const auto& dropped : forecast.dropped) all += "\n  left out: " + dropped.name + ", " + dropped.reason;
   return all;
 }
 
 ExitStatus propose(procedure::Method method, const Plan& options, Console& console) {
-  const auto found = plan::proposals(method, optionsOf(options), setUpOf(options), *options.time_s);
+  const auto found = plan::proposals(wantedOf(method, options), setUpOf(options), *options.time_s);
   if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
   if (found->empty())
     return console.fail(
@@ -123,7 +141,7 @@ ExitStatus propose(procedure::Method method, const Plan& options, Console& conso
     if (console.json())
       console.object(describe(one));
     else
-      console.line(printed("  %-16s %5.0f s  ", spreadOf(one.estimates.front(), 0).c_str(), one.duration_s) +
+      console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
                    "probebox calibrate " + std::string{procedure::nameOf(method)} + " " + chosenOf(one));
   }
   return ExitStatus::ok;
@@ -136,12 +154,13 @@ ExitStatus run(const Plan& options, const std::string&, Console& console) {
   if (!method) {
     std::string known;
     for (const auto name : procedure::methodNames()) known += (known.empty() ? "" : ", ") + std::string{name};
-    return console.fail(usage("no box runs " + options.method + "; use one of: " + known));
+    return console.fail(usage("no box runs " + options.method + didYouMean(options.method, procedure::methodNames()) +
+                              "; use one of: " + known));
   }
   if (options.speeds_mm_s.size() > kMostSpeeds)
     return console.fail(usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some"));
   if (options.time_s) return propose(*method, options, console);
-  const auto expected = plan::forecast(*method, optionsOf(options), setUpOf(options));
+  const auto expected = plan::forecast(wantedOf(*method, options), setUpOf(options));
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});
   if (console.json())
     console.object(describe(*expected));

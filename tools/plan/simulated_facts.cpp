@@ -1,0 +1,99 @@
+#include "tools/plan/simulated_facts.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace probebox::plan {
+namespace {
+
+procedure::CheckedBall checkedBall(const SetUp& set_up) {
+  procedure::CheckedBall ball;
+  ball.diameter_mm = set_up.sphere_diameter_mm;
+  ball.centre_z_mm = set_up.ball_reach_mm;
+  return ball;
+}
+
+procedure::BallPlate ballPlate(const SetUp& set_up) {
+  procedure::BallPlate plate;
+  for (std::uint16_t number = 1; number <= 7; ++number) {
+    const Eigen::Vector3d at = ballAt(set_up, number);
+    plate.balls_mm.push_back({at.x(), at.y(), at.z()});
+  }
+  return plate;
+}
+
+procedure::ScrewFacts screw(const SetUp& set_up) {
+  return {.length_mm = 800,
+          .offset_mm = 100,
+          .reversed = false,
+          .gain = 1,
+          .pitch_mm = set_up.screw_pitch_mm,
+          .sector_zero_mm = 0,
+          .threshold_rpm = 60,
+          .travel_min_mm = 0,
+          .travel_max_mm = 600};
+}
+
+procedure::ToolSetter toolSetter(const SetUp& set_up) {
+  const double half_mm = set_up.setter_half_width_mm;
+  procedure::ToolSetter setter;
+  setter.half_width_mm = {half_mm, half_mm, half_mm};
+  setter.probe_offset_mm = {0, 0, -set_up.tool_lengths_mm[0]};
+  setter.sd_probe_offset_mm = set_up.sd_probe_offset_mm;
+  setter.accepted_mm = {0, 0, 0};
+  setter.limit_mm = 0.1;
+  setter.sd_accepted_mm = set_up.sd_setter_mm;
+  return setter;
+}
+
+procedure::SensorHead sensorHead(const SetUp& set_up) {
+  constexpr std::uint32_t kHeadTool = 5;
+  procedure::SensorHead head;
+  head.tool = kHeadTool;
+  head.range_mm = set_up.head_range_mm;
+  head.sd_centre_offset_mm = set_up.sd_head_centre_mm;
+  head.calibrated = procedure::CalibratedHead{.result_id = 1, .tool = kHeadTool, .matrix = {}, .sd = {}};
+  // Three sensors, a third of a turn apart, that look up at the ball by 35 degrees.
+  head.calibrated->matrix = {{{0.82, 0, 0.57}, {-0.41, 0.71, 0.57}, {-0.41, -0.71, 0.57}}};
+  for (auto& row : head.calibrated->sd) row.fill(set_up.sd_head_matrix);
+  return head;
+}
+
+}  // namespace
+
+Eigen::Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
+  const double at_rad = 2 * std::numbers::pi / 3 * (number - 1);
+  return set_up.ball_reach_mm * Eigen::Vector3d{std::cos(at_rad), std::sin(at_rad), static_cast<double>(number)};
+}
+
+procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
+  constexpr double kPivot_mm = 60;
+  constexpr double kFoundBy_rad = 0.01;  // how far off the line the ball is found by eye
+  const procedure::BFacts b{.axis = {0, 1, 0}, .sigma_rad = set_up.sigma_b_rad};
+  procedure::Facts facts{
+      .sphere_diameter_mm = set_up.sphere_diameter_mm,
+      .gap_mm = set_up.gap_mm,
+      .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
+      .sigma_c_rad = set_up.sigma_c_rad,
+      .screws = {screw(set_up), screw(set_up), screw(set_up)},
+      .checked_ball = checkedBall(set_up),
+      .ball_plate = ballPlate(set_up),
+      .tilting_table = procedure::BFacts{.sigma_rad = set_up.sigma_b_rad},
+      .swivel_head = procedure::HeadFacts{
+          .b = b, .pivot_mm = {0, 0, kPivot_mm}, .ball_mm = std::array<double, 3>{}, .sd_ball_mm = {}}};
+  facts.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = set_up.tool_lengths_mm};
+  facts.rim_ball = procedure::RimBall{.c_on_line_rad = std::numbers::pi / 2 + kFoundBy_rad, .level_limit_mm = {}};
+  facts.probe_shank = procedure::ProbeShank{.tool = 1,
+                                            .tip_length_mm = set_up.tool_lengths_mm[0],
+                                            .radius_mm = set_up.shank_radius_mm,
+                                            .height_mm = set_up.shank_height_mm};
+  facts.tool_setter = toolSetter(set_up);
+  facts.tools = {{.number = tool,
+                  .length_mm = 120,
+                  .sd_mm = 0,
+                  .holder = procedure::HolderFacts{.number = 1, .length_mm = 62, .sd_mm = set_up.sd_holder_mm}}};
+  facts.sensor_head = sensorHead(set_up);
+  return facts;
+}
+
+}  // namespace probebox::plan

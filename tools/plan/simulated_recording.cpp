@@ -1,0 +1,215 @@
+#include "tools/plan/simulated_recording.hpp"
+
+#include <Eigen/Geometry>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "firmware/capture/touch_capture.hpp"
+#include "tools/plan/contact.hpp"
+#include "tools/plan/simulated_facts.hpp"
+
+namespace probebox::plan {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kCountsPerMm = 1e6;
+constexpr double kNanometresPerMm = 1e6;
+constexpr double kStart_s = 1000;        // any: later than all delays
+constexpr double kCuttingRadius_mm = 5;  // any: opposite faces cancel it
+
+MonoTime at(double t_s) {
+  return monoTime(std::llround(t_s * 1e9));
+}
+
+std::size_t axisAlong(const Vector3d& direction) {
+  Eigen::Index along = 0;
+  direction.cwiseAbs().maxCoeff(&along);
+  return static_cast<std::size_t>(along);
+}
+
+// Of the face of a ball screw under its sensor: run-out once and twice a turn, and a slow drift.
+double screwSensor_um(double turn_rad, double t_s) {
+  return 3 * std::sin(turn_rad) + 0.8 * std::sin(2 * turn_rad) + 0.02 * t_s;
+}
+
+}  // namespace
+
+SimulatedRecording::SimulatedRecording(const SetUp& set_up, const procedure::Facts& facts, std::uint64_t seed)
+    : set_up_{set_up}, facts_{facts}, random_{seed}, recording_{capture::Capacity{}}, now_s_{kStart_s} {
+  recording_.clear();
+  const double tau = set_up.delay_s;
+  recording_.setDelay({.result_id = 1, .tau_s = {tau, tau, tau}, .sd_s = {}, .at = {}});
+}
+
+double SimulatedRecording::duration() const {
+  return now_s_ - kStart_s;
+}
+
+capture::Scales SimulatedRecording::scales() const {
+  return {.mm_per_count = {1 / kCountsPerMm, 1 / kCountsPerMm, 1 / kCountsPerMm},
+          .nominal_period = std::chrono::milliseconds{1}};
+}
+
+bool SimulatedRecording::take(const procedure::Step& step) {
+  if (step.kind == procedure::Kind::sweep) return sweep(step);
+  return step.kind == procedure::Kind::hold ? hold(step) : touch(step);
+}
+
+capture::Touch SimulatedRecording::begin(const procedure::Step& step) const {
+  constexpr std::int64_t kMillisecond_q32 = std::int64_t{1'000'000} << 32;
+  capture::Touch touch{
+      .request = step.touch,
+      .map = {.tick = {}, .at = {}, .period_q32_ns = kMillisecond_q32, .sigma_ns = 0, .state = ClockState::locked}};
+  touch.machine_begin = recording_.machineRowCount();
+  touch.probe_begin = recording_.probeRowCount();
+  touch.drift_begin = recording_.driftRowCount();
+  return touch;
+}
+
+bool SimulatedRecording::end(capture::Touch touch, double duration_s) {
+  touch.machine_end = recording_.machineRowCount();
+  touch.probe_end = recording_.probeRowCount();
+  touch.drift_end = recording_.driftRowCount();
+  const double pause_s = touch.request.rotary_angles_rad == pose_ ? set_up_.between_s : set_up_.turning_s;
+  pose_ = touch.request.rotary_angles_rad;
+  now_s_ += duration_s + pause_s;
+  return recording_.append(touch);
+}
+
+bool SimulatedRecording::touch(const procedure::Step& step) {
+  const Contact contact{step, surfaceOf(step), set_up_};
+  auto touch = begin(step);
+  bool fits = true;
+  sample(set_up_.machine_rate_hz, contact.duration(), [&](double t) {
+    const Vector3d position = contact.body(t - set_up_.delay_s) + noise(set_up_.machine_noise_um);
+    fits = machineRow(t, position) && fits;
+  });
+  if (step.touch.by_edges) {
+    const double depth_mm = normal(set_up_.setter_repeatability_um * 1e-3);
+    touch.contact = at(now_s_ + contact.contactTime(depth_mm));
+    touch.release = at(now_s_ + contact.releaseTime(depth_mm));
+  } else {
+    sample(set_up_.probe_rate_hz, contact.duration(),
+           [&](double t) { fits = probeRow(t, contact.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
+  }
+  return end(touch, contact.duration()) && fits;
+}
+
+// The head stands still beside the middle of a ball, and its sensors show by how much.
+bool SimulatedRecording::hold(const procedure::Step& step) {
+  const Vector3d off = step.touch.travel_mm * vectorOf(step.touch.outward_normal);
+  const auto& rows = facts_.sensor_head->calibrated->matrix;
+  const Vector3d sensors{vectorOf(rows[0]).dot(-off), vectorOf(rows[1]).dot(-off), vectorOf(rows[2]).dot(-off)};
+  const auto touch = begin(step);
+  const Vector3d position = ballOf(step) + off;
+  bool fits = true;
+  sample(set_up_.machine_rate_hz, set_up_.hold_s,
+         [&](double t) { fits = machineRow(t, position + noise(set_up_.machine_noise_um)) && fits; });
+  sample(set_up_.probe_rate_hz, set_up_.hold_s,
+         [&](double t) { fits = probeRow(t, sensors + noise(set_up_.head_noise_um)) && fits; });
+  return end(touch, set_up_.hold_s) && fits;
+}
+
+bool SimulatedRecording::sweep(const procedure::Step& step) {
+  const Vector3d along = vectorOf(step.touch.outward_normal);
+  const auto& screw = *facts_.screws.at(axisAlong(along));
+  const Drive drive{step.touch.travel_mm, step.touch.retract_speed_mm_s, set_up_.acceleration_mm_s2};
+  const auto touch = begin(step);
+  const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
+  bool fits = true;
+  sample(1 / interval_s, drive.duration() + 2 * interval_s,
+         [&](double t) { fits = machineRow(t, drive.at(t) * along + noise(set_up_.machine_noise_um)) && fits; });
+  sample(set_up_.screw_rate_hz, drive.duration(), [&](double t) {
+    const double turn_rad = 2 * std::numbers::pi * (drive.at(t) - screw.sector_zero_mm) / screw.pitch_mm;
+    const double reading_um = screwSensor_um(turn_rad, t) + normal(set_up_.screw_noise_um);
+    fits = recording_.append(capture::DriftRow{
+               .at = at(now_s_ + t), .reading_nm = static_cast<std::int32_t>(std::lround(reading_um * 1e3))}) &&
+           fits;
+  });
+  return end(touch, drive.duration()) && fits;
+}
+
+bool SimulatedRecording::machineRow(double t, const Vector3d& position) {
+  capture::MachineRow row{.at = at(now_s_ + t), .counts = {}, .screw_nm = {}};
+  for (Eigen::Index i = 0; i < 3; ++i)
+    row.counts[static_cast<std::size_t>(i)] = std::llround(position[i] * kCountsPerMm);
+  return recording_.append(row);
+}
+
+bool SimulatedRecording::probeRow(double t, const Vector3d& channels_mm) {
+  capture::ProbeRow row{.at = at(now_s_ + t), .channels_nm = {}};
+  for (Eigen::Index i = 0; i < 3; ++i)
+    row.channels_nm[static_cast<std::size_t>(i)] =
+        static_cast<std::int32_t>(std::lround(channels_mm[i] * kNanometresPerMm));
+  return recording_.append(row);
+}
+
+Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
+  const Vector3d n = vectorOf(step.touch.outward_normal);
+  const bool by_shank = step.touch.shank_height_mm > 0;
+  const double touching_mm = by_shank ? 2 * set_up_.shank_radius_mm : set_up_.stylus_ball_diameter_mm;
+  const double reach_mm = (set_up_.sphere_diameter_mm + touching_mm) / 2;
+  switch (step.feature) {
+    case procedure::Feature::datum_sphere:
+    case procedure::Feature::part_ball:
+      return ballOf(step) + reach_mm * n - tipOf(step);
+    case procedure::Feature::plates:
+      return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
+    case procedure::Feature::tool_setter:
+      return setterFaceOf(step);
+  }
+  return reach_mm * n;
+}
+
+// Position at a face of the device, whose middle is the origin, with the probe or the tool in the spindle.
+Vector3d SimulatedRecording::setterFaceOf(const procedure::Step& step) const {
+  const Vector3d n = vectorOf(step.touch.outward_normal);
+  const bool probe = step.touch.tool == 0, end_face = axisAlong(n) == 2;
+  const double tool_reach_mm = end_face ? 0 : kCuttingRadius_mm;
+  const double reach_mm = probe ? set_up_.stylus_ball_diameter_mm / 2 : tool_reach_mm;
+  const auto& tool = facts_.tools.front();
+  const Vector3d hanging = probe ? vectorOf(facts_.tool_setter->probe_offset_mm) : Vector3d{0, 0, -tool.length_mm};
+  return (set_up_.setter_half_width_mm + reach_mm) * n - hanging;
+}
+
+// Middle of the ball that the step is about.
+Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
+  if (step.feature != procedure::Feature::part_ball) return Vector3d::Zero();
+  // A carries the probe, whose stylus is straight: only C and the table move the ball.
+  const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2], Vector3d::UnitZ()};
+  const Vector3d ball = turn * ballAt(set_up_, step.touch.ball);
+  if (step.b_moves != procedure::BMoves::table) return ball;
+  // About an axis through the middle of the table.
+  return Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.tilting_table->axis)} * ball;
+}
+
+// From what the positions are of to what touches.
+Vector3d SimulatedRecording::tipOf(const procedure::Step& step) const {
+  const bool swivels = step.b_moves == procedure::BMoves::head;
+  const auto& tools = facts_.probe_tools;
+  if (step.touch.tool == 0 && !swivels) return Vector3d::Zero();
+  const double length_mm = tools.lengthOf(step.touch.tool != 0 ? step.touch.tool : tools.numbers[0]);
+  const Vector3d hanging{0, 0, -(length_mm - step.touch.shank_height_mm)};
+  if (!swivels) return hanging;
+  const Vector3d pivot = vectorOf(facts_.swivel_head->pivot_mm);
+  return pivot +
+         Eigen::AngleAxisd{step.touch.rotary_angles_rad[1], vectorOf(facts_.swivel_head->b.axis)} * (hanging - pivot);
+}
+
+double SimulatedRecording::normal(double sigma) {
+  return std::normal_distribution<double>{0.0, sigma}(random_);
+}
+
+Vector3d SimulatedRecording::noise(double sigma_um) {
+  std::normal_distribution<double> normal{0.0, sigma_um * 1e-3};
+  return {normal(random_), normal(random_), normal(random_)};
+}
+
+void SimulatedRecording::sample(double rate_hz, double duration_s, const auto& take) {
+  const double phase = std::uniform_real_distribution<double>{0.0, 1.0}(random_);
+  for (double count = phase; count / rate_hz < duration_s; ++count) take(count / rate_hz);
+}
+
+}  // namespace probebox::plan

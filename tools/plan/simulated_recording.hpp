@@ -1,0 +1,51 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <random>
+
+#include "firmware/capture/recording.hpp"
+#include "firmware/capture/touch_dataset.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/step.hpp"
+#include "tools/plan/set_up.hpp"
+
+namespace probebox::plan {
+
+// What the box would record of the steps of a run, one after the other.
+class SimulatedRecording {
+ public:
+  SimulatedRecording(const SetUp& set_up, const procedure::Facts& facts, std::uint64_t seed);
+
+  // False: the recording is full, as the box's would be.
+  bool take(const procedure::Step& step);
+
+  double duration() const;
+  const capture::Recording& recording() const { return recording_; }
+  capture::Scales scales() const;
+
+ private:
+  capture::Touch begin(const procedure::Step& step) const;
+  bool end(capture::Touch touch, double duration_s);
+  bool touch(const procedure::Step& step);
+  bool hold(const procedure::Step& step);
+  bool sweep(const procedure::Step& step);
+  bool machineRow(double t, const Eigen::Vector3d& position);
+  bool probeRow(double t, const Eigen::Vector3d& channels_mm);
+  Eigen::Vector3d surfaceOf(const procedure::Step& step) const;
+  Eigen::Vector3d setterFaceOf(const procedure::Step& step) const;
+  Eigen::Vector3d ballOf(const procedure::Step& step) const;
+  Eigen::Vector3d tipOf(const procedure::Step& step) const;
+  Eigen::Vector3d noise(double sigma_um);
+  double normal(double sigma);
+  void sample(double rate_hz, double duration_s, const auto& take);
+
+  const SetUp& set_up_;
+  const procedure::Facts& facts_;
+  std::mt19937_64 random_;
+  capture::Recording recording_;
+  double now_s_;
+  std::array<double, 3> pose_{};
+};
+
+}  // namespace probebox::plan
