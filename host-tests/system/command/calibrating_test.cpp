@@ -198,7 +198,7 @@ TEST(Accepting, WantsAWordForWhatDiffersByMoreThanFourSd) {
   const auto comparison = refused.objects().at(0)["comparison"];
   EXPECT_EQ(comparison["in_force_id"], 4710);
   EXPECT_NEAR(comparison["values"]["tau_s"]["difference"].get<double>(), 30e-6, 1e-12);
-  EXPECT_EQ(at(box, {"status", "--json"}).object()["active_result_ids"].size(), 0U) << "nothing was accepted";
+  EXPECT_EQ(at(box, {"status", "--json"}).object()["active_result_ids"].dump(), "[4710]") << "nothing was accepted";
 
   const auto meant = at(box, {"accept", "4711", "--by", "Ada", "--although-it-differs"});
   EXPECT_EQ(meant.status, 0) << meant.err;
@@ -231,7 +231,11 @@ TEST(Accepting, LeavesItToABoxThatCannotShowWhatItKeeps) {
 
 TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
-  EXPECT_THAT(at(box, {"show", "4711"}).out, AllOf(HasSubstr("tau "), HasSubstr("sd 5.0 us, U 20 us")));
+  EXPECT_THAT(at(box, {"show", "4711"}).out,
+              AllOf(HasSubstr("tau "), HasSubstr("sd 5.0 us, U 20 us"),
+                    HasSubstr("rests on result 4700 about stylus-offset-1, which is RETIRED"),
+                    HasSubstr("Hopper said that it is this one")));
+  EXPECT_THAT(at(box, {"results"}).out, HasSubstr("rests on result 4700, which is retired"));
   RuntimeDirectory directory;
   const auto lost = at(box, {"report", "delay", "-o", directory.file("a.html")});
   EXPECT_EQ(lost.status, 1);
@@ -239,6 +243,13 @@ TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   const auto kept = at(box, {"report", "4711", "-o", directory.file("b.html")});
   EXPECT_EQ(kept.status, 0) << kept.err;
   EXPECT_EQ(at(box, {"report", "17", "-o", directory.file("c.html")}).status, 4);
+}
+
+TEST(GoingBack, NamesTheSubjectThatWasMeant) {
+  const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
+  EXPECT_THAT(at(box, {"rollback", "dealy", "--by", "Ada"}).err, HasSubstr("did you mean delay?"));
+  EXPECT_THAT(at(box, {"history", "dealy"}).err, HasSubstr("did you mean delay?"));
+  EXPECT_THAT(at(box, {"results", "dealy"}).err, HasSubstr("did you mean delay?"));
 }
 
 TEST(Calibrating, NamesTheMethodThatWasMeant) {

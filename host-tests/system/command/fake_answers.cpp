@@ -111,7 +111,11 @@ Reply FakeAnswers::status() const {
   s.cnc_lines = {{"/dev/ttyS2", 500, 12, 13, 14, 15, 16}};
   s.usb_ports = {{"", 21, 22, 23, 24, 25}, {"/run/x is not there", 0, 0, 0, 0, 0}};
   s.procedure = running_ ? "running" : "";
-  if (!accepted_by_.empty()) s.active_results = {FakeBox::kResultId};
+  if (!accepted_by_.empty()) {
+    s.active_results = {FakeBox::kResultId};
+  } else if (options_.in_force_tau_s != 0) {
+    s.active_results = {oneInForce().id};
+  }
   return ok(s);
 }
 
@@ -200,6 +204,8 @@ messages::ResultSummary FakeAnswers::proposedOne() const {
   r.accepted_by = accepted_by_;
   r.values = {{"tau_s", FakeBox::kTau_s, FakeBox::kSd_s, true}};
   r.dof = 21;
+  r.rests_on = {{.id = 4700, .subject = "stylus-offset-1", .retired = true}};
+  r.as_this_machine_by = "Hopper";
   return r;
 }
 
@@ -227,6 +233,8 @@ Reply FakeAnswers::kept(std::span<const std::byte> body) const {
   result.estimates[0].uncertainty = {2 * FakeBox::kSd_s};
   result.dof = 21;
   answer.summary.values.clear();
+  answer.summary.rests_on.clear();
+  answer.summary.as_this_machine_by.clear();
   answer.dataset_kept = is_proposed;
   std::string text = json::toJson(result);
   if (request.document == messages::ResultDocument::dataset) text = is_proposed ? json::toJson(fakeDataset()) : "";

@@ -1,5 +1,6 @@
 #include "tools/probebox/commands/acceptance.hpp"
 
+#include <algorithm>
 #include <istream>
 #include <optional>
 #include <utility>
@@ -12,6 +13,11 @@
 namespace probebox::command {
 namespace {
 
+bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other) {
+  return one.subject == other.subject && one.probe == other.probe && one.machine == other.machine &&
+         one.mounting == other.mounting;
+}
+
 // Nothing where there is nothing to compare: a refusal, which the box does not accept, or a result that is in force.
 Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acceptance& acceptance,
                                                     std::string& subject, Console& console) {
@@ -20,16 +26,13 @@ Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acc
   subject = proposed->summary.subject;
   if (proposed->result() == nullptr || proposed->summary.state == messages::ResultState::active)
     return std::optional<Comparison>{};
-  const auto summary = inForceBeside(box, console, proposed->summary);
-  if (!summary) return summary.error();
-  std::optional<KeptResult> in_force;
-  if (*summary) {
-    auto kept = keptResult(box, console, (*summary)->id);
-    if (!kept) return kept.error();
-    in_force = std::move(kept).value();
-  }
-  return std::optional{comparisonOf(*proposed->result(), in_force ? in_force->result() : nullptr,
-                                    in_force ? in_force->summary.id : 0, casefolder::rotaryAxisOf(subject))};
+  const auto in_force = keptInForce(box, console);
+  if (!in_force) return in_force.error();
+  const auto same = std::ranges::find_if(
+      *in_force, [&](const KeptResult& other) { return answersTheSame(other.summary, proposed->summary); });
+  const bool first = same == in_force->end();
+  return std::optional{comparisonOf(*proposed->result(), first ? nullptr : same->result(), first ? 0 : same->summary.id,
+                                    casefolder::rotaryAxisOf(subject))};
 }
 
 // "y" or "yes" alone is consent.

@@ -1,6 +1,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/result_number.hpp"
 #include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -34,7 +35,9 @@ ExitStatus run(const History& options, const std::string& uri, Console& console)
     more = history->more && !history->transitions.empty();
     if (more) request.after_number = history->transitions.back().number;
   }
-  if (nothing) console.note("no result" + (options.what.empty() ? "" : " about " + options.what) + " is stored");
+  if (nothing && options.what.empty()) console.note("no result is stored");
+  if (nothing && !options.what.empty())
+    console.note("no result about " + options.what + " is stored" + subjectMeant(options.what, **box, console));
   return ExitStatus::ok;
 }
 

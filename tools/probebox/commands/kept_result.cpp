@@ -1,11 +1,8 @@
 #include "tools/probebox/commands/kept_result.hpp"
 
-#include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "firmware/json/result_json.hpp"
-#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -75,16 +72,16 @@ Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, s
                      number + " has its values"};
 }
 
-Outcome<std::optional<messages::ResultSummary>, Trouble> inForceBeside(link::Client& box, const Console& console,
-                                                                       const messages::ResultSummary& summary) {
-  auto all = storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
-  if (!all) return all.error();
-  const auto found = std::ranges::find_if(*all, [&](const messages::ResultSummary& other) {
-    return other.id != summary.id && other.state == ResultState::active && other.subject == summary.subject &&
-           other.probe == summary.probe && other.machine == summary.machine && other.mounting == summary.mounting;
-  });
-  if (found == all->end()) return std::optional<messages::ResultSummary>{};
-  return std::optional{std::move(*found)};
+Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console) {
+  const auto status = ask<messages::Status>(box, console);
+  if (!status) return status.error();
+  std::vector<KeptResult> all;
+  for (const auto id : status->active_results) {
+    auto kept = keptResult(box, console, id);
+    if (!kept) return kept.error();
+    all.push_back(std::move(kept).value());
+  }
+  return all;
 }
 
 }  // namespace probebox::command

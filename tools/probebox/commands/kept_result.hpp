@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/messages/control.hpp"
@@ -26,8 +26,7 @@ Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std
 // Its dataset as JSON text. Trouble names the remedy where the box no longer keeps it.
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id);
 
-// What is in force for the subject, probe, machine and mounting of this one; empty for nothing.
-Outcome<std::optional<messages::ResultSummary>, Trouble> inForceBeside(link::Client& box, const Console& console,
-                                                                       const messages::ResultSummary& summary);
+// The results in force, of every subject.
+Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console);
 
 }  // namespace probebox::command

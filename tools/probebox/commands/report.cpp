@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <iterator>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -9,7 +8,6 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/commands/result_number.hpp"
-#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/subjects.hpp"
@@ -55,11 +53,10 @@ class Inputs {
   }
 
   Outcome<std::uint64_t, Trouble> inForceAbout(const std::string& subject) {
-    const auto all = storedResults(*box_, console_, {}, std::numeric_limits<std::size_t>::max());
+    const auto all = keptInForce(*box_, console_);
     if (!all) return all.error();
-    for (const auto& result : *all) {
-      if (result.state == messages::ResultState::active && (result.subject == subject || result.method == subject))
-        return result.id;
+    for (const auto& kept : *all) {
+      if (kept.summary.subject == subject || kept.summary.method == subject) return kept.summary.id;
     }
     return Trouble{ExitStatus::usage, "unreadable-input",
                    subject +

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "protocol/units/nearest.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/probebox/commands/commands.hpp"
@@ -58,15 +57,9 @@ bool isAbout(const ResultSummary& result, const std::string& subject) {
 }
 
 Trouble nothingAbout(const std::string& subject, const std::vector<ResultSummary>& all) {
-  std::vector<std::string> known;
-  for (const auto& result : all) {
-    for (const auto& name : {result.subject, result.method})
-      if (std::ranges::find(known, name) == known.end()) known.push_back(name);
-  }
-  const auto meant = nearest(subject, known);
+  const auto meant = subjectMeant(subject, all);
   return {ExitStatus::failed, "not_found",
-          "no result about " + subject + " is stored" +
-              (meant.empty() ? "; probebox results lists all" : "; did you mean " + meant + "?")};
+          "no result about " + subject + " is stored" + (meant.empty() ? "; probebox results lists all" : meant)};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/result_number.hpp"
 #include "tools/probebox/link/box.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 
 namespace probebox::command {
 namespace {
@@ -21,7 +22,11 @@ ExitStatus run(const Rollback& options, const std::string& uri, Console& console
   const auto id = resultNumber(options.what);
   const auto rolled_back =
       ask<messages::RollbackResult>(**box, console, {id.value_or(0), id ? "" : options.what, options.by});
-  if (!rolled_back) return console.fail(rolled_back.error());
+  if (!rolled_back) {
+    auto trouble = rolled_back.error();
+    if (trouble.status == ExitStatus::box_refused && !id) trouble.what += subjectMeant(options.what, **box, console);
+    return console.fail(trouble);
+  }
   if (console.json()) {
     console.object({{"subject", rolled_back->subject},
                     {"retired_id", rolled_back->retired_id},

@@ -48,8 +48,15 @@ void showPage(const KeptResult& kept, const Transitions& history, Console& conso
 ExitStatus run(const Show& options, const std::string& uri, Console& console) {
   const auto box = openBox(uri, console);
   if (!box) return console.fail(box.error());
-  const auto kept = keptResult(**box, console, options.id);
+  auto kept = keptResult(**box, console, options.id);
   if (!kept) return console.fail(kept.error());
+  // The list knows what a result rests on now, and who said that its case was measured here; refusals are not in it.
+  const auto listed = storedResults(**box, console, {.after_id = options.id - 1, .newest = 0}, 1);
+  if (!listed) return console.fail(listed.error());
+  if (!listed->empty() && listed->front().id == options.id) {
+    kept->summary.rests_on = listed->front().rests_on;
+    kept->summary.as_this_machine_by = listed->front().as_this_machine_by;
+  }
   const auto history = storedTransitions(**box, console, {options.id, "", 0});
   if (!history) return console.fail(history.error());
   if (console.json()) {

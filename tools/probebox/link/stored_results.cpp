@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
+
+#include "protocol/units/nearest.hpp"
 
 namespace probebox::command {
 namespace {
@@ -39,6 +42,17 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
   }
   if (all.size() > count) all.resize(count);
   return all;
+}
+
+std::string subjectMeant(const std::string& word, const std::vector<messages::ResultSummary>& all) {
+  std::vector<std::string> known;
+  for (const auto& result : all) known.insert(known.end(), {result.subject, result.method});
+  return didYouMean(word, known);
+}
+
+std::string subjectMeant(const std::string& word, link::Client& box, const Console& console) {
+  const auto all = storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
+  return all ? subjectMeant(word, *all) : std::string{};
 }
 
 Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,

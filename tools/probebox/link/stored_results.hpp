@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "protocol/messages/control.hpp"
@@ -22,5 +23,10 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
 // Every transition that is asked for, oldest first.
 Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link::Client& box, const Console& console,
                                                                             messages::ResultHistory::Request request);
+
+// "; did you mean delay?", from the subjects and methods of these results, or an empty text.
+std::string subjectMeant(const std::string& word, const std::vector<messages::ResultSummary>& all);
+// The same from what a box has stored; empty where it does not answer.
+std::string subjectMeant(const std::string& word, link::Client& box, const Console& console);
 
 }  // namespace probebox::command
