@@ -71,7 +71,7 @@ class Cases : public OnTheMachine {
   Finished propose(const metrology::Dataset& dataset) {
     const auto folder = directory_.file("case-" + std::to_string(++cases_));
     EXPECT_TRUE(casefolder::writeCase(dataset, folder));
-    return box({"propose", folder, "--json"});
+    return box({"propose", folder, "--as-this-machine", "--by", "Ada", "--json"});
   }
   std::string proposed(const metrology::Dataset& dataset) {
     const auto done = propose(dataset);
