@@ -152,6 +152,20 @@ TEST_F(StoredResults, AreReportedFromWhatTheBoxKeeps) {
   EXPECT_THAT(box({"report", "swivel-x", "-o", page, "--force"}).err, HasSubstr("no result about it is in force"));
 }
 
+TEST_F(StoredResults, AreReportedWithTheChangeAndTheTrend) {
+  std::string last;
+  for (int k = 0; k < 4; ++k) {
+    last = proposed(10 + k * 1e-4);
+    if (k != 1) continue;
+    ASSERT_EQ(box({"accept", last, "--by", "Ada"}).status, 0);
+  }
+  const auto page = directory_.file("page.html");
+  ASSERT_EQ(box({"report", last, "-o", page}).status, 0);
+  const auto html = contentOf(page);
+  EXPECT_THAT(html, HasSubstr("result 2")) << "the one in force";
+  EXPECT_THAT(html, HasSubstr("Trend of the last 4 results"));
+}
+
 TEST_F(StoredResults, OfTheDelayAreOnThePageOfInfoAtOnce) {
   const auto in_info = [&] { return box({"info", "--json"}).object()["delay"]["result_id"].get<int>(); };
   for (const int id : {1, 2}) {

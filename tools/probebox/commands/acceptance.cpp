@@ -13,11 +13,6 @@
 namespace probebox::command {
 namespace {
 
-bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other) {
-  return one.subject == other.subject && one.probe == other.probe && one.machine == other.machine &&
-         one.mounting == other.mounting;
-}
-
 // Nothing where there is nothing to compare: a refusal, which the box does not accept, or a result that is in force.
 Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acceptance& acceptance,
                                                     std::string& subject, Console& console) {

@@ -72,6 +72,11 @@ Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, s
                      number + " has its values"};
 }
 
+bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other) {
+  return one.subject == other.subject && one.probe == other.probe && one.machine == other.machine &&
+         one.mounting == other.mounting;
+}
+
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console) {
   const auto status = ask<messages::Status>(box, console);
   if (!status) return status.error();

@@ -26,6 +26,9 @@ Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std
 // Its dataset as JSON text. Trouble names the remedy where the box no longer keeps it.
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id);
 
+// About the same subject, from the same probe, machine and mounting: one of them at most is in force.
+bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other);
+
 // The results in force, of every subject.
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console);
 

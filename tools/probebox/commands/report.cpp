@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
 #include "tools/probebox/commands/result_number.hpp"
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/subjects.hpp"
@@ -75,8 +77,44 @@ class Inputs {
                      "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
                          "); update this command"};
     }
+    auto before = beforeOf(kept->summary);
+    if (!before) return before.error();
     const auto name = "result " + std::to_string(id) + ", " + standingOf(kept->summary);
-    return Subjects{report::Subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)}};
+    Subjects subjects{
+        report::Subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)}};
+    subjects.front().before = std::move(before).value();
+    return subjects;
+  }
+
+  // The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
+  Outcome<report::Before, Trouble> beforeOf(const messages::ResultSummary& summary) {
+    constexpr std::size_t kEarlier = 9;  // the page shows the trend of ten
+    const auto all = storedResults(*box_, console_, {}, std::numeric_limits<std::size_t>::max());
+    if (!all) return all.error();
+    report::Before before;
+    std::vector<std::uint64_t> earlier;
+    for (const auto& other : *all) {
+      if (other.id == summary.id || !answersTheSame(other, summary)) continue;
+      if (other.id < summary.id) earlier.push_back(other.id);
+      if (other.state != messages::ResultState::active) continue;
+      auto in_force = earlierOne(other.id);
+      if (!in_force) return in_force.error();
+      before.in_force = std::move(in_force).value();
+    }
+    if (earlier.size() > kEarlier) earlier.erase(earlier.begin(), earlier.end() - kEarlier);
+    for (const auto id : earlier) {
+      auto one = earlierOne(id);
+      if (!one) return one.error();
+      before.history.push_back(std::move(one).value());
+    }
+    return before;
+  }
+
+  Outcome<report::Earlier, Trouble> earlierOne(std::uint64_t id) {
+    auto kept = keptResult(*box_, console_, id);
+    if (!kept) return kept.error();
+    return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc,
+                           std::get<metrology::Result>(std::move(kept->content))};
   }
 
   std::string uri_;
