@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "tools/case/quantities.hpp"
+
 namespace probebox::report {
 namespace {
 
@@ -35,16 +37,6 @@ std::string spaced(std::string name) {
   return name;
 }
 
-// Letters of the coordinates of a vector: its key names two of them ("pivot_xz_mm"), else they are X Y Z.
-std::string coordinate(const std::string& name, std::size_t k, std::size_t count) {
-  for (const std::string_view plane : {"xz", "yz", "xy"}) {
-    if (count == 2 && name.ends_with("_" + std::string{plane})) {
-      return std::string(1, static_cast<char>(plane[k] - 'x' + 'X'));
-    }
-  }
-  return std::string{kAxes[k % 3]};
-}
-
 const std::vector<double>* columnOf(const Subject& subject, const char* table, const char* column) {
   const auto* found = subject.dataset ? subject.dataset->table(table) : nullptr;
   return found == nullptr ? nullptr : found->column(column);
@@ -66,19 +58,15 @@ bool isError(std::string_view key) {
 
 namespace {
 
+// By the names that all commands share; where they have none for it, by its coordinate or its number.
 std::string vectorName(const Subject& subject, const Estimate& estimate, std::size_t k) {
-  const std::string axis = axisLetter(subject);
-  if (estimate.key == "location_mm" && !axis.empty()) return std::string{kAxes[k % 3]} + "O" + axis;
-  if (estimate.key == "tilt_rad" && !axis.empty()) return std::string{kTurns[k % 3]} + "O" + axis;
-  const std::string name = casefolder::labelOf(estimate.key).name;
-  if (estimate.values.size() > 3)
-    return (name == "sector_table" ? "sector " : spaced(name) + " ") + std::to_string(k + 1);
-  if (name.ends_with("_joint") || name.starts_with("sens")) return spaced(name) + " " + std::to_string(k + 1);
-  if (name.ends_with("_axis")) return spaced(name.substr(0, name.size() - 5)) + " " + std::string{kAxes[k % 3]};
-  if (isRotation(estimate)) return spaced(name) + " about " + std::string{kAxes[k % 3]};
-  const std::string letter = coordinate(name, k, estimate.values.size());
-  const bool named = letter != kAxes[k % 3] || name.ends_with("_xy") || name.ends_with("_xz") || name.ends_with("_yz");
-  return spaced(named ? name.substr(0, name.size() - 3) : name) + " " + letter;
+  const std::string name = spaced(casefolder::labelOf(estimate.key).name);
+  const std::string number = std::to_string(k + 1);
+  if (estimate.key == "sector_table_um") return "sector " + number;
+  const auto label = casefolder::quantityLabel(estimate.key + "[" + std::to_string(k) + "]", axisLetter(subject));
+  if (label.name.find('[') == std::string::npos) return label.name;
+  const bool coordinate = estimate.values.size() <= kAxes.size() && estimate.key.ends_with("_mm");
+  return name + " " + (coordinate ? std::string{kAxes[k]} : number);
 }
 
 }  // namespace
