@@ -10,15 +10,10 @@ namespace {
 constexpr Nanoseconds kHoldoverAfter{500'000'000};
 // What may lie between the host's and the device's account of the time that has passed: data that had to wait.
 constexpr double kLongestBacklogNs = 1e9;
-constexpr std::int64_t kSettleAtLeast = 32;  // arrivals
-constexpr std::int64_t kMisfits = 32;        // arrivals in a row: the line is another one now
-constexpr double kSettledPpm = 20;           // sigma of the frequency
-constexpr double kJudgedPpm = 1;             // the same where the frequency is close to the limit
+constexpr std::int64_t kMisfits = 32;  // arrivals in a row: the line is another one now
 // A sample cannot be taken after it has arrived: a stamp later than that by more than the jitter explains is wrong.
 constexpr double kEarliestSpreads = 10;
 constexpr double kEarliestNs = 1e6;
-
-constexpr double kPpm = 1e-6;
 
 bool isWithin(double value, double low, double high) {
   return std::isfinite(value) && value >= low && value <= high;
@@ -54,13 +49,14 @@ std::optional<Error> whyRefused(const CounterClockConfig& config) {
 CounterClock::CounterClock(const CounterClockConfig& config)
     : config_{config},
       period_ns_{1e9 / config.rate_hz},
-      rounding_ns_{period_ns_ - static_cast<double>(wholePeriod(config.rate_hz).count())},
-      filter_{wholePeriod(config.rate_hz)},
-      jitter_{static_cast<double>(config.jitter.count()), config.learns},
-      wander_{wholePeriod(config.rate_hz), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
-      line_{wholePeriod(config.rate_hz)} {
-  filter_.setWalk(wander_.walk());
-}
+      tracked_{{.period_ns = 1e9 / config.rate_hz,
+                .jitter = config.jitter,
+                .phase_wander_ns_per_sqrt_s = config.phase_wander_ns_per_sqrt_s,
+                .frequency_wander_ppb_per_sqrt_s = config.frequency_wander_ppb_per_sqrt_s,
+                .max_ppm = config.max_ppm,
+                .holdover_ppm = config.holdover_ppm,
+                .learns = config.learns}},
+      line_{wholePeriod(config.rate_hz)} {}
 
 std::optional<CounterStamp> CounterClock::push(const CountedDeflection& sample) {
   ++counters_.samples;
@@ -78,7 +74,7 @@ void CounterClock::advance(MonoTime now) {
 
 void CounterClock::restart() {
   last_.reset();
-  jitter_ = Jitter{static_cast<double>(config_.jitter.count()), config_.learns};
+  tracked_.forgetJitter();
   giveUp(ClockState::unlocked);
 }
 
@@ -108,27 +104,15 @@ void CounterClock::observe(MonoTime arrived) {
     if (const auto line = line_.push(index_, arrived)) startOn(*line);
     return;
   }
-  const std::int64_t ahead = index_ - filter_.tick().index;
-  const double residual = filter_.residual(arrived, ahead);
-  filter_.predict(ahead);
-  if (phase_ == Phase::running && state_ != ClockState::locked) {
-    filter_.loosen(config_.holdover_ppm * kPpm * period_ns_, ahead);
-    wander_.restart();
-  }
+  const std::int64_t ahead = index_ - filter().tick().index;
+  const double residual = filter().residual(arrived, ahead);
+  const bool is_running = phase_ == Phase::running;
   observed_ = arrived;
-
-  const double phase_variance = filter_.phaseVariance();
-  const Jitter::Judgement judged = jitter_.judge(residual, phase_variance);
-  const bool was_learned = jitter_.learned();
-  jitter_.track(residual, phase_variance, judged, wholePeriod(config_.rate_hz) * ahead);
-  if (jitter_.learned() != was_learned) wander_.restart();
-  if (phase_ == Phase::running) {
-    const bool has_learned =
-        wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
-    if (has_learned && config_.learns) filter_.setWalk(wander_.walk());
-  }
-  filter_.update(judged.innovation_ns, judged.variance_ns2);
-
+  const auto judged = tracked_.take({.ahead = ahead,
+                                     .residual_ns = residual,
+                                     .since_last = wholePeriod(config_.rate_hz) * ahead,
+                                     .after_holdover = is_running && state_ != ClockState::locked,
+                                     .walks = is_running});
   if (judged.outlier) ++counters_.clipped;
   misfits_ = judged.outlier ? misfits_ + 1 : 0;
   if (misfits_ > kMisfits) return giveUp(phase_ == Phase::running ? ClockState::ambiguous : state_);
@@ -140,8 +124,8 @@ void CounterClock::observe(MonoTime arrived) {
 }
 
 void CounterClock::startOn(const ArrivalLine::Line& line) {
-  const double limit_ns = config_.max_ppm * kPpm * period_ns_;
-  const double drift_ns = line.drift_ns - rounding_ns_;
+  const double limit_ns = tracked_.ppmToNs(config_.max_ppm);
+  const double drift_ns = line.drift_ns - tracked_.roundingNs();
   line_.clear();
   if (std::abs(drift_ns) > limit_ns + 3 * line.drift_sigma_ns) {
     ++counters_.refused_frequency;
@@ -150,23 +134,18 @@ void CounterClock::startOn(const ArrivalLine::Line& line) {
   // Two accounts of the frequency: the line's, and that it lies within the limit.
   const double known = 1.5 * limit_ns;
   const double weight = known * known / (known * known + line.drift_sigma_ns * line.drift_sigma_ns);
-  if (!jitter_.learned()) jitter_.start(line.spread_ns);
-  filter_.start({line.index}, line.at, std::max(line.spread_ns, 1.0), rounding_ns_ + weight * drift_ns,
-                std::sqrt(weight) * line.drift_sigma_ns);
+  if (!tracked_.jitter().learned()) tracked_.startJitter(line.spread_ns);
+  tracked_.start({line.index}, line.at, std::max(line.spread_ns, 1.0), tracked_.roundingNs() + weight * drift_ns,
+                 std::sqrt(weight) * line.drift_sigma_ns);
   phase_ = Phase::settling;
-  settled_ = misfits_ = 0;
-  wander_.restart();
+  misfits_ = 0;
 }
 
 // Locks once the frequency is known well enough to be judged, and the time well enough to be used.
 void CounterClock::settle() {
-  ++settled_;
-  const double sigma_ppm = ppm(std::sqrt(filter_.driftVariance()));
-  if (settled_ < kSettleAtLeast || sigma_ppm > kSettledPpm) return;
-  const double over_ppm = std::abs(offsetPpm()) - config_.max_ppm;
-  const bool is_close = std::abs(over_ppm) < 3 * sigma_ppm && sigma_ppm > kJudgedPpm;
-  if (is_close) return;
-  if (over_ppm > 0) {
+  const auto frequency = tracked_.settle();
+  if (frequency == TrackedPhase::Frequency::uncertain) return;
+  if (frequency == TrackedPhase::Frequency::refused) {
     ++counters_.refused_frequency;
     return giveUp(state_);
   }
@@ -179,8 +158,8 @@ void CounterClock::settle() {
 
 void CounterClock::judge() {
   const double max_sigma = static_cast<double>(config_.max_sigma.count());
-  state_ = std::sqrt(filter_.phaseVariance()) > max_sigma ? ClockState::ambiguous : ClockState::locked;
-  if (std::abs(offsetPpm()) <= config_.max_ppm) return;
+  state_ = std::sqrt(filter().phaseVariance()) > max_sigma ? ClockState::ambiguous : ClockState::locked;
+  if (!tracked_.beyondLimit()) return;
   ++counters_.refused_frequency;
   giveUp(ClockState::unlocked);
 }
@@ -194,34 +173,28 @@ void CounterClock::giveUp(ClockState state) {
 void CounterClock::passTo(MonoTime at) {
   if (phase_ != Phase::running || at - observed_ <= kHoldoverAfter || state_ == ClockState::ambiguous) return;
   state_ = ClockState::holdover;
-  const bool is_vague = sigmaNs(filter_.nearest(at)) > static_cast<double>(config_.max_sigma.count());
+  const bool is_vague = sigmaNs(filter().nearest(at)) > static_cast<double>(config_.max_sigma.count());
   if (is_vague) state_ = ClockState::ambiguous;
 }
 
 // When the last sample followed was taken.
 std::optional<CounterStamp> CounterClock::stamp(MonoTime arrived) {
   if (state_ != ClockState::locked && state_ != ClockState::holdover) return std::nullopt;
-  const std::int64_t ahead = index_ - filter_.tick().index;
-  const Nanoseconds tolerance{std::llround(std::max(kEarliestSpreads * jitter_.spreadNs(), kEarliestNs))};
-  MonoTime at = filter_.timeOf(ahead);
+  const std::int64_t ahead = index_ - filter().tick().index;
+  const Nanoseconds tolerance{std::llround(std::max(kEarliestSpreads * tracked_.jitter().spreadNs(), kEarliestNs))};
+  MonoTime at = filter().timeOf(ahead);
   if (at > arrived + tolerance || at + tolerance < given_) return std::nullopt;
   at = std::max(at, given_ + Nanoseconds{1});
   given_ = at;
   return CounterStamp{at, sigmaNs(ahead)};
 }
 
-double CounterClock::sigmaNs(std::int64_t ahead) const {
-  const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ahead)));
-  if (state_ != ClockState::holdover) return in_model;
-  return std::hypot(in_model, config_.holdover_ppm * kPpm * period_ns_ * static_cast<double>(ahead));
-}
-
 double CounterClock::offsetPpm() const {
-  return ppm(filter_.drift() - rounding_ns_);
+  return tracked_.driftNs() / period_ns_ * 1e6;
 }
 
 double CounterClock::effectiveJitterNs() const {
-  return std::sqrt(jitter_.varianceNs2());
+  return std::sqrt(tracked_.jitter().varianceNs2());
 }
 
 }  // namespace probebox::clock

@@ -3,9 +3,7 @@
 #include <optional>
 
 #include "firmware/clock/arrival_line.hpp"
-#include "firmware/clock/jitter.hpp"
-#include "firmware/clock/phase_filter.hpp"
-#include "firmware/clock/wander.hpp"
+#include "firmware/clock/tracked_phase.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
@@ -80,14 +78,12 @@ class CounterClock {
 
   // Frequency of the device's counter against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
   double offsetPpm() const;
-  double sigmaNs() const { return sigmaNs(index_ - filter_.tick().index); }  // at the last sample
+  double sigmaNs() const { return sigmaNs(index_ - filter().tick().index); }  // at the last sample
   double effectiveJitterNs() const;
-  bool learned() const { return jitter_.learned(); }
-  const Wander& wander() const { return wander_; }
+  bool learned() const { return tracked_.jitter().learned(); }
+  const Wander& wander() const { return tracked_.wander(); }
 
  private:
-  // Collecting the first arrivals; settling until the frequency is known well enough to be checked; running.
-  enum class Phase : std::uint8_t { searching, settling, running };
   struct Last {
     std::uint8_t run{};
     std::uint32_t counter{};
@@ -104,15 +100,12 @@ class CounterClock {
   void passTo(MonoTime at);
   std::optional<CounterStamp> stamp(MonoTime arrived);
 
-  double sigmaNs(std::int64_t ahead) const;
-  double ppm(double drift_ns) const { return drift_ns / period_ns_ * 1e6; }
+  const PhaseFilter& filter() const { return tracked_.filter(); }
+  double sigmaNs(std::int64_t ahead) const { return tracked_.sigmaNs(ahead, state_ == ClockState::holdover); }
 
   CounterClockConfig config_;
-  double period_ns_;    // nominal
-  double rounding_ns_;  // fraction of the period below the filter's whole nanoseconds
-  PhaseFilter filter_;
-  Jitter jitter_;
-  Wander wander_;
+  double period_ns_;  // nominal
+  TrackedPhase tracked_;
   ArrivalLine line_;
   Phase phase_{Phase::searching};
   ClockState state_{ClockState::unlocked};
@@ -121,7 +114,6 @@ class CounterClock {
   std::int64_t index_{};  // unwrapped counter of the last sample
   MonoTime observed_{};   // the last arrival that went into the filter
   MonoTime given_{MonoTime::min()};
-  std::int64_t settled_{};  // arrivals used since the line was found
   std::int64_t misfits_{};  // consecutive arrivals far from their expected time
   CounterClockCounters counters_;
 };

@@ -11,25 +11,22 @@ namespace {
 
 constexpr double kWindow = 0.3;              // of a period, either side of a predicted tick
 constexpr std::int64_t kHoldoverAfter = 10;  // ticks in a row without an edge
-constexpr std::int64_t kSettleAtLeast = 32;  // edges
 constexpr std::int64_t kSettleMisfits = 32;  // edges in a row that do not fit: it was not a grid
-constexpr double kSettledPpm = 20;           // sigma of the frequency
-constexpr double kJudgedPpm = 1;             // the same where the frequency is close to the limit
 constexpr double kBlindSpreads = 3;          // a phase less certain than this is found anew when edges come back
-
-constexpr double kPpm = 1e-6;
 
 }  // namespace
 
 ClockEstimator::ClockEstimator(const ClockConfig& config)
     : config_{config},
       nominal_ns_{static_cast<double>(config.nominal_period.count())},
-      filter_{config.nominal_period},
-      jitter_{static_cast<double>(config.jitter.count()), config.learns},
-      wander_{config.nominal_period, config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
-      acquisition_{config.nominal_period} {
-  filter_.setWalk(wander_.walk());
-}
+      tracked_{{.period_ns = static_cast<double>(config.nominal_period.count()),
+                .jitter = config.jitter,
+                .phase_wander_ns_per_sqrt_s = config.phase_wander_ns_per_sqrt_s,
+                .frequency_wander_ppb_per_sqrt_s = config.frequency_wander_ppb_per_sqrt_s,
+                .max_ppm = config.max_ppm,
+                .holdover_ppm = config.holdover_ppm,
+                .learns = config.learns}},
+      acquisition_{config.nominal_period} {}
 
 std::span<const Verdict> ClockEstimator::push(const Edge& edge) {
   verdict_count_ = 0;
@@ -67,37 +64,34 @@ void ClockEstimator::search(std::uint64_t edge, MonoTime at) {
 void ClockEstimator::startOn(const Acquisition::Grid& grid) {
   const double grid_sigma = std::max(grid.spread_ns, 1.0);
   if (index_is_kept_) {
-    const std::int64_t ahead = filter_.nearest(grid.at);
-    const bool fits = std::abs(filter_.residual(grid.at, ahead)) < kWindow * nominal_ns_;
+    const std::int64_t ahead = filter().nearest(grid.at);
+    const bool fits = std::abs(filter().residual(grid.at, ahead)) < kWindow * nominal_ns_;
     if (!fits) return;  // holdover goes on until its limit
     countMissing(ahead - grid.ticks + 1, kernel_lost_);
-    const double drift_sigma =
-        std::hypot(std::sqrt(filter_.driftVariance()), config_.holdover_ppm * kPpm * nominal_ns_);
-    filter_.start(filter_.tick() + ahead, grid.at, grid_sigma, filter_.drift(), drift_sigma);
+    tracked_.start(filter().tick() + ahead, grid.at, grid_sigma, filter().drift(), tracked_.holdoverDriftSigmaNs());
   } else {
     // In a new epoch the index goes on from the nearest tick of the old model, and is never used twice.
-    const std::int64_t ahead = epoch_ == 0 ? 0 : std::max(filter_.nearest(grid.at), passed_ + 1);
-    const double drift_sigma = 1.5 * config_.max_ppm * kPpm * nominal_ns_;
-    if (epoch_ == 0) jitter_.start(grid.spread_ns);
-    filter_.start(filter_.tick() + ahead, grid.at,
-                  std::hypot(grid_sigma, drift_sigma * static_cast<double>(grid.ticks)), 0, drift_sigma);
+    const std::int64_t ahead = epoch_ == 0 ? 0 : std::max(filter().nearest(grid.at), passed_ + 1);
+    const double drift_sigma = tracked_.ppmToNs(1.5 * config_.max_ppm);
+    if (epoch_ == 0) tracked_.startJitter(grid.spread_ns);
+    tracked_.start(filter().tick() + ahead, grid.at,
+                   std::hypot(grid_sigma, drift_sigma * static_cast<double>(grid.ticks)), 0, drift_sigma);
   }
   phase_ = Phase::settling;
-  passed_ = settled_ = misfits_ = kernel_lost_ = 0;
+  passed_ = misfits_ = kernel_lost_ = 0;
   acquisition_.clear();
-  wander_.restart();
 }
 
 // Finds the tick of an edge, or none.
 void ClockEstimator::fit(std::uint64_t edge, MonoTime at) {
-  std::int64_t ahead = filter_.nearest(at);
-  double residual = filter_.residual(at, ahead);
+  std::int64_t ahead = filter().nearest(at);
+  double residual = filter().residual(at, ahead);
   const bool in_window = std::abs(residual) < kWindow * nominal_ns_;
   if (in_window && candidate_ && ahead > candidate_->ticks_ahead) {
     decide();
     if (phase_ == Phase::searching) return search(edge, at);
-    ahead = filter_.nearest(at);
-    residual = filter_.residual(at, ahead);
+    ahead = filter().nearest(at);
+    residual = filter().residual(at, ahead);
   }
   const bool decided_before = ahead < 0 || (candidate_ && ahead < candidate_->ticks_ahead);
   if (decided_before) return give(edge, EdgeFlag::unfitting, residual);
@@ -128,32 +122,22 @@ void ClockEstimator::challenge(const Candidate& challenger) {
 void ClockEstimator::decide() {
   const Candidate chosen = *std::exchange(candidate_, std::nullopt);
   countMissing(chosen.ticks_ahead, chosen.kernel_lost);
-  const bool was_holdover = state_ == ClockState::holdover && phase_ == Phase::running;
-  filter_.predict(chosen.ticks_ahead);
-  if (was_holdover) {
-    filter_.loosen(config_.holdover_ppm * kPpm * nominal_ns_, chosen.ticks_ahead);
-    state_ = ClockState::locked;
-    wander_.restart();
-  }
-  const double phase_variance = filter_.phaseVariance();
-  const Jitter::Judgement judged = jitter_.judge(chosen.residual_ns, phase_variance);
-  const bool was_learned = jitter_.learned();
-  jitter_.track(chosen.residual_ns, phase_variance, judged, config_.nominal_period);
-  if (jitter_.learned() != was_learned) wander_.restart();
-  if (phase_ == Phase::running) {
-    const bool has_learned =
-        wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
-    if (has_learned && config_.learns) filter_.setWalk(wander_.walk());
-  }
-  filter_.update(judged.innovation_ns, judged.variance_ns2);
+  const bool is_running = phase_ == Phase::running;
+  const bool was_holdover = state_ == ClockState::holdover && is_running;
+  if (was_holdover) state_ = ClockState::locked;
+  const auto judged = tracked_.take({.ahead = chosen.ticks_ahead,
+                                     .residual_ns = chosen.residual_ns,
+                                     .since_last = config_.nominal_period,
+                                     .after_holdover = was_holdover,
+                                     .walks = is_running});
   passed_ = misfits_ = 0;
   if (phase_ == Phase::settling) {
     give(chosen.edge, EdgeFlag::unlocked, chosen.residual_ns);
     return settle();
   }
   const EdgeFlag flag = judged.outlier ? EdgeFlag::clipped : EdgeFlag::accepted;
-  give(chosen.edge, flag, chosen.residual_ns, filter_.tick());
-  if (std::abs(filter_.drift()) > config_.max_ppm * kPpm * nominal_ns_) {
+  give(chosen.edge, flag, chosen.residual_ns, filter().tick());
+  if (tracked_.beyondLimit()) {
     ++counters_.refused_frequency;
     giveUp(ClockState::unlocked);
   }
@@ -161,20 +145,16 @@ void ClockEstimator::decide() {
 
 // Locks once the frequency is known well enough to be judged.
 void ClockEstimator::settle() {
-  ++settled_;
-  const double sigma_ppm = std::sqrt(filter_.driftVariance()) / (kPpm * nominal_ns_);
-  if (settled_ < kSettleAtLeast || sigma_ppm > kSettledPpm) return;
-  const double over_ppm = std::abs(offsetPpm()) - config_.max_ppm;
-  const bool is_close = std::abs(over_ppm) < 3 * sigma_ppm && sigma_ppm > kJudgedPpm;
-  if (is_close) return;
-  if (over_ppm > 0) {
+  const auto frequency = tracked_.settle();
+  if (frequency == TrackedPhase::Frequency::uncertain) return;
+  if (frequency == TrackedPhase::Frequency::refused) {
     ++counters_.refused_frequency;
     return giveUp(index_is_kept_ ? state_ : ClockState::unlocked);
   }
   phase_ = Phase::running;
   state_ = ClockState::locked;
   if (!index_is_kept_) {
-    if (epoch_ == 0) filter_.renumber({0});
+    if (epoch_ == 0) tracked_.renumber({0});
     if (epoch_ > 0) ++counters_.relocks;
     ++epoch_;
     index_is_kept_ = true;
@@ -194,11 +174,11 @@ void ClockEstimator::giveUp(ClockState state) {
 void ClockEstimator::passTo(MonoTime at) {
   if (phase_ == Phase::searching && !index_is_kept_) return;
   const double late = kWindow * nominal_ns_;
-  if (candidate_ && filter_.residual(at, candidate_->ticks_ahead) > late) decide();
-  const bool none_passes = filter_.residual(at, passed_ + 1) <= late;
+  if (candidate_ && filter().residual(at, candidate_->ticks_ahead) > late) decide();
+  const bool none_passes = filter().residual(at, passed_ + 1) <= late;
   if (none_passes) return;
-  const std::int64_t nearest = filter_.nearest(at);
-  passed_ = std::max(passed_, filter_.residual(at, nearest) > late ? nearest : nearest - 1);
+  const std::int64_t nearest = filter().nearest(at);
+  passed_ = std::max(passed_, filter().residual(at, nearest) > late ? nearest : nearest - 1);
   if (passed_ < kHoldoverAfter) return;
 
   if (!index_is_kept_) return giveUp(state_);  // settling on something that has stopped
@@ -206,15 +186,15 @@ void ClockEstimator::passTo(MonoTime at) {
   if (passed_ > longestHoldover()) {
     countMissing(passed_ + 1, 0);
     giveUp(ClockState::ambiguous);
-  } else if (phase_ != Phase::searching && sigmaNs(passed_) > kBlindSpreads * jitter_.spreadNs()) {
+  } else if (phase_ != Phase::searching && sigmaNs(passed_) > kBlindSpreads * tracked_.jitter().spreadNs()) {
     giveUp(ClockState::holdover);
   }
 }
 
 // 0.3 period over the frequency uncertainty, in ticks.
 std::int64_t ClockEstimator::longestHoldover() const {
-  const double drift_sigma = std::hypot(std::sqrt(filter_.driftVariance()), config_.holdover_ppm * kPpm * nominal_ns_);
-  return static_cast<std::int64_t>(kWindow * nominal_ns_ / std::max(drift_sigma, 1e-9 * nominal_ns_));
+  return static_cast<std::int64_t>(kWindow * nominal_ns_ /
+                                   std::max(tracked_.holdoverDriftSigmaNs(), 1e-9 * nominal_ns_));
 }
 
 // ticks_ahead: of the next tick with an edge. The ones before it are lost as far as the line sequence explains them.
@@ -249,31 +229,21 @@ void ClockEstimator::give(std::uint64_t edge, EdgeFlag flag, double residual_ns,
   }
 }
 
-double ClockEstimator::sigmaNs(std::int64_t ticks_ahead) const {
-  const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ticks_ahead)));
-  if (state_ != ClockState::holdover) return in_model;
-  return std::hypot(in_model, config_.holdover_ppm * kPpm * nominal_ns_ * static_cast<double>(ticks_ahead));
-}
-
 TickMap ClockEstimator::map() const {
-  const MonoTime at = filter_.timeOf(passed_);
-  const Nanoseconds since_edge = at - filter_.at();
+  const MonoTime at = filter().timeOf(passed_);
+  const Nanoseconds since_edge = at - filter().at();
   return {
-      .tick = filter_.tick() + passed_,
+      .tick = filter().tick() + passed_,
       .at = at,
-      .period_q32_ns = filter_.periodQ32(),
+      .period_q32_ns = filter().periodQ32(),
       .sigma_ns = static_cast<std::uint32_t>(std::lround(std::min(sigmaNs(passed_), 4e9))),
       .state = state_,
       .holdover_ms = static_cast<std::uint32_t>(std::min<std::int64_t>(since_edge.count() / 1'000'000, 0xffff'ffff))};
 }
 
-double ClockEstimator::offsetPpm() const {
-  return filter_.drift() / nominal_ns_ / kPpm;
-}
-
 std::optional<MasterStamp> ClockEstimator::stamp(MonoTime at) const {
   if (state_ != ClockState::locked && state_ != ClockState::holdover) return std::nullopt;
-  const std::int64_t ahead = std::max<std::int64_t>(0, filter_.nearest(at));
+  const std::int64_t ahead = std::max<std::int64_t>(0, filter().nearest(at));
   return MasterStamp{masterTimeOf(map(), at, config_.nominal_period), sigmaNs(ahead)};
 }
 

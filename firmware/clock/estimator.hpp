@@ -6,9 +6,7 @@
 
 #include "firmware/clock/acquisition.hpp"
 #include "firmware/clock/config.hpp"
-#include "firmware/clock/jitter.hpp"
-#include "firmware/clock/phase_filter.hpp"
-#include "firmware/clock/wander.hpp"
+#include "firmware/clock/tracked_phase.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
@@ -86,18 +84,16 @@ class ClockEstimator {
   TickMap map() const;
 
   // Frequency of the sync signal against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
-  double offsetPpm() const;
+  double offsetPpm() const { return tracked_.offsetPpm(); }
 
   // nullopt unless locked or in holdover.
   std::optional<MasterStamp> stamp(MonoTime at) const;
 
   // The score function of the jitter has been learned and is in use.
-  bool learned() const { return jitter_.learned(); }
-  const Wander& wander() const { return wander_; }
+  bool learned() const { return tracked_.jitter().learned(); }
+  const Wander& wander() const { return tracked_.wander(); }
 
  private:
-  // Searching for the grid of ticks; settling until the frequency is known well enough to be checked; running.
-  enum class Phase : std::uint8_t { searching, settling, running };
   struct Candidate {
     std::uint64_t edge{};
     MonoTime at{};
@@ -118,21 +114,21 @@ class ClockEstimator {
   void countMissing(std::int64_t ticks, std::int64_t kernel_lost);
   void give(std::uint64_t edge, EdgeFlag flag, double residual_ns, std::optional<Tick> tick = std::nullopt);
 
-  double sigmaNs(std::int64_t ticks_ahead) const;
+  const PhaseFilter& filter() const { return tracked_.filter(); }
+  double sigmaNs(std::int64_t ticks_ahead) const {
+    return tracked_.sigmaNs(ticks_ahead, state_ == ClockState::holdover);
+  }
   std::int64_t longestHoldover() const;
 
   ClockConfig config_;
   double nominal_ns_;
-  PhaseFilter filter_;
-  Jitter jitter_;
-  Wander wander_;
+  TrackedPhase tracked_;
   Acquisition acquisition_;
   Phase phase_{Phase::searching};
   ClockState state_{ClockState::unlocked};
   std::uint32_t epoch_{};
   bool index_is_kept_{};    // the filter's tick counts on: holdover
   std::int64_t passed_{};   // ticks since the filter's that have passed without an edge
-  std::int64_t settled_{};  // edges accepted since the grid was found
   std::int64_t misfits_{};  // unfitting edges since the last fitting one
   std::optional<Candidate> candidate_;
   std::optional<std::uint32_t> line_sequence_;

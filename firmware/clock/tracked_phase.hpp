@@ -1,0 +1,80 @@
+#pragma once
+#include <cstdint>
+
+#include "firmware/clock/jitter.hpp"
+#include "firmware/clock/phase_filter.hpp"
+#include "firmware/clock/wander.hpp"
+#include "protocol/units/time.hpp"
+
+namespace probebox::clock {
+
+// How far a clock has come: searching for the line of ticks, settling until the frequency is known well enough to be
+// checked, running.
+enum class Phase : std::uint8_t { searching, settling, running };
+
+// A line from ticks to time that follows measured stamps: what ClockEstimator and CounterClock have in common.
+//
+// Each stamp's residual passes the jitter (clip, later a learned score) and corrects the phase filter; the walks of the
+// filter are learned from the measured phases. Without stamps the uncertainty grows by a possible frequency change
+// (holdover). Which stamp belongs to which tick, and when there is a gap, the owner decides.
+class TrackedPhase {
+ public:
+  struct Config {
+    double period_ns{};  // nominal; the filter counts in whole nanoseconds
+    Nanoseconds jitter{};
+    double phase_wander_ns_per_sqrt_s{};
+    double frequency_wander_ppb_per_sqrt_s{};
+    double max_ppm{};
+    double holdover_ppm{};
+    bool learns{};
+  };
+  explicit TrackedPhase(const Config& config);
+
+  const PhaseFilter& filter() const { return filter_; }
+  const Jitter& jitter() const { return jitter_; }
+  const Wander& wander() const { return wander_; }
+
+  void renumber(Tick tick) { filter_.renumber(tick); }
+  void startJitter(double spread_ns) { jitter_.start(spread_ns); }
+  void forgetJitter();
+  // Begins on a line. drift_ns: of the filter, ns per tick beyond its whole period.
+  void start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns);
+
+  // Takes the stamp of the tick `ahead`. since_last: time that it adds to the learning of the jitter. after_holdover:
+  // the frequency may have changed meanwhile. walks: the phase is good enough to learn the walks from it.
+  struct Stamp {
+    std::int64_t ahead{};
+    double residual_ns{};
+    Nanoseconds since_last{};
+    bool after_holdover{};
+    bool walks{};
+  };
+  Jitter::Judgement take(const Stamp& stamp);
+
+  // Judges the frequency after each stamp while settling.
+  enum class Frequency : std::uint8_t { uncertain, within_limit, refused };
+  Frequency settle();
+  bool beyondLimit() const;  // of a running clock
+
+  // Deviation of the period from nominal, ns; and in ppm, positive when it is longer.
+  double driftNs() const { return filter_.drift() - rounding_ns_; }
+  double offsetPpm() const { return driftNs() / config_.period_ns / kPpm; }
+  double sigmaNs(std::int64_t ahead, bool in_holdover) const;
+  // sd of the frequency with its possible change in holdover, ns per tick.
+  double holdoverDriftSigmaNs() const;
+  double ppmToNs(double ppm) const { return ppm * kPpm * config_.period_ns; }
+  // Part of the nominal period below the filter's whole nanoseconds.
+  double roundingNs() const { return rounding_ns_; }
+
+ private:
+  static constexpr double kPpm = 1e-6;
+
+  Config config_;
+  double rounding_ns_;
+  PhaseFilter filter_;
+  Jitter jitter_;
+  Wander wander_;
+  std::int64_t settled_{};  // stamps taken since start()
+};
+
+}  // namespace probebox::clock
