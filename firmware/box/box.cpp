@@ -31,7 +31,7 @@ published::CalibrationProgress calibrationOf(const procedure::Progress& progress
                                              const published::DelayInForce& delay) {
   const bool in_force = progress.result_id != 0 && delay.result_id == progress.result_id;
   return {.calibration = in_force ? published::CalibrationState::accepted : calibrationState(progress.state),
-          .calibration_method = static_cast<std::uint16_t>(progress.method),
+          .calibration_method = progress.method != nullptr ? progress.method->number : std::uint16_t{0},
           .calibration_run = progress.run,
           .calibration_step = progress.step,
           .calibration_steps = progress.steps,
@@ -75,7 +75,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       clock_{config.clock},
       probe_clock_{config.probe_clock},
       latch_{config.latch},
-      procedure_{config.capture, config.mm_per_count},
+      procedure_{config.methods, config.capture, config.mm_per_count},
       corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.

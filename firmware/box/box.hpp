@@ -14,6 +14,7 @@
 #include "firmware/clock/estimator.hpp"
 #include "firmware/corrections/corrections.hpp"
 #include "firmware/latch/latch.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -27,7 +28,8 @@ struct BoxConfig {
   std::array<double, kLinearAxes> mm_per_count{};  // signed by the sense of the axis
   corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
-  std::optional<std::uint8_t> tool_setter_line;  // number of a line with the role trigger
+  procedure::LiveMethods methods{procedure::liveMethods()};  // that can be run
+  std::optional<std::uint8_t> tool_setter_line;              // number of a line with the role trigger
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block is closed at this age even when it is not full
 };

@@ -31,12 +31,8 @@ struct DriftRow {
   std::int32_t reading_nm{};
 };
 
-// Place of a touch in centreline-by-steps. Angles are clockwise.
-struct RimStep {
-  std::uint16_t loop{};  // loop number from 1; 0 before the first
-  double zero_rad{};     // of C in this loop, from where it was in the first
-  double c_rad{};        // from that zero
-};
+// Numbers that a method attaches to its steps and reads from the recording; no other code reads them.
+using MethodNote = std::array<double, 3>;
 
 // What the procedure asked for in one step: nominal outward normal, retract direction and speed, pose. All touches with
 // the same `reading` are of one ball at one pose.
@@ -57,7 +53,7 @@ struct TouchRequest {
   double head_range_mm{};  // range of its sensors, +- this value
   // Height of the contact above the centre of the stylus ball when the shank touches; 0 when the ball touches.
   double shank_height_mm{};
-  RimStep rim{};
+  MethodNote note{};
 };
 
 // One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,

@@ -160,7 +160,7 @@ struct CorrectionsState {
 // The last calibration run, for a controller that has no screen of its own.
 struct CalibrationProgress {
   CalibrationState calibration{};
-  std::uint16_t calibration_method{};  // number of the method, see procedure::Method
+  std::uint16_t calibration_method{};  // number of the method, see procedure::LiveMethod
   std::uint32_t calibration_run{};
   std::uint32_t calibration_step{};
   std::uint32_t calibration_steps{};

@@ -8,9 +8,8 @@
 #include "drivers/world/from_description.hpp"
 #include "firmware/app/wiring/box_config.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
-#include "firmware/procedure/dataset/rim_readings.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 
 namespace probebox::scenario {
 namespace {
@@ -229,29 +228,27 @@ void Scenario::inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds d
   world_.inject({.kind = kind, .at = now_ + from_now, .duration = duration, .jump = jump});
 }
 
-std::optional<metrology::Solved> Scenario::calibrate(procedure::Method method, const ProcedureOptions& options) {
+std::optional<metrology::Solved> Scenario::calibrate(const procedure::LiveMethod& method,
+                                                     const ProcedureOptions& options) {
   return finish(start(method, options));
 }
 
-std::uint32_t Scenario::start(procedure::Method method, const ProcedureOptions& options) {
+std::uint32_t Scenario::start(const procedure::LiveMethod& method, const ProcedureOptions& options) {
   recorder_.run_to_solve.reset();
   runUntil([this] { return state().snapshot.referenced; }, std::chrono::seconds{5});
-  push(ProcedureStarted{
-      .run = ++last_run_, .method = static_cast<std::uint16_t>(method), .at = now_, .options = options});
+  push(ProcedureStarted{.run = ++last_run_, .method = method.number, .at = now_, .options = options});
   return last_run_;
 }
 
 std::optional<metrology::Solved> Scenario::finish(std::uint32_t run_number) {
   runUntil([this] { return recorder_.run_to_solve.has_value(); }, std::chrono::seconds{300});
   if (recorder_.run_to_solve != run_number) return std::nullopt;
-  auto measured = procedure::runDataset(box_->plan().method, box_->recording(), box_->scales(), facts);
-  if (const auto loops = procedure::nextLoops(box_->plan().method, box_->recording(), measured)) {
+  auto measured = procedure::runDataset(*box_->plan().method, box_->recording(), box_->scales(), facts);
+  if (auto next = procedure::nextLoop(*box_->plan().method, box_->recording(), box_->scales(), facts, measured)) {
     recorder_.run_to_solve.reset();
-    push(Solved{.run = run_number,
-                .at = now_,
-                .loops = static_cast<std::uint8_t>(loops->count),
-                .c_zero_rad = loops->zeros_rad[loops->count - 1],
-                .closes = loops->closes});
+    next->run = run_number;
+    next->at = now_;
+    push(*next);
     return finish(run_number);
   }
   dataset_ = std::move(measured.dataset);

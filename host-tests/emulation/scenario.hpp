@@ -13,8 +13,9 @@
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/metrology/solve.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "host-tests/emulation/counted_probe.hpp"
 
 namespace probebox::scenario {
@@ -73,10 +74,10 @@ class Scenario {
   void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
   // Starts a run, lets the controller do it, and solves it as the worker would.
-  std::optional<metrology::Solved> calibrate(procedure::Method method = procedure::Method::delay_multi_speed,
+  std::optional<metrology::Solved> calibrate(const procedure::LiveMethod& method = procedure::kDelayMultiSpeed,
                                              const ProcedureOptions& options = {});
   // The run's two halves, for tests that do something in between.
-  std::uint32_t start(procedure::Method method, const ProcedureOptions& options = {});
+  std::uint32_t start(const procedure::LiveMethod& method, const ProcedureOptions& options = {});
   std::optional<metrology::Solved> finish(std::uint32_t run);  // with all steps that follow from earlier ones
   // What the run that was solved last had measured.
   const metrology::Dataset& dataset() const { return dataset_; }

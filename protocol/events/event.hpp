@@ -150,6 +150,10 @@ struct ProcedureOptions {
   double head_range_mm{};
   double shank_height_mm{};
   double c_on_line_rad{};
+  // As asked for. They are replaced by travel, tools and heights above before a run is started, so no event has them.
+  std::uint16_t turns{};  // of the screw
+  bool head{};            // a sensor head measures in the place of the probe
+  bool shank{};           // the shank of the stylus is the second length
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");
     field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, 6> kKindNames{"u16", "i16", "i16 + 32768"
 
 constexpr std::string_view kIntroduction =
     R"(# Modbus registers of the box
-This page is made from the table in protocol/modbus/map.cpp; `cmake --build build --target modbus-page` regenerates it.
+This page is made from the table in protocol/modbus/map.cpp and the list of live methods; `cmake --build build --target modbus-page` regenerates it.
 
 Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
 registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below
@@ -51,12 +51,14 @@ void row(std::ostream& out, const Register& entry) {
 
 }  // namespace
 
-std::string referencePage() {
+std::string referencePage(std::span<const MethodNumber> methods) {
   std::ostringstream out;
   out << kIntroduction << kRegisterCount
       << " that are not listed read 0 and are reserved for later versions. Map version " << kMapVersion << ".\n"
       << kRules << "\n| address | name | kind | one count is | access | meaning |\n|---|---|---|---|---|---|\n";
   for (const auto& entry : registers()) row(out, entry);
+  out << "\nNumbers of methods in register " << address::calibration_method << ":\n\n| number | method |\n|---|---|\n";
+  for (const auto& [number, name] : methods) out << "| " << number << " | " << name << " |\n";
   return out.str();
 }
 

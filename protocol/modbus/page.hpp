@@ -1,9 +1,17 @@
 #pragma once
+#include <span>
 #include <string>
+#include <string_view>
 
 namespace probebox::modbus {
 
+// One value of register "calibration method".
+struct MethodNumber {
+  unsigned number{};
+  std::string_view name;
+};
+
 // The text of protocol/MODBUS.md: the reference page of the register map, in Markdown.
-std::string referencePage();
+std::string referencePage(std::span<const MethodNumber> methods);
 
 }  // namespace probebox::modbus

@@ -2,14 +2,18 @@
 // `methods_page --check FILE` fails when the file says something else.
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "tools/case/method_text.hpp"
 
 namespace {
+
+namespace procedure = probebox::procedure;
 
 // The page with the text between "<!-- NAME -->" and "<!-- end of NAME -->" replaced; nothing without these lines.
 std::optional<std::string> replaced(const std::string& page, const std::string& name, const std::string& text) {
@@ -18,6 +22,37 @@ std::optional<std::string> replaced(const std::string& page, const std::string& 
   const auto to = page.find("<!-- end of " + name + " -->\n");
   if (from == std::string::npos || to == std::string::npos || to < from) return std::nullopt;
   return page.substr(0, from + begin.size()) + text + page.substr(to);
+}
+
+void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_view option, std::string_view steps) {
+  std::string told = method.finds_a_place ? "a delay in force" : "";
+  if (option == " --head") told = "a result about `sensor-head` in force";
+  std::string places;
+  const auto add = [&](std::string_view place) { (places += places.empty() ? "machine.toml " : ", ") += place; };
+  for (const auto* fact : method.needs) {
+    if (option != " --shank" || !fact->shank_replaces) add(fact->place);
+  }
+  if (option == " --shank") add("`[probe_shank]`");
+  if (option == " --head") add("`[sensor_head]`");
+  if (!told.empty() && !places.empty()) told += ", ";
+  told += places;
+  out << "| `" << method.name() << option << "` | " << steps << " | " << told << (told.empty() ? "|\n" : " |\n");
+}
+
+// What the machine does for each live method, in alphabetical order.
+std::string tableOfRuns() {
+  std::map<std::string_view, const procedure::LiveMethod*> sorted;
+  for (const auto* method : procedure::liveMethods()) {
+    if (method->calibrates) sorted[method->name()] = method;
+  }
+  std::ostringstream out;
+  out << "| method | steps | told beforehand |\n|---|---|---|\n";
+  for (const auto& [name, method] : sorted) {
+    addRun(out, *method, "", method->steps);
+    if (!method->steps_by_head.empty()) addRun(out, *method, " --head", method->steps_by_head);
+    if (method->takesShank()) addRun(out, *method, " --shank", method->steps_by_shank);
+  }
+  return out.str();
 }
 
 }  // namespace
@@ -33,8 +68,10 @@ int main(int argc, char** argv) {
   text << std::ifstream{file}.rdbuf();
   auto page = replaced(text.str(), "methods", probebox::casefolder::methodTables());
   if (page) page = replaced(*page, "type B keys", probebox::casefolder::typeBTable());
+  if (page) page = replaced(*page, "runs", tableOfRuns());
   if (!page) {
-    std::cerr << file << " lacks the markers <!-- methods --> and <!-- type B keys --> with their ends\n";
+    std::cerr << file
+              << " lacks the markers <!-- methods -->, <!-- type B keys --> and <!-- runs --> with their ends\n";
     return 1;
   }
   if (check) {

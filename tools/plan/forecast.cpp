@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
-#include "firmware/procedure/dataset/sweep.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_run.hpp"
 
@@ -19,7 +19,7 @@ namespace {
 
 using metrology::Estimate;
 using metrology::Refusal;
-using procedure::Method;
+using procedure::LiveMethod;
 
 // The sd of a run scatters itself, by a few per cent: its degrees of freedom are the samples.
 constexpr std::uint64_t kRuns = 4;
@@ -52,45 +52,21 @@ class MeanSpread {
   double runs_{};
 };
 
-// The method leaves open at how many angles of C it reads.
-bool choosesAngles(Method method) {
-  return method == Method::centreline || method == Method::centreline_limited_access ||
-         method == Method::rotary_axis_errors;
-}
-
-// Sets of speeds that separate a delay from a size, or repeat one speed.
-std::vector<std::vector<double>> speedSets(Method method) {
+// The method's sets of speeds and their repeats; else one speed of several, and its repeats.
+std::vector<std::vector<double>> speedSets(const LiveMethod& method) {
+  static constexpr std::array kSingle{10.0, 25.0, 40.0, 60.0};
+  std::vector<std::span<const double>> bases{method.speed_sets.begin(), method.speed_sets.end()};
+  for (std::size_t i = 0; method.speed_sets.empty() && i < kSingle.size(); ++i)
+    bases.push_back(std::span{kSingle}.subspan(i, 1));
   std::vector<std::vector<double>> sets;
-  const auto repeated = [&](const std::vector<double>& base) {
-    for (std::size_t times = 1; times * base.size() <= kMostSpeeds; ++times) {
-      std::vector<double> set;
-      for (std::size_t i = 0; i < times; ++i) set.insert(set.end(), base.begin(), base.end());
-      sets.push_back(std::move(set));
+  for (const auto base : bases) {
+    std::vector<double> set;
+    while (set.size() + base.size() <= kMostSpeeds) {
+      set.insert(set.end(), base.begin(), base.end());
+      sets.push_back(set);
     }
-  };
-  switch (method) {
-    case Method::delay_multi_speed:
-      for (const double fast : {20.0, 40.0, 60.0}) repeated({5, fast}), repeated({10, fast});
-      repeated({5, 10, 20, 30, 40});
-      break;
-    case Method::delay_per_axis:
-      for (const double fast : {20.0, 40.0, 60.0}) repeated({5, fast}), repeated({10, fast});
-      break;
-    case Method::delay_in_out:
-      for (const double speed : {5.0, 10.0, 20.0}) repeated({speed});
-      break;
-    case Method::tool_setter:
-    case Method::tool_assembly:
-      for (const double speed : {2.0, 5.0, 10.0}) repeated({speed});
-      break;
-    default:
-      for (const double speed : {10.0, 25.0, 40.0, 60.0}) repeated({speed});
   }
   return sets;
-}
-
-bool turnsAScrew(Method method) {
-  return procedure::needsOf(method) == procedure::Needs::screw;
 }
 
 // Replaces each run by those that differ from it in one thing.
@@ -107,25 +83,25 @@ void spread(std::vector<Wanted>& all, const auto& values, const auto& set) {
 
 std::vector<Wanted> candidates(const Wanted& given) {
   const auto& [method, options, turns, by] = given;
-  const bool holds = by == procedure::ReadBy::head || procedure::needsHead(method);
+  const bool holds = by == procedure::ReadBy::head || method->kind == procedure::Kind::hold;
+  const bool reads_balls = method->finds_a_place && !method->takes_tool;
   std::vector<Wanted> all{given};
-  if (options.speed_count == 0 && !holds && !procedure::readsBalls(method) && !turnsAScrew(method)) {
-    spread(all, speedSets(method), [](Wanted& wanted, const std::vector<double>& speeds) {
+  if (options.speed_count == 0 && !holds && !reads_balls && !method->takes_axis) {
+    spread(all, speedSets(*method), [](Wanted& wanted, const std::vector<double>& speeds) {
       wanted.options.speed_count = static_cast<std::uint8_t>(speeds.size());
       std::ranges::copy(speeds, wanted.options.speeds_mm_s.begin());
     });
   }
-  if (choosesAngles(method) && options.angles == 0) {
+  if (method->usual.angles != 0 && options.angles == 0) {
     spread(all, std::array<std::uint16_t, 8>{3, 4, 6, 8, 12, 16, 24, 30},
            [](Wanted& wanted, std::uint16_t angles) { wanted.options.angles = angles; });
   }
-  const bool plate = method == Method::rotary_axis_errors;
-  if ((method == Method::c_axis_alignment || plate) && options.balls == 0) {
-    std::vector<std::uint16_t> counts{3, 4, 5, 6, 7};
-    if (!plate) counts.insert(counts.begin(), 2);
+  if (method->usual.balls != 0 && options.balls == 0) {
+    std::vector<std::uint16_t> counts;
+    for (std::uint16_t count = method->fewest_balls; count <= 7; ++count) counts.push_back(count);
     spread(all, counts, [](Wanted& wanted, std::uint16_t balls) { wanted.options.balls = balls; });
   }
-  if (turnsAScrew(method) && turns == 0) {
+  if (method->takes_axis && turns == 0) {
     spread(all, std::array<unsigned, 7>{3, 4, 6, 8, 10, 15, 20},
            [](Wanted& wanted, unsigned chosen) { wanted.turns = chosen; });
   }
@@ -139,28 +115,26 @@ Refusal badOption(const Error& error) {
 // As the box completes them from its descriptions.
 Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const SetUp& set_up) {
   auto [method, options, turns, by] = wanted;
-  if (!procedure::isCalibration(method)) {
-    return Refusal{"not-forecast", std::string{procedure::nameOf(method)} +
-                                       " has no result whose uncertainty could be forecast: run it"};
+  if (!method->calibrates) {
+    return Refusal{"not-forecast",
+                   std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
   }
   const auto facts = factsOf(set_up, options.tool);
   if (by == procedure::ReadBy::head) {
-    if (const auto why = procedure::whyNoHead(method, facts)) return badOption(*why);
+    if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(*why);
   }
   if (by == procedure::ReadBy::shank) {
-    if (const auto why = procedure::whyNoShank(method, facts)) return badOption(*why);
+    if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(*why);
   }
-  if (turnsAScrew(method)) {
-    const auto sweep = procedure::sweepOptions(options, turns, facts);
-    if (!sweep) return badOption(sweep.error());
-    options = *sweep;
-  } else if (turns != 0) {
-    return Refusal{"bad-option", std::string{procedure::nameOf(method)} + " has no option turns: omit it"};
-  } else {
-    options = procedure::described(method, options, facts, by);
+  if (turns != 0 && !method->takes_axis) {
+    return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
+  options.turns = static_cast<std::uint16_t>(turns);
+  const auto described = procedure::described(*method, options, facts, by);
+  if (!described) return badOption(described.error());
+  options = *described;
   constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
-  if (const auto why = procedure::whyRefused(method, options, kAnyLimit_mm)) return badOption(*why);
+  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(*why);
   return options;
 }
 
@@ -176,7 +150,7 @@ Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up,
       .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
   MeanSpread spread;
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const auto simulated = simulatedRun(wanted.method, *options, set_up, run + 1);
+    const auto simulated = simulatedRun(*wanted.method, *options, set_up, run + 1);
     if (!simulated.solved) return simulated.solved.error();
     spread.add(simulated.solved->estimates);
     if (run > 0) continue;
@@ -202,7 +176,7 @@ Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const Se
   bool any = false;
   for (const auto& candidate : candidates(wanted)) {
     const auto options = completed(candidate, set_up);
-    if (options && shortestDuration(candidate.method, *options, set_up) > time_s) {
+    if (options && shortestDuration(*candidate.method, *options, set_up) > time_s) {
       any = true;
       continue;
     }

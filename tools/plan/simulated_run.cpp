@@ -4,8 +4,8 @@
 #include <memory>
 #include <variant>
 
-#include "firmware/procedure/dataset/rim_readings.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "tools/plan/contact.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_recording.hpp"
@@ -21,7 +21,7 @@ std::string axisOf(const metrology::Dataset& dataset) {
 
 }  // namespace
 
-SimulatedRun simulatedRun(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up,
+SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up,
                           std::uint64_t seed) {
   const procedure::Facts facts = factsOf(set_up, options.tool);
   const auto plan = std::make_unique<procedure::Plan>();  // large
@@ -37,8 +37,9 @@ SimulatedRun simulatedRun(procedure::Method method, const ProcedureOptions& opti
     }
     measured = procedure::runDataset(method, run.recording(), run.scales(), facts);
     // A run whose steps follow from its readings goes on.
-    if (const auto loops = procedure::nextLoops(method, run.recording(), measured))
-      procedure::fill(*plan, method, options, *loops);
+    const auto next = procedure::nextLoop(method, run.recording(), run.scales(), facts, measured);
+    if (!next) continue;
+    if (const auto loops = method.loops.after(plan->loops, *next)) procedure::fill(*plan, method, options, *loops);
   }
   if (measured.refusal) return {*measured.refusal, run.duration(), plan->step_count};
   // The box states when it measured for the stores; any time does here.
@@ -47,7 +48,7 @@ SimulatedRun simulatedRun(procedure::Method method, const ProcedureOptions& opti
   return {metrology::solve(measured.dataset), run.duration(), plan->step_count, axisOf(measured.dataset)};
 }
 
-double shortestDuration(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up) {
+double shortestDuration(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up) {
   const auto plan = std::make_unique<procedure::Plan>();  // large
   procedure::fill(*plan, method, options);
   double all_s = 0;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "firmware/metrology/solve.hpp"
-#include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 #include "tools/plan/set_up.hpp"
 
 namespace probebox::plan {
@@ -18,10 +18,10 @@ struct SimulatedRun {
   std::string axis{};  // of the rotary axis that it is about; empty for none
 };
 // options: complete, as procedure::described() leaves them.
-SimulatedRun simulatedRun(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up,
+SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up,
                           std::uint64_t seed);
 
 // How long such a run takes at least: a run whose steps follow from its readings may have more of them.
-double shortestDuration(procedure::Method method, const ProcedureOptions& options, const SetUp& set_up);
+double shortestDuration(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up);
 
 }  // namespace probebox::plan

@@ -5,6 +5,7 @@
 
 #include "tools/probebox/cli/parse.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/method_help.hpp"
 
 namespace probebox::command {
 namespace {
@@ -27,7 +28,7 @@ ExitStatus answer(const Answer& answer, bool json, const Streams& streams) {
 }  // namespace
 
 ExitStatus run(std::span<const std::string> arguments, const Streams& streams) {
-  const auto parsed = parse(arguments);
+  const auto parsed = parse(arguments, methodHelp());
   if (const auto* finished = std::get_if<Answer>(&parsed)) {
     // What could not be parsed may still have asked for JSON.
     return answer(*finished, std::ranges::find(arguments, "--json") != arguments.end(), streams);

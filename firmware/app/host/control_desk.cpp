@@ -9,11 +9,11 @@
 #include "firmware/app/host/run_options.hpp"
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_summary.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
 #include "protocol/messages/control.hpp"
-#include "protocol/units/wording.hpp"
 #include "protocol/units/nearest.hpp"
+#include "protocol/units/wording.hpp"
 
 namespace probebox::app {
 namespace {
@@ -170,8 +170,8 @@ Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vit
 
 // The core has learnt what comes after the steps that were planned.
 void ControlDesk::followLoops(const procedure::Progress& progress) {
-  if (progress.run != last_run_ || progress.rim == plan_.rim) return;
-  procedure::fill(plan_, plan_.method, options_, progress.rim);
+  if (progress.run != last_run_ || progress.loops == plan_.loops) return;
+  procedure::fill(plan_, *plan_.method, options_, progress.loops);
 }
 
 std::string ControlDesk::procedureInWords(const box::State& state) const {
@@ -219,7 +219,7 @@ Reply ControlDesk::describeProcedure(const box::State& state) const {
     return ok(answer);
   }
   answer.run = progress.run;
-  answer.method = procedure::nameOf(progress.method);
+  if (progress.method != nullptr) answer.method = progress.method->name();
   answer.state = static_cast<messages::ProcedureState>(progress.state);
   answer.step = progress.step;
   answer.steps = progress.steps;
@@ -329,8 +329,8 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   const auto request = messages::decode<messages::StartProcedure::Request>(body);
   if (!request) return malformed(Operation::start_procedure);
   if (!may.allow_calibrate) return notPermitted("allow_calibrate");
-  const auto method = procedure::methodNamed(request->method);
-  if (!method) {
+  const procedure::LiveMethod* method = procedure::methodNamed(request->method);
+  if (method == nullptr) {
     std::string known;
     for (const auto name : procedure::methodNames()) known.append(known.empty() ? "" : ", ").append(name);
     const auto meant = didYouMean(request->method, procedure::methodNames());
@@ -342,9 +342,12 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (!options) return options.error();
   if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
-  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, readBy(*request)))
+  const auto by = request->head    ? procedure::ReadBy::head
+                  : request->shank ? procedure::ReadBy::shank
+                                   : procedure::ReadBy::tip;
+  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, by))
     return refused(ErrorCode::wrong_state, error->what);
-  if (procedure::findsAPlace(*method)) {
+  if (method->finds_a_place) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (state.snapshot.axes[axis].referenced) continue;
       return refused(ErrorCode::wrong_state, std::string{"This method measures machine positions, and the axis "} +
@@ -360,7 +363,7 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   if (state.map.state != ClockState::locked)
     return refused(ErrorCode::wrong_state, "The master clock is not locked: check the sync line, then start again.");
   const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
-                                 .method = static_cast<std::uint16_t>(*method),
+                                 .method = method->number,
                                  .at = with_.time.now(),
                                  .options = *options};
   if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");

@@ -20,7 +20,7 @@
 #include "firmware/app/threads/time_source.hpp"
 #include "firmware/app/threads/worker.hpp"
 #include "firmware/box/state.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/stream/control_channel.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/types.hpp"

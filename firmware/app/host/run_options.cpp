@@ -4,9 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "firmware/procedure/dataset/sweep.hpp"
-#include "firmware/procedure/plan/methods.hpp"
-
 namespace probebox::app {
 namespace {
 
@@ -34,58 +31,48 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .head_tool = 0,
                            .head_range_mm = 0,
                            .shank_height_mm = 0,
-                           .c_on_line_rad = 0};
+                           .c_on_line_rad = 0,
+                           .turns = request.turns,
+                           .head = request.head,
+                           .shank = request.shank};
   std::ranges::copy(request.speeds_mm_s, options.speeds_mm_s.begin());
   return options;
 }
 
-// The angle of the screw comes from the position of its axis.
-std::optional<Error> whyNoSweepNow(const published::AxisState& axis, char name) {
-  if (!axis.referenced) {
-    return Error{std::string{"The angle of a screw follows from a machine position, and the axis "} + name +
-                 " is not referenced: home it, or move it over its reference mark."};
+procedure::MachineNow machineNow(const box::State& state) {
+  procedure::MachineNow now;
+  for (std::size_t axis = 0; axis < now.size(); ++axis) {
+    const published::AxisState& published = state.snapshot.axes.at(axis);
+    now[axis] = {.referenced = published.referenced,
+                 .position_mm = published.position_mm,
+                 .screw_sensor_valid = published.sensor_fault == published::SensorFault::none};
   }
-  if (axis.sensor_fault == published::SensorFault::none) return std::nullopt;
-  return Error{std::string{"The sensor of the screw of "} + name +
-               " delivers no valid readings: `probebox corrections` shows why."};
+  return now;
+}
+
+ErrorCode codeOf(procedure::Obstacle because) {
+  switch (because) {
+    case procedure::Obstacle::option:
+      return ErrorCode::refused;
+    case procedure::Obstacle::unknown:
+      return ErrorCode::not_found;
+    case procedure::Obstacle::state:
+      return ErrorCode::wrong_state;
+  }
+  return ErrorCode::refused;
 }
 
 }  // namespace
 
-procedure::ReadBy readBy(const messages::StartProcedure::Request& request) {
-  if (request.head) return procedure::ReadBy::head;
-  return request.shank ? procedure::ReadBy::shank : procedure::ReadBy::tip;
-}
-
-Outcome<ProcedureOptions, Reply> plannedOptions(procedure::Method method,
+Outcome<ProcedureOptions, Reply> plannedOptions(const procedure::LiveMethod& method,
                                                 const messages::StartProcedure::Request& request,
                                                 const procedure::Facts& facts, const box::State& state) {
   const auto options = optionsOf(request);
   if (!options)
     return refused(ErrorCode::refused, "A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some.");
-  if (request.head) {
-    if (const auto error = procedure::whyNoHead(method, facts)) return refused(ErrorCode::wrong_state, error->what);
-  }
-  if (request.shank) {
-    if (const auto error = procedure::whyNoShank(method, facts)) return refused(ErrorCode::wrong_state, error->what);
-  }
-  if (procedure::needsOf(method) != procedure::Needs::screw) {
-    if (request.turns != 0)
-      return refused(ErrorCode::refused, request.method + " has no options axis and turns: omit them.");
-    if (const auto error = procedure::whyNoSuchBall(method, *options, facts))
-      return refused(ErrorCode::refused, error->what);
-    if (const auto error = procedure::whyUnknownTool(method, options->tool, facts))
-      return refused(ErrorCode::not_found, error->what);
-    return procedure::described(method, *options, facts, readBy(request));
-  }
-  const auto sweep = procedure::sweepOptions(*options, request.turns, facts);
-  if (!sweep) return refused(ErrorCode::refused, sweep.error().what);
-  const auto& axis = state.snapshot.axes.at(sweep->axis - 1U);
-  if (const auto error = whyNoSweepNow(axis, "XYZ"[sweep->axis - 1U]))
-    return refused(ErrorCode::wrong_state, error->what);
-  if (const auto error = procedure::whyNoRoom(*sweep, axis.position_mm, facts))
-    return refused(ErrorCode::wrong_state, error->what);
-  return *sweep;
+  const auto ready = procedure::readied(method, *options, facts, machineNow(state));
+  if (!ready) return refused(codeOf(ready.error().because), ready.error().what);
+  return *ready;
 }
 
 }  // namespace probebox::app

@@ -11,8 +11,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
-#include "firmware/procedure/dataset/rim_readings.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 
 namespace probebox::app {
 namespace {
@@ -43,15 +42,6 @@ void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto& subject = method->subject.name;
   if (subject.starts_with(kCentreline) || subject == "spindle-offset" || subject == "check")
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
-}
-
-// Later steps of centreline-by-steps follow from what the earlier ones have measured.
-Solved goesOn(std::uint32_t run, const procedure::RimLoops& loops, MonoTime now) {
-  return {.run = run,
-          .at = now,
-          .loops = static_cast<std::uint8_t>(loops.count),
-          .c_zero_rad = loops.zeros_rad[loops.count - 1],
-          .closes = loops.closes};
 }
 
 constexpr const char* kAsThisMachine = "as this machine";
@@ -114,16 +104,21 @@ void Calibrations::look(const box::State& state) {
   attend();
 }
 
-void Calibrations::solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
+void Calibrations::solve(std::uint32_t run, const procedure::LiveMethod& method, const capture::Recording& recording,
                          const capture::Scales& scales) {
-  auto measured = procedure::runDataset(method, recording, scales, factsNow());
-  if (const auto loops = procedure::nextLoops(method, recording, measured)) return insist(goesOn(run, *loops, now_()));
+  const auto facts = factsNow();
+  auto measured = procedure::runDataset(method, recording, scales, facts);
+  if (auto next = procedure::nextLoop(method, recording, scales, facts, measured)) {
+    next->run = run;
+    next->at = now_();
+    return insist(*next);
+  }
   auto& [dataset, refusal, warnings] = measured;
   addConditions(dataset, in_force_.bindingFor({}), utcNow());
   addProbeTool(dataset, facts_);
   dataset_run_ = run;
   dataset_ = std::make_shared<const std::string>(json::toJson(dataset));
-  const bool lasts = procedure::isCalibration(method);
+  const bool lasts = method.calibrates;
   Case next{.subjects = metrology::subjectsOf(dataset),
             .origin = {.rests_on = namedResults(dataset)},
             .method = dataset.method,

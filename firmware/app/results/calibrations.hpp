@@ -14,7 +14,7 @@
 #include "firmware/app/solver/solver_process.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -43,7 +43,7 @@ class Calibrations {
   void finishSolving(std::chrono::milliseconds at_most);
 
   // A calibration is stored and proposed; what a selftest finds is answered alone.
-  void solve(std::uint32_t run, procedure::Method method, const capture::Recording& recording,
+  void solve(std::uint32_t run, const procedure::LiveMethod& method, const capture::Recording& recording,
              const capture::Scales& scales);
   // Solves a case that was measured without the box, keeps what comes of it, and then says so: now, or in a later
   // look(). A case that says of which probe, machine or mounting it is must mean those that the box describes. One at a

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/store/record.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"

@@ -10,7 +10,7 @@
 #include "firmware/app/results/compared_values.hpp"
 #include "firmware/app/results/machine_range.hpp"
 #include "firmware/box/state.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"

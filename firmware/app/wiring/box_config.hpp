@@ -4,7 +4,7 @@
 
 #include "board/describe/parse.hpp"
 #include "firmware/box/box.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 

@@ -155,7 +155,7 @@ struct Daemon::Parts {
     standing.look(state.snapshot);
     results_desk.look();
     if (const auto run = core.takeRunToSolve())
-      calibrations.solve(*run, core.plan().method, core.recording(), core.scales());
+      calibrations.solve(*run, *core.plan().method, core.recording(), core.scales());
     worker.alsoWaitFor(calibrations.solverDescriptor());
   }
 

@@ -18,7 +18,7 @@ struct Reading {
   double ball{};
   double a_rad{}, b_rad{}, c_rad{};
   std::uint32_t tool{};  // tool that carried the probe
-  capture::RimStep rim{};
+  capture::MethodNote note{};
   metrology::BallCentre centre;
 };
 

@@ -1,17 +1,25 @@
 #pragma once
-#include "firmware/capture/recording.hpp"
-#include "firmware/capture/touch_dataset.hpp"
-#include "firmware/procedure/dataset/measured_case.hpp"
-#include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/plan/method.hpp"
+#include <Eigen/Core>
+#include <vector>
 
+#include "firmware/capture/recording.hpp"
+#include "firmware/procedure/plan/finished_run.hpp"
+
+// Cases of methods whose steps are holds.
 namespace probebox::procedure {
 
-// Builds the case of a run whose steps are holds. Table holds: mean machine position and sensor readings of each hold
-// with their sd; tables machine and probe keep every row. sensor-head-calibration: moves relative to their mean.
-// rotary-axis-errors: first, second, third, with ball = machine position + tool vector + K^-1 sensors (E1). Refuses:
-// no-sensor-head (its calibration is no longer in force).
-RunDataset holdsDataset(Method method, const capture::Recording& recording, const capture::Scales& scales,
-                        const Facts& facts);
+// Mean machine position and sensor readings of one hold, each with its sd.
+struct Hold {
+  const capture::TouchRequest* request{};
+  Eigen::Vector3d at_mm, sd_at_mm;
+  Eigen::Vector3d sensors, sd_sensors;
+};
+
+// A case with table holds, and tables machine and probe with every row; the method adds its own.
+struct HeldRun {
+  RunDataset run;
+  std::vector<Hold> holds;
+};
+HeldRun holdDataset(const FinishedRun& run);
 
 }  // namespace probebox::procedure

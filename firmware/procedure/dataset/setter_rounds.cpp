@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "firmware/metrology/touch/switched_touch.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -40,8 +40,9 @@ metrology::Table contactsOf(const std::vector<SwitchedTouch>& touches, const cap
 
 }  // namespace
 
-Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scales, Method method) {
-  Rounds found{{capture::edgeDataset(recording, scales, std::string{nameOf(method)}), {}, {}}, {}};
+Rounds roundsOf(const FinishedRun& of) {
+  const auto& recording = of.recording;
+  Rounds found{{capture::edgeDataset(recording, of.scales, std::string{of.method.name()}), {}, {}}, {}};
   auto& [dataset, refusal, warnings] = found.run;
   const auto& delay = recording.delay();
   if (delay.result_id == 0) {

@@ -2,11 +2,7 @@
 #include <array>
 #include <vector>
 
-#include "firmware/capture/recording.hpp"
-#include "firmware/capture/touch_dataset.hpp"
-#include "firmware/procedure/dataset/measured_case.hpp"
-#include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/plan/method.hpp"
+#include "firmware/procedure/plan/finished_run.hpp"
 
 // Touches of a tool-setting device whose switch reports the contact, in rounds of all its faces.
 namespace probebox::procedure {
@@ -27,6 +23,6 @@ struct Rounds {
   RunDataset run;
   std::vector<Round> rounds;  // empty with a refusal
 };
-Rounds roundsOf(const capture::Recording& recording, const capture::Scales& scales, Method method);
+Rounds roundsOf(const FinishedRun& run);
 
 }  // namespace probebox::procedure

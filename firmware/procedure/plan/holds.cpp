@@ -8,36 +8,6 @@
 namespace probebox::procedure {
 namespace {
 
-// Of the range of a sensor: the middle of the ball is found by hand to within the rest.
-constexpr std::array<double, 4> kMoves{0.4, 0.2, -0.2, -0.4};
-
-Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) {
-  const capture::TouchRequest touch{.outward_normal = {0, 0, 1},
-                                    .retract_direction = {0, 0, 1},
-                                    .retract_speed_mm_s = usual::kHold_mm_s,
-                                    .rotary_angles_rad = pose.angles_rad,
-                                    .ball = pose.ball,
-                                    .tool = options.head_tool,
-                                    .holds = true,
-                                    .head_range_mm = options.head_range_mm};
-  return {.touch = touch, .feature = feature, .kind = Kind::hold, .turns = true};
-}
-
-// Every linear axis alone to either side of the middle, and the middle itself.
-void addMoves(Plan& plan, Step step) {
-  add(plan, step);
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    for (const double move : kMoves) {
-      std::array<double, 3> direction{};
-      direction[axis] = move > 0 ? 1 : -1;
-      step.touch.outward_normal = step.touch.retract_direction = direction;
-      step.touch.travel_mm = (move > 0 ? move : -move) * step.touch.head_range_mm;
-      step.touch.reading = static_cast<std::uint32_t>(plan.step_count);
-      add(plan, step);
-    }
-  }
-}
-
 std::string degrees(double angle_rad) {
   return number(angle_rad * 180 / std::numbers::pi);
 }
@@ -49,17 +19,16 @@ std::optional<Error> whyNoHolds(const ProcedureOptions& options) {
   return Error{"The sensor head is not described: give [sensor_head] tool and range_mm in machine.toml."};
 }
 
-std::size_t holdCount(const MethodRow& row, const Chosen& with) {
-  return row.kind == Kind::hold ? 1 + kLinearAxes * kMoves.size() : poseCount(row, with);
-}
-
-void addHolds(Plan& plan, const MethodRow& row, const Chosen& with, const ProcedureOptions& options) {
-  if (row.kind == Kind::hold) return addMoves(plan, holdAt({}, row.feature, options));
-  for (std::size_t reading = 0; reading < poseCount(row, with); ++reading) {
-    Step step = holdAt(poseOf(row, with, reading), row.feature, options);
-    step.touch.reading = static_cast<std::uint32_t>(reading);
-    add(plan, step);
-  }
+Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) {
+  const capture::TouchRequest touch{.outward_normal = {0, 0, 1},
+                                    .retract_direction = {0, 0, 1},
+                                    .retract_speed_mm_s = kHold_mm_s,
+                                    .rotary_angles_rad = pose.angles_rad,
+                                    .ball = pose.ball,
+                                    .tool = options.head_tool,
+                                    .holds = true,
+                                    .head_range_mm = options.head_range_mm};
+  return {.touch = touch, .feature = feature, .kind = Kind::hold, .turns = true};
 }
 
 std::string holdPrompt(const Step& step) {

@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "firmware/procedure/plan/method.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/step.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -10,9 +10,14 @@ namespace probebox::procedure {
 
 // Names the first invalid option and its valid range; nullopt when the run can be planned. deflection_limit_mm: of the
 // probe.
-std::optional<Error> whyRefused(Method method, const ProcedureOptions& options, double deflection_limit_mm);
+std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions& options, double deflection_limit_mm);
 
-// Fills in the steps of a run, for options that pass whyRefused(). Does not allocate. More loops append steps.
-void fill(Plan& plan, Method method, const ProcedureOptions& options, const RimLoops& loops = {});
+// Names a value outside of its range, and the range; nullopt when it lies within.
+std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit);
+
+// Fills in the steps of a run, for options that pass whyRefused(). Does not allocate. Later
+// loops append steps; without a state it is the first one.
+void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops);
+void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options);
 
 }  // namespace probebox::procedure

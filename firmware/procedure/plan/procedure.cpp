@@ -36,18 +36,19 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   const bool in_progress =
       progress_.state == State::waiting || progress_.state == State::running || progress_.state == State::solving;
   if (in_progress) return;
-  const auto method = static_cast<Method>(started.method);
+  const LiveMethod* method = methodNumbered(methods_, started.method);
+  if (method == nullptr) return;
   // Whoever starts a run has looked at the probe's limit.
-  if (whyRefused(method, started.options, std::numeric_limits<double>::infinity())) return;
+  if (whyRefused(*method, started.options, std::numeric_limits<double>::infinity())) return;
   options_ = started.options;
-  fill(plan_, method, options_);
+  fill(plan_, *method, options_);
   capture_.clear(delay, offset_mm);
   progress_ = Progress{};
   progress_.run = started.run;
-  progress_.method = plan_.method;
+  progress_.method = method;
   progress_.state = State::waiting;
   progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
-  progress_.rim = plan_.rim;
+  progress_.loops = plan_.loops;
 }
 
 void Procedure::abort(const ProcedureAborted& aborted) {
@@ -133,17 +134,12 @@ void Procedure::solved(const Solved& solved) {
 
 // The steps that are done stay as they are.
 void Procedure::goOn(const Solved& solved) {
-  RimLoops loops = plan_.rim;
-  const bool next = solved.loops == loops.count + 1 && !solved.closes,
-             same = solved.loops == loops.count && solved.closes;
-  if (plan_.method != Method::centreline_by_steps || loops.closes || !(next || same) || solved.loops > kMostRimLoops)
-    return;
-  loops.count = solved.loops;
-  loops.zeros_rad[loops.count - 1] = solved.c_zero_rad;
-  loops.closes = solved.closes;
-  fill(plan_, plan_.method, options_, loops);
+  const auto after = plan_.method->loops.after;
+  const auto loops = after != nullptr ? after(plan_.loops, solved) : std::nullopt;
+  if (!loops) return;
+  fill(plan_, *plan_.method, options_, *loops);
   progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
-  progress_.rim = loops;
+  progress_.loops = *loops;
   progress_.state = State::waiting;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "firmware/capture/touch_capture.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "protocol/events/event.hpp"
 
@@ -20,7 +21,7 @@ enum class State : std::uint8_t {
 // State of a run. Plain data, published as a whole.
 struct Progress {
   std::uint32_t run{};
-  Method method{};
+  const LiveMethod* method{};  // nullptr: there was no run
   State state{};
   std::uint32_t step{};
   std::uint32_t steps{};
@@ -28,11 +29,11 @@ struct Progress {
   capture::TouchFault last_fault{};  // why the present step is repeated, or the run was refused
   bool timed_out{};                  // the end of a step never came
   std::uint64_t result_id{};
-  RimLoops rim{};  // of centreline-by-steps, as far as they are known
+  LoopState loops{};  // as far as they are known
 };
 
-// Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated. The
-// later steps of centreline-by-steps depend on earlier measurements; the worker supplies them with Solved.
+// Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated.
+// Later steps of methods with loops depend on earlier measurements; the worker supplies them with Solved.
 class Procedure {
  public:
   static constexpr std::uint32_t kMostRepeats = 3;
@@ -42,12 +43,13 @@ class Procedure {
   // Largest difference between the reported and the wanted angle of a rotary axis.
   static constexpr double kPoseTolerance_rad = 2e-3;
 
-  // mm_per_count: of the linear axes.
-  explicit Procedure(capture::Capacity capacity, const std::array<double, kLinearAxes>& mm_per_count = {})
-      : capture_{capacity, mm_per_count} {}
+  // methods: that can be started, by their numbers. mm_per_count: of the linear axes.
+  explicit Procedure(LiveMethods methods, capture::Capacity capacity,
+                     const std::array<double, kLinearAxes>& mm_per_count = {})
+      : methods_{methods}, capture_{capacity, mm_per_count} {}
 
-  // Ignored during a run, and for a method or options that cannot be planned. `delay`: in force, result_id 0 for none;
-  // `offset_mm`: machine positions at count 0.
+  // Ignored during a run, for a number that no method has, and for options that cannot be planned. `delay`: in force,
+  // result_id 0 for none; `offset_mm`: machine positions at count 0.
   void start(const ProcedureStarted& started, const DelayActivated& delay = {},
              const std::array<double, kLinearAxes>& offset_mm = {});
   void abort(const ProcedureAborted& aborted);
@@ -76,6 +78,7 @@ class Procedure {
   void repeatStep(capture::TouchFault fault);
   void goOn(const Solved& solved);
 
+  LiveMethods methods_;
   Plan plan_;
   ProcedureOptions options_;
   capture::TouchCapture capture_;

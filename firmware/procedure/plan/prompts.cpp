@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "firmware/procedure/plan/holds.hpp"
-#include "firmware/procedure/plan/method_table.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
@@ -14,27 +14,6 @@ namespace {
 
 double degrees(double angle_rad) {
   return angle_rad * 180 / std::numbers::pi;
-}
-
-std::string surfaceOf(const Step& step) {
-  const auto& n = step.touch.outward_normal;
-  std::array<char, 80> along{};
-  std::snprintf(along.data(), along.size(), "(%.3f, %.3f, %.3f)", n[0], n[1], n[2]);
-  std::string side = along.data();
-  for (const Side& known : kSphereSides) {
-    if (known.outward_normal == step.touch.outward_normal) side = known.name;
-  }
-  switch (step.feature) {
-    case Feature::datum_sphere:
-      return side + " side of the sphere";
-    case Feature::plates:
-      return "the face of the gap whose normal points to " + side;
-    case Feature::part_ball:
-      return side + " side of ball " + std::to_string(step.touch.ball);
-    case Feature::tool_setter:
-      return side + " face of the tool-setting device";
-  }
-  return {};
 }
 
 std::string spindleOf(const Step& step) {
@@ -77,16 +56,28 @@ std::string sweepPrompt(const Plan& plan, std::size_t step) {
          number(sweep.retract_speed_mm_s) + " mm/s without stopping";
 }
 
-std::string pushPrompt(const Plan& plan, std::size_t step) {
-  const Step& wanted = plan.steps[step];
-  const char axis = axisOf(wanted.touch);
-  const std::string direction =
-      wanted.touch.outward_normal[2] > 0.5 ? "up, towards +Z" : std::string{"towards +"} + axis;
-  return "step " + ofAll(plan, step) + "push the stylus " + direction + " by about " + number(wanted.overtravel_mm) +
-         " mm and release it, by hand or against the " + surfaceOf(wanted);
-}
-
 }  // namespace
+
+std::string surfaceOf(const Step& step) {
+  const auto& n = step.touch.outward_normal;
+  std::array<char, 80> along{};
+  std::snprintf(along.data(), along.size(), "(%.3f, %.3f, %.3f)", n[0], n[1], n[2]);
+  std::string side = along.data();
+  for (const Side& known : kSphereSides) {
+    if (known.outward_normal == step.touch.outward_normal) side = known.name;
+  }
+  switch (step.feature) {
+    case Feature::datum_sphere:
+      return side + " side of the sphere";
+    case Feature::plates:
+      return "the face of the gap whose normal points to " + side;
+    case Feature::part_ball:
+      return side + " side of ball " + std::to_string(step.touch.ball);
+    case Feature::tool_setter:
+      return side + " face of the tool-setting device";
+  }
+  return {};
+}
 
 std::string promptFor(const Plan& plan, std::size_t step) {
   if (step >= plan.step_count) return {};
@@ -94,7 +85,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
   if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
   if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
-  if (plan.method == Method::selftest) return pushPrompt(plan, step);
+  if (plan.method->prompt != nullptr) return plan.method->prompt(plan, step);
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;

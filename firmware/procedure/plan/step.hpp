@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "firmware/capture/recording.hpp"
-#include "firmware/procedure/plan/method.hpp"
 
 namespace probebox::procedure {
 
@@ -39,20 +38,19 @@ inline constexpr double kRunOut_mm = 1.5;
 
 inline constexpr std::size_t kMostSteps = 160;
 
-// Known loops of centreline-by-steps: each starts from the zero of C that the previous one found.
-inline constexpr std::size_t kMostRimLoops = 5;
-struct RimLoops {
-  std::size_t count{1};
-  std::array<double, kMostRimLoops> zeros_rad{};  // clockwise, relative to the zero of C in the first loop
-  bool closes{};                                  // after the last one the ball is read at its zero, and all is done
+// How far a run has come whose later steps follow from earlier ones. Its method alone reads and writes it.
+struct LoopState {
+  std::array<double, 8> values{};
 
-  friend bool operator==(const RimLoops&, const RimLoops&) = default;
+  friend bool operator==(const LoopState&, const LoopState&) = default;
 };
 
+struct LiveMethod;
+
 struct Plan {
-  Method method{};
+  const LiveMethod* method{};
   std::uint32_t tool{};  // the measured tool; 0: none
-  RimLoops rim{};
+  LoopState loops{};
   std::size_t step_count{};
   std::array<Step, kMostSteps> steps{};
 };

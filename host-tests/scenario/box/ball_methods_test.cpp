@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
@@ -14,7 +15,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using world::operator*;
 using world::operator+;
 using world::operator-;
@@ -63,7 +64,7 @@ TEST(LiveSpindleOffset, OfFourPosesTellsAxesAndStylusApart) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::spindle_offset_2x2);
+    const auto result = measured(scenario, procedure::kSpindleOffset2x2);
     ASSERT_TRUE(result);
     const auto truth = truthOf(config);
     add(offset, *result, "offset_C_minus_A_mm", both(truth.offset), 5e-4);
@@ -80,7 +81,7 @@ TEST(LiveSpindleOffset, OfAxesThatTurnTogether) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::spindle_offset_four);
+    const auto result = measured(scenario, procedure::kSpindleOffsetFour);
     ASSERT_TRUE(result);
     add(offset, *result, "offset_C_minus_A_mm", both(truthOf(config).offset), 5e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
@@ -93,7 +94,7 @@ TEST(LiveLimitedAccess, FindsTheAxisFromAnArc) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::centreline_limited_access);
+    const auto result = measured(scenario, procedure::kCentrelineLimitedAccess);
     ASSERT_TRUE(result);
     add(centre, *result, "centre_mm", both(truthOf(config).centre), 2e-3);
     // The ball stands near +X at C = 0: a quarter of a turn clockwise from +Y.
@@ -111,7 +112,7 @@ TEST(LiveLimitedAccess, FindsTheAxisFromAnArc) {
 
 TEST(LiveLimitedAccess, TurnsAsFarAsItIsTold) {
   Scenario scenario{usualWorld(), 2};
-  ASSERT_TRUE(measured(scenario, Method::centreline_limited_access, {.arc_rad = 1.0, .angles = 5}));
+  ASSERT_TRUE(measured(scenario, procedure::kCentrelineLimitedAccess, {.arc_rad = 1.0, .angles = 5}));
   const auto& angles = *scenario.dataset().table("readings")->column("C_rad_clockwise_from_plus_y");
   ASSERT_EQ(angles.size(), 5U);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(angles[i], 0.5 - 0.25 * static_cast<double>(i), 1e-12);
@@ -124,7 +125,7 @@ TEST(LivePeriodicCheck, ReadsWhatNeedsNoSwivel) {
     const double lower_mm = 1e-4 * static_cast<double>(seed);
     config.part_spindle.point_mm[2] -= lower_mm;
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::periodic_check);
+    const auto result = measured(scenario, procedure::kPeriodicCheck);
     ASSERT_TRUE(result);
     const auto truth = truthOf(config);
     add(pulls, *result, "Xcen_B0_mm", {truth.offset[0]}, 5e-4);
@@ -141,18 +142,18 @@ TEST(LivePeriodicCheck, FailsWhereTheMachineHasMoved) {
   world::Config config = usualWorld();
   config.part_spindle.point_mm[1] += 0.03;
   Scenario scenario{config, 3};
-  const auto result = measured(scenario, Method::periodic_check);
+  const auto result = measured(scenario, procedure::kPeriodicCheck);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->find("verdict")->values[0], 2);
 }
 
 TEST(LiveBallMethods, AreRefusedWithoutADelay) {
-  for (const auto method : {Method::spindle_offset_2x2, Method::spindle_offset_four, Method::centreline_limited_access,
-                            Method::periodic_check}) {
+  for (const auto* method : {&procedure::kSpindleOffset2x2, &procedure::kSpindleOffsetFour,
+                             &procedure::kCentrelineLimitedAccess, &procedure::kPeriodicCheck}) {
     Scenario scenario{usualWorld(), 4};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    const auto solved = scenario.calibrate(method);
+    const auto solved = scenario.calibrate(*method);
     ASSERT_TRUE(solved);
     ASSERT_FALSE(solved->ok());
     EXPECT_EQ(solved->error().name, "no-delay");

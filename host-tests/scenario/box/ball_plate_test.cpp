@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
@@ -14,7 +15,7 @@ namespace probebox::scenario {
 namespace {
 
 using Eigen::Vector3d;
-using procedure::Method;
+using procedure::LiveMethod;
 
 const ProcedureOptions kFiveAngles{.angles = 5};
 
@@ -23,7 +24,7 @@ TEST(LiveBallPlate, TellsTheErrorsOfTheAxisAtEveryAngle) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const auto config = turningWorld(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::rotary_axis_errors, kFiveAngles);
+    const auto result = measured(scenario, procedure::kRotaryAxisErrors, kFiveAngles);
     ASSERT_TRUE(result);
     EXPECT_EQ(scenario.machine().stylus().contactCount(), 6U * kBalls * 5U);
     const auto& six = *result->find("six_errors");
@@ -46,7 +47,7 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
   for (std::uint64_t seed = 11; seed <= 16; ++seed) {
     const auto config = usualWorld();
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::rotary_axis_errors, kFiveAngles);
+    const auto result = measured(scenario, procedure::kRotaryAxisErrors, kFiveAngles);
     ASSERT_TRUE(result);
     const auto& spindle = config.part_spindle;
     const auto direction = vector(world::unit(spindle.direction));
@@ -60,7 +61,7 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
 
 TEST(LiveBallPlate, CountsAnglesFromWhereItReadThePlate) {
   Scenario scenario{usualWorld(), 3};
-  ASSERT_TRUE(measured(scenario, Method::rotary_axis_errors, {.angles = 4}));
+  ASSERT_TRUE(measured(scenario, procedure::kRotaryAxisErrors, {.angles = 4}));
   const auto& dataset = scenario.dataset();
   EXPECT_EQ(dataset.table("second")->rows(), kBalls);
   EXPECT_EQ(dataset.table("first")->rows(), 4 * kBalls);

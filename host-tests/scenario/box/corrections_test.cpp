@@ -1,6 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "watched_twin.hpp"
 
@@ -81,7 +82,7 @@ TEST_F(Screws, WhoseSensorIsSilentLetNobodyMeasure) {
   // Through T_hold it is known well enough where the tool is.
   scenario.inject(FaultKind::drop_drift, 0s, 600s);
   scenario.run(3s);
-  scenario.start(procedure::Method::delay_multi_speed);
+  scenario.start(procedure::kDelayMultiSpeed);
   scenario.run(1s);
   EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::none);
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 150s));
@@ -92,7 +93,7 @@ TEST_F(Screws, SayNothingWithoutAReference) {
   scenario.run(20s);
   ASSERT_TRUE(served().valid);
   // The counts stand still while the machine measures: its marks then come where the counts know of none.
-  scenario.start(procedure::Method::delay_multi_speed);
+  scenario.start(procedure::kDelayMultiSpeed);
   scenario.inject(FaultKind::stick_encoders, 0s, 30s);
   ASSERT_TRUE(scenario.runUntil([this] { return !served().valid; }, 60s));
   const auto& axes = served().axes;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 
 // A machine or a probe that goes wrong in the middle of a calibration: an answer that is right within what it states,
@@ -31,7 +32,7 @@ TEST_P(InMidCalibration, IsRefusedOrStillRight) {
     Scenario scenario{usualWorld(), static_cast<std::uint64_t>(round) + 1};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    const auto run = scenario.start(procedure::Method::delay_multi_speed);
+    const auto run = scenario.start(procedure::kDelayMultiSpeed);
     scenario.inject(GetParam().kind, 1s + round * 437ms, GetParam().lasts, GetParam().jump);
     const auto solved = scenario.finish(run);
     EXPECT_TRUE(scenario.recorded().contiguous);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <map>
 
+#include "firmware/procedure/methods/methods.hpp"
+
 // Hosts that stall, vanish and come back, with sources that fail meanwhile: every sample has one fate at every host,
 // and none costs another anything.
 namespace probebox::scenario {
@@ -166,7 +168,7 @@ TEST(Hosts, HearOfEveryTriggerWhereTheMachineWasAndWhatWasServed) {
   auto& steady = office.add();
   auto& shaky = office.add({Policy::live, Profile::raw});
   office.run(2s);
-  office.scenario().start(procedure::Method::delay_multi_speed);
+  office.scenario().start(procedure::kDelayMultiSpeed);
   for (int round = 0; round < 10; ++round) {
     office.run(4s);
     shaky.cutAfter(static_cast<std::size_t>(61 * round));
@@ -203,7 +205,7 @@ TEST(Hosts, ThatStopReadingAreToldWhichTriggersTheyLost) {
   auto& stalled = office.add({Policy::live, Profile::raw});
   auto& other = office.add();
   office.run(2s);
-  office.scenario().start(procedure::Method::delay_multi_speed);
+  office.scenario().start(procedure::kDelayMultiSpeed);
   office.run(4s);
   stalled.stopReading();
   office.run(40s);
@@ -227,7 +229,7 @@ TEST(Hosts, HearWhenOnTheMasterClockATriggerWas) {
   Office office;
   auto& host = office.add();
   office.run(2s);
-  office.scenario().start(procedure::Method::delay_multi_speed);
+  office.scenario().start(procedure::kDelayMultiSpeed);
   office.run(20s);
   ASSERT_GT(host.triggers().size(), 4U);
   const auto& map = office.scenario().state().map;
@@ -244,7 +246,7 @@ TEST(Hosts, BeginAnewAfterTheBoxWasRestartedInMidCalibration) {
   Office office;
   auto& host = office.add();
   office.run(2s);
-  const auto run = office.scenario().start(procedure::Method::delay_multi_speed);
+  const auto run = office.scenario().start(procedure::kDelayMultiSpeed);
   office.run(4s);
   EXPECT_EQ(office.scenario().state().procedure.run, run);
   expectExact(office, host);

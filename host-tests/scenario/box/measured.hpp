@@ -40,7 +40,7 @@ inline void add(Pulls& pulls, const metrology::Result& result, const char* key, 
 }
 
 // With the true delay in force. Nothing but the touches that were asked for may happen.
-inline std::optional<metrology::Result> measured(Scenario& scenario, procedure::Method method,
+inline std::optional<metrology::Result> measured(Scenario& scenario, const procedure::LiveMethod& method,
                                                  const ProcedureOptions& options = {}) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(std::chrono::seconds{2});

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "tools/plan/forecast.hpp"
 
@@ -11,7 +11,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 
 plan::SetUp setUpOf(const world::Config& config) {
   return {.machine_rate_hz = config.encoders.rate_hz,
@@ -21,11 +21,11 @@ plan::SetUp setUpOf(const world::Config& config) {
           .acceleration_mm_s2 = config.axes.acceleration_mm_s2};
 }
 
-class Planned : public testing::TestWithParam<Method> {};
+class Planned : public testing::TestWithParam<const LiveMethod*> {};
 
 TEST_P(Planned, RunStatesWhatWasForecast) {
   const auto config = usualWorld();
-  const auto expected = plan::forecast(GetParam(), {}, setUpOf(config));
+  const auto expected = plan::forecast({.method = GetParam()}, setUpOf(config));
   ASSERT_TRUE(expected) << expected.error().reason;
   const auto& forecast = expected->estimates.front();
   double squares = 0;
@@ -34,7 +34,7 @@ TEST_P(Planned, RunStatesWhatWasForecast) {
     Scenario scenario{config, seed};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    const auto solved = scenario.calibrate(GetParam());
+    const auto solved = scenario.calibrate(*GetParam());
     ASSERT_TRUE(solved && solved->ok());
     squares += std::pow(solved->value().find(forecast.key)->sd.front(), 2) / kSeeds;
   }
@@ -43,10 +43,10 @@ TEST_P(Planned, RunStatesWhatWasForecast) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Planned,
-                         testing::Values(Method::delay_multi_speed, Method::delay_known_sphere, Method::delay_plates,
-                                         Method::delay_per_axis),
+                         testing::Values(&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere,
+                                         &procedure::kDelayPlates, &procedure::kDelayPerAxis),
                          [](const auto& of_one) {
-                           std::string name{procedure::nameOf(of_one.param)};
+                           std::string name{of_one.param->name()};
                            std::erase(name, '-');
                            return name;
                          });

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "protocol/messages/fields.hpp"
 #include "watched_twin.hpp"
@@ -119,8 +120,7 @@ TEST(Receiver, ATouchDuringWhichTheReceiverWasGoneIsAskedForAgain) {
   Scenario scenario{usualWorld(), 6, ProbeIs::counted};
   scenario.recorder().keeps_bytes = false;
   scenario.run(5s);
-  scenario.push(ProcedureStarted{
-      .run = 1, .method = static_cast<std::uint16_t>(procedure::Method::delay_multi_speed), .at = scenario.now()});
+  scenario.push(ProcedureStarted{.run = 1, .method = procedure::kDelayMultiSpeed.number, .at = scenario.now()});
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 30s));
   const auto step = scenario.state().procedure.step;
   scenario.receiver().unplug();

@@ -5,7 +5,8 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
@@ -15,7 +16,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using testing::Each;
 using testing::ElementsAre;
 
@@ -37,7 +38,7 @@ world::Config rimWorld(std::uint64_t seed) {
 // The ball is put to the line by hand: it stands so far beside it, clockwise, where C is said to have it on the line.
 ProcedureOptions options(Scenario& scenario, double off_line_deg, const ProcedureOptions& chosen = {}) {
   scenario.facts.rim_ball->c_on_line_rad = (90 - off_line_deg) * kDegree;
-  return procedure::described(Method::centreline_by_steps, chosen, scenario.facts);
+  return procedure::described(procedure::kCentrelineBySteps, chosen, scenario.facts).value();
 }
 
 // Axis C at the height of the ball less that of the probe's spindle, at the stylus' own.
@@ -65,7 +66,7 @@ TEST(LiveRimSteps, FindTheCentreWithTheUncertaintyThatTheyState) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = rimWorld(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::centreline_by_steps, options(scenario, 0.9));
+    const auto result = measured(scenario, procedure::kCentrelineBySteps, options(scenario, 0.9));
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
     const auto centre = trueCentre(config, scenario.machine());
@@ -82,7 +83,7 @@ TEST(LiveRimSteps, FindTheCentreWithTheUncertaintyThatTheyState) {
 
 TEST(LiveRimSteps, GoRoundUntilTheBallIsOnTheLine) {
   Scenario scenario{rimWorld(2), 2};
-  ASSERT_TRUE(measured(scenario, Method::centreline_by_steps, options(scenario, 0.9)));
+  ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps, options(scenario, 0.9)));
   const auto& readings = *scenario.dataset().table("readings");
   EXPECT_THAT(*readings.column("loop"), ElementsAre(1, 1, 2, 2, 2));
   const double theta = 40 * kDegree;
@@ -99,7 +100,7 @@ TEST(LiveRimSteps, GoRoundUntilTheBallIsOnTheLine) {
 TEST(LiveRimSteps, NeedOneLoopWhereTheBallIsOnTheLineAtOnce) {
   const auto config = rimWorld(3);
   Scenario scenario{config, 3};
-  ASSERT_TRUE(measured(scenario, Method::centreline_by_steps,
+  ASSERT_TRUE(measured(scenario, procedure::kCentrelineBySteps,
                        options(scenario, ballFromX(config) / kDegree, {.arc_rad = std::numbers::pi / 3})));
   EXPECT_THAT(*scenario.dataset().table("readings")->column("loop"), ElementsAre(1, 1, 1));
 }
@@ -113,7 +114,7 @@ TEST(LiveRimSteps, AreGivenUpAfterFiveLoops) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.activateDelay(scenario.truth().tau_s);
-  const auto solved = scenario.calibrate(Method::centreline_by_steps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "not-level");
@@ -130,7 +131,7 @@ TEST(LiveRimSteps, AreNotMovedByAWrongDelay) {
   auto tau_s = scenario.truth().tau_s;
   for (double& tau : tau_s) tau += 1e-3;
   scenario.activateDelay(tau_s);
-  const auto solved = scenario.calibrate(Method::centreline_by_steps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
   ASSERT_TRUE(solved && solved->ok());
   const auto centre = trueCentre(config, scenario.machine());
   const auto* found = solved->value().find("centre_mm");
@@ -141,7 +142,7 @@ TEST(LiveRimSteps, NeedADelayAndDoNotGoOnWithoutOne) {
   Scenario scenario{usualWorld(), 6};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(Method::centreline_by_steps, options(scenario, 0.9));
+  const auto solved = scenario.calibrate(procedure::kCentrelineBySteps, options(scenario, 0.9));
   ASSERT_TRUE(solved && !solved->ok());
   EXPECT_EQ(solved->error().name, "no-delay");
   EXPECT_EQ(scenario.state().procedure.steps, 20U);

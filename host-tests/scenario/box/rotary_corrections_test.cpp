@@ -4,6 +4,7 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"

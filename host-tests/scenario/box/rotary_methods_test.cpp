@@ -1,6 +1,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
 
@@ -9,7 +10,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 
 // Where the axis C passes the height, relative to the machine's reference with the stylus at A = 0.
 std::array<double, 2> axisAt(const world::Truth& truth, const world::Config& config, double z_mm) {
@@ -30,7 +31,7 @@ Scenario& readied(Scenario& scenario) {
 
 TEST(LiveCentreline, ReadsTheBallAtEveryAngle) {
   Scenario scenario{usualWorld(), 3};
-  const auto solved = readied(scenario).calibrate(Method::centreline, {.angles = 4});
+  const auto solved = readied(scenario).calibrate(procedure::kCentreline, {.angles = 4});
   ASSERT_TRUE(solved);
   EXPECT_EQ(scenario.machine().stylus().contactCount(), 20U);
   EXPECT_EQ(scenario.machine().crashes(), 0U);
@@ -57,7 +58,7 @@ TEST(LiveCentreline, FindsTheAxisWithTheUncertaintyThatItStates) {
     world::Config config = usualWorld();
     config.part_spindle.point_mm[0] += 0.01 * static_cast<double>(seed);
     Scenario scenario{config, seed};
-    const auto solved = readied(scenario).calibrate(Method::centreline, {.angles = 5});
+    const auto solved = readied(scenario).calibrate(procedure::kCentreline, {.angles = 5});
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
     EXPECT_TRUE(solved->value().warnings.empty());
     const auto* centre = solved->value().find("centre_mm");
@@ -74,7 +75,7 @@ TEST(LiveAlignment, FindsTheLeanOfTheAxisWithTheUncertaintyThatItStates) {
   Pulls pulls;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Scenario scenario{usualWorld(), seed};
-    const auto solved = readied(scenario).calibrate(Method::c_axis_alignment, {.balls = 2});
+    const auto solved = readied(scenario).calibrate(procedure::kCAxisAlignment, {.balls = 2});
     ASSERT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
     EXPECT_EQ(scenario.machine().stylus().contactCount(), 40U);
     EXPECT_EQ(scenario.machine().crashes(), 0U);
@@ -90,7 +91,7 @@ TEST(LiveAlignment, FindsTheLeanOfTheAxisWithTheUncertaintyThatItStates) {
 
 TEST(LiveAlignment, ReadsAllBallsOfTheHolder) {
   Scenario scenario{usualWorld(), 5};
-  const auto solved = readied(scenario).calibrate(Method::c_axis_alignment);
+  const auto solved = readied(scenario).calibrate(procedure::kCAxisAlignment);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(scenario.dataset().table("readings")->rows(), 12U);
   const auto* tilt = solved->value().find("C_tilt_rad");
@@ -106,7 +107,7 @@ std::array<double, 3> readWith(double off_s) {
   auto tau_s = scenario.truth().tau_s;
   for (double& of_axis : tau_s) of_axis += off_s;
   scenario.activateDelay(tau_s);
-  const auto solved = scenario.calibrate(Method::centreline, {.angles = 2});
+  const auto solved = scenario.calibrate(procedure::kCentreline, {.angles = 2});
   EXPECT_TRUE(solved && solved->ok());
   const auto& centre = solved->value().find("centre_mm")->values;
   return {centre[0], centre[1], scenario.dataset().table("centres")->column("radius_mm")->at(0)};
@@ -125,7 +126,7 @@ TEST(LiveReadings, AreRefusedWithoutADelayAndTheTouchesAreKept) {
   Scenario scenario{usualWorld(), 4};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(Method::centreline, {.angles = 2});
+  const auto solved = scenario.calibrate(procedure::kCentreline, {.angles = 2});
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "no-delay");
@@ -137,21 +138,21 @@ TEST(LiveProcedure, GoesOnAfterALossAndAfterTheBoxWasRestarted) {
   Scenario scenario{usualWorld(), 6};
   readied(scenario);
   // A gap in the sync spoils the touches under way: they are asked for again.
-  const auto run = scenario.start(Method::centreline, {.angles = 3});
+  const auto run = scenario.start(procedure::kCentreline, {.angles = 3});
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.step == 4; }, 60s));
   scenario.inject(world::FaultKind::stop_sync, 0s, 1500ms);
   const auto solved = scenario.finish(run);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_GT(scenario.machine().stylus().contactCount(), 15U);
 
-  scenario.start(Method::centreline, {.angles = 3});
+  scenario.start(procedure::kCentreline, {.angles = 3});
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.step == 7; }, 60s));
   scenario.runUntil([&] { return scenario.controller().activity() == world::Activity::dwelling; }, 10s);
   scenario.restartBox();
   scenario.run(10s);
   EXPECT_EQ(scenario.controller().activity(), world::Activity::asking) << "the machine has left the ball and parked";
   scenario.activateDelay(scenario.truth().tau_s);
-  const auto anew = scenario.calibrate(Method::centreline, {.angles = 3});
+  const auto anew = scenario.calibrate(procedure::kCentreline, {.angles = 3});
   ASSERT_TRUE(anew && anew->ok());
   EXPECT_EQ(scenario.machine().crashes(), 0U);
 }

@@ -5,7 +5,8 @@
 
 #include "board/describe/parse.hpp"
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/procedure/dataset/sweep.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/sweep.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
 #include "watched_twin.hpp"
@@ -15,7 +16,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using world::FaultKind;
 
 constexpr double kWarm_um = 30;
@@ -34,9 +35,11 @@ world::Config warm(double once_um = 3, double twice_um = 0.8) {
 }
 
 ProcedureOptions sweepOf(std::uint8_t axis, std::vector<double> speeds_mm_s = {}, unsigned turns = 0) {
-  ProcedureOptions options{.speed_count = static_cast<std::uint8_t>(speeds_mm_s.size()), .axis = axis};
+  ProcedureOptions options{.speed_count = static_cast<std::uint8_t>(speeds_mm_s.size()),
+                           .axis = axis,
+                           .turns = static_cast<std::uint16_t>(turns)};
   std::ranges::copy(speeds_mm_s, options.speeds_mm_s.begin());
-  const auto sweep = procedure::sweepOptions(options, turns, usualFacts());
+  const auto sweep = procedure::sweepOptions(options, usualFacts());
   EXPECT_TRUE(sweep) << sweep.error().what;
   return sweep ? *sweep : options;
 }
@@ -75,7 +78,7 @@ TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
     Scenario scenario{warm(1 + 0.5 * static_cast<double>(seed), 0.2 * static_cast<double>(seed)), seed};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
+    const auto solved = scenario.calibrate(procedure::kScrewCalibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
     ASSERT_TRUE(solved) << "seed " << seed;
     ASSERT_TRUE(solved->ok()) << solved->error().reason;
     EXPECT_EQ(app::subjectOf(scenario.dataset()), std::string{"screw-"} + "xyz"[axis]);
@@ -103,7 +106,7 @@ LeftOver leftOver(Scenario& scenario, std::size_t axis) {
   const auto screw = usualFacts().screws[axis].value();
   LeftOver squares;
   int count = 0;
-  scenario.start(Method::screw_calibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
+  scenario.start(procedure::kScrewCalibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
   scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
   scenario.run(1s);
   for (; scenario.state().procedure.state == procedure::State::running; ++count) {
@@ -146,7 +149,7 @@ TEST(ScrewSweep, IsRefusedWhileTheScrewIsStillWarming) {
   Scenario scenario{config};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(2, {2}));
+  const auto solved = scenario.calibrate(procedure::kScrewCalibration, sweepOf(2, {2}));
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "not-steady");
@@ -156,7 +159,7 @@ TEST(ScrewSweep, IsRefusedWhenTheAxisDoesNotTurnTheScrew) {
   Scenario scenario{warm()};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  scenario.start(Method::screw_calibration, sweepOf(1, {1}));
+  scenario.start(procedure::kScrewCalibration, sweepOf(1, {1}));
   scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::running; }, 10s);
   // The counts stand still for the last half of four turns.
   scenario.inject(FaultKind::stick_encoders, 20s, 30s);
@@ -170,7 +173,7 @@ TEST(ScrewSweep, IsAskedForAgainAndThenRefusedWhenTheSensorIsSilent) {
   Scenario scenario{warm()};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  scenario.start(Method::screw_calibration, sweepOf(3, {5}));
+  scenario.start(procedure::kScrewCalibration, sweepOf(3, {5}));
   scenario.inject(FaultKind::drop_drift, 0s, 200s);
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 150s));
   EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::no_drift_rows);
@@ -182,7 +185,7 @@ TEST(ScrewSweep, DoesNotNeedTheProbe) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.inject(FaultKind::drop_probe, 0s, 200s);
-  const auto solved = scenario.calibrate(Method::screw_calibration, sweepOf(1, {2}));
+  const auto solved = scenario.calibrate(procedure::kScrewCalibration, sweepOf(1, {2}));
   ASSERT_TRUE(solved);
   EXPECT_TRUE(solved->ok()) << solved->error().reason;
 }
@@ -192,14 +195,15 @@ TEST(ScrewSweep, TakesNoMemoryOnTheTickPath) {
   Scenario scenario{config};
   scenario.recorder().keeps_bytes = false;
   WatchedTwin twin{scenario, config};
-  ASSERT_TRUE(scenario.calibrate(Method::screw_calibration, sweepOf(1, {2})));
+  ASSERT_TRUE(scenario.calibrate(procedure::kScrewCalibration, sweepOf(1, {2})));
   EXPECT_TRUE(twin.outputs.run_to_solve);
   EXPECT_EQ(twin.allocations, 0U);
 }
 
 TEST(SweepOptions, SayWhatCannotBeTurned) {
-  const auto refusal = [](const ProcedureOptions& options, unsigned turns = 0) {
-    const auto sweep = procedure::sweepOptions(options, turns, usualFacts());
+  const auto refusal = [](ProcedureOptions options, unsigned turns = 0) {
+    options.turns = static_cast<std::uint16_t>(turns);
+    const auto sweep = procedure::sweepOptions(options, usualFacts());
     return sweep ? std::string{} : sweep.error().what;
   };
   const auto says = [](const std::string& text, const char* what) { return text.find(what) != std::string::npos; };
@@ -210,7 +214,7 @@ TEST(SweepOptions, SayWhatCannotBeTurned) {
   EXPECT_TRUE(says(refusal({.speed_count = 1, .speeds_mm_s = {12}, .axis = 1}), "give at most 9 mm/s"));
   auto facts = usualFacts();
   facts.screws[1].reset();
-  EXPECT_TRUE(says(procedure::sweepOptions({.axis = 2}, 0, facts).error().what, "give [screw.Y] in machine.toml"));
+  EXPECT_TRUE(says(procedure::sweepOptions({.axis = 2}, facts).error().what, "give [screw.Y] in machine.toml"));
   // 98304 positions, one every 10 ms, less a minute: 200 mm in 923 s.
   const std::string slow = refusal({.speed_count = 1, .speeds_mm_s = {0.1}, .axis = 1}, 20);
   EXPECT_TRUE(says(slow, "takes 2000 s, but a recording holds at most 923.04 s: give at least 0.217 mm/s")) << slow;

@@ -8,7 +8,8 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "plate_truth.hpp"
@@ -21,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using procedure::Method;
+using procedure::LiveMethod;
 using testing::HasSubstr;
 
 constexpr std::uint64_t kSeeds = 10;
@@ -53,8 +54,8 @@ Matrix3d matrixOf(const std::array<std::array<double, 3>, 3>& rows) {
 std::optional<metrology::Solved> calibrated(Scenario& scenario) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto method = Method::sensor_head_calibration;
-  const auto solved = scenario.calibrate(method, procedure::described(method, {}, scenario.facts));
+  const auto method = procedure::kSensorHeadCalibration;
+  const auto solved = scenario.calibrate(method, procedure::described(method, {}, scenario.facts).value());
   EXPECT_TRUE(solved && solved->ok()) << (solved ? solved->error().reason : "did not end");
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   EXPECT_EQ(scenario.machine().stylus().contactCount(), 0U) << "nothing is touched";
@@ -73,8 +74,9 @@ procedure::CalibratedHead accepted(const Scenario& scenario, const metrology::Re
 }
 
 std::optional<metrology::Solved> readByHead(Scenario& scenario, ProcedureOptions options = {.angles = 5}) {
-  const auto method = Method::rotary_axis_errors;
-  return scenario.calibrate(method, procedure::described(method, options, scenario.facts, procedure::ReadBy::head));
+  const auto method = procedure::kRotaryAxisErrors;
+  return scenario.calibrate(method,
+                            procedure::described(method, options, scenario.facts, procedure::ReadBy::head).value());
 }
 
 TEST(LiveSensorHead, FindsItsSensorsAsWellAsItSays) {
@@ -139,8 +141,8 @@ TEST(LiveSensorHead, AsksAgainForABallThatIsBeyondItsSensors) {
   Scenario scenario{config, 2};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto method = Method::sensor_head_calibration;
-  scenario.start(method, procedure::described(method, {}, scenario.facts));
+  const auto method = procedure::kSensorHeadCalibration;
+  scenario.start(method, procedure::described(method, {}, scenario.facts).value());
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 60s));
   EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::head_out_of_range);
 }
@@ -203,7 +205,7 @@ TEST(LiveBallPlateByHead, NeedsTheHeadsCalibration) {
   Scenario scenario{usualWorld(), 3};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  EXPECT_THAT(procedure::whyNoHead(Method::rotary_axis_errors, scenario.facts)->what,
+  EXPECT_THAT(procedure::whyNoHead(procedure::kRotaryAxisErrors, scenario.facts)->what,
               HasSubstr("probebox calibrate sensor-head-calibration"));
   const auto solved = readByHead(scenario, {.angles = 4});
   ASSERT_TRUE(solved && !solved->ok()) << "its calibration may have been rolled back meanwhile";
@@ -215,7 +217,7 @@ TEST(LiveBallPlateByHead, LeavesTheProbeToTheMethodThatComesAfter) {
   Scenario scenario{usualWorld(), 7};
   ASSERT_TRUE(calibrated(scenario));
   ASSERT_EQ(scenario.machine().tool(), 5U);
-  const auto solved = scenario.calibrate(Method::delay_known_sphere);
+  const auto solved = scenario.calibrate(procedure::kDelayKnownSphere);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(scenario.machine().tool(), 1U);
   EXPECT_LT(std::abs(solved->value().find("tau_s")->values[0] - scenario.truth().tau_s[0]),

@@ -6,7 +6,8 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
@@ -16,7 +17,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using testing::ElementsAre;
 using world::operator*;
 using world::operator+;
@@ -63,7 +64,7 @@ TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::swivel_error);
+    const auto result = measured(scenario, procedure::kSwivelError);
     ASSERT_TRUE(result);
     const auto* error = result->find("error_at_queries_mm");
     ASSERT_NE(error, nullptr);
@@ -87,7 +88,7 @@ TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
 
 TEST(LiveSwivelError, ReadsTheSphereAtEveryAngleWithEveryTool) {
   Scenario scenario{usualWorld(), 2};
-  ASSERT_TRUE(measured(scenario, Method::swivel_error));
+  ASSERT_TRUE(measured(scenario, procedure::kSwivelError));
   const auto& readings = *scenario.dataset().table("readings");
   EXPECT_THAT(*readings.column("B_deg"), ElementsAre(0, 45, 90, 0, 45, 90));
   EXPECT_THAT(*readings.column("L_mm"), ElementsAre(150, 150, 150, 200, 200, 200));
@@ -98,7 +99,7 @@ TEST(LiveSwivelError, ReadsTheSphereAtEveryAngleWithEveryTool) {
   EXPECT_EQ(scenario.machine().tool(), 1U);
   EXPECT_EQ(scenario.controller().activity(), world::Activity::asking);
 
-  const auto solved = scenario.calibrate(Method::delay_known_sphere);
+  const auto solved = scenario.calibrate(procedure::kDelayKnownSphere);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_NEAR(solved->value().find("centre_mm")->values[2], -150, 0.01);
 }
@@ -108,7 +109,7 @@ TEST(LiveHeadPivot, FindsTheAxisOfTheHeadWithTheUncertaintyThatItStates) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::head_pivot);
+    const auto result = measured(scenario, procedure::kHeadPivot);
     ASSERT_TRUE(result);
     // Positions are those of the first tool's stylus ball, 150 mm below the reference.
     const auto& pivot_mm = config.swivel_head.pivot_mm;
@@ -123,7 +124,7 @@ TEST(LiveSpindleAlignment, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatI
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::a_axis_alignment);
+    const auto result = measured(scenario, procedure::kAAxisAlignment);
     ASSERT_TRUE(result);
     const auto& direction = config.probe_spindle.direction;
     add(pulls, *result, "A_tilt_rad", {direction[0], direction[1]}, 2e-5);
@@ -145,8 +146,8 @@ world::Config shankWorld(std::uint64_t seed) {
   return config;
 }
 
-ProcedureOptions byShank(Method method) {
-  return procedure::described(method, {}, usualFacts(), procedure::ReadBy::shank);
+ProcedureOptions byShank(const procedure::LiveMethod& method) {
+  return procedure::described(method, {}, usualFacts(), procedure::ReadBy::shank).value();
 }
 
 TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertaintyThatItStates) {
@@ -154,7 +155,7 @@ TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertain
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = shankWorld(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::a_axis_alignment, byShank(Method::a_axis_alignment));
+    const auto result = measured(scenario, procedure::kAAxisAlignment, byShank(procedure::kAAxisAlignment));
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
     const auto& direction = config.probe_spindle.direction;
@@ -167,7 +168,7 @@ TEST(LiveSpindleAlignmentByShank, FindsTheLeanOfTheProbesSpindleWithTheUncertain
 
 TEST(LiveSpindleAlignmentByShank, TouchesFromOppositeSidesWithTheSpindleTurnedBetween) {
   Scenario scenario{shankWorld(2), 2};
-  ASSERT_TRUE(measured(scenario, Method::a_axis_alignment, byShank(Method::a_axis_alignment)));
+  ASSERT_TRUE(measured(scenario, procedure::kAAxisAlignment, byShank(procedure::kAAxisAlignment)));
   const auto& shank = *scenario.dataset().table("shank");
   ASSERT_EQ(shank.rows(), 16U) << "four sides in each of four poses";
   for (const double half_turns : {0.0, 1.0}) {
@@ -189,7 +190,7 @@ TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) 
   for (std::uint64_t seed = 1; seed <= 2 * kSeeds; ++seed) {
     const auto config = shankWorld(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::swivel_error, byShank(Method::swivel_error));
+    const auto result = measured(scenario, procedure::kSwivelError, byShank(procedure::kSwivelError));
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->warnings.empty()) << result->warnings.front();
     EXPECT_NEAR(result->find("shank_effective_radius_mm")->values[0], 12.5 + config.probe_spindle.shank->radius_mm,
@@ -224,7 +225,7 @@ TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) 
 // Where the head is swivelled the side that looks down is the stem's, and the shank would cross it.
 TEST(LiveSwivelErrorByShank, LeavesTheSideOfTheStemAlone) {
   Scenario scenario{usualWorld(), 3};
-  ASSERT_TRUE(measured(scenario, Method::swivel_error, byShank(Method::swivel_error)));
+  ASSERT_TRUE(measured(scenario, procedure::kSwivelError, byShank(procedure::kSwivelError)));
   const auto& shank = *scenario.dataset().table("shank");
   EXPECT_THAT(*shank.column("B_deg"), ElementsAre(0, 0, 0, 0, 45, 45, 45, 90, 90, 90));
   for (const double down : *shank.column("uz")) EXPECT_GE(down, 0);
@@ -238,7 +239,7 @@ TEST(LiveShank, IsRefusedWhereAnotherRadiusTouches) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.activateDelay(scenario.truth().tau_s);
-  const auto solved = scenario.calibrate(Method::a_axis_alignment, byShank(Method::a_axis_alignment));
+  const auto solved = scenario.calibrate(procedure::kAAxisAlignment, byShank(procedure::kAAxisAlignment));
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "shank-radius-wrong");
@@ -253,7 +254,7 @@ TEST(LiveShank, IsNotMovedByAWrongDelay) {
   auto tau_s = scenario.truth().tau_s;
   for (double& tau : tau_s) tau += 1e-3;
   scenario.activateDelay(tau_s);
-  const auto solved = scenario.calibrate(Method::swivel_error, byShank(Method::swivel_error));
+  const auto solved = scenario.calibrate(procedure::kSwivelError, byShank(procedure::kSwivelError));
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_NEAR(solved->value().find("shank_effective_radius_mm")->values[0],
               12.5 + shankWorld(6).probe_spindle.shank->radius_mm + 15 * 1e-3, 2e-3);
@@ -262,11 +263,11 @@ TEST(LiveShank, IsNotMovedByAWrongDelay) {
 }
 
 TEST(LiveHeadMethods, AreRefusedWithoutADelay) {
-  for (const auto method : {Method::swivel_error, Method::head_pivot, Method::a_axis_alignment}) {
+  for (const auto* method : {&procedure::kSwivelError, &procedure::kHeadPivot, &procedure::kAAxisAlignment}) {
     Scenario scenario{usualWorld(), 4};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    const auto solved = scenario.calibrate(method);
+    const auto solved = scenario.calibrate(*method);
     ASSERT_TRUE(solved);
     ASSERT_FALSE(solved->ok());
     EXPECT_EQ(solved->error().name, "no-delay");

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
@@ -13,7 +14,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using world::operator*;
 using world::operator+;
 using world::operator-;
@@ -61,7 +62,7 @@ TEST(LiveTablePivot, FindsTheAxisWithTheUncertaintyThatItStates) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::table_pivot);
+    const auto result = measured(scenario, procedure::kTablePivot);
     ASSERT_TRUE(result);
     judge(pulls, *result, scenario.dataset(), config);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
@@ -76,7 +77,7 @@ TEST(LiveTablePivot, FindsItFromOtherTiltsToo) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto config = worldOf(100 + seed);
     Scenario scenario{config, seed};
-    const auto result = measured(scenario, Method::table_pivot, options);
+    const auto result = measured(scenario, procedure::kTablePivot, options);
     ASSERT_TRUE(result);
     judge(pulls, *result, scenario.dataset(), config);
   }
@@ -85,7 +86,7 @@ TEST(LiveTablePivot, FindsItFromOtherTiltsToo) {
 
 TEST(LiveTablePivot, ReadsTheBallAtEveryTiltAndLevelsTheTableAfterwards) {
   Scenario scenario{usualWorld(), 2};
-  const auto result = measured(scenario, Method::table_pivot);
+  const auto result = measured(scenario, procedure::kTablePivot);
   ASSERT_TRUE(result);
   const auto& readings = *scenario.dataset().table("readings");
   EXPECT_THAT(*readings.column("tilt_deg"), testing::ElementsAre(-90, 0, -90, 0));
@@ -107,7 +108,7 @@ TEST(LiveTablePivot, IsRefusedWithoutADelay) {
   Scenario scenario{usualWorld(), 4};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(Method::table_pivot);
+  const auto solved = scenario.calibrate(procedure::kTablePivot);
   ASSERT_TRUE(solved);
   ASSERT_FALSE(solved->ok());
   EXPECT_EQ(solved->error().name, "no-delay");
@@ -115,8 +116,8 @@ TEST(LiveTablePivot, IsRefusedWithoutADelay) {
 
 TEST(TiltingTable, IsLeveledForMethodsThatDoNotTiltIt) {
   Scenario scenario{usualWorld(), 5};
-  ASSERT_TRUE(measured(scenario, Method::table_pivot));
-  const auto solved = scenario.calibrate(Method::centreline, {.angles = 3});
+  ASSERT_TRUE(measured(scenario, procedure::kTablePivot));
+  const auto solved = scenario.calibrate(procedure::kCentreline, {.angles = 3});
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   EXPECT_NEAR(scenario.dataset().table("centres")->column("z_mm")->at(0), -160, 0.05);

@@ -6,6 +6,7 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
 #include "pulls.hpp"
@@ -16,7 +17,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 using world::operator+;
 using world::operator-;
 
@@ -54,7 +55,7 @@ std::vector<double> setterPlace(const world::Config& config) {
 
 // In microseconds: a slip of the delay that is in force.
 std::optional<metrology::Solved> setOn(Scenario& scenario, double wrong_delay_us = 0,
-                                       Method method = Method::tool_setter) {
+                                       const LiveMethod& method = procedure::kToolSetter) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   auto tau_s = scenario.truth().tau_s;
@@ -163,7 +164,7 @@ TEST(LiveToolSetter, IsRefusedWithoutADelay) {
   Scenario scenario{usualWorld(), 4};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(Method::tool_setter, kTool4);
+  const auto solved = scenario.calibrate(procedure::kToolSetter, kTool4);
   ASSERT_TRUE(solved && !solved->ok());
   EXPECT_EQ(solved->error().name, "no-delay");
 }
@@ -175,7 +176,7 @@ TEST(LiveToolSetter, AsksAgainWhereTheDeviceSaysNothing) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   scenario.activateDelay(scenario.truth().tau_s);
-  scenario.start(Method::tool_setter, kTool4);
+  scenario.start(procedure::kToolSetter, kTool4);
   ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().procedure.state == procedure::State::refused; }, 60s));
   EXPECT_EQ(scenario.state().procedure.last_fault, capture::TouchFault::no_edges);
 }
@@ -184,7 +185,7 @@ TEST(LiveToolSetter, LeavesTheProbeToTheMethodThatComesAfter) {
   Scenario scenario{usualWorld(), 7};
   ASSERT_TRUE(setOn(scenario));
   ASSERT_EQ(scenario.machine().tool(), 4U);
-  const auto solved = scenario.calibrate(Method::delay_known_sphere);
+  const auto solved = scenario.calibrate(procedure::kDelayKnownSphere);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(scenario.machine().tool(), 1U);
   EXPECT_LT(std::abs(solved->value().find("tau_s")->values[0] - scenario.truth().tau_s[0]),
@@ -204,7 +205,7 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
     for (double& at : config.tool_setter.centre_mm) at += unit.sd_accepted_mm * random.normal();
     const double true_holder_mm = holder.length_mm + holder.sd_mm * random.normal();
     Scenario scenario{config, seed};
-    const auto solved = setOn(scenario, 0, Method::tool_assembly);
+    const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
     ASSERT_TRUE(solved && solved->ok()) << solved->error().reason;
     const auto& tool = toolFour(config);
     add(off, solved->value(), "compensation_mm", {-tool.offset_mm[0], -tool.offset_mm[1], tool.length_mm - 120}, 1e-3);
@@ -218,7 +219,7 @@ TEST(LiveToolAssembly, FindsWhatTheToolIsOffAsWellAsItSays) {
 
 TEST(LiveToolAssembly, IsSavedWithEveryDigitAndWithWhatGoesBackToTheStores) {
   Scenario scenario{worldOf(2, 0), 2};
-  const auto solved = setOn(scenario, 0, Method::tool_assembly);
+  const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
   ASSERT_TRUE(solved && solved->ok());
   EXPECT_EQ(app::subjectOf(scenario.dataset()), "assembly-4");
   const auto also = [&](const char* key) {

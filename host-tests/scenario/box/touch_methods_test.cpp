@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
 
@@ -15,7 +15,7 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 
 constexpr std::uint64_t kSeeds = 40;
 
@@ -29,28 +29,28 @@ world::Config worldOf(std::uint64_t seed, bool each_axis) {
 }
 
 // The machine does all steps of the method, each once, without touching anything else.
-std::optional<metrology::Result> run(Scenario& scenario, Method method) {
+std::optional<metrology::Result> run(Scenario& scenario, const procedure::LiveMethod& method) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
   const auto solved = scenario.calibrate(method);
   const auto& progress = scenario.state().procedure;
   if (!solved) {
-    ADD_FAILURE() << procedure::nameOf(method) << " stopped in step " << progress.step;
+    ADD_FAILURE() << method.name() << " stopped in step " << progress.step;
     return std::nullopt;
   }
   EXPECT_EQ(scenario.machine().stylus().contactCount(), progress.steps);
   EXPECT_EQ(scenario.machine().crashes(), 0U);
   EXPECT_EQ(scenario.controller().abandonedSteps(), 0U);
   if (!solved->ok()) {
-    ADD_FAILURE() << procedure::nameOf(method) << ": " << solved->error().reason;
+    ADD_FAILURE() << method.name() << ": " << solved->error().reason;
     return std::nullopt;
   }
   return solved->value();
 }
 
 // bounce_mm: of the stylus at contact, where it is not the usual one.
-void expectHonest(Method method, std::optional<double> bounce_mm = {}) {
-  const bool each_axis = method == Method::delay_per_axis;
+void expectHonest(const procedure::LiveMethod& method, std::optional<double> bounce_mm = {}) {
+  const bool each_axis = &method == &procedure::kDelayPerAxis;
   Pulls pulls;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     world::Config config = worldOf(seed, each_axis);
@@ -69,30 +69,30 @@ void expectHonest(Method method, std::optional<double> bounce_mm = {}) {
 }
 
 TEST(LiveKnownSphere, FindsTheDelayWithTheUncertaintyThatItStates) {
-  expectHonest(Method::delay_known_sphere);
+  expectHonest(procedure::kDelayKnownSphere);
 }
 TEST(LivePlates, FindsTheDelayWithTheUncertaintyThatItStates) {
-  expectHonest(Method::delay_plates);
+  expectHonest(procedure::kDelayPlates);
 }
 TEST(LivePerAxis, FindsTheDelayOfEachAxisWithTheUncertaintyThatItStates) {
-  expectHonest(Method::delay_per_axis);
+  expectHonest(procedure::kDelayPerAxis);
 }
 TEST(LiveNonNormal, FindsTheDelayWithTheUncertaintyThatItStates) {
-  expectHonest(Method::delay_non_normal);
+  expectHonest(procedure::kDelayNonNormal);
 }
 TEST(LiveInOut, FindsTheDelayWithTheUncertaintyThatItStates) {
-  expectHonest(Method::delay_in_out, 0);
+  expectHonest(procedure::kDelayInOut, 0);
 }
 // The probe alone feels a bounce: the time right after contact is left out.
 TEST(LiveInOut, FindsTheDelayWhenTheStylusBounces) {
-  expectHonest(Method::delay_in_out);
+  expectHonest(procedure::kDelayInOut);
 }
 
 TEST(LiveInOut, GoesInAndAtOnceBackOut) {
   Scenario scenario{usualWorld(), 2};
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  scenario.calibrate(Method::delay_in_out);
+  scenario.calibrate(procedure::kDelayInOut);
   EXPECT_EQ(scenario.machine().stylus().contactCount(), 1U);
   const auto* probe = scenario.dataset().table("probe");
   ASSERT_NE(probe, nullptr);
@@ -109,19 +109,19 @@ TEST(LiveInOut, GoesInAndAtOnceBackOut) {
 }
 
 TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
-  const std::vector<std::pair<Method, std::vector<std::string>>> cases{
-      {Method::delay_known_sphere, {"effective_diameter_mm", "feature"}},
-      {Method::delay_plates, {"feature", "gap_mm", "stylus_ball_diameter_mm"}},
-      {Method::delay_non_normal, {"effective_diameter_mm"}},
-      {Method::delay_in_out, {}},
+  const std::vector<std::pair<const LiveMethod*, std::vector<std::string>>> cases{
+      {&procedure::kDelayKnownSphere, {"effective_diameter_mm", "feature"}},
+      {&procedure::kDelayPlates, {"feature", "gap_mm", "stylus_ball_diameter_mm"}},
+      {&procedure::kDelayNonNormal, {"effective_diameter_mm"}},
+      {&procedure::kDelayInOut, {}},
   };
   for (const auto& [method, keys] : cases) {
     Scenario scenario{usualWorld(), 2};
     scenario.recorder().keeps_bytes = false;
     scenario.run(2s);
-    scenario.calibrate(method);
+    scenario.calibrate(*method);
     const auto& dataset = scenario.dataset();
-    EXPECT_EQ(dataset.method, procedure::nameOf(method));
+    EXPECT_EQ(dataset.method, method->name());
     std::vector<std::string> found;
     for (const auto& [key, value] : dataset.config) found.push_back(key);
     EXPECT_EQ(found, keys) << dataset.method;

@@ -3,9 +3,8 @@
 #include <ostream>
 
 #include "board/describe/parse.hpp"
-#include "firmware/procedure/dataset/sweep.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
 
 // The emulated machine goes where its axes can: its park position, the ways between features, touches and sweeps.
@@ -13,16 +12,16 @@ namespace probebox::scenario {
 namespace {
 
 using namespace std::chrono_literals;
-using procedure::Method;
+using procedure::LiveMethod;
 
 struct Run {
-  Method method{};
+  const LiveMethod* method{};
   std::uint8_t axis{};  // of a sweep
   procedure::ReadBy by{};
 };
 
 void PrintTo(const Run& run, std::ostream* out) {
-  *out << procedure::nameOf(run.method);
+  *out << run.method->name();
   if (run.by == procedure::ReadBy::head) *out << " by the sensor head";
   if (run.by == procedure::ReadBy::shank) *out << " by tip and shank";
   if (run.axis != 0)
@@ -34,11 +33,10 @@ class Travel : public testing::TestWithParam<Run> {
  protected:
   static ProcedureOptions options() {
     ProcedureOptions options{.axis = GetParam().axis};
-    if (procedure::measuresATool(GetParam().method)) options.tool = 4;
-    if (options.axis == 0) return procedure::described(GetParam().method, options, usualFacts(), GetParam().by);
-    const auto sweep = procedure::sweepOptions(options, 0, usualFacts());
-    EXPECT_TRUE(sweep.ok());
-    return sweep ? *sweep : options;
+    if (GetParam().method->takes_tool) options.tool = 4;
+    const auto described = procedure::described(*GetParam().method, options, usualFacts(), GetParam().by);
+    EXPECT_TRUE(described.ok());
+    return described ? *described : options;
   }
 };
 
@@ -56,10 +54,10 @@ TEST_P(Travel, IsNeverLeft) {
   };
   scenario.run(2s);
   scenario.activateDelay(scenario.truth().tau_s);
-  const auto run = scenario.start(GetParam().method, options());
+  const auto run = scenario.start(*GetParam().method, options());
   const auto park = scenario.machine().commandedPosition();
   // Its later steps come from what the earlier ones have measured.
-  if (GetParam().method == Method::centreline_by_steps) scenario.finish(run);
+  if (GetParam().method == &procedure::kCentrelineBySteps) scenario.finish(run);
   const auto isOver = [&] {
     const auto& progress = scenario.state().procedure;
     return progress.run == run && progress.step == progress.steps &&
@@ -74,20 +72,22 @@ TEST_P(Travel, IsNeverLeft) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Methods, Travel,
-    testing::Values(Run{Method::delay_multi_speed}, Run{Method::delay_known_sphere}, Run{Method::delay_plates},
-                    Run{Method::delay_per_axis}, Run{Method::delay_non_normal}, Run{Method::delay_in_out},
-                    Run{Method::centreline}, Run{Method::c_axis_alignment}, Run{Method::selftest},
-                    Run{Method::screw_calibration, 1}, Run{Method::screw_calibration, 2},
-                    Run{Method::screw_calibration, 3}, Run{Method::spindle_offset_2x2},
-                    Run{Method::spindle_offset_four}, Run{Method::centreline_limited_access},
-                    Run{Method::periodic_check}, Run{Method::table_pivot}, Run{Method::swivel_error},
-                    Run{Method::head_pivot}, Run{Method::a_axis_alignment}, Run{Method::tool_setter},
-                    Run{Method::tool_assembly}, Run{Method::sensor_head_calibration}, Run{Method::centreline_by_steps},
-                    Run{Method::rotary_axis_errors, 0, procedure::ReadBy::head},
-                    Run{Method::a_axis_alignment, 0, procedure::ReadBy::shank},
-                    Run{Method::swivel_error, 0, procedure::ReadBy::shank}));
+INSTANTIATE_TEST_SUITE_P(Methods, Travel,
+                         testing::Values(Run{&procedure::kDelayMultiSpeed}, Run{&procedure::kDelayKnownSphere},
+                                         Run{&procedure::kDelayPlates}, Run{&procedure::kDelayPerAxis},
+                                         Run{&procedure::kDelayNonNormal}, Run{&procedure::kDelayInOut},
+                                         Run{&procedure::kCentreline}, Run{&procedure::kCAxisAlignment},
+                                         Run{&procedure::kSelftest}, Run{&procedure::kScrewCalibration, 1},
+                                         Run{&procedure::kScrewCalibration, 2}, Run{&procedure::kScrewCalibration, 3},
+                                         Run{&procedure::kSpindleOffset2x2}, Run{&procedure::kSpindleOffsetFour},
+                                         Run{&procedure::kCentrelineLimitedAccess}, Run{&procedure::kPeriodicCheck},
+                                         Run{&procedure::kTablePivot}, Run{&procedure::kSwivelError},
+                                         Run{&procedure::kHeadPivot}, Run{&procedure::kAAxisAlignment},
+                                         Run{&procedure::kToolSetter}, Run{&procedure::kToolAssembly},
+                                         Run{&procedure::kSensorHeadCalibration}, Run{&procedure::kCentrelineBySteps},
+                                         Run{&procedure::kRotaryAxisErrors, 0, procedure::ReadBy::head},
+                                         Run{&procedure::kAAxisAlignment, 0, procedure::ReadBy::shank},
+                                         Run{&procedure::kSwivelError, 0, procedure::ReadBy::shank}));
 
 }  // namespace
 }  // namespace probebox::scenario

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
+#include "firmware/procedure/methods/methods.hpp"
 #include "in_process.hpp"
+#include "tools/probebox/method_help.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -17,7 +19,7 @@ using testing::HasSubstr;
 std::variant<Request, Answer> parsed(const std::string& line) {
   std::istringstream words{line};
   const std::vector<std::string> arguments{std::istream_iterator<std::string>{words}, {}};
-  return parse(arguments);
+  return parse(arguments, methodHelp());
 }
 
 std::string complaint(const std::string& line) {
@@ -142,6 +144,24 @@ TEST(CommandLine, GivesAnExampleInEveryHelp) {
     EXPECT_EQ(answer.status, ExitStatus::ok);
     EXPECT_THAT(answer.text, AllOf(HasSubstr("Example:\n  probebox "), HasSubstr(command)));
   }
+}
+
+// The list of live methods is the only place that names them.
+TEST(Help, NamesEveryMethodThatCalibratesAndWhichOfThemTakeAnOption) {
+  const std::string help = std::get<Answer>(parsed("calibrate --help")).text;
+  for (const auto* method : procedure::liveMethods()) {
+    if (method->calibrates) {
+      EXPECT_THAT(help, HasSubstr(std::string{method->name()}));
+    }
+  }
+  const MethodHelp methods = methodHelp();
+  EXPECT_EQ(methods.heights, "c-axis-alignment and rotary-axis-errors");
+  EXPECT_EQ(methods.angles, "centreline, centreline-limited-access and rotary-axis-errors");
+  EXPECT_EQ(methods.usual_arcs,
+            "360 for centreline and rotary-axis-errors, 80 for centreline-limited-access and centreline-by-steps");
+  EXPECT_EQ(methods.tool, "tool-setter and tool-assembly");
+  EXPECT_EQ(methods.head, "rotary-axis-errors");
+  EXPECT_EQ(methods.shank, "swivel-error and a-axis-alignment");
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "tools/plan/simulated_run.hpp"
 
 namespace probebox::plan {
 namespace {
 
-using procedure::Method;
+using procedure::LiveMethod;
 
 double sdOf(const Forecast& forecast, std::string_view key, std::size_t component = 0) {
   for (const auto& estimate : forecast.estimates) {
@@ -22,7 +22,7 @@ double sdOf(const Forecast& forecast, std::string_view key, std::size_t componen
   return 0;
 }
 
-Forecast forecastOf(Method method, const ProcedureOptions& options = {}, const SetUp& set_up = {}) {
+Forecast forecastOf(const LiveMethod* method, const ProcedureOptions& options = {}, const SetUp& set_up = {}) {
   auto expected = forecast({.method = method, .options = options}, set_up);
   EXPECT_TRUE(expected) << expected.error().reason;
   return expected ? *expected : Forecast{};
@@ -41,7 +41,7 @@ double errorsOverForecast(const Wanted& wanted, const char* key, double truth, s
   const double sd = sdOf(forecastOf(wanted.method, wanted.options, set_up), key);
   double squares = 0;
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const auto measured = simulatedRun(wanted.method, wanted.options, set_up, 1000 + run);
+    const auto measured = simulatedRun(*wanted.method, wanted.options, set_up, 1000 + run);
     EXPECT_TRUE(measured.solved) << measured.solved.error().reason;
     squares += std::pow((measured.solved->find(key)->values.front() - truth) / sd, 2);
   }
@@ -51,16 +51,16 @@ double errorsOverForecast(const Wanted& wanted, const char* key, double truth, s
 TEST(Forecast, IsWhatRunsThenScatterBy) {
   const plan::SetUp set_up;
   // Of 60 runs the root mean square scatters by 9 %.
-  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_multi_speed}, "tau_s", set_up.delay_s, 60), 1, 0.3);
-  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_plates}, "tau_s", set_up.delay_s, 60), 1, 0.3);
-  EXPECT_NEAR(errorsOverForecast({.method = Method::delay_in_out}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayMultiSpeed}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayPlates}, "tau_s", set_up.delay_s, 60), 1, 0.3);
+  EXPECT_NEAR(errorsOverForecast({.method = &procedure::kDelayInOut}, "tau_s", set_up.delay_s, 60), 1, 0.3);
 }
 
 // What is stated of the probe does not scatter from run to run.
 TEST(Forecast, OfAToolIsWhatRunsThenScatterBy) {
   plan::SetUp set_up;
   set_up.sd_probe_offset_mm = 1e-9;
-  Wanted tool{.method = Method::tool_setter};
+  Wanted tool{.method = &procedure::kToolSetter};
   tool.options.tool = 4;
   EXPECT_NEAR(errorsOverForecast(tool, "tool_offset_mm", 0, 60, set_up), 1, 0.3);
 }
@@ -81,78 +81,79 @@ void expectPrecise(const Wanted& wanted, std::string_view name) {
 }
 
 TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
-  for (const auto name : procedure::methodNames()) {
-    const auto method = *procedure::methodNamed(name);
-    if (!procedure::isCalibration(method)) continue;
+  for (const LiveMethod* method : procedure::liveMethods()) {
+    const auto name = method->name();
+    if (!method->calibrates) continue;
     Wanted wanted{.method = method};
-    if (method == Method::screw_calibration) wanted.options.axis = 1;
-    if (procedure::measuresATool(method)) wanted.options.tool = 4;
+    if (method->takes_axis) wanted.options.axis = 1;
+    if (method->takes_tool) wanted.options.tool = 4;
     expectPrecise(wanted, name);
   }
 }
 
 TEST(Forecast, KnowsEveryWayToMeasure) {
-  for (const auto name : procedure::methodNames()) {
-    const auto method = *procedure::methodNamed(name);
-    if (procedure::canReadByHead(method) && !procedure::needsHead(method))
-      expectPrecise({.method = method, .by = procedure::ReadBy::head}, name);
-    if (procedure::canTouchByShank(method)) expectPrecise({.method = method, .by = procedure::ReadBy::shank}, name);
+  for (const LiveMethod* method : procedure::liveMethods()) {
+    const auto name = method->name();
+    if (!method->steps_by_head.empty()) expectPrecise({.method = method, .by = procedure::ReadBy::head}, name);
+    if (method->takesShank()) expectPrecise({.method = method, .by = procedure::ReadBy::shank}, name);
   }
 }
 
 TEST(Forecast, OfAScrewGainsByItsTurns) {
-  Wanted wanted{.method = Method::screw_calibration};
+  Wanted wanted{.method = &procedure::kScrewCalibration};
   EXPECT_EQ(forecast(wanted, {}).error().name, "bad-option") << "which screw?";
   wanted.options.axis = 3;
   wanted.turns = 4;
   const double four = sdOf(*forecast(wanted, {}), "drift_um_s");
   wanted.turns = 16;
   EXPECT_LT(sdOf(*forecast(wanted, {}), "drift_um_s"), four / 4) << "a slope gains by the cube of the time";
-  EXPECT_EQ(forecast({.method = Method::centreline, .turns = 4}, {}).error().name, "bad-option");
+  EXPECT_EQ(forecast({.method = &procedure::kCentreline, .turns = 4}, {}).error().name, "bad-option");
 }
 
 TEST(Forecast, GrowsWithTheNoise) {
   const auto options = atSpeeds({10, 40});
-  const double usual = sdOf(forecastOf(Method::delay_multi_speed, options), "tau_s");
+  const double usual = sdOf(forecastOf(&procedure::kDelayMultiSpeed, options), "tau_s");
   for (const double factor : {0.5, 2.0, 4.0, 8.0}) {
     plan::SetUp noisy;
     noisy.machine_noise_um *= factor;
     noisy.probe_noise_um *= factor;
-    EXPECT_NEAR(sdOf(forecastOf(Method::delay_multi_speed, options, noisy), "tau_s") / usual, factor, 0.15 * factor);
+    EXPECT_NEAR(sdOf(forecastOf(&procedure::kDelayMultiSpeed, options, noisy), "tau_s") / usual, factor, 0.15 * factor);
   }
 }
 
 TEST(Forecast, SaysWhichMethodsItKnowsNothingOf) {
-  EXPECT_EQ(forecast({.method = Method::selftest}, {}).error().name, "not-forecast");
-  EXPECT_EQ(proposals({.method = Method::selftest}, {}, 60).error().name, "not-forecast") << "more time would not help";
+  EXPECT_EQ(forecast({.method = &procedure::kSelftest}, {}).error().name, "not-forecast");
+  EXPECT_EQ(proposals({.method = &procedure::kSelftest}, {}, 60).error().name, "not-forecast")
+      << "more time would not help";
 }
 
 TEST(Forecast, OfRepeatsFallsWithTheirRoot) {
-  const double once = sdOf(forecastOf(Method::delay_multi_speed, atSpeeds({10, 40})), "tau_s");
-  const double four = sdOf(forecastOf(Method::delay_multi_speed, atSpeeds({10, 40, 10, 40, 10, 40, 10, 40})), "tau_s");
+  const double once = sdOf(forecastOf(&procedure::kDelayMultiSpeed, atSpeeds({10, 40})), "tau_s");
+  const double four =
+      sdOf(forecastOf(&procedure::kDelayMultiSpeed, atSpeeds({10, 40, 10, 40, 10, 40, 10, 40})), "tau_s");
   EXPECT_NEAR(once / four, 2, 0.3);
 }
 
 TEST(Forecast, RefusesWhatARunWouldBeRefusedFor) {
-  EXPECT_EQ(forecast({.method = Method::delay_multi_speed, .options = atSpeeds({20})}, {}).error().name,
+  EXPECT_EQ(forecast({.method = &procedure::kDelayMultiSpeed, .options = atSpeeds({20})}, {}).error().name,
             "single-speed");
-  EXPECT_EQ(forecast({.method = Method::delay_multi_speed, .options = atSpeeds({0.01, 40})}, {}).error().name,
+  EXPECT_EQ(forecast({.method = &procedure::kDelayMultiSpeed, .options = atSpeeds({0.01, 40})}, {}).error().name,
             "bad-option");
   plan::SetUp sluggish;
   sluggish.acceleration_mm_s2 = 200;
-  EXPECT_FALSE(forecast({.method = Method::delay_known_sphere, .options = atSpeeds({60})}, sluggish))
+  EXPECT_FALSE(forecast({.method = &procedure::kDelayKnownSphere, .options = atSpeeds({60})}, sluggish))
       << "its speed is never constant";
 }
 
 TEST(Proposals, SayWhatIsWrongWhereNoTimeWouldHelp) {
-  const auto refused = proposals({.method = Method::delay_multi_speed, .options = {.overtravel_mm = 500}}, {}, 60);
+  const auto refused = proposals({.method = &procedure::kDelayMultiSpeed, .options = {.overtravel_mm = 500}}, {}, 60);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().name, "bad-option");
   EXPECT_NE(refused.error().reason.find("An overtravel of 500 mm"), std::string::npos);
 }
 
 TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
-  for (const auto method : {Method::delay_multi_speed, Method::delay_known_sphere, Method::centreline}) {
+  for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere, &procedure::kCentreline}) {
     const auto answered = proposals({.method = method}, {}, 60);
     ASSERT_TRUE(answered);
     const auto& found = *answered;
@@ -166,24 +167,24 @@ TEST(Proposals, FitIntoTheTimeAndTheBestComesFirst) {
     if (own.duration_s > 60) continue;
     EXPECT_LT(found.front().estimates.front().sd.front(), 1.1 * own.estimates.front().sd.front());
   }
-  EXPECT_TRUE(proposals({.method = Method::centreline}, {}, 0.5)->empty());
+  EXPECT_TRUE(proposals({.method = &procedure::kCentreline}, {}, 0.5)->empty());
 }
 
 // What fits with a chosen number of angles is found without one.
 TEST(Proposals, OfATableThatTurnsVaryItsAngles) {
   ProcedureOptions six;
   six.angles = 6;
-  const auto chosen = proposals({.method = Method::rotary_axis_errors, .options = six}, {}, 120);
+  const auto chosen = proposals({.method = &procedure::kRotaryAxisErrors, .options = six}, {}, 120);
   ASSERT_TRUE(chosen);
   ASSERT_FALSE(chosen->empty());
-  const auto found = proposals({.method = Method::rotary_axis_errors}, {}, 120);
+  const auto found = proposals({.method = &procedure::kRotaryAxisErrors}, {}, 120);
   ASSERT_TRUE(found);
   ASSERT_FALSE(found->empty());
   EXPECT_LE(found->front().estimates.front().sd.front(), chosen->front().estimates.front().sd.front());
 }
 
 TEST(Forecast, KnowsTheAnglesAndTheAxisOfErrorMotions) {
-  const auto expected = forecastOf(Method::rotary_axis_errors);
+  const auto expected = forecastOf(&procedure::kRotaryAxisErrors);
   EXPECT_EQ(expected.axis, "C");
   const auto angles = std::ranges::find(expected.also, "angle_rad", &metrology::Estimate::key);
   ASSERT_NE(angles, expected.also.end());
@@ -194,9 +195,9 @@ TEST(Forecast, KnowsTheAnglesAndTheAxisOfErrorMotions) {
 TEST(Proposals, LeaveAloneWhatIsChosen) {
   ProcedureOptions options;
   options.angles = 5;
-  const auto around_c = proposals({.method = Method::centreline, .options = options}, {}, 1000);
+  const auto around_c = proposals({.method = &procedure::kCentreline, .options = options}, {}, 1000);
   for (const auto& one : *around_c) EXPECT_EQ(one.wanted.options.angles, 5);
-  const auto touches = proposals({.method = Method::delay_multi_speed, .options = atSpeeds({10, 30})}, {}, 1000);
+  const auto touches = proposals({.method = &procedure::kDelayMultiSpeed, .options = atSpeeds({10, 30})}, {}, 1000);
   for (const auto& one : *touches) EXPECT_EQ(one.wanted.options.speed_count, 2);
 }
 

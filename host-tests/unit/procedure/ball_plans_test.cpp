@@ -6,11 +6,12 @@
 #include <numbers>
 #include <vector>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 
 // The poses in which methods that read one ball are planned.
 namespace probebox::procedure {
@@ -20,7 +21,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 // A and C of every reading, in degrees.
-std::vector<std::pair<double, double>> posesOf(Method method, const ProcedureOptions& options = {}) {
+std::vector<std::pair<double, double>> posesOf(const LiveMethod& method, const ProcedureOptions& options = {}) {
   const auto plan = std::make_unique<Plan>();
   fill(*plan, method, options);
   std::vector<std::pair<double, double>> poses;
@@ -37,7 +38,7 @@ std::vector<std::pair<double, double>> posesOf(Method method, const ProcedureOpt
   return poses;
 }
 
-std::string refusal(Method method, const ProcedureOptions& options) {
+std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
   const auto why = whyRefused(method, options, std::numeric_limits<double>::infinity());
   return why ? why->what : "";
 }
@@ -46,14 +47,13 @@ using Pose = std::pair<double, double>;
 
 TEST(BallPlans, TurnBothSpindlesIndependentlyOrTogether) {
   const auto two_by_two = ElementsAre(Pose{0, 0}, Pose{0, 180}, Pose{180, 0}, Pose{180, 180});
-  EXPECT_THAT(posesOf(Method::spindle_offset_2x2), two_by_two) << "C turns between any two readings";
-  EXPECT_THAT(posesOf(Method::periodic_check), two_by_two);
-  EXPECT_THAT(posesOf(Method::spindle_offset_four),
-              ElementsAre(Pose{0, 0}, Pose{90, 90}, Pose{180, 180}, Pose{270, 270}));
+  EXPECT_THAT(posesOf(kSpindleOffset2x2), two_by_two) << "C turns between any two readings";
+  EXPECT_THAT(posesOf(kPeriodicCheck), two_by_two);
+  EXPECT_THAT(posesOf(kSpindleOffsetFour), ElementsAre(Pose{0, 0}, Pose{90, 90}, Pose{180, 180}, Pose{270, 270}));
 }
 
 TEST(BallPlans, StayWithinReach) {
-  const auto method = Method::centreline_limited_access;
+  const auto method = kCentrelineLimitedAccess;
   EXPECT_THAT(posesOf(method), ElementsAre(Pose{0, -40}, Pose{0, 0}, Pose{0, 40}));
   EXPECT_THAT(posesOf(method, {.arc_rad = std::numbers::pi / 3, .angles = 5}),
               ElementsAre(Pose{0, -30}, Pose{0, -15}, Pose{0, 0}, Pose{0, 15}, Pose{0, 30}));
@@ -62,9 +62,9 @@ TEST(BallPlans, StayWithinReach) {
 }
 
 TEST(BallPlans, TakeNoOptionsThatWouldChangeNothing) {
-  for (const auto method : {Method::spindle_offset_2x2, Method::spindle_offset_four, Method::periodic_check}) {
-    EXPECT_THAT(refusal(method, {.balls = 2}), HasSubstr("takes no number of balls"));
-    EXPECT_THAT(refusal(method, {.angles = 4}), HasSubstr("takes no rotary angles"));
+  for (const auto* method : {&kSpindleOffset2x2, &kSpindleOffsetFour, &kPeriodicCheck}) {
+    EXPECT_THAT(refusal(*method, {.balls = 2}), HasSubstr("takes no number of balls"));
+    EXPECT_THAT(refusal(*method, {.angles = 4}), HasSubstr("takes no rotary angles"));
   }
 }
 
@@ -76,7 +76,7 @@ struct Tilted {
 
 std::vector<Tilted> tiltsOf(const ProcedureOptions& options) {
   const auto plan = std::make_unique<Plan>();
-  fill(*plan, Method::table_pivot, options);
+  fill(*plan, kTablePivot, options);
   std::vector<Tilted> readings;
   for (std::size_t k = 0; k < plan->step_count; ++k) {
     const auto& step = plan->steps[k];
@@ -115,7 +115,7 @@ TEST(TiltPlans, TiltTheTableWhileCStandsAndTouchNoStem) {
 }
 
 TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
-  const auto method = Method::table_pivot;
+  const auto method = kTablePivot;
   ProcedureOptions options{.b_count = 1, .b_axis = {1, 0, 0}};
   EXPECT_THAT(refusal(method, options), HasSubstr("2 to 6 angles of B"));
   options.b_count = 7;
@@ -126,7 +126,7 @@ TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
   options.b_angles_rad = {0, 1};
   options.b_axis = {0, 0, 1};
   EXPECT_THAT(refusal(method, options), HasSubstr("along X"));
-  EXPECT_THAT(refusal(Method::centreline, {.b_axis = {1, 0, 0}}), HasSubstr("takes no angles of B"));
+  EXPECT_THAT(refusal(kCentreline, {.b_axis = {1, 0, 0}}), HasSubstr("takes no angles of B"));
   EXPECT_THAT(refusal(method, {.angles = 3}), HasSubstr("takes no rotary angles"));
 
   const auto plan = std::make_unique<Plan>();
@@ -136,7 +136,7 @@ TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
             "retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
 }
 
-Plan planOf(Method method, const ProcedureOptions& options = {}) {
+Plan planOf(const LiveMethod& method, const ProcedureOptions& options = {}) {
   Plan plan;
   EXPECT_FALSE(whyRefused(method, options, std::numeric_limits<double>::infinity()));
   fill(plan, method, options);
@@ -148,8 +148,8 @@ double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
 }
 
 TEST(SwivelPlans, TouchFromTheSideOfTheHeadAndNoStem) {
-  for (const auto method : {Method::swivel_error, Method::head_pivot}) {
-    const auto plan = std::make_unique<Plan>(planOf(method));
+  for (const auto* method : {&kSwivelError, &kHeadPivot}) {
+    const auto plan = std::make_unique<Plan>(planOf(*method));
     for (std::size_t k = 0; k < plan->step_count; ++k) {
       const auto& step = plan->steps[k];
       EXPECT_EQ(step.feature, Feature::datum_sphere);
@@ -165,7 +165,7 @@ TEST(SwivelPlans, TouchFromTheSideOfTheHeadAndNoStem) {
 }
 
 TEST(SwivelPlans, ReadEveryAngleWithEveryToolAndEveryAngleOfA) {
-  const auto swivels = std::make_unique<Plan>(planOf(Method::swivel_error));
+  const auto swivels = std::make_unique<Plan>(planOf(kSwivelError));
   EXPECT_EQ(swivels->step_count, 2U * 2U * (5 + 5 + 4));
   EXPECT_EQ(swivels->steps[0].touch.tool, 1U);
   EXPECT_EQ(swivels->steps[28].touch.tool, 2U);
@@ -175,12 +175,12 @@ TEST(SwivelPlans, ReadEveryAngleWithEveryToolAndEveryAngleOfA) {
             "touch 39 of 56: tool 2, the head at B 45 deg, A at 0 and C at 0 deg; (0.707, 0.000, -0.707) side of the "
             "sphere, 0.5 mm deep, retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
 
-  const auto pivot = std::make_unique<Plan>(planOf(Method::head_pivot));
+  const auto pivot = std::make_unique<Plan>(planOf(kHeadPivot));
   EXPECT_EQ(pivot->step_count, 2U * (5 + 5 + 4));
   EXPECT_EQ(pivot->steps[0].touch.tool, 0U) << "whichever is there";
   EXPECT_NEAR(pivot->steps[27].touch.rotary_angles_rad[0], std::numbers::pi, 1e-12);
 
-  const auto spindle = std::make_unique<Plan>(planOf(Method::a_axis_alignment, {.tool_count = 3, .tools = {7, 8, 9}}));
+  const auto spindle = std::make_unique<Plan>(planOf(kAAxisAlignment, {.tool_count = 3, .tools = {7, 8, 9}}));
   EXPECT_EQ(spindle->step_count, 60U);
   EXPECT_EQ(spindle->steps[59].touch.tool, 9U);
   EXPECT_EQ(spindle->steps[59].b_moves, BMoves::nothing);
@@ -189,67 +189,66 @@ TEST(SwivelPlans, ReadEveryAngleWithEveryToolAndEveryAngleOfA) {
 
 TEST(SwivelPlans, NeedWhatTheDescriptionsSay) {
   Facts facts;
-  const auto unready = [&](Method method) {
+  const auto unready = [&](const LiveMethod& method) {
     const auto why = whyUnready(method, facts, true);
     return why ? why->what : "";
   };
-  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("[swivel_head] axis, angles_deg and pivot_mm"));
-  EXPECT_THAT(unready(Method::head_pivot), HasSubstr("[swivel_head] axis"));
-  EXPECT_THAT(unready(Method::a_axis_alignment), HasSubstr("[probe_tools] numbers"));
+  EXPECT_THAT(unready(kSwivelError), HasSubstr("[swivel_head] axis, angles_deg and pivot_mm"));
+  EXPECT_THAT(unready(kHeadPivot), HasSubstr("[swivel_head] axis"));
+  EXPECT_THAT(unready(kAAxisAlignment), HasSubstr("[probe_tools] numbers"));
   facts.swivel_head = HeadFacts{.b = {.axis = {0, 1, 0}, .count = 2, .angles_rad = {0, 1}, .sigma_rad = 0},
                                 .pivot_mm = {},
                                 .ball_mm = {},
                                 .sd_ball_mm = {}};
   facts.probe_tools = {.count = 2, .numbers = {3, 5}, .lengths_mm = {100, 109}};
-  EXPECT_THAT(unready(Method::swivel_error), HasSubstr("differ by 10 mm"));
-  EXPECT_THAT(unready(Method::head_pivot), HasSubstr("ball_mm"));
+  EXPECT_THAT(unready(kSwivelError), HasSubstr("differ by 10 mm"));
+  EXPECT_THAT(unready(kHeadPivot), HasSubstr("ball_mm"));
   facts.probe_tools.lengths_mm[1] = 111;
   facts.swivel_head->ball_mm.emplace();
-  for (const auto method : {Method::swivel_error, Method::head_pivot, Method::a_axis_alignment}) {
-    EXPECT_EQ(unready(method), "");
-    EXPECT_THAT(whyUnready(method, facts, false)->what, HasSubstr("calibrate it first"));
-    EXPECT_TRUE(findsAPlace(method));
+  for (const auto* method : {&kSwivelError, &kHeadPivot, &kAAxisAlignment}) {
+    EXPECT_EQ(unready(*method), "");
+    EXPECT_THAT(whyUnready(*method, facts, false)->what, HasSubstr("calibrate it first"));
+    EXPECT_TRUE(method->finds_a_place);
   }
-  const auto options = described(Method::swivel_error, {}, facts);
+  const auto options = described(kSwivelError, {}, facts).value();
   EXPECT_EQ(options.b_count, 2);
   EXPECT_EQ(options.tool_count, 2);
   EXPECT_THAT(options.tools, ElementsAre(3, 5, 0, 0));
-  EXPECT_EQ(described(Method::head_pivot, {}, facts).tool_count, 0);
-  EXPECT_THAT(refusal(Method::a_axis_alignment, {.tool_count = 1, .tools = {3}}), HasSubstr("2 to 4 tools"));
-  EXPECT_THAT(refusal(Method::head_pivot, {.tool_count = 2, .tools = {3, 5}}), HasSubstr("takes no tools"));
+  EXPECT_EQ(described(kHeadPivot, {}, facts).value().tool_count, 0);
+  EXPECT_THAT(refusal(kAAxisAlignment, {.tool_count = 1, .tools = {3}}), HasSubstr("2 to 4 tools"));
+  EXPECT_THAT(refusal(kHeadPivot, {.tool_count = 2, .tools = {3, 5}}), HasSubstr("takes no tools"));
 }
 
 TEST(TiltPlans, TakeAxisAndTiltsFromTheDescription) {
   Facts facts;
-  EXPECT_THAT(whyUnready(Method::table_pivot, facts, true)->what, HasSubstr("[tilting_table] axis and tilts_deg"));
+  EXPECT_THAT(whyUnready(kTablePivot, facts, true)->what, HasSubstr("[tilting_table] axis and tilts_deg"));
   facts.tilting_table = BFacts{.axis = {0, 1, 0}, .count = 3, .angles_rad = {-1, 0, 1}, .sigma_rad = 0};
-  EXPECT_THAT(whyUnready(Method::table_pivot, facts, false)->what, HasSubstr("calibrate it first"));
-  EXPECT_FALSE(whyUnready(Method::table_pivot, facts, true));
-  EXPECT_TRUE(findsAPlace(Method::table_pivot));
-  const auto options = described(Method::table_pivot, {.overtravel_mm = 0.3}, facts);
+  EXPECT_THAT(whyUnready(kTablePivot, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(kTablePivot, facts, true));
+  EXPECT_TRUE(kTablePivot.finds_a_place);
+  const auto options = described(kTablePivot, {.overtravel_mm = 0.3}, facts).value();
   EXPECT_EQ(options.overtravel_mm, 0.3);
   EXPECT_EQ(options.b_count, 3);
   EXPECT_THAT(options.b_angles_rad, ElementsAre(-1, 0, 1, 0, 0, 0));
   EXPECT_THAT(options.b_axis, ElementsAre(0, 1, 0));
-  EXPECT_EQ(described(Method::centreline, {}, facts).b_count, 0);
+  EXPECT_EQ(described(kCentreline, {}, facts).value().b_count, 0);
 }
 
 TEST(BallPlans, NeedADelayAndThePeriodicCheckItsBall) {
   Facts facts;
-  EXPECT_THAT(whyUnready(Method::periodic_check, facts, true)->what, HasSubstr("[periodic_check] ball_diameter_mm"));
+  EXPECT_THAT(whyUnready(kPeriodicCheck, facts, true)->what, HasSubstr("[periodic_check] ball_diameter_mm"));
   facts.checked_ball.emplace();
-  EXPECT_THAT(whyUnready(Method::periodic_check, facts, false)->what, HasSubstr("calibrate it first"));
-  EXPECT_FALSE(whyUnready(Method::periodic_check, facts, true));
-  for (const auto method :
-       {Method::spindle_offset_2x2, Method::spindle_offset_four, Method::centreline_limited_access}) {
-    EXPECT_THAT(whyUnready(method, facts, false)->what, HasSubstr("calibrate it first"));
-    EXPECT_TRUE(findsAPlace(method));
+  EXPECT_THAT(whyUnready(kPeriodicCheck, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(kPeriodicCheck, facts, true));
+  for (const auto* method : {&kSpindleOffset2x2, &kSpindleOffsetFour, &kCentrelineLimitedAccess}) {
+    EXPECT_THAT(whyUnready(*method, facts, false)->what, HasSubstr("calibrate it first"));
+    EXPECT_TRUE(method->finds_a_place);
   }
 }
 
 TEST(BallPlans, ReadAPlateAtEveryStopAndOnceMoreWhereItBegan) {
   const auto plan = std::make_unique<Plan>();
-  fill(*plan, Method::rotary_axis_errors, {.angles = 4, .balls = 3});
+  fill(*plan, kRotaryAxisErrors, {.angles = 4, .balls = 3});
   ASSERT_EQ(plan->step_count, 5U * 3U * 5U);
   for (std::size_t k = 0; k < plan->step_count; ++k) {
     const auto& touch = plan->steps[k].touch;
@@ -258,22 +257,22 @@ TEST(BallPlans, ReadAPlateAtEveryStopAndOnceMoreWhereItBegan) {
     EXPECT_EQ(touch.ball, reading % 3 + 1);
     EXPECT_NEAR(touch.rotary_angles_rad[2], stop < 4 ? static_cast<double>(stop) * std::numbers::pi / 2 : 0.0, 1e-12);
   }
-  EXPECT_EQ(refusal(Method::rotary_axis_errors, {}), "");
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, {.balls = 2}), HasSubstr("3 to 7 balls"));
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, {.angles = 12}), HasSubstr("195 touches"));
+  EXPECT_EQ(refusal(kRotaryAxisErrors, {}), "");
+  EXPECT_THAT(refusal(kRotaryAxisErrors, {.balls = 2}), HasSubstr("3 to 7 balls"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, {.angles = 12}), HasSubstr("195 touches"));
 }
 
 TEST(BallPlans, ReadNoMoreBallsThanThePlateHas) {
-  constexpr auto method = Method::rotary_axis_errors;
+  const LiveMethod& method = kRotaryAxisErrors;
   Facts facts;
   EXPECT_THAT(whyUnready(method, facts, true)->what, HasSubstr("[ball_plate]"));
   facts.ball_plate = BallPlate{.axis_point_mm = {}, .sd_mm = {}, .balls_mm = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   EXPECT_THAT(whyUnready(method, facts, false)->what, HasSubstr("calibrate it first"));
   EXPECT_FALSE(whyUnready(method, facts, true));
-  EXPECT_FALSE(whyNoSuchBall(method, {}, facts));
-  EXPECT_FALSE(whyNoSuchBall(method, {.balls = 3}, facts));
-  EXPECT_THAT(whyNoSuchBall(method, {.balls = 4}, facts)->what, HasSubstr("has 3 balls, but 4 are to be measured"));
-  EXPECT_FALSE(whyNoSuchBall(Method::c_axis_alignment, {.balls = 4}, facts));
+  EXPECT_FALSE(method.why_unfit({}, facts));
+  EXPECT_FALSE(method.why_unfit({.balls = 3}, facts));
+  EXPECT_THAT(method.why_unfit({.balls = 4}, facts)->what, HasSubstr("has 3 balls, but 4 are to be measured"));
+  EXPECT_EQ(kCAxisAlignment.why_unfit, nullptr);
 }
 
 }  // namespace

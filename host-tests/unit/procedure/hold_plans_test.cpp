@@ -7,12 +7,13 @@
 #include <numbers>
 #include <set>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "locked_clock.hpp"
 
 // Steps at which a sensor head stands still over a ball: what is asked for, what it needs, and what is asked again.
@@ -24,13 +25,13 @@ using testing::HasSubstr;
 
 constexpr ProcedureOptions kHead{.head_tool = 5, .head_range_mm = 0.5};
 
-std::unique_ptr<Plan> planned(Method method, const ProcedureOptions& options) {
+std::unique_ptr<Plan> planned(const LiveMethod& method, const ProcedureOptions& options) {
   auto plan = std::make_unique<Plan>();
   fill(*plan, method, options);
   return plan;
 }
 
-std::string refusal(Method method, const ProcedureOptions& options) {
+std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
   // The limit of the probe is none of the head's.
   const auto why = whyRefused(method, options, 0.01);
   return why ? why->what : "";
@@ -44,7 +45,7 @@ Facts factsWithHead() {
 }
 
 TEST(HoldPlan, MovesEveryAxisAloneToEitherSideOfTheMiddle) {
-  const auto plan = planned(Method::sensor_head_calibration, kHead);
+  const auto plan = planned(kSensorHeadCalibration, kHead);
   ASSERT_EQ(plan->step_count, 13U);
   std::set<std::array<double, 3>> places;
   std::array<double, 3> sum{};
@@ -75,8 +76,8 @@ TEST(HoldPlan, MovesEveryAxisAloneToEitherSideOfTheMiddle) {
 
 TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
   const ProcedureOptions options{.angles = 12, .balls = 3, .head_tool = 5, .head_range_mm = 0.5};
-  EXPECT_EQ(refusal(Method::rotary_axis_errors, options), "") << "the probe would need 195 touches";
-  const auto plan = planned(Method::rotary_axis_errors, options);
+  EXPECT_EQ(refusal(kRotaryAxisErrors, options), "") << "the probe would need 195 touches";
+  const auto plan = planned(kRotaryAxisErrors, options);
   ASSERT_EQ(plan->step_count, 13U * 3U);
   for (std::size_t k = 0; k < plan->step_count; ++k) {
     const auto& touch = plan->steps[k].touch;
@@ -92,50 +93,46 @@ TEST(HoldPlan, ReadsAPlateWithOneHoldWhereTheProbeTouchesFiveTimes) {
 }
 
 TEST(HoldPlan, RefusesWhatAHeadCannotUse) {
-  EXPECT_THAT(refusal(Method::sensor_head_calibration, {}), HasSubstr("give [sensor_head] tool and range_mm"));
-  EXPECT_EQ(refusal(Method::sensor_head_calibration, kHead), "");
+  EXPECT_THAT(refusal(kSensorHeadCalibration, {}), HasSubstr("give [sensor_head] tool and range_mm"));
+  EXPECT_EQ(refusal(kSensorHeadCalibration, kHead), "");
   auto touching = kHead;
   touching.overtravel_mm = 0.3;
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, touching), HasSubstr("takes no overtravel and clearance"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, touching), HasSubstr("takes no overtravel and clearance"));
   auto fast = kHead;
   fast.speed_count = 1;
   fast.speeds_mm_s[0] = 5;
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, fast), HasSubstr("takes no speeds when a sensor head measures"));
-  EXPECT_THAT(refusal(Method::centreline, kHead), HasSubstr("does not use a sensor head"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, fast), HasSubstr("takes no speeds when a sensor head measures"));
+  EXPECT_THAT(refusal(kCentreline, kHead), HasSubstr("does not use a sensor head"));
   auto many = kHead;
   many.angles = 30;
   many.balls = 7;
-  EXPECT_THAT(refusal(Method::rotary_axis_errors, many), HasSubstr("217 holds"));
+  EXPECT_THAT(refusal(kRotaryAxisErrors, many), HasSubstr("217 holds"));
 }
 
 TEST(HoldPlan, NeedsAHeadThatIsDescribedAndCalibratedAndNoDelay) {
   Facts facts = factsWithHead();
-  EXPECT_FALSE(whyUnready(Method::sensor_head_calibration, facts, false)) << "nothing moves while it reads";
-  EXPECT_THAT(whyUnready(Method::sensor_head_calibration, {}, true)->what, HasSubstr("[sensor_head] tool, range_mm"));
-  EXPECT_FALSE(whyUnready(Method::rotary_axis_errors, facts, false, ReadBy::head));
-  EXPECT_TRUE(whyUnready(Method::rotary_axis_errors, facts, false)) << "the probe needs one";
+  EXPECT_FALSE(whyUnready(kSensorHeadCalibration, facts, false)) << "nothing moves while it reads";
+  EXPECT_THAT(whyUnready(kSensorHeadCalibration, {}, true)->what, HasSubstr("[sensor_head] tool, range_mm"));
+  EXPECT_FALSE(whyUnready(kRotaryAxisErrors, facts, false, ReadBy::head));
+  EXPECT_TRUE(whyUnready(kRotaryAxisErrors, facts, false)) << "the probe needs one";
 
-  EXPECT_FALSE(whyNoHead(Method::sensor_head_calibration, facts));
-  EXPECT_THAT(whyNoHead(Method::rotary_axis_errors, facts)->what,
+  EXPECT_FALSE(whyNoHead(kSensorHeadCalibration, facts));
+  EXPECT_THAT(whyNoHead(kRotaryAxisErrors, facts)->what,
               HasSubstr("calibrate it first (probebox calibrate sensor-head-calibration) and accept it"));
   facts.sensor_head->calibrated = CalibratedHead{};
-  EXPECT_FALSE(whyNoHead(Method::rotary_axis_errors, facts));
-  EXPECT_THAT(whyNoHead(Method::rotary_axis_errors, {})->what, HasSubstr("[sensor_head]"));
-  EXPECT_THAT(whyNoHead(Method::centreline, facts)->what, HasSubstr("does not use a sensor head"));
+  EXPECT_FALSE(whyNoHead(kRotaryAxisErrors, facts));
+  EXPECT_THAT(whyNoHead(kRotaryAxisErrors, {})->what, HasSubstr("[sensor_head]"));
+  EXPECT_THAT(whyNoHead(kCentreline, facts)->what, HasSubstr("does not use a sensor head"));
 
-  EXPECT_EQ(described(Method::sensor_head_calibration, {}, facts).head_tool, 5U);
-  EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts).head_tool, 0U)
-      << "the probe, unless the head is asked for";
-  EXPECT_EQ(described(Method::rotary_axis_errors, {}, facts, ReadBy::head).head_range_mm, 0.5);
+  EXPECT_EQ(described(kSensorHeadCalibration, {}, facts).value().head_tool, 5U);
+  EXPECT_EQ(described(kRotaryAxisErrors, {}, facts).value().head_tool, 0U) << "the probe, unless the head is asked for";
+  EXPECT_EQ(described(kRotaryAxisErrors, {}, facts, ReadBy::head).value().head_range_mm, 0.5);
 }
 
 // A box whose encoders count nanometres, at the first step.
 class HoldRun : public testing::Test {
  protected:
-  HoldRun() {
-    procedure_.start(
-        {.run = 1, .method = static_cast<std::uint16_t>(Method::sensor_head_calibration), .at = {}, .options = kHead});
-  }
+  HoldRun() { procedure_.start({.run = 1, .method = kSensorHeadCalibration.number, .at = {}, .options = kHead}); }
   void begin(std::uint32_t tool = 5, bool at_rest = true, double a_rad = 0) {
     mark(MarkerPhase::begin, tool, at_rest, a_rad);
   }
@@ -165,7 +162,7 @@ class HoldRun : public testing::Test {
   }
 
  protected:
-  Procedure procedure_{capture::Capacity{}, {1e-6, -1e-6, 1e-6}};
+  Procedure procedure_{liveMethods(), capture::Capacity{}, {1e-6, -1e-6, 1e-6}};
 };
 
 TEST_F(HoldRun, TakesAMachineThatStandsStill) {

@@ -8,11 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "locked_clock.hpp"
 #include "obedient_machine.hpp"
 
@@ -21,12 +21,10 @@ namespace {
 
 class MultiSpeedProcedure : public testing::Test {
  protected:
-  Procedure procedure{capture::Capacity{}};
+  Procedure procedure{liveMethods(), capture::Capacity{}};
   ObedientMachine machine{procedure};
 
-  void start(std::uint32_t run) {
-    procedure.start({.run = run, .method = static_cast<std::uint16_t>(Method::delay_multi_speed), .at = {}});
-  }
+  void start(std::uint32_t run) { procedure.start({.run = run, .method = kDelayMultiSpeed.number, .at = {}}); }
   void touchAll() {
     while (procedure.progress().state == State::waiting) machine.touch();
   }
@@ -136,28 +134,26 @@ TEST_F(MultiSpeedProcedure, AbortsOnRequestAndCanStartAfresh) {
 class Planned : public testing::Test {
  protected:
   static constexpr ProcedureOptions kSweep{.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40};
-  static Plan of(Method method, const ProcedureOptions& options = {}) {
-    EXPECT_FALSE(whyRefused(method, options, 1.0)) << nameOf(method);
+  static Plan of(const LiveMethod& method, const ProcedureOptions& options = {}) {
+    EXPECT_FALSE(whyRefused(method, options, 1.0)) << method.name();
     Plan plan;
     fill(plan, method, options);
-    EXPECT_EQ(plan.method, method);
+    EXPECT_EQ(plan.method, &method);
     return plan;
   }
-  static std::string refusal(Method method, const ProcedureOptions& options) {
+  static std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
     const auto error = whyRefused(method, options, 1.0);
     return error ? error->what : "";
   }
 };
 
 TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
-  for (std::size_t i = 0; i < methodNames().size(); ++i) {
-    const auto method = methodNamed(methodNames()[i]);
-    ASSERT_TRUE(method);
-    EXPECT_EQ(static_cast<std::size_t>(*method), i + 1) << "numbers are in events and registers: never change them";
-    // Which screw a sweep turns nobody can know beforehand.
-    const bool sweeps = needsOf(*method) == Needs::screw;
-    const bool of_a_tool = measuresATool(*method);
-    const bool by_head = needsHead(*method);
+  for (const LiveMethod* method : liveMethods()) {
+    EXPECT_EQ(methodNamed(method->name()), method);
+    EXPECT_EQ(methodNumbered(liveMethods(), method->number), method);
+    const bool sweeps = method->takes_axis;  // the screw has to be chosen
+    const bool of_a_tool = method->takes_tool;
+    const bool by_head = method->kind == Kind::hold;
     const ProcedureOptions options{
         .tool = of_a_tool ? 4U : 0U, .head_tool = by_head ? 5U : 0U, .head_range_mm = by_head ? 0.5 : 0};
     const Plan plan = of(*method, sweeps ? kSweep : options);
@@ -174,11 +170,47 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
       EXPECT_EQ(touch.step, k);
     }
   }
-  EXPECT_EQ(methodNames().size(), 23U);
+}
+
+// They are in journals and registers: append only.
+TEST(LiveMethodNumbers, AreForEver) {
+  constexpr std::array kNumbered{"delay-multi-speed",
+                                 "delay-known-sphere",
+                                 "delay-plates",
+                                 "delay-per-axis",
+                                 "delay-non-normal",
+                                 "delay-in-out",
+                                 "centreline",
+                                 "c-axis-alignment",
+                                 "selftest",
+                                 "screw-calibration",
+                                 "spindle-offset-2x2",
+                                 "spindle-offset-four",
+                                 "centreline-limited-access",
+                                 "periodic-check",
+                                 "rotary-axis-errors",
+                                 "table-pivot",
+                                 "swivel-error",
+                                 "head-pivot",
+                                 "a-axis-alignment",
+                                 "tool-setter",
+                                 "tool-assembly",
+                                 "sensor-head-calibration",
+                                 "centreline-by-steps"};
+  ASSERT_GE(liveMethods().size(), kNumbered.size());
+  std::set<std::uint16_t> numbers{0};
+  for (std::size_t i = 0; i < liveMethods().size(); ++i) {
+    const LiveMethod& method = *liveMethods()[i];
+    EXPECT_TRUE(numbers.insert(method.number).second) << method.name();
+    EXPECT_GT(method.number, i == 0 ? 0 : liveMethods()[i - 1]->number) << "in the order of their numbers";
+    if (i >= kNumbered.size()) continue;
+    EXPECT_EQ(method.number, i + 1);
+    EXPECT_EQ(method.name(), kNumbered[i]);
+  }
 }
 
 TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
-  const Plan plan = of(Method::delay_non_normal, {.approach_rad = 0.5});
+  const Plan plan = of(kDelayNonNormal, {.approach_rad = 0.5});
   ASSERT_EQ(plan.step_count, 5U);
   for (std::size_t k = 0; k < 5; ++k) {
     const auto& [n, u] = std::pair{plan.steps[k].touch.outward_normal, plan.steps[k].touch.retract_direction};
@@ -189,7 +221,7 @@ TEST_F(Planned, NonNormalComesFromTheAskedAngleOffTheNormal) {
 }
 
 TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
-  const Plan plan = of(Method::centreline, {.angles = 4});
+  const Plan plan = of(kCentreline, {.angles = 4});
   ASSERT_EQ(plan.step_count, 20U);
   for (std::size_t k = 0; k < 20; ++k) {
     EXPECT_TRUE(plan.steps[k].turns);
@@ -200,12 +232,12 @@ TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
   EXPECT_EQ(promptFor(plan, 5),
             "touch 6 of 20: A at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
             "beyond the clearance of 0.6 mm");
-  const Plan arc = of(Method::centreline, {.arc_rad = 1.2, .angles = 4});
+  const Plan arc = of(kCentreline, {.arc_rad = 1.2, .angles = 4});
   EXPECT_NEAR(arc.steps[19].touch.rotary_angles_rad[2], 1.2, 1e-12) << "both ends of an arc are read";
 }
 
 TEST_F(Planned, AlignmentReadsEveryBallInFourPoses) {
-  const Plan plan = of(Method::c_axis_alignment);
+  const Plan plan = of(kCAxisAlignment);
   ASSERT_EQ(plan.step_count, 60U);
   std::set<std::array<double, 3>> poses;
   for (std::size_t k = 0; k < plan.step_count; ++k) {
@@ -216,7 +248,7 @@ TEST_F(Planned, AlignmentReadsEveryBallInFourPoses) {
 }
 
 TEST_F(Planned, ASweepMovesOneAxisAndTouchesNothing) {
-  const Plan plan = of(Method::screw_calibration, kSweep);
+  const Plan plan = of(kScrewCalibration, kSweep);
   ASSERT_EQ(plan.step_count, 1U);
   EXPECT_EQ(plan.steps[0].kind, Kind::sweep);
   EXPECT_EQ(promptFor(plan, 0),
@@ -226,32 +258,32 @@ TEST_F(Planned, ASweepMovesOneAxisAndTouchesNothing) {
 
 TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
   using testing::HasSubstr;
-  EXPECT_THAT(refusal(Method::screw_calibration, {}), HasSubstr("1 to 3 (X, Y, Z)"));
+  EXPECT_THAT(refusal(kScrewCalibration, {}), HasSubstr("1 to 3 (X, Y, Z)"));
   auto faster = kSweep;
   faster.speeds_mm_s[0] = 60;
-  EXPECT_THAT(refusal(Method::screw_calibration, faster), HasSubstr("0.01 to 50 mm/s"));
+  EXPECT_THAT(refusal(kScrewCalibration, faster), HasSubstr("0.01 to 50 mm/s"));
   auto deeper = kSweep;
   deeper.overtravel_mm = 0.5;
-  EXPECT_THAT(refusal(Method::screw_calibration, deeper), HasSubstr("takes no overtravel"));
-  EXPECT_THAT(refusal(Method::delay_plates, {.axis = 1}), HasSubstr("has no options axis"));
-  EXPECT_THAT(refusal(Method::centreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
-  EXPECT_THAT(refusal(Method::centreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
-  EXPECT_THAT(refusal(Method::centreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));
-  EXPECT_THAT(refusal(Method::centreline, {.angles = 1}), HasSubstr("2 to 30 angles"));
-  EXPECT_THAT(refusal(Method::centreline, {.arc_rad = 7}), HasSubstr("1 to 360 degrees"));
-  EXPECT_THAT(refusal(Method::delay_non_normal, {.approach_rad = 1.2}), HasSubstr("0 to 60 degrees"));
-  EXPECT_THAT(refusal(Method::c_axis_alignment, {.balls = 1}), HasSubstr("2 to 7 balls"));
-  EXPECT_THAT(refusal(Method::centreline, {.speed_count = 3, .speeds_mm_s = {5, 10, 15}, .angles = 12}),
+  EXPECT_THAT(refusal(kScrewCalibration, deeper), HasSubstr("takes no overtravel"));
+  EXPECT_THAT(refusal(kDelayPlates, {.axis = 1}), HasSubstr("has no options axis"));
+  EXPECT_THAT(refusal(kCentreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
+  EXPECT_THAT(refusal(kCentreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
+  EXPECT_THAT(refusal(kCentreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));
+  EXPECT_THAT(refusal(kCentreline, {.angles = 1}), HasSubstr("2 to 30 angles"));
+  EXPECT_THAT(refusal(kCentreline, {.arc_rad = 7}), HasSubstr("1 to 360 degrees"));
+  EXPECT_THAT(refusal(kDelayNonNormal, {.approach_rad = 1.2}), HasSubstr("0 to 60 degrees"));
+  EXPECT_THAT(refusal(kCAxisAlignment, {.balls = 1}), HasSubstr("2 to 7 balls"));
+  EXPECT_THAT(refusal(kCentreline, {.speed_count = 3, .speeds_mm_s = {5, 10, 15}, .angles = 12}),
               HasSubstr("180 touches"));
-  EXPECT_THAT(refusal(Method::delay_plates, {.angles = 4}), HasSubstr("takes no rotary angles"));
-  EXPECT_THAT(refusal(Method::centreline, {.balls = 3}), HasSubstr("takes no number of balls"));
-  EXPECT_THAT(refusal(Method::delay_in_out, {.approach_rad = 0.1}), HasSubstr("takes no approach angle"));
+  EXPECT_THAT(refusal(kDelayPlates, {.angles = 4}), HasSubstr("takes no rotary angles"));
+  EXPECT_THAT(refusal(kCentreline, {.balls = 3}), HasSubstr("takes no number of balls"));
+  EXPECT_THAT(refusal(kDelayInOut, {.approach_rad = 0.1}), HasSubstr("takes no approach angle"));
 }
 
 TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
-  Procedure procedure{capture::Capacity{}};
+  Procedure procedure{liveMethods(), capture::Capacity{}};
   ObedientMachine machine{procedure};
-  procedure.start({.run = 1, .method = static_cast<std::uint16_t>(Method::centreline), .at = {}, .options = {}});
+  procedure.start({.run = 1, .method = kCentreline.number, .at = {}, .options = {}});
   for (int k = 0; k < 5; ++k) machine.touch();
   EXPECT_EQ(procedure.progress().step, 5U) << "the first reading is at 0";
   machine.mark(MarkerPhase::begin);
@@ -271,9 +303,9 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
 }
 
 TEST(RotaryProcedure, RefusesAStepWithAnotherTool) {
-  Procedure procedure{capture::Capacity{}};
+  Procedure procedure{liveMethods(), capture::Capacity{}};
   ObedientMachine machine{procedure};
-  procedure.start({.run = 1, .method = static_cast<std::uint16_t>(Method::a_axis_alignment), .at = {}, .options = {}});
+  procedure.start({.run = 1, .method = kAAxisAlignment.number, .at = {}, .options = {}});
   machine.tool = 2;
   machine.mark(MarkerPhase::begin);
   EXPECT_EQ(procedure.progress().state, State::waiting);
@@ -286,18 +318,18 @@ TEST(RotaryProcedure, RefusesAStepWithAnotherTool) {
 TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   using testing::HasSubstr;
   const Facts none;
-  EXPECT_FALSE(whyUnready(Method::delay_multi_speed, none, false));
-  EXPECT_THAT(whyUnready(Method::delay_known_sphere, none, true)->what, HasSubstr("[datum_sphere] diameter_mm"));
-  EXPECT_THAT(whyUnready(Method::delay_plates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
-  EXPECT_THAT(whyUnready(Method::centreline, none, false)->what, HasSubstr("calibrate it first"));
-  EXPECT_FALSE(whyUnready(Method::centreline, none, true));
-  EXPECT_TRUE(findsAPlace(Method::centreline));
-  EXPECT_FALSE(findsAPlace(Method::delay_multi_speed)) << "a delay is the same wherever the axes are";
+  EXPECT_FALSE(whyUnready(kDelayMultiSpeed, none, false));
+  EXPECT_THAT(whyUnready(kDelayKnownSphere, none, true)->what, HasSubstr("[datum_sphere] diameter_mm"));
+  EXPECT_THAT(whyUnready(kDelayPlates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
+  EXPECT_THAT(whyUnready(kCentreline, none, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(kCentreline, none, true));
+  EXPECT_TRUE(kCentreline.finds_a_place);
+  EXPECT_FALSE(kDelayMultiSpeed.finds_a_place) << "a delay is the same wherever the axes are";
   Facts told;
   told.sphere_diameter_mm = 25;
   told.gap_mm = 20;
-  EXPECT_FALSE(whyUnready(Method::delay_per_axis, told, false));
-  EXPECT_FALSE(whyUnready(Method::delay_plates, told, false));
+  EXPECT_FALSE(whyUnready(kDelayPerAxis, told, false));
+  EXPECT_FALSE(whyUnready(kDelayPlates, told, false));
 }
 
 }  // namespace

@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "firmware/procedure/dataset/rim_readings.hpp"
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/rim_loops.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "obedient_machine.hpp"
 
 // centreline-by-steps: what is asked for, loop by loop, and how a run goes on.
@@ -29,7 +30,7 @@ constexpr ProcedureOptions kOptions{.c_on_line_rad = 90 * kDegree};
 // Of every reading, in degrees.
 std::vector<double> anglesOfC(const RimLoops& loops, const ProcedureOptions& options = kOptions) {
   const auto plan = std::make_unique<Plan>();
-  fill(*plan, Method::centreline_by_steps, options, loops);
+  fill(*plan, kCentrelineBySteps, options, stateOf(loops));
   std::vector<double> angles;
   for (std::size_t k = 0; k < plan->step_count; k += 5)
     angles.push_back(plan->steps[k].touch.rotary_angles_rad[2] / kDegree);
@@ -37,7 +38,7 @@ std::vector<double> anglesOfC(const RimLoops& loops, const ProcedureOptions& opt
 }
 
 std::string refusal(const ProcedureOptions& options) {
-  const auto why = whyRefused(Method::centreline_by_steps, options, 1);
+  const auto why = whyRefused(kCentrelineBySteps, options, 1);
   return why ? why->what : "";
 }
 
@@ -54,12 +55,12 @@ TEST(RimPlan, ReadsToEitherSideOfTheZeroThatIsInForce) {
 
 TEST(RimPlan, ReadsTheStylusFirstWithTheSpindleTurnedByHalfATurn) {
   const auto plan = std::make_unique<Plan>();
-  fill(*plan, Method::centreline_by_steps, kOptions);
+  fill(*plan, kCentrelineBySteps, kOptions);
   ASSERT_EQ(plan->step_count, 20U);
   for (std::size_t k = 0; k < 20; ++k) {
     const auto& touch = plan->steps[k].touch;
     EXPECT_EQ(touch.rotary_angles_rad[0], k / 5 == 1 ? std::numbers::pi : 0);
-    EXPECT_EQ(touch.rim.loop, k < 10 ? 0 : 1);
+    EXPECT_EQ(rimStep(touch.note).loop, k < 10 ? 0 : 1);
     EXPECT_EQ(touch.reading, k / 5);
     EXPECT_EQ(touch.ball, 1);
   }
@@ -77,19 +78,18 @@ TEST(RimPlan, HasRoomForAllLoops) {
 
 TEST(RimPlan, NeedsToKnowWhereTheLineIs) {
   Facts facts;
-  EXPECT_THAT(whyUnready(Method::centreline_by_steps, facts, true)->what, HasSubstr("give [rim_ball] c_deg"));
+  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, true)->what, HasSubstr("give [rim_ball] c_deg"));
   facts.rim_ball = RimBall{.c_on_line_rad = 1.5, .level_limit_mm = {}};
-  EXPECT_FALSE(whyUnready(Method::centreline_by_steps, facts, true));
-  EXPECT_THAT(whyUnready(Method::centreline_by_steps, facts, false)->what, HasSubstr("calibrate it first"));
-  EXPECT_EQ(described(Method::centreline_by_steps, {}, facts).c_on_line_rad, 1.5);
-  EXPECT_EQ(described(Method::centreline, {}, facts).c_on_line_rad, 0);
+  EXPECT_FALSE(whyUnready(kCentrelineBySteps, facts, true));
+  EXPECT_THAT(whyUnready(kCentrelineBySteps, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_EQ(described(kCentrelineBySteps, {}, facts).value().c_on_line_rad, 1.5);
+  EXPECT_EQ(described(kCentreline, {}, facts).value().c_on_line_rad, 0);
 }
 
 class RimRun : public testing::Test {
  protected:
   RimRun() {
-    procedure.start(
-        {.run = 1, .method = static_cast<std::uint16_t>(Method::centreline_by_steps), .at = {}, .options = kOptions});
+    procedure.start({.run = 1, .method = kCentrelineBySteps.number, .at = {}, .options = kOptions});
     touchAll();
   }
   // To the end of the steps that are known.
@@ -104,7 +104,7 @@ class RimRun : public testing::Test {
   }
   const Progress& progress() const { return procedure.progress(); }
 
-  Procedure procedure{capture::Capacity{}};
+  Procedure procedure{liveMethods(), capture::Capacity{}};
   ObedientMachine machine{procedure};
 };
 
@@ -115,7 +115,7 @@ TEST_F(RimRun, GoesOnWithTheLoopThatTheReadingsAskFor) {
   EXPECT_EQ(progress().state, State::waiting);
   EXPECT_EQ(progress().step, 20U);
   EXPECT_EQ(progress().steps, 30U);
-  EXPECT_EQ(progress().rim.zeros_rad[1], 0.02) << "for whoever says what the step is";
+  EXPECT_EQ(rimLoops(progress().loops).zeros_rad[1], 0.02) << "for whoever says what the step is";
   touchAll();
   ASSERT_EQ(progress().state, State::solving);
   EXPECT_TRUE(procedure.takeReadyToSolve()) << "once more";
@@ -124,7 +124,7 @@ TEST_F(RimRun, GoesOnWithTheLoopThatTheReadingsAskFor) {
   touchAll();
   EXPECT_TRUE(procedure.takeReadyToSolve());
   EXPECT_EQ(procedure.recording().touches().size(), 35U) << "all of the run is there";
-  EXPECT_EQ(procedure.recording().touches().back().request.rim.zero_rad, 0.02);
+  EXPECT_EQ(rimStep(procedure.recording().touches().back().request.note).zero_rad, 0.02);
   procedure.solved({.run = 1, .refused = false, .result_id = 7, .at = {}});
   EXPECT_EQ(progress().state, State::proposed);
 }
@@ -146,29 +146,29 @@ TEST_F(RimRun, PassesOverWhatDoesNotFollow) {
 }
 
 // What was measured so far: the centres of the ball, in the last loop at +theta and -theta.
-std::optional<RimLoops> next(const Procedure& procedure, double y_plus_mm, double y_minus_mm, double limit_mm) {
+std::optional<Solved> next(const Procedure& procedure, double y_plus_mm, double y_minus_mm, double limit_mm) {
   RunDataset measured;
   auto& table = measured.dataset.tables.emplace_back(metrology::Table::withColumns(
       "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"}));
   table.append({1, 0.7, 20, y_plus_mm});
   table.append({1, -0.7, -20, y_minus_mm});
   if (limit_mm > 0) measured.dataset.config["level_limit_mm"] = limit_mm;
-  return nextLoops(Method::centreline_by_steps, procedure.recording(), measured);
+  return nextLoop(kCentrelineBySteps, procedure.recording(), {}, {}, measured);
 }
 
 TEST_F(RimRun, IsTurnedByWhatIsLeftOfTheAngle) {
   const auto turned = next(procedure, 100, 101, 0);
   ASSERT_TRUE(turned);
-  EXPECT_EQ(turned->count, 2U);
+  EXPECT_EQ(turned->loops, 2U);
   EXPECT_FALSE(turned->closes);
-  EXPECT_NEAR(turned->zeros_rad[1], std::atan(-1.0 / 40), 1e-12) << "(B26)";
+  EXPECT_NEAR(turned->c_zero_rad, std::atan(-1.0 / 40), 1e-12) << "(B26)";
   EXPECT_TRUE(next(procedure, 100, 100.0099, 0)->closes);
   EXPECT_FALSE(next(procedure, 100, 100.0101, 0)->closes) << "10 um";
   EXPECT_TRUE(next(procedure, 100, 100.0101, 0.02)->closes);
-  EXPECT_FALSE(nextLoops(Method::centreline, procedure.recording(), {}));
+  EXPECT_FALSE(nextLoop(kCentreline, procedure.recording(), {}, {}, {}));
   RunDataset refused;
   refused.refusal = metrology::Refusal{"no-delay", ""};
-  EXPECT_FALSE(nextLoops(Method::centreline_by_steps, procedure.recording(), refused));
+  EXPECT_FALSE(nextLoop(kCentrelineBySteps, procedure.recording(), {}, {}, refused));
 }
 
 TEST_F(RimRun, IsClosedAfterFiveLoopsHoweverTheBallStands) {
@@ -179,8 +179,8 @@ TEST_F(RimRun, IsClosedAfterFiveLoopsHoweverTheBallStands) {
   const auto closed = next(procedure, 100, 101, 0);
   ASSERT_TRUE(closed);
   EXPECT_TRUE(closed->closes);
-  EXPECT_EQ(closed->count, kMostRimLoops);
-  EXPECT_EQ(closed->zeros_rad[4], 0.005) << "which is the solver's to judge";
+  EXPECT_EQ(closed->loops, kMostRimLoops);
+  EXPECT_EQ(closed->c_zero_rad, 0.005) << "which is the solver's to judge";
   goOn(kMostRimLoops, 0.005, true);
   touchAll();
   EXPECT_FALSE(next(procedure, 100, 101, 0)) << "all is done";

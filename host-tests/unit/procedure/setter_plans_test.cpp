@@ -5,12 +5,13 @@
 #include <memory>
 #include <vector>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 
 // The plan of tool-setter, what it needs, and which tool has to be in the spindle.
 namespace probebox::procedure {
@@ -18,13 +19,13 @@ namespace {
 
 using testing::HasSubstr;
 
-std::unique_ptr<Plan> planned(const ProcedureOptions& options, Method method = Method::tool_setter) {
+std::unique_ptr<Plan> planned(const ProcedureOptions& options, const LiveMethod& method = kToolSetter) {
   auto plan = std::make_unique<Plan>();
   fill(*plan, method, options);
   return plan;
 }
 
-std::string refusal(Method method, const ProcedureOptions& options) {
+std::string refusal(const LiveMethod& method, const ProcedureOptions& options) {
   const auto why = whyRefused(method, options, std::numeric_limits<double>::infinity());
   return why ? why->what : "";
 }
@@ -50,58 +51,55 @@ TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {
 }
 
 TEST(SetterPlan, NeedsANumberAndWayAboutTheEdges) {
-  EXPECT_THAT(refusal(Method::tool_setter, {}), HasSubstr("--tool"));
-  EXPECT_THAT(refusal(Method::tool_setter, {.overtravel_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 100 mm"));
-  EXPECT_THAT(refusal(Method::tool_setter, {.clearance_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 10 mm"));
-  EXPECT_THAT(refusal(Method::tool_setter, {.balls = 2, .tool = 7}), HasSubstr("takes no number of balls"));
-  EXPECT_THAT(refusal(Method::centreline, {.tool = 7}), HasSubstr("takes no tool"));
-  EXPECT_EQ(refusal(Method::tool_setter, {.tool = 7}), "");
+  EXPECT_THAT(refusal(kToolSetter, {}), HasSubstr("--tool"));
+  EXPECT_THAT(refusal(kToolSetter, {.overtravel_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 100 mm"));
+  EXPECT_THAT(refusal(kToolSetter, {.clearance_mm = 0.2, .tool = 7}), HasSubstr("0.3 to 10 mm"));
+  EXPECT_THAT(refusal(kToolSetter, {.balls = 2, .tool = 7}), HasSubstr("takes no number of balls"));
+  EXPECT_THAT(refusal(kCentreline, {.tool = 7}), HasSubstr("takes no tool"));
+  EXPECT_EQ(refusal(kToolSetter, {.tool = 7}), "");
 }
 
 TEST(SetterPlan, NeedsADeviceADelayAndAKnownTool) {
   Facts facts;
-  EXPECT_THAT(whyUnready(Method::tool_setter, facts, true)->what, HasSubstr("[tool_setter] in machine.toml"));
+  EXPECT_THAT(whyUnready(kToolSetter, facts, true)->what, HasSubstr("[tool_setter] in machine.toml"));
   facts.tool_setter.emplace();
   facts.tools = {{.number = 4}, {.number = 9}};
-  EXPECT_THAT(whyUnready(Method::tool_setter, facts, false)->what, HasSubstr("calibrate it first"));
-  EXPECT_FALSE(whyUnready(Method::tool_setter, facts, true));
-  EXPECT_TRUE(findsAPlace(Method::tool_setter));
-  EXPECT_THAT(whyUnknownTool(Method::tool_setter, 7, facts)->what,
+  EXPECT_THAT(whyUnready(kToolSetter, facts, false)->what, HasSubstr("calibrate it first"));
+  EXPECT_FALSE(whyUnready(kToolSetter, facts, true));
+  EXPECT_TRUE(kToolSetter.finds_a_place);
+  EXPECT_THAT(kToolSetter.why_unfit({.tool = 7}, facts)->what,
               HasSubstr("no [[tool]] with number 7: add it, or measure one of 4, 9"));
-  EXPECT_FALSE(whyUnknownTool(Method::tool_setter, 9, facts));
-  EXPECT_FALSE(whyUnknownTool(Method::centreline, 0, facts)) << "the method measures no tool";
+  EXPECT_FALSE(kToolSetter.why_unfit({.tool = 9}, facts));
+  EXPECT_EQ(kCentreline.why_unfit, nullptr) << "the method measures no tool";
 }
 
 TEST(AssemblyPlan, TouchesWithTheToolAlone) {
-  const auto plan = planned({.tool = 7}, Method::tool_assembly);
+  const auto plan = planned({.tool = 7}, kToolAssembly);
   ASSERT_EQ(plan->step_count, 18U);
   for (std::size_t k = 0; k < 18; ++k) {
     EXPECT_EQ(plan->steps[k].touch.tool, 7U);
     EXPECT_EQ(plan->steps[k].touch.reading, k / 6);
     EXPECT_TRUE(plan->steps[k].touch.by_edges);
   }
-  EXPECT_THAT(refusal(Method::tool_assembly, {}), HasSubstr("--tool"));
+  EXPECT_THAT(refusal(kToolAssembly, {}), HasSubstr("--tool"));
 }
 
 TEST(AssemblyPlan, NeedsAUnitWithAKnownPlaceAndAHolder) {
   Facts facts;
   facts.tool_setter.emplace();
   facts.tools = {{.number = 4, .holder = HolderFacts{.number = 2, .length_mm = 60, .sd_mm = 0}}, {.number = 9}};
-  EXPECT_THAT(whyUnready(Method::tool_assembly, facts, true)->what, HasSubstr("accepted_mm in machine.toml"));
+  EXPECT_THAT(whyUnready(kToolAssembly, facts, true)->what, HasSubstr("accepted_mm in machine.toml"));
   facts.tool_setter->accepted_mm = {0, 0, 0};
-  EXPECT_FALSE(whyUnready(Method::tool_assembly, facts, true));
-  EXPECT_FALSE(whyUnknownTool(Method::tool_assembly, 4, facts));
-  EXPECT_THAT(whyUnknownTool(Method::tool_assembly, 9, facts)->what, HasSubstr("a [[holder]] with its length"));
-  EXPECT_FALSE(whyUnknownTool(Method::tool_setter, 9, facts)) << "its length does not matter there";
+  EXPECT_FALSE(whyUnready(kToolAssembly, facts, true));
+  EXPECT_FALSE(kToolAssembly.why_unfit({.tool = 4}, facts));
+  EXPECT_THAT(kToolAssembly.why_unfit({.tool = 9}, facts)->what, HasSubstr("a [[holder]] with its length"));
+  EXPECT_FALSE(kToolSetter.why_unfit({.tool = 9}, facts)) << "its length does not matter there";
 }
 
 // A box at the first step of a run, or at the first one with the tool.
 class SetterRun : public testing::Test {
  protected:
-  SetterRun() {
-    procedure_.start(
-        {.run = 1, .method = static_cast<std::uint16_t>(Method::tool_setter), .at = {}, .options = {.tool = 7}});
-  }
+  SetterRun() { procedure_.start({.run = 1, .method = kToolSetter.number, .at = {}, .options = {.tool = 7}}); }
   void begin(std::uint32_t tool) {
     procedure_.mark({.procedure = 1,
                      .step = procedure_.progress().step,
@@ -138,7 +136,7 @@ class SetterRun : public testing::Test {
 
   static constexpr TickMap kLocked{
       .tick = {}, .at = {}, .period_q32_ns = {}, .sigma_ns = 0, .state = ClockState::locked};
-  Procedure procedure_{capture::Capacity{}};
+  Procedure procedure_{liveMethods(), capture::Capacity{}};
 };
 
 TEST_F(SetterRun, BeginsWithTheProbeAndGoesOnWithTheTool) {

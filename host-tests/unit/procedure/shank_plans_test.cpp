@@ -5,11 +5,12 @@
 #include <memory>
 #include <string>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/facts/readiness.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 
 // Steps at which the shank of the stylus touches a ball in the place of a second tool: what is asked for, and what it
 // needs.
@@ -30,16 +31,16 @@ Facts factsWithShank() {
   return facts;
 }
 
-std::unique_ptr<Plan> planned(Method method) {
+std::unique_ptr<Plan> planned(const LiveMethod& method) {
   auto plan = std::make_unique<Plan>();
-  const auto options = described(method, {}, factsWithShank(), ReadBy::shank);
+  const auto options = described(method, {}, factsWithShank(), ReadBy::shank).value();
   EXPECT_FALSE(whyRefused(method, options, 1));
   fill(*plan, method, options);
   return plan;
 }
 
 TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool) {
-  const auto plan = planned(Method::a_axis_alignment);
+  const auto plan = planned(kAAxisAlignment);
   ASSERT_EQ(plan->step_count, 4U * 5U + 4U * 4U);
   for (std::size_t k = 0; k < plan->step_count; ++k) {
     const auto& touch = plan->steps[k].touch;
@@ -55,7 +56,7 @@ TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool)
 
 // The stem holds a ball from below; what hangs on a shank that touches a side which looks down would cross it.
 TEST(ShankPlan, LeavesSidesThatLookDownToTheStem) {
-  const auto plan = planned(Method::swivel_error);
+  const auto plan = planned(kSwivelError);
   std::array<int, 3> sides{};
   for (std::size_t k = 0; k < plan->step_count; ++k) {
     const auto& touch = plan->steps[k].touch;
@@ -71,32 +72,32 @@ TEST(ShankPlan, LeavesSidesThatLookDownToTheStem) {
 }
 
 TEST(ShankPlan, NeedsAShankThatIsDescribedAndNoSecondTool) {
-  for (const auto method : {Method::a_axis_alignment, Method::swivel_error}) {
+  for (const auto* method : {&kAAxisAlignment, &kSwivelError}) {
     Facts facts = factsWithShank();
-    EXPECT_FALSE(whyNoShank(method, facts));
-    EXPECT_FALSE(whyUnready(method, facts, true, ReadBy::shank));
-    EXPECT_THAT(whyUnready(method, facts, false, ReadBy::shank)->what, HasSubstr("calibrate it first"));
-    EXPECT_THAT(whyUnready(method, facts, true)->what, HasSubstr("[probe_tools]"));
+    EXPECT_FALSE(whyNoShank(*method, facts));
+    EXPECT_FALSE(whyUnready(*method, facts, true, ReadBy::shank));
+    EXPECT_THAT(whyUnready(*method, facts, false, ReadBy::shank)->what, HasSubstr("calibrate it first"));
+    EXPECT_THAT(whyUnready(*method, facts, true)->what, HasSubstr("[probe_tools]"));
     facts.probe_shank.reset();
-    EXPECT_THAT(whyNoShank(method, facts)->what, HasSubstr("give [probe_shank] tool, radius_mm"));
+    EXPECT_THAT(whyNoShank(*method, facts)->what, HasSubstr("give [probe_shank] tool, radius_mm"));
   }
-  EXPECT_THAT(whyNoShank(Method::head_pivot, factsWithShank())->what, HasSubstr("head-pivot does not use a shank"));
-  const auto options = described(Method::a_axis_alignment, {}, factsWithShank(), ReadBy::shank);
-  EXPECT_THAT(whyRefused(Method::head_pivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
+  EXPECT_THAT(whyNoShank(kHeadPivot, factsWithShank())->what, HasSubstr("head-pivot does not use a shank"));
+  const auto options = described(kAAxisAlignment, {}, factsWithShank(), ReadBy::shank).value();
+  EXPECT_THAT(whyRefused(kHeadPivot, {.shank_height_mm = 50}, 1)->what, HasSubstr("does not use a shank"));
   EXPECT_EQ(options.tool_count, 2);
-  EXPECT_EQ(described(Method::a_axis_alignment, {}, factsWithShank()).shank_height_mm, 0);
+  EXPECT_EQ(described(kAAxisAlignment, {}, factsWithShank()).value().shank_height_mm, 0);
   Facts no_head = factsWithShank();
   no_head.swivel_head.reset();
-  EXPECT_THAT(whyUnready(Method::swivel_error, no_head, true, ReadBy::shank)->what, HasSubstr("[swivel_head]"));
+  EXPECT_THAT(whyUnready(kSwivelError, no_head, true, ReadBy::shank)->what, HasSubstr("[swivel_head]"));
 }
 
 TEST(ShankPlan, IsRefusedWhereTheStylusBallWouldComeToTheBallAsWell) {
   Facts facts = factsWithShank();
   facts.probe_shank->height_mm = 15.4;
-  EXPECT_THAT(whyNoShank(Method::swivel_error, facts)->what, HasSubstr("choose [probe_shank] height_mm above 15.5"));
-  EXPECT_FALSE(whyNoShank(Method::a_axis_alignment, facts)) << "nobody says how large the ball of the part is";
+  EXPECT_THAT(whyNoShank(kSwivelError, facts)->what, HasSubstr("choose [probe_shank] height_mm above 15.5"));
+  EXPECT_FALSE(whyNoShank(kAAxisAlignment, facts)) << "nobody says how large the ball of the part is";
   facts.checked_ball = CheckedBall{26, 0, {}, {}, {}};
-  EXPECT_THAT(whyNoShank(Method::a_axis_alignment, facts)->what, HasSubstr("above 16"));
+  EXPECT_THAT(whyNoShank(kAAxisAlignment, facts)->what, HasSubstr("above 16"));
 }
 
 }  // namespace

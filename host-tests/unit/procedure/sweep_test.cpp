@@ -1,13 +1,14 @@
-#include "firmware/procedure/dataset/sweep.hpp"
+#include "firmware/procedure/methods/sweep.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <string>
 
-#include "firmware/procedure/dataset/run_dataset.hpp"
 #include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/procedure.hpp"
+#include "firmware/procedure/plan/run_dataset.hpp"
 #include "locked_clock.hpp"
 
 namespace probebox::procedure {
@@ -17,7 +18,7 @@ class Sweeping : public testing::Test {
  protected:
   Sweeping() {
     procedure.start({.run = 1,
-                     .method = static_cast<std::uint16_t>(Method::screw_calibration),
+                     .method = kScrewCalibration.number,
                      .at = {},
                      .options = {.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40}});
   }
@@ -48,7 +49,7 @@ class Sweeping : public testing::Test {
     return facts;
   }
 
-  Procedure procedure{capture::Capacity{}};
+  Procedure procedure{liveMethods(), capture::Capacity{}};
   std::int64_t now_ms{};
 };
 
@@ -58,8 +59,7 @@ TEST_F(Sweeping, GivesReadingsOfThatScrewOverItsAngle) {
   mark(MarkerPhase::end);
   ASSERT_EQ(procedure.progress().state, State::solving) << "a clipped probe does not matter";
   const capture::Scales scales{.mm_per_count = {1e-6, 1e-6, 1e-6}, .nominal_period = Nanoseconds{1'000'000}};
-  const auto [dataset, refusal, warnings] =
-      runDataset(Method::screw_calibration, procedure.recording(), scales, facts());
+  const auto [dataset, refusal, warnings] = runDataset(kScrewCalibration, procedure.recording(), scales, facts());
   EXPECT_FALSE(refusal);
   EXPECT_TRUE(warnings.empty());
   EXPECT_EQ(dataset.method, "screw-calibration");
@@ -86,7 +86,7 @@ TEST_F(Sweeping, SaysHowManyReadingsHaveNoPosition) {
   pass(1000);
   mark(MarkerPhase::end);
   const capture::Scales scales{.mm_per_count = {1e-6, 1e-6, 1e-6}, .nominal_period = Nanoseconds{1'000'000}};
-  const auto run = runDataset(Method::screw_calibration, procedure.recording(), scales, facts());
+  const auto run = runDataset(kScrewCalibration, procedure.recording(), scales, facts());
   ASSERT_EQ(run.warnings.size(), 1U);
   EXPECT_THAT(run.warnings[0], testing::StartsWith("6 of 26 readings"));
   EXPECT_EQ(run.dataset.tables[0].rows(), 20U);

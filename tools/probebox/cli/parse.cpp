@@ -26,7 +26,7 @@ constexpr const char* kAbout =
 // Every command with its options in one place; each adder says what to run when its command was named.
 class CommandLine {
  public:
-  CommandLine() {
+  explicit CommandLine(const MethodHelp& methods) : runs_{methods} {
     app_.require_subcommand(1);
     app_.set_help_flag("-h,--help", "print this help and exit");
     app_.set_version_flag("-V,--version", "probebox " PROBEBOX_VERSION);
@@ -253,8 +253,8 @@ class CommandLine {
 
 }  // namespace
 
-std::variant<Request, Answer> parse(std::span<const std::string> arguments) {
-  CommandLine line;
+std::variant<Request, Answer> parse(std::span<const std::string> arguments, const MethodHelp& methods) {
+  CommandLine line{methods};
   try {
     line.app().parse(std::vector<std::string>{arguments.rbegin(), arguments.rend()});  // CLI11 takes them from the back
     return line.request();

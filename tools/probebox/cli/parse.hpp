@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "tools/probebox/cli/exit_status.hpp"
+#include "tools/probebox/cli/method_help.hpp"
 #include "tools/probebox/cli/request.hpp"
 
 namespace probebox::command {
@@ -14,7 +15,7 @@ struct Answer {
   std::string text;
 };
 
-// arguments: without the program's name.
-std::variant<Request, Answer> parse(std::span<const std::string> arguments);
+// arguments: without the program's name. methods: for the help about calibrations.
+std::variant<Request, Answer> parse(std::span<const std::string> arguments, const MethodHelp& methods);
 
 }  // namespace probebox::command

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "tools/probebox/cli/method_help.hpp"
 #include "tools/probebox/cli/request.hpp"
 #include "tools/probebox/cli/subcommands.hpp"
 #include "tools/probebox/cli/validators.hpp"
@@ -13,6 +14,7 @@ namespace probebox::command {
 // Commands that measure on a machine, and the forecast of what they will find. Only parse.cpp includes this.
 class RunCommands {
  public:
+  explicit RunCommands(const MethodHelp& methods) : methods_{methods} {}
   void declare(Subcommands& commands) {
     commands.add("selftest",
                  "check a machine before its first calibration: axis senses, probe signs, clock, edge stamps",
@@ -28,12 +30,7 @@ class RunCommands {
     auto* calibrate =
         commands.add("calibrate", "run a calibration on the machine, step by step",
                      "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
-    calibrate->add_option(
-        "method", calibrate_.method,
-        "the method; default: delay-multi-speed. Also delay-known-sphere, delay-plates, delay-per-axis, "
-        "delay-non-normal, delay-in-out, centreline, centreline-limited-access, centreline-by-steps, c-axis-alignment, "
-        "spindle-offset-2x2, spindle-offset-four, periodic-check, rotary-axis-errors, table-pivot, swivel-error, "
-        "head-pivot, a-axis-alignment, screw-calibration, tool-setter, tool-assembly, sensor-head-calibration");
+    calibrate->add_option("method", calibrate_.method, "one of " + methods_.all + "; default: " + kUsualMethod);
     addChoices(calibrate, calibrate_);
     calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
@@ -48,7 +45,7 @@ class RunCommands {
     });
   }
 
-  static void addChoices(CLI::App* command, RunChoices& choices) {
+  void addChoices(CLI::App* command, RunChoices& choices) {
     command->add_option("--speed", choices.speeds_mm_s, "speeds of the touches, such as 10,20,40")
         ->delimiter(',')
         ->check(positive())
@@ -61,41 +58,32 @@ class RunCommands {
         ->type_name("MM");
     command
         ->add_option("--approach", choices.approach_deg,
-                     "angle between approach and surface normal; for delay-non-normal")
+                     "angle between approach and surface normal; for " + methods_.approach)
         ->check(positive())
         ->type_name("DEGREES");
-    command
-        ->add_option("--angles", choices.angles,
-                     "number of angles of C; for centreline, centreline-limited-access and rotary-axis-errors")
+    command->add_option("--angles", choices.angles, "number of angles of C; for " + methods_.angles)
         ->check(positive())
         ->type_name("NUMBER");
-    command
-        ->add_option("--arc", choices.arc_deg,
-                     "range of C; default: 360 for centreline and rotary-axis-errors, 80 for centreline-limited-access "
-                     "and centreline-by-steps")
+    command->add_option("--arc", choices.arc_deg, "range of C; default: " + methods_.usual_arcs)
         ->check(positive())
         ->type_name("DEGREES");
-    command
-        ->add_option("--heights", choices.balls,
-                     "number of balls at different heights; for c-axis-alignment and rotary-axis-errors")
+    command->add_option("--heights", choices.balls, "number of balls at different heights; for " + methods_.heights)
         ->check(positive())
         ->type_name("NUMBER");
-    command->add_option("--axis", choices.axis, "axis of the screw, X, Y or Z; for screw-calibration")
+    command->add_option("--axis", choices.axis, "axis of the screw, X, Y or Z; for " + methods_.axis)
         ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
         ->type_name("AXIS");
-    command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for screw-calibration")
+    command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.axis)
         ->check(positive())
         ->type_name("NUMBER");
-    command
-        ->add_option("--tool", choices.tool, "number of the tool that is measured; for tool-setter and tool-assembly")
+    command->add_option("--tool", choices.tool, "number of the tool that is measured; for " + methods_.tool)
         ->check(positive())
         ->type_name("NUMBER");
+    command->add_flag("--head", choices.head,
+                      "measure with the sensor head instead of the probe, one position per ball; for " + methods_.head);
     command->add_flag(
-        "--head", choices.head,
-        "measure with the sensor head instead of the probe, one position per ball; for rotary-axis-errors");
-    command->add_flag("--shank", choices.shank,
-                      "measure with tip and shank of one stylus instead of tools of several lengths; for "
-                      "a-axis-alignment and swivel-error");
+        "--shank", choices.shank,
+        "measure with tip and shank of one stylus instead of tools of several lengths; for " + methods_.shank);
   }
 
   void declarePlan(Subcommands& commands) {
@@ -127,6 +115,7 @@ class RunCommands {
     }
   }
 
+  const MethodHelp& methods_;
   Selftest selftest_;
   Calibrate calibrate_;
   Plan plan_;

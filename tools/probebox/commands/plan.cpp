@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "protocol/units/nearest.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::size_t kShown = 5;  // proposals, on a page
 
-plan::Wanted wantedOf(procedure::Method method, const Plan& options) {
+plan::Wanted wantedOf(const procedure::LiveMethod& method, const Plan& options) {
   constexpr double kRadPerDegree = std::numbers::pi / 180;
-  plan::Wanted wanted{.method = method};
+  plan::Wanted wanted{.method = &method};
   auto& chosen = wanted.options;
   chosen.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size());
   std::ranges::copy(options.speeds_mm_s, chosen.speeds_mm_s.begin());
@@ -95,7 +95,7 @@ Json describe(const plan::Forecast& forecast) {
   for (const auto& one : forecast.dropped) dropped.push_back({{"name", one.name}, {"reason", one.reason}});
   const auto& options = forecast.wanted.options;
   const std::vector<double> speeds{options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
-  return {{"method", procedure::nameOf(forecast.wanted.method)},
+  return {{"method", forecast.wanted.method->name()},
           {"options", chosenOf(forecast)},
           {"speeds_mm_s", speeds},
           {"angles", options.angles},
@@ -110,14 +110,14 @@ Json describe(const plan::Forecast& forecast) {
 // "25 touches", "1 sweep".
 std::string stepsOf(const plan::Forecast& forecast) {
   const auto& wanted = forecast.wanted;
-  const bool holds = wanted.by == procedure::ReadBy::head || procedure::needsHead(wanted.method);
-  const bool sweeps = procedure::needsOf(wanted.method) == procedure::Needs::screw;
+  const bool holds = wanted.by == procedure::ReadBy::head || wanted.method->kind == procedure::Kind::hold;
+  const bool sweeps = wanted.method->takes_axis;
   const std::string one = sweeps ? "sweep" : holds ? "hold" : "touch";
   return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
 }
 
 std::string page(const plan::Forecast& forecast) {
-  std::string all = std::string{procedure::nameOf(forecast.wanted.method)} + ": " + stepsOf(forecast) +
+  std::string all = std::string{forecast.wanted.method->name()} + ": " + stepsOf(forecast) +
                     printed(", about %.0f s", forecast.duration_s);
   for (const auto& quantity : quantitiesOf(forecast)) {
     all += printed("\n  %-22s ", quantity.label.name.c_str()) + printed("%-16s", spreadOf(quantity).c_str());
@@ -127,7 +127,7 @@ std::string page(const plan::Forecast& forecast) {
   return all;
 }
 
-ExitStatus propose(procedure::Method method, const Plan& options, Console& console) {
+ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Console& console) {
   const auto found = plan::proposals(wantedOf(method, options), setUpOf(options), *options.time_s);
   if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
   if (found->empty())
@@ -142,7 +142,7 @@ ExitStatus propose(procedure::Method method, const Plan& options, Console& conso
       console.object(describe(one));
     else
       console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
-                   "probebox calibrate " + std::string{procedure::nameOf(method)} + " " + chosenOf(one));
+                   "probebox calibrate " + std::string{method.name()} + " " + chosenOf(one));
   }
   return ExitStatus::ok;
 }
@@ -150,8 +150,8 @@ ExitStatus propose(procedure::Method method, const Plan& options, Console& conso
 }  // namespace
 
 ExitStatus run(const Plan& options, const std::string&, Console& console) {
-  const auto method = procedure::methodNamed(options.method);
-  if (!method) {
+  const procedure::LiveMethod* method = procedure::methodNamed(options.method);
+  if (method == nullptr) {
     std::string known;
     for (const auto name : procedure::methodNames()) known += (known.empty() ? "" : ", ") + std::string{name};
     return console.fail(usage("no box runs " + options.method + didYouMean(options.method, procedure::methodNames()) +

@@ -1,4 +1,4 @@
-#include "firmware/procedure/dataset/setter_readings.hpp"
+#include "firmware/metrology/tool/tool_setter.hpp"
 
 #include <cmath>
 #include <string>
@@ -6,6 +6,9 @@
 #include <utility>
 
 #include "firmware/procedure/dataset/setter_rounds.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+#include "firmware/procedure/methods/setter_faces.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -54,17 +57,51 @@ void addKeys(metrology::Dataset& dataset, const capture::Recording& recording, c
   }
 }
 
-}  // namespace
-
-RunDataset setterDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts) {
-  auto [run, rounds] = roundsOf(recording, scales, Method::tool_setter);
-  const ToolSetter& setter = *facts.tool_setter;
-  addKeys(run.dataset, recording, setter);
-  if (!run.refusal) run.refusal = wrongWidth(rounds, setter, facts.stylus_ball_diameter_mm);
+// Builds the case: each round is a row of readings, the machine position with the tip at the centre of the device
+// (docs/metrology.md B.9). Opposed faces give X and Y; half width and, for the probe, the stylus radius are subtracted
+// from the top. Refuses: no-delay; setter-width-wrong (the measured width differs from the stated one); what
+// switchedTouches() refuses.
+RunDataset setterDataset(const FinishedRun& of) {
+  auto [run, rounds] = roundsOf(of);
+  const ToolSetter& setter = *of.facts.tool_setter;
+  const double ball_mm = of.facts.stylus_ball_diameter_mm;
+  addKeys(run.dataset, of.recording, setter);
+  if (!run.refusal) run.refusal = wrongWidth(rounds, setter, ball_mm);
   if (run.refusal) return std::move(run);
   auto& tables = run.dataset.tables;
-  tables.insert(tables.begin(), readingsOf(rounds, setter, facts.stylus_ball_diameter_mm));
+  tables.insert(tables.begin(), readingsOf(rounds, setter, ball_mm));
   return std::move(run);
 }
+
+constexpr Fact kToolSetterAndTool{
+    .place = "`[tool_setter]` and `[[tool]]`, its line in box.toml",
+    .known = [](const Facts& facts) { return facts.tool_setter.has_value(); },
+    .missing = "a tool-setting device: give [tool_setter] in machine.toml, and its line as a [[trigger]] in box.toml."};
+constexpr std::array kNeeds{&kToolSetterAndTool};
+
+// The probe first, then the tool.
+constexpr Poses kToolChange{.count = [](const ProcedureOptions&, const LoopState&) { return 2 * kRounds; },
+                            .at = [](const ProcedureOptions& options, const LoopState&,
+                                     std::size_t index) { return Pose{.tool = index < kRounds ? 0 : options.tool}; }};
+
+}  // namespace
+
+constinit const LiveMethod kToolSetter{
+    .number = 20,
+    .solver = &metrology::kToolSetter,
+    .steps =
+        "faces +X, -X, +Y, -Y, +Z, +Z of the tool-setting device, three rounds with the probe and three with the "
+        "tool of `--tool N`, at 5 mm/s, A and C at 0",
+    .needs = kNeeds,
+    .finds_a_place = true,
+    .feature = Feature::tool_setter,
+    .sides = kSetterSides,
+    .poses = kToolChange,
+    .usual = touchesAt(kTool_mm_s),
+    .takes_tool = true,
+    .also_refused = whyNoTool,
+    .why_unfit = whyUnknownTool,
+    .dataset = setterDataset,
+    .speed_sets = kToolSpeedSets};
 
 }  // namespace probebox::procedure

@@ -3,10 +3,23 @@
 #include <string>
 #include <vector>
 
+#include "firmware/capture/recording.hpp"
+#include "firmware/capture/touch_dataset.hpp"
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/procedure/facts/facts.hpp"
 
 namespace probebox::procedure {
+
+struct LiveMethod;
+
+// All steps of a run are recorded: what its method needs in order to build the case.
+struct FinishedRun {
+  const LiveMethod& method;
+  const capture::Recording& recording;
+  const capture::Scales& scales;
+  const Facts& facts;
+};
 
 // The case of a run, with the tables and keys of its method, so a saved run solves to the same digits. A ball reading
 // is the centre of its touches, corrected by the delay in force; the touches are kept as further tables. `refusal`: the

@@ -1,15 +1,14 @@
-#include "firmware/procedure/dataset/sweep.hpp"
+#include "firmware/procedure/methods/sweep.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "firmware/capture/touch_capture.hpp"
-#include "firmware/procedure/plan/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
@@ -23,7 +22,6 @@ constexpr unsigned kMostTurns = 20;
 constexpr double kUsual_rpm = 3;
 // The table is used whole up to here (D5).
 constexpr double kWholeTable = 0.9;
-constexpr double kTurn_rad = 2 * std::numbers::pi;
 
 // As long as positions find room, less a minute for whoever marks begin and end.
 constexpr double kLongest_s = static_cast<double>(capture::Capacity{}.machine_rows) *
@@ -82,8 +80,8 @@ class Way {
 
 }  // namespace
 
-Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns, const Facts& facts) {
-  const std::string method{nameOf(Method::screw_calibration)};
+Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, const Facts& facts) {
+  const std::string method{kScrewCalibration.name()};
   if (options.axis < 1 || options.axis > kLinearAxes)
     return Error{method + " measures one screw: name its axis, X, Y or Z (--axis X)."};
   const std::string axis = nameOfAxis(options.axis - 1U);
@@ -92,7 +90,7 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
     return Error{"The screw of " + axis + " is not described: give [screw." + axis +
                  "] in machine.toml, or choose an axis that has a sensor on its screw."};
   }
-  if (turns == 0) turns = kUsualTurns;
+  const unsigned turns = options.turns == 0 ? kUsualTurns : options.turns;
   if (turns < kFewestTurns || turns > kMostTurns) {
     return Error{number(turns) + " turns are not possible: give " + number(kFewestTurns) + " to " + number(kMostTurns) +
                  "; separating the drift from the face run-out needs 3 whole turns."};
@@ -110,6 +108,7 @@ Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns,
                  " mm/s."};
   }
   options.travel_mm = turns * screw->pitch_mm;
+  options.turns = 0;
   if (const auto error = whyTooLong(options)) return *error;
   return options;
 }
@@ -130,8 +129,9 @@ std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm
                number(last_mm) + " mm first."};
 }
 
-RunDataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts) {
-  metrology::Dataset dataset{.method = std::string{nameOf(Method::screw_calibration)}, .config = {}, .tables = {}};
+RunDataset sweepDataset(const FinishedRun& of) {
+  const auto& [method, recording, scales, facts] = of;
+  metrology::Dataset dataset{.method = std::string{method.name()}, .config = {}, .tables = {}};
   auto face = metrology::Table::withColumns("sector_cal", kFaceColumns);
   std::size_t readings = 0;
   for (const auto& sweep : recording.touches()) {

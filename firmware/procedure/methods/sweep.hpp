@@ -1,18 +1,14 @@
 #pragma once
-#include "firmware/capture/recording.hpp"
-#include "firmware/capture/touch_dataset.hpp"
-#include "firmware/procedure/dataset/measured_case.hpp"
-#include "firmware/procedure/facts/facts.hpp"
-#include "firmware/procedure/plan/method.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
 
 // A sweep turns the ball screw of one axis slowly through whole turns while the sensor at its end is read: the live
 // part of screw-calibration (docs/metrology.md D4).
 namespace probebox::procedure {
 
-// Computes travel and speed of a sweep from the screw in machine.toml. `turns`: whole turns, 0 for four. Errors: no
-// axis, a screw that is not described, too few turns, a speed that its sensor cannot follow, or one too slow for the
-// recording.
-Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, unsigned turns, const Facts& facts);
+// Computes travel and speed of a sweep from the screw in machine.toml and options.turns: whole turns, 0 for four.
+// Errors: no axis, a screw that is not described, too few turns, a speed that its sensor cannot follow, or one too slow
+// for the recording.
+Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, const Facts& facts);
 
 // Explains why a sweep cannot begin at this machine position: it would end beyond the axis. Names the possible range.
 // `sweep`: from sweepOptions().
@@ -21,6 +17,6 @@ std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm
 // Builds a case of screw-calibration: sensor readings over the angle of the screw, which follows from motor positions
 // interpolated in time; angle 0 is the begin of sector 0. The gain is not measured, so the case states the present one.
 // Readings without positions on both sides are omitted with a warning.
-RunDataset sweepDataset(const capture::Recording& recording, const capture::Scales& scales, const Facts& facts);
+RunDataset sweepDataset(const FinishedRun& run);
 
 }  // namespace probebox::procedure

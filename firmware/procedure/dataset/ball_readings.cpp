@@ -1,0 +1,144 @@
+#include "firmware/procedure/dataset/ball_readings.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "firmware/metrology/touch/ball_centre.hpp"
+#include "firmware/procedure/dataset/shank_readings.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 4> kOffsetColumns{"A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 12> kCentresColumns{
+    "reading", "ball", "A_rad", "B_rad", "C_rad", "x_mm", "y_mm", "z_mm", "sd_x_mm", "sd_y_mm", "sd_z_mm", "radius_mm"};
+constexpr std::array<std::string_view, 6> kPosesColumns{"touch", "reading", "ball", "A_rad", "B_rad", "C_rad"};
+
+metrology::Table posesOf(const capture::Recording& recording) {
+  auto poses = metrology::Table::withColumns("poses", kPosesColumns);
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    poses.append({static_cast<double>(at.step), static_cast<double>(at.reading), static_cast<double>(at.ball),
+                  at.rotary_angles_rad[0], at.rotary_angles_rad[1], at.rotary_angles_rad[2]});
+  }
+  return poses;
+}
+
+metrology::Table centresOf(const std::vector<Reading>& readings) {
+  auto centres = metrology::Table::withColumns("centres", kCentresColumns);
+  for (const auto& reading : readings) {
+    const auto& [centre, sd, radius] = reading.centre;
+    centres.append({reading.number, reading.ball, reading.a_rad, reading.b_rad, reading.c_rad, centre.x(), centre.y(),
+                    centre.z(), sd.x(), sd.y(), sd.z(), radius});
+  }
+  return centres;
+}
+
+Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
+                                                     const capture::Recording& recording) {
+  std::vector<std::size_t> reading_of_touch;
+  BallReadings found;
+  auto& readings = found.readings;
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    const bool by_shank = at.shank_height_mm > 0;
+    reading_of_touch.push_back(by_shank ? metrology::kAlone : at.reading);
+    if (by_shank || at.reading < readings.size()) continue;
+    readings.push_back({.number = static_cast<double>(at.reading),
+                        .ball = static_cast<double>(at.ball),
+                        .a_rad = at.rotary_angles_rad[0],
+                        .b_rad = at.rotary_angles_rad[1],
+                        .c_rad = at.rotary_angles_rad[2],
+                        .tool = at.tool,
+                        .note = at.note,
+                        .centre = {}});
+  }
+  const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
+  if (!centres) return centres.error();
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
+  for (const auto& [touch, at_mm, sd_mm] : centres->alone) {
+    const auto& at = recording.touches()[touch].request;
+    const auto& [a_rad, b_rad, c_rad] = at.rotary_angles_rad;
+    found.shank.push_back({.number = static_cast<double>(at.reading),
+                           .side = vectorOf(at.outward_normal),
+                           .a_rad = a_rad,
+                           .b_rad = b_rad,
+                           .c_rad = c_rad,
+                           .at_mm = at_mm,
+                           .sd_mm = sd_mm});
+  }
+  return found;
+}
+
+std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const FinishedRun& run,
+                                              void (*tables)(metrology::Dataset&, const BallReadings&,
+                                                             const FinishedRun&)) {
+  dataset.tables.push_back(posesOf(run.recording));
+  const auto& delay = run.recording.delay();
+  if (delay.result_id == 0) {
+    return metrology::Refusal{"no-delay",
+                              "no system delay is in force, so the touches are displaced from the surface by an "
+                              "unknown lag: calibrate the delay first, accept it, and measure again"};
+  }
+  dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
+  auto found = readingsOf(dataset, run.recording);
+  if (!found) return found.error();
+  if (auto refusal = centreTouches(found->shank, found->readings, run.facts)) return refusal;
+  tables(dataset, *found, run);
+  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found->readings));
+  return std::nullopt;
+}
+
+}  // namespace
+
+metrology::Dataset touchesOf(const FinishedRun& run) {
+  return capture::touchDataset(run.recording, run.scales, std::string{run.method.name()});
+}
+
+RunDataset ballDataset(const FinishedRun& run,
+                       void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&)) {
+  RunDataset built{touchesOf(run), {}, {}};
+  built.refusal = addReadings(built.dataset, run, tables);
+  return built;
+}
+
+double armOf(const std::vector<Reading>& readings) {
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> places;
+  for (const auto& reading : readings) {
+    if (reading.ball == readings.front().ball) places.emplace_back(reading.centre.centre_mm.head<2>());
+  }
+  for (const auto& place : places) middle += place / static_cast<double>(places.size());
+  double reach = 0;
+  for (const auto& place : places) reach += (place - middle).norm() / static_cast<double>(places.size());
+  return reach;
+}
+
+void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
+                   std::span<const std::string_view> columns, double sense) {
+  dataset.config["sigma_mm"] = sigmaOf(readings);
+  dataset.config["sigma_C_rad"] = facts.sigma_c_rad;
+  auto table = metrology::Table::withColumns("readings", columns);
+  for (const auto& reading : readings)
+    table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+double sigmaWithAngle(const std::vector<Reading>& readings, const Facts& facts) {
+  return std::hypot(sigmaOf(readings), armOf(readings) * facts.sigma_c_rad / std::numbers::sqrt2);
+}
+
+void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
+  const auto& readings = found.readings;
+  dataset.config["sigma_mm"] = sigmaWithAngle(readings, run.facts);
+  auto table = metrology::Table::withColumns("readings", kOffsetColumns);
+  for (const auto& reading : readings)
+    table.append({reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+  dataset.tables.insert(dataset.tables.begin(), std::move(table));
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,42 @@
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "firmware/metrology/dataset/dataset.hpp"
+#include "firmware/procedure/dataset/ball_reading.hpp"
+#include "firmware/procedure/plan/finished_run.hpp"
+
+// Cases of methods that touch: raw touches, and centres of balls.
+namespace probebox::procedure {
+
+// The touches alone, under the name of the method.
+metrology::Dataset touchesOf(const FinishedRun& run);
+
+// What a run has read, corrected by the delay that was in force: centres of balls, and where the shank met a ball.
+struct BallReadings {
+  std::vector<Reading> readings;
+  std::vector<ShankReading> shank;
+};
+
+// Builds the case of a run that reads balls: touches, poses, `tables` of the method, and table centres unless the
+// method has one of its own. Refuses: no-delay, and what the computation of centres refuses.
+RunDataset ballDataset(const FinishedRun& run,
+                       void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
+
+// sd of one coordinate with the positioning error of C, for methods that have no key for it: it acts in one direction
+// of two, and where every reading is a separate stop of C, half of its variance belongs to each coordinate.
+double sigmaWithAngle(const std::vector<Reading>& readings, const Facts& facts);
+
+// Mean distance of the positions of the first ball from their mean: the arm of an error of the angle.
+double armOf(const std::vector<Reading>& readings);
+
+// Table readings and keys of one ball at several angles of C. sense: 1 where the first of the columns counts
+// right-handed about +Z, -1 clockwise.
+void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts,
+                   std::span<const std::string_view> columns, double sense);
+
+// Table readings and keys of the spindle-offset methods.
+void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run);
+
+}  // namespace probebox::procedure

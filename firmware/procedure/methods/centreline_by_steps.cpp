@@ -1,0 +1,157 @@
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/centreline/limited_access.hpp"
+#include "firmware/metrology/centreline/rim_steps.hpp"
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/rim_loops.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 4> kReadingsColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
+// The steps need the same angle twice: what a machine reads beside it by less is that angle.
+constexpr double kSameAngle_rad = 1e-5;
+
+double angleOf(const Reading& reading, double c_on_line_rad) {
+  const RimStep rim = rimStep(reading.note);
+  const double c_rad = c_on_line_rad - reading.c_rad - rim.zero_rad;
+  return std::abs(c_rad - rim.c_rad) < kSameAngle_rad ? rim.c_rad : c_rad;
+}
+
+// The loops of which there are touches.
+RimLoops loopsOf(const capture::Recording& recording) {
+  RimLoops loops{.count = 0};
+  for (const auto& touch : recording.touches()) {
+    const auto [loop, zero_rad, c_rad] = rimStep(touch.request.note);
+    if (loop == 0 || loop > kMostRimLoops) continue;
+    loops.count = loop;
+    loops.zeros_rad[loop - 1U] = zero_rad;
+    loops.closes = c_rad == 0;
+  }
+  return loops;
+}
+
+// Tables readings and stylus, and the keys.
+void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
+  const RimBall ball = run.facts.rim_ball.value_or(RimBall{});
+  auto table = metrology::Table::withColumns("readings", kReadingsColumns);
+  auto stylus = metrology::Table::withColumns("stylus", kStylusColumns);
+  for (const auto& reading : found.readings) {
+    const auto& at = reading.centre.centre_mm;
+    const RimStep rim = rimStep(reading.note);
+    if (rim.loop == 0) {
+      stylus.append({halfTurns_deg(reading.a_rad) * std::numbers::pi / 180, at.x(), at.y()});
+    } else {
+      table.append({static_cast<double>(rim.loop), angleOf(reading, ball.c_on_line_rad), at.x(), at.y()});
+    }
+  }
+  dataset.config["sigma_mm"] = sigmaOf(found.readings);
+  dataset.config["sigma_C_rad"] = run.facts.sigma_c_rad;
+  if (ball.level_limit_mm) dataset.config["level_limit_mm"] = *ball.level_limit_mm;
+  dataset.tables.insert(dataset.tables.begin(), {std::move(table), std::move(stylus)});
+}
+
+Solved answerOf(const RimLoops& loops) {
+  return {.run = 0,
+          .at = {},
+          .loops = static_cast<std::uint8_t>(loops.count),
+          .c_zero_rad = loops.zeros_rad[loops.count - 1],
+          .closes = loops.closes};
+}
+
+// A reading at zero when the last loop is level or the loops are used up, else one more loop from the corrected zero
+// (B26).
+std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measured) {
+  RimLoops loops = loopsOf(run.recording);
+  const auto* table = measured.dataset.table("readings");
+  if (loops.closes || table == nullptr || table->rows() < 2) return std::nullopt;
+  const auto row = [&](std::size_t k) {
+    return Eigen::Vector2d{table->column("x_mm")->at(k), table->column("y_mm")->at(k)};
+  };
+  const Eigen::Vector2d plus = row(table->rows() - 2), minus = row(table->rows() - 1);
+  const auto stated = measured.dataset.config.find("level_limit_mm");
+  const double limit_mm =
+      stated == measured.dataset.config.end() ? metrology::kUsualLevelLimit_mm : std::get<double>(stated->second);
+  if (std::abs(plus.y() - minus.y()) < limit_mm || loops.count == kMostRimLoops) {
+    loops.closes = true;
+    return answerOf(loops);
+  }
+  loops.zeros_rad[loops.count] = loops.zeros_rad[loops.count - 1] + metrology::remainingShift(plus, minus);
+  ++loops.count;
+  return answerOf(loops);
+}
+
+std::optional<LoopState> after(const LoopState& state, const Solved& solved) {
+  RimLoops loops = rimLoops(state);
+  const bool next = solved.loops == loops.count + 1 && !solved.closes,
+             same = solved.loops == loops.count && solved.closes;
+  if (loops.closes || !(next || same) || solved.loops > kMostRimLoops) return std::nullopt;
+  loops.count = solved.loops;
+  loops.zeros_rad[loops.count - 1] = solved.c_zero_rad;
+  loops.closes = solved.closes;
+  return stateOf(loops);
+}
+
+// Step 1 finds the offset of the stylus; then every loop has +theta and -theta from its zero, and the last one zero
+// too.
+Pose poseAt(const ProcedureOptions& options, const LoopState& state, std::size_t index) {
+  if (index < 2) return {{index == 0 ? 0.0 : kHalfTurn_rad, 0, options.c_on_line_rad}, 1};
+  const RimLoops loops = rimLoops(state);
+  const std::size_t k = index - 2, loop = std::min(k / 2, loops.count - 1);
+  const double theta_rad = options.arc_rad / 2, zero_rad = loops.zeros_rad[loop];
+  const double c_rad = k / 2 == loops.count ? 0 : k % 2 == 0 ? theta_rad : -theta_rad;
+  Pose pose{{0, 0, options.c_on_line_rad - zero_rad - c_rad}, 1};
+  pose.note = noteOf({.loop = static_cast<std::uint16_t>(loop + 1), .zero_rad = zero_rad, .c_rad = c_rad});
+  return pose;
+}
+
+std::size_t poseCount(const ProcedureOptions&, const LoopState& state) {
+  const RimLoops loops = rimLoops(state);
+  return 2 + 2 * loops.count + (loops.closes ? 1 : 0);
+}
+
+constexpr Poses kRimSteps{.count = poseCount, .at = poseAt};
+constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
+
+constexpr Fact kRimBall{
+    .place = "`[rim_ball]`",
+    .known = [](const Facts& facts) { return facts.rim_ball.has_value(); },
+    .missing = "the angle of C at which the ball is above the axis, along +Y: give [rim_ball] c_deg in machine.toml."};
+constexpr std::array kNeeds{&kRimBall};
+
+}  // namespace
+
+constinit const LiveMethod kCentrelineBySteps{
+    .number = 23,
+    .solver = &metrology::kCentrelineBySteps,
+    .steps =
+        "one ball, A at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
+        "to either side of its zero (`--arc` halves), from a new zero as long as the two are not level, five "
+        "loops at most; at last C at zero; five touches each",
+    .needs = kNeeds,
+    .finds_a_place = true,
+    .feature = Feature::part_ball,
+    .sides = kSphereSides,
+    .poses = kRimSteps,
+    .usual = with(readings(), [](auto& options) { options.arc_rad = kReach_rad; }),
+    .least_arc_deg = 30,  // (B27)
+    .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
+      if (facts.rim_ball) options.c_on_line_rad = facts.rim_ball->c_on_line_rad;
+      return options;
+    },
+    .dataset = [](const FinishedRun& run) { return ballDataset(run, addRimSteps); },
+    .loops = {.first = stateOf({}),
+              .most = stateOf({.count = kMostRimLoops, .zeros_rad = {}, .closes = true}),
+              .next = nextLoop,
+              .after = after}};
+
+}  // namespace probebox::procedure

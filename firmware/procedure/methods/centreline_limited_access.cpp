@@ -1,0 +1,41 @@
+#include "firmware/metrology/centreline/limited_access.hpp"
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+
+constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
+// On both sides of 0 as far as the probe reaches.
+constexpr Poses kWithinReach{
+    .count = [](const ProcedureOptions& options, const LoopState&) { return std::size_t{options.angles}; },
+    .at =
+        [](const ProcedureOptions& options, const LoopState&, std::size_t index) {
+          return Pose{{0, 0, angleOfC(options, -options.arc_rad / 2, index)}, 1};
+        }};
+
+}  // namespace
+
+constinit const LiveMethod kCentrelineLimitedAccess{
+    .number = 13,
+    .solver = &metrology::kCentrelineLimitedAccess,
+    .steps = "the same at C = 0 and 40 degrees to either side (`--arc`, `--angles`)",
+    .finds_a_place = true,
+    .feature = Feature::part_ball,
+    .sides = kSphereSides,
+    .poses = kWithinReach,
+    .usual = with(readings(),
+                  [](auto& options) {
+                    options.arc_rad = kReach_rad;
+                    options.angles = 3;
+                  }),
+    .least_arc_deg = 30,  // (B27)
+    .dataset = [](const FinishedRun& run) {
+      return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
+        addCentreline(dataset, found.readings, of.facts, kColumns, -1);
+      });
+    }};
+
+}  // namespace probebox::procedure

@@ -1,0 +1,26 @@
+#include "firmware/metrology/delay/delay_in_out.hpp"
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array kFive{5.0}, kTen{10.0}, kTwenty{20.0};
+constexpr std::array<std::span<const double>, 3> kSpeedSets{kFive, kTen, kTwenty};
+
+}  // namespace
+
+constinit const LiveMethod kDelayInOut{.number = 6,
+                                       .solver = &metrology::kDelayInOut,
+                                       .steps = "one side, in and at once back out at 10 mm/s",
+                                       .kind = Kind::in_out,
+                                       .sides = std::span{kSphereSides}.first<1>(),
+                                       .usual = touchesAt(10),  // slow, so that contact bounce ends early on the way in
+                                       .dataset =
+                                           [](const FinishedRun& run) {
+                                             return RunDataset{touchesOf(run), {}, {}};
+                                           },
+                                       .speed_sets = kSpeedSets};
+
+}  // namespace probebox::procedure

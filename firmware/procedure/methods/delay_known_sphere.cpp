@@ -1,0 +1,29 @@
+#include "firmware/metrology/delay/delay_known_sphere.hpp"
+
+#include <string>
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array kNeeds{&kSphereDiameter};
+
+}  // namespace
+
+constinit const LiveMethod kDelayKnownSphere{.number = 2,
+                                             .solver = &metrology::kDelayKnownSphere,
+                                             .steps = "five sides at 25 mm/s",
+                                             .needs = kNeeds,
+                                             .sides = kSphereSides,
+                                             .usual = touchesAt(25),
+                                             .dataset = [](const FinishedRun& run) {
+                                               RunDataset built{touchesOf(run), {}, {}};
+                                               addSphereSize(built.dataset, run.facts);
+                                               built.dataset.config["feature"] = std::string{"external"};
+                                               return built;
+                                             }};
+
+}  // namespace probebox::procedure

@@ -1,0 +1,27 @@
+#include "firmware/metrology/delay/delay_multi_speed.hpp"
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array kFive{5.0, 10.0, 20.0, 30.0, 40.0};
+constexpr std::array<std::span<const double>, 7> kSpeedSets{kPairs[0], kPairs[1], kPairs[2], kPairs[3],
+                                                            kPairs[4], kPairs[5], kFive};
+
+}  // namespace
+
+constinit const LiveMethod kDelayMultiSpeed{.number = 1,
+                                            .solver = &metrology::kDelayMultiSpeed,
+                                            .steps = "five sides of the datum sphere at 5, 10, 20, 30, 40 mm/s",
+                                            .sides = kSphereSides,
+                                            .usual = touchesAt(5, 10, 20, 30, 40),
+                                            .dataset =
+                                                [](const FinishedRun& run) {
+                                                  return RunDataset{touchesOf(run), {}, {}};
+                                                },
+                                            .speed_sets = kSpeedSets};
+
+}  // namespace probebox::procedure

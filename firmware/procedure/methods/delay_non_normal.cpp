@@ -1,0 +1,28 @@
+#include "firmware/metrology/delay/delay_non_normal.hpp"
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr double kApproach_rad = 0.4363323129985824;  // 25 degrees
+constexpr std::array kNeeds{&kSphereDiameter};
+
+}  // namespace
+
+constinit const LiveMethod kDelayNonNormal{
+    .number = 5,
+    .solver = &metrology::kDelayNonNormal,
+    .steps = "five sides at 25 mm/s, 25 degrees off the normal",
+    .needs = kNeeds,
+    .sides = kSphereSides,
+    .usual = with(touchesAt(25), [](auto& options) { options.approach_rad = kApproach_rad; }),
+    .dataset = [](const FinishedRun& run) {
+      RunDataset built{touchesOf(run), {}, {}};
+      addSphereSize(built.dataset, run.facts);
+      return built;
+    }};
+
+}  // namespace probebox::procedure

@@ -1,0 +1,32 @@
+#include "firmware/metrology/delay/delay_per_axis.hpp"
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array kNeeds{&kSphereDiameter};
+constexpr std::array<std::span<const double>, 6> kSpeedSets{kPairs[0], kPairs[1], kPairs[2],
+                                                            kPairs[3], kPairs[4], kPairs[5]};
+
+}  // namespace
+
+// The sphere cannot be touched from -Z, so tau_z is determined by two speeds (A11).
+constinit const LiveMethod kDelayPerAxis{
+    .number = 4,
+    .solver = &metrology::kDelayPerAxis,
+    .steps = "five sides at 10 and 40 mm/s; nothing reaches the sphere from -Z, so tau_z comes from two speeds (A11)",
+    .needs = kNeeds,
+    .sides = kSphereSides,
+    .usual = touchesAt(10, 40),
+    .dataset =
+        [](const FinishedRun& run) {
+          RunDataset built{touchesOf(run), {}, {}};
+          addSphereSize(built.dataset, run.facts);
+          return built;
+        },
+    .speed_sets = kSpeedSets};
+
+}  // namespace probebox::procedure

@@ -1,0 +1,38 @@
+#include "firmware/metrology/delay/delay_plates.hpp"
+
+#include <string>
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<Side, 2> kFaces{{
+    {"-X", {-1, 0, 0}, {0, 1, 0}},
+    {"+X", {1, 0, 0}, {0, 1, 0}},
+}};
+constexpr Fact kGap{.place = "`[datum_plates] gap_mm`",
+                    .known = [](const Facts& facts) { return facts.gap_mm.has_value(); },
+                    .missing = "the distance between the plates: give [datum_plates] gap_mm in machine.toml."};
+constexpr std::array kNeeds{&kGap};
+
+}  // namespace
+
+constinit const LiveMethod kDelayPlates{.number = 3,
+                                        .solver = &metrology::kDelayPlates,
+                                        .steps = "both faces of a gap at 25 mm/s",
+                                        .needs = kNeeds,
+                                        .feature = Feature::plates,
+                                        .sides = kFaces,
+                                        .usual = touchesAt(25),
+                                        .dataset = [](const FinishedRun& run) {
+                                          RunDataset built{touchesOf(run), {}, {}};
+                                          auto& config = built.dataset.config;
+                                          if (run.facts.gap_mm) config["gap_mm"] = *run.facts.gap_mm;
+                                          config["stylus_ball_diameter_mm"] = run.facts.stylus_ball_diameter_mm;
+                                          config["feature"] = std::string{"internal"};
+                                          return built;
+                                        }};
+
+}  // namespace probebox::procedure

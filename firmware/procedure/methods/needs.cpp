@@ -1,0 +1,73 @@
+#include "firmware/procedure/methods/needs.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "firmware/procedure/plan/plan.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr double kLeastWay_mm = 0.3;
+// As the solvers want them.
+constexpr double kLeastLengths_mm = 10;
+
+}  // namespace
+
+constinit const Fact kSphereDiameter{
+    .place = "`[datum_sphere] diameter_mm`",
+    .known = [](const Facts& facts) { return facts.sphere_diameter_mm.has_value(); },
+    .missing =
+        "the size of the sphere: give [datum_sphere] diameter_mm in machine.toml, or use delay-multi-speed, "
+        "which finds it."};
+
+constinit const Fact kSwivelHead{
+    .place = "`[swivel_head]`",
+    .known = [](const Facts& facts) { return facts.swivel_head.has_value(); },
+    .missing = "a swivelling head: give [swivel_head] axis, angles_deg and pivot_mm in machine.toml."};
+
+constinit const Fact kProbeLengths{
+    .place = "`[probe_tools]`",
+    .known = [](const Facts& facts) { return facts.probe_tools.span_mm() >= kLeastLengths_mm; },
+    .missing =
+        "the probe in tools whose lengths differ by 10 mm or more: give [probe_tools] numbers in machine.toml, "
+        "and [[tool]] with the length of each.",
+    .shank_replaces = true};
+
+constinit const Fact kSensorHead{
+    .place = "`[sensor_head]`",
+    .known = [](const Facts& facts) { return facts.sensor_head.has_value(); },
+    .missing = "a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml."};
+
+void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
+  if (!facts.sphere_diameter_mm) return;
+  dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
+}
+
+void takeB(ProcedureOptions& options, const BFacts& b) {
+  options.b_count = static_cast<std::uint8_t>(b.count);
+  options.b_angles_rad = b.angles_rad;
+  options.b_axis = b.axis;
+}
+
+void takeTools(ProcedureOptions& options, const Facts& facts) {
+  options.tool_count = static_cast<std::uint8_t>(facts.probe_tools.count);
+  options.tools = facts.probe_tools.numbers;
+}
+
+std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Facts& facts) {
+  if (options.tool == 0) return std::nullopt;  // whyNoTool() refuses it
+  if (std::ranges::find(facts.tools, options.tool, &ToolFacts::number) != facts.tools.end()) return std::nullopt;
+  std::string known;
+  for (const auto& each : facts.tools) known += (known.empty() ? "" : ", ") + std::to_string(each.number);
+  return NotReady{Obstacle::unknown, "machine.toml has no [[tool]] with number " + std::to_string(options.tool) +
+                                         (known.empty() ? ": add it." : ": add it, or measure one of " + known + ".")};
+}
+
+std::optional<Error> whyNoTool(const ProcedureOptions& options) {
+  if (options.tool == 0) return Error{"The tool to measure is missing: give its number (--tool)."};
+  if (auto error = outside("An overtravel", options.overtravel_mm, kLeastWay_mm, 100, "mm")) return error;
+  return outside("A clearance", options.clearance_mm, kLeastWay_mm, 10, "mm");
+}
+
+}  // namespace probebox::procedure

@@ -1,0 +1,97 @@
+#include "firmware/metrology/tool/tool_assembly.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "firmware/procedure/dataset/setter_rounds.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+#include "firmware/procedure/methods/setter_faces.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 5> kReadingsColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
+constexpr std::array<std::string_view, 3> kHolderColumns{"holder_id", "L1_mm", "sd_mm"};
+constexpr std::array<std::string_view, 3> kToolColumns{"tool_id", "L2_mm", "sd_mm"};
+
+metrology::Table readingsOf(const std::vector<Round>& rounds, const std::array<double, 3>& reference_mm) {
+  auto readings = metrology::Table::withColumns("readings", kReadingsColumns);
+  double rep = 0;
+  for (const auto& round : rounds) {
+    readings.append({1, ++rep, round.middle_mm(0) - reference_mm[0], round.middle_mm(1) - reference_mm[1],
+                     round.from_above_mm[2] - reference_mm[2]});
+  }
+  return readings;
+}
+
+void addStores(metrology::Dataset& dataset, const ToolFacts& tool, const HolderFacts& holder) {
+  auto holders = metrology::Table::withColumns("holder_store", kHolderColumns);
+  holders.append({static_cast<double>(holder.number), holder.length_mm, holder.sd_mm});
+  auto tools = metrology::Table::withColumns("tool_store", kToolColumns);
+  tools.append({static_cast<double>(tool.number), tool.length_mm, tool.sd_mm});
+  dataset.config["holder_id"] = static_cast<double>(holder.number);
+  dataset.config["tool_id"] = static_cast<double>(tool.number);
+  dataset.tables.push_back(std::move(holders));
+  dataset.tables.push_back(std::move(tools));
+}
+
+// Builds the case (CN103801980, docs/metrology.md C). The tool-setting device is the measuring unit: its accepted
+// centre in machine.toml is reference B, its half width the distance from B to the touched edge. Each round is a row of
+// readings: W0 from opposed faces, L0 from the top. The stores hold the lengths of holder and tool from machine.toml.
+// The caller adds measured_at_s. Refuses what roundsOf() refuses.
+RunDataset assemblyDataset(const FinishedRun& of) {
+  auto [run, rounds] = roundsOf(of);
+  const ToolSetter& unit = *of.facts.tool_setter;
+  const auto tool = std::ranges::find(of.facts.tools, of.recording.touches().back().request.tool, &ToolFacts::number);
+  addStores(run.dataset, *tool, *tool->holder);
+  run.dataset.config["part_mm"] = std::vector<double>{0, 0, unit.half_width_mm[2]};
+  if (unit.sd_accepted_mm > 0) run.dataset.config["sd_part_mm"] = unit.sd_accepted_mm;
+  if (run.refusal) return std::move(run);
+  auto& tables = run.dataset.tables;
+  tables.insert(tables.begin(), readingsOf(rounds, *unit.accepted_mm));
+  return std::move(run);
+}
+
+std::optional<NotReady> whyUnknownAssembly(const ProcedureOptions& options, const Facts& facts) {
+  if (auto unknown = whyUnknownTool(options, facts)) return unknown;
+  const auto tool = std::ranges::find(facts.tools, options.tool, &ToolFacts::number);
+  if (tool == facts.tools.end() || tool->holder) return std::nullopt;
+  return NotReady{Obstacle::unknown,
+                  "The holder of tool " + std::to_string(options.tool) +
+                      " is unknown: name it in its [[tool]] in machine.toml, and add a [[holder]] with its length."};
+}
+
+constexpr Fact kMeasuringUnit{
+    .place = "`[tool_setter]` with `accepted_mm`, `[[tool]]` with its `[[holder]]`",
+    .known = [](const Facts& facts) { return facts.tool_setter && facts.tool_setter->accepted_mm; },
+    .missing =
+        "a tool-setting device at a known position: give [tool_setter] with accepted_mm in machine.toml; "
+        "tool-setter finds it (setter_mm of its result)."};
+constexpr std::array kNeeds{&kMeasuringUnit};
+
+constexpr Poses kToolAlone{
+    .count = [](const ProcedureOptions&, const LoopState&) { return kRounds; },
+    .at = [](const ProcedureOptions& options, const LoopState&, std::size_t) { return Pose{.tool = options.tool}; }};
+
+}  // namespace
+
+constinit const LiveMethod kToolAssembly{.number = 21,
+                                         .solver = &metrology::kToolAssembly,
+                                         .steps = "the same faces, three rounds with the tool of `--tool N` alone",
+                                         .needs = kNeeds,
+                                         .finds_a_place = true,
+                                         .feature = Feature::tool_setter,
+                                         .sides = kSetterSides,
+                                         .poses = kToolAlone,
+                                         .usual = touchesAt(kTool_mm_s),
+                                         .takes_tool = true,
+                                         .also_refused = whyNoTool,
+                                         .why_unfit = whyUnknownAssembly,
+                                         .dataset = assemblyDataset,
+                                         .speed_sets = kToolSpeedSets};
+
+}  // namespace probebox::procedure

@@ -1,0 +1,115 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "firmware/metrology/dataset/method.hpp"
+#include "firmware/procedure/facts/facts.hpp"
+#include "firmware/procedure/plan/finished_run.hpp"
+#include "firmware/procedure/plan/poses.hpp"
+#include "firmware/procedure/plan/sides.hpp"
+#include "firmware/procedure/plan/step.hpp"
+#include "protocol/events/event.hpp"
+#include "protocol/units/outcome.hpp"
+
+// What a method says about its run on the machine. Each live method defines one `LiveMethod` in a file of its own in
+// firmware/procedure/methods and is named in one line of methods.hpp there. Plans, prompts, readiness, cases,
+// `calibrate --help`, method numbers of registers and the table of runs in docs/metrology.md come from it.
+namespace probebox::procedure {
+
+// Something that has to be described before a method can run.
+struct Fact {
+  std::string_view place;                // for the docs: "machine.toml `[ball_plate]`"
+  bool (*known)(const Facts&){nullptr};  // nullptr: checked elsewhere
+  std::string_view missing;              // completes "METHOD needs ...", with the remedy
+  bool shank_replaces{};                 // not needed when the shank is the second length
+};
+
+// How the run is started, for the code of a refusal.
+enum class Obstacle : std::uint8_t { option, unknown, state };
+struct NotReady {
+  Obstacle because{};
+  std::string what;
+};
+
+// State of one linear axis when a run is to start.
+struct AxisNow {
+  bool referenced{};
+  double position_mm{};
+  bool screw_sensor_valid{};
+};
+using MachineNow = std::array<AxisNow, kLinearAxes>;
+
+// Steps other than touches or holds at every pose.
+struct OwnSteps {
+  std::optional<Error> (*why_refused)(const ProcedureOptions&){};
+  void (*fill)(Plan&, const ProcedureOptions&){};
+};
+
+// A run whose later steps follow from what the earlier ones have measured. The state is the method's own.
+struct Loops {
+  LoopState first{};
+  LoopState most{};  // the longest run: it has to fit into a plan
+  // Worker: computes the answer that adds steps; nullopt when the run can be solved.
+  std::optional<Solved> (*next)(const FinishedRun&, const RunDataset&){};
+  // Core: the state after that answer; nullopt when the answer does not belong to this state. Does not allocate.
+  std::optional<LoopState> (*after)(const LoopState&, const Solved&){};
+};
+
+struct LiveMethod {
+  std::uint16_t number{};             // in events, journals and registers: never reused
+  const metrology::Method* solver{};  // its name is the name of the method
+  std::string_view steps;             // what the machine does, for the docs
+  std::string_view steps_by_head{};   // with --head; empty: the method does not take it
+  std::string_view steps_by_shank{};  // with --shank; empty: the method does not take it
+  std::span<const Fact* const> needs{};
+  bool finds_a_place{};   // the result is a machine position: needs the delay in force and referenced axes
+  bool calibrates{true};  // false: the findings cannot come into force
+
+  Feature feature{};
+  Kind kind{};
+  std::span<const Side> sides{};
+  const Poses& poses{kInPlace};
+  // Defaults of the options. A method takes approach, arc, angles, balls, angles of B and tools where they have one.
+  ProcedureOptions usual{};
+  bool takes_axis{};  // --axis and --turns
+  bool takes_tool{};
+  double least_arc_deg{1};
+  std::uint16_t fewest_balls{2};
+
+  // Hooks; nullptr: nothing of the kind.
+  const OwnSteps* own_steps{};
+  void (*first_steps)(Plan&, double speed_mm_s){};  // before the touches
+  std::optional<Error> (*also_refused)(const ProcedureOptions& with_defaults){};
+  std::string (*prompt)(const Plan&, std::size_t step){};  // in place of the sentence about a touch
+  // Completes the options from the descriptions.
+  Outcome<ProcedureOptions> (*described)(ProcedureOptions, const Facts&){};
+  // Explains why the run does not fit to the descriptions, or to the machine as it stands.
+  std::optional<NotReady> (*why_unfit)(const ProcedureOptions&, const Facts&){};
+  std::optional<Error> (*why_not_now)(const ProcedureOptions&, const MachineNow&, const Facts&){};
+
+  RunDataset (*dataset)(const FinishedRun&){};
+  Loops loops{};
+
+  // For `probebox plan`.
+  std::span<const std::span<const double>> speed_sets{};  // mm/s, worth trying, and repeats of each; empty: one speed
+
+  std::string_view name() const { return solver->name; }
+  bool takesHead() const { return kind == Kind::hold || !steps_by_head.empty(); }
+  bool takesShank() const { return !steps_by_shank.empty(); }
+};
+
+// The list of a box; a test may give its own.
+using LiveMethods = std::span<const LiveMethod* const>;
+
+// nullptr for a number that no method has.
+const LiveMethod* methodNumbered(LiveMethods methods, std::uint16_t number);
+
+// The options with the method's defaults in place of zeros.
+ProcedureOptions withDefaults(const LiveMethod& method, ProcedureOptions options);
+
+}  // namespace probebox::procedure

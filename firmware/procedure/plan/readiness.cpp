@@ -1,0 +1,105 @@
+#include "firmware/procedure/plan/readiness.hpp"
+
+#include <string>
+
+#include "firmware/procedure/plan/wording.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr const char* kNoShank =
+    " with the shank needs its description: give [probe_shank] tool, radius_mm, from_mm, to_mm and height_mm in "
+    "machine.toml, and the length of that [[tool]].";
+
+constexpr const char* kNoSensorHead =
+    " with a sensor head needs a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml.";
+
+}  // namespace
+
+ReadBy readBy(const ProcedureOptions& asked) {
+  if (asked.head) return ReadBy::head;
+  return asked.shank ? ReadBy::shank : ReadBy::tip;
+}
+
+Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,
+                                            const MachineNow& now) {
+  if (asked.head) {
+    if (const auto error = whyNoHead(method, facts)) return NotReady{Obstacle::state, error->what};
+  }
+  if (asked.shank) {
+    if (const auto error = whyNoShank(method, facts)) return NotReady{Obstacle::state, error->what};
+  }
+  if (asked.turns != 0 && !method.takes_axis) {
+    return NotReady{Obstacle::option, std::string{method.name()} + " has no options axis and turns: omit them."};
+  }
+  if (method.why_unfit != nullptr) {
+    if (const auto unfit = method.why_unfit(asked, facts)) return *unfit;
+  }
+  const auto options = described(method, asked, facts, readBy(asked));
+  if (!options) return NotReady{Obstacle::option, options.error().what};
+  if (method.why_not_now != nullptr) {
+    if (const auto error = method.why_not_now(*options, now, facts)) return NotReady{Obstacle::state, error->what};
+  }
+  return *options;
+}
+
+std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
+  const std::string name{method.name()};
+  for (const Fact* fact : method.needs) {
+    const bool replaced = fact->shank_replaces && by == ReadBy::shank;
+    if (fact->known == nullptr || replaced || fact->known(facts)) continue;
+    return Error{name + " needs " + std::string{fact->missing}};
+  }
+  if (!method.finds_a_place || delay_in_force || by == ReadBy::head) return std::nullopt;
+  return Error{name +
+               " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
+               "delay-multi-speed) and accept it."};
+}
+
+std::optional<Error> whyNoHead(const LiveMethod& method, const Facts& facts) {
+  const std::string name{method.name()};
+  if (!method.takesHead()) return Error{name + " does not use a sensor head: omit that option."};
+  if (!facts.sensor_head) return Error{name + kNoSensorHead};
+  if (method.kind == Kind::hold || facts.sensor_head->calibrated) return std::nullopt;
+  return Error{name +
+               " with a sensor head needs the calibration of the head, and none is in force: calibrate it first "
+               "(probebox calibrate sensor-head-calibration) and accept it."};
+}
+
+std::optional<Error> whyNoShank(const LiveMethod& method, const Facts& facts) {
+  const std::string name{method.name()};
+  if (!method.takesShank()) return Error{name + " does not use a shank: omit that option."};
+  if (!facts.probe_shank) return Error{name + kNoShank};
+  // Lower down the stylus' ball would come to the ball as well.
+  const bool of_part = method.feature == Feature::part_ball;
+  const double ball_mm =
+      of_part ? (facts.checked_ball ? facts.checked_ball->diameter_mm : 0) : facts.sphere_diameter_mm.value_or(0);
+  const double least_mm = (ball_mm + facts.stylus_ball_diameter_mm) / 2;
+  if (facts.probe_shank->height_mm > least_mm) return std::nullopt;
+  return Error{name + " with the shank: " + number(facts.probe_shank->height_mm) +
+               " mm above its ball the stylus ball would touch as well: choose [probe_shank] height_mm above " +
+               number(least_mm) + " in machine.toml."};
+}
+
+Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,
+                                    ReadBy by) {
+  ProcedureOptions options = asked;
+  options.head = options.shank = false;
+  if ((by == ReadBy::head || method.kind == Kind::hold) && facts.sensor_head) {
+    options.head_tool = facts.sensor_head->tool;
+    options.head_range_mm = facts.sensor_head->range_mm;
+  }
+  if (method.described != nullptr) {
+    const auto completed = method.described(options, facts);
+    if (!completed) return completed.error();
+    options = *completed;
+  }
+  if (by == ReadBy::shank && facts.probe_shank) {
+    options.tool_count = 2;
+    options.tools = {facts.probe_shank->tool, facts.probe_shank->tool};
+    options.shank_height_mm = facts.probe_shank->height_mm;
+  }
+  return options;
+}
+
+}  // namespace probebox::procedure

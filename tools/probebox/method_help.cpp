@@ -1,0 +1,62 @@
+#include "tools/probebox/method_help.hpp"
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "firmware/procedure/methods/methods.hpp"
+
+namespace probebox::command {
+namespace {
+
+using procedure::LiveMethod;
+
+// "a, b and c".
+std::string joined(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+std::string methodsWith(bool (*has)(const LiveMethod&)) {
+  std::vector<std::string_view> names;
+  for (const LiveMethod* method : procedure::liveMethods()) {
+    if (method->calibrates && has(*method)) names.push_back(method->name());
+  }
+  return joined(names);
+}
+
+std::string usualArcs() {
+  std::map<int, std::vector<std::string_view>, std::greater<>> methods_of_arc;
+  for (const LiveMethod* method : procedure::liveMethods()) {
+    const auto arc_deg = static_cast<int>(std::lround(method->usual.arc_rad * 180 / std::numbers::pi));
+    if (arc_deg != 0) methods_of_arc[arc_deg].push_back(method->name());
+  }
+  std::string text;
+  for (const auto& [arc_deg, names] : methods_of_arc)
+    text += (text.empty() ? "" : ", ") + std::to_string(arc_deg) + " for " + joined(names);
+  return text;
+}
+
+}  // namespace
+
+MethodHelp methodHelp() {
+  return {
+      .all = methodsWith([](const LiveMethod&) { return true; }),
+      .approach = methodsWith([](const LiveMethod& method) { return method.usual.approach_rad != 0; }),
+      .angles = methodsWith([](const LiveMethod& method) { return method.usual.angles != 0; }),
+      .heights = methodsWith([](const LiveMethod& method) { return method.usual.balls != 0; }),
+      .axis = methodsWith([](const LiveMethod& method) { return method.takes_axis; }),
+      .tool = methodsWith([](const LiveMethod& method) { return method.takes_tool; }),
+      .head = methodsWith([](const LiveMethod& method) { return !method.steps_by_head.empty(); }),
+      .shank = methodsWith([](const LiveMethod& method) { return method.takesShank(); }),
+      .usual_arcs = usualArcs(),
+  };
+}
+
+}  // namespace probebox::command
