@@ -5,6 +5,7 @@
 #include "board/describe/parse.hpp"
 #include "board/describe/shank_sections.hpp"
 #include "board/describe/tool_sections.hpp"
+#include "board/describe/world_axes_sections.hpp"
 
 namespace probebox::board {
 namespace {
@@ -108,13 +109,7 @@ WorldPartSpindle readPartSpindle(Section section) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
     ball.finish();
   }
-  const auto error = [&](std::string_view key, double most) {
-    return section.vectorIfThere(key, {-most, most}).value_or(Vector3{});
-  };
-  spindle.error_cosine_mm = error("error_cosine_mm", 1);
-  spindle.error_sine_mm = error("error_sine_mm", 1);
-  spindle.error_cosine_rad = error("error_cosine_rad", 0.01);
-  spindle.error_sine_rad = error("error_sine_rad", 0.01);
+  spindle.errors = readAxisErrors(section);
   section.finish();
   return spindle;
 }
@@ -136,7 +131,8 @@ Swing readSwing(Section& section) {
 
 WorldTiltingTable readTiltingTable(Section section) {
   const auto [axis, lean] = readSwing(section);
-  const WorldTiltingTable table{.axis = axis, .point_mm = section.vector("point_mm", kAnywhere), .lean = lean};
+  const WorldTiltingTable table{
+      .axis = axis, .point_mm = section.vector("point_mm", kAnywhere), .lean = lean, .errors = readAxisErrors(section)};
   section.finish();
   return table;
 }
@@ -228,7 +224,9 @@ World readWorld(Section& root) {
   world.clock = readClock(root.section("master_clock"));
   world.encoders = readEncoders(root.section("encoders"));
   world.axes = readAxes(root.section("axes"));
+  readLinearAxes(root, world);
   world.probe = readProbe(root.section("probe"));
+  readTouchTrigger(root, world);
   world.sphere = readSphere(root.section("datum_sphere"));
   if (auto section = root.sectionIfThere("gauge_plates")) world.plates = readPlates(std::move(*section));
   if (auto section = root.sectionIfThere("part_spindle")) world.part_spindle = readPartSpindle(std::move(*section));

@@ -48,6 +48,27 @@ struct WorldAxes {
   Vector3 home_mm{};  // where the stylus ball stands when the machine starts
 };
 
+// A wave along the travel of an axis.
+struct WorldWave {
+  double amplitude_mm{};
+  double length_mm{100};
+  double phase_rad{};  // at machine position 0
+};
+
+// Geometric errors of the linear axes, named as in ISO 230-1.
+struct WorldLinearAxes {
+  Vector3 scale{};                                  // of EXX, EYY, EZZ: error per travel
+  std::array<std::array<WorldWave, 3>, 3> waves{};  // by the axis that moves, then along X, Y, Z
+  Vector3 squareness_rad{};                         // EA0Z of Z to Y, EB0Z of Z to X, EC0Y of Y to X
+};
+
+// What a rotary axis does beside its turn: a cosine (less 1) and a sine of its angle, along (mm) and about (rad) X, Y,
+// Z.
+struct WorldAxisErrors {
+  Vector3 cosine_mm{}, sine_mm{};
+  Vector3 cosine_rad{}, sine_rad{};
+};
+
 struct WorldProbe {
   double rate_hz{};
   double noise_um{};   // k = 1, one channel
@@ -56,6 +77,18 @@ struct WorldProbe {
   double bounce_mm{};  // first amplitude of the stylus' bounce at contact and at release
   double bounce_decay_s{};
   double dropout_probability{};  // per sample
+};
+
+// A touch-trigger probe in the place of the scanning one. Pre-travel is the way from contact until its switch opens.
+struct WorldTouchTrigger {
+  double pre_travel_mm{};        // across the stylus, mean
+  double lobe_mm{};              // its three lobes about the stylus' axis
+  double axial_mm{};             // along the stylus
+  double hysteresis_mm{};        // the switch closes nearer to the surface by this
+  double repeatability_um{};     // k = 1, of the depth
+  double late_s{};               // of its edges, before the kernel stamps them
+  double chatter_probability{};  // per opening or closing
+  double chatter_s{};            // how long it lasts
 };
 
 struct WorldSphere {
@@ -79,9 +112,7 @@ struct WorldPartSpindle {
   std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
   double ball_radius_mm{};
   std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
-  // What the axis does beside its turn: a cosine and a sine of its angle, along (mm) and about (rad) X, Y, Z.
-  Vector3 error_cosine_mm{}, error_sine_mm{};
-  Vector3 error_cosine_rad{}, error_sine_rad{};
+  WorldAxisErrors errors;
 };
 
 // A table that tilts the part's spindle with all that stands on it: B of the controller.
@@ -89,6 +120,7 @@ struct WorldTiltingTable {
   Vector3 axis{};      // nominally, unit vector along X or Y: a positive tilt is right-handed about it
   Vector3 point_mm{};  // of the true axis
   Vector3 lean{};      // of the true axis over the nominal one, across it
+  WorldAxisErrors errors;
 };
 
 // A head that swivels the probe's spindle: B of the controller, in other steps than the table's.
@@ -184,7 +216,9 @@ struct World {
   WorldClock clock;
   WorldEncoders encoders;
   WorldAxes axes;
+  WorldLinearAxes linear_axes;
   WorldProbe probe;
+  std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
   // What is not described is not there.
   std::optional<WorldPlates> plates;

@@ -54,6 +54,23 @@ struct AxesConfig {
   Vector3 home_mm{10, -20, 110};  // where the stylus ball stands at the start
 };
 
+// A wave along the travel of an axis.
+struct WaveConfig {
+  double amplitude_mm{};
+  double length_mm{100};
+  double phase_rad{};  // at machine position 0
+  friend bool operator==(const WaveConfig&, const WaveConfig&) = default;
+};
+
+// Geometric errors of the linear axes, named as in ISO 230-1. Nothing at zero. They move the body: the encoders do not
+// see them.
+struct LinearErrorsConfig {
+  Vector3 scale{};                                   // of EXX, EYY, EZZ: error per travel
+  std::array<std::array<WaveConfig, 3>, 3> waves{};  // of the axis that moves, along X Y Z: EXX EYX EZX, EXY ...
+  Vector3 squareness_rad{};                          // EA0Z of Z to Y, EB0Z of Z to X, EC0Y of Y to X
+  friend bool operator==(const LinearErrorsConfig&, const LinearErrorsConfig&) = default;
+};
+
 struct ProbeConfig {
   double rate_hz{1000};
   double noise_um{0.4};  // k = 1, one channel
@@ -66,6 +83,20 @@ struct ProbeConfig {
   double stylus_frequency_hz{120};  // of the free stylus
   double dropout_probability{0};    // per sample
   bool trigger_line{false};         // edges of role trigger, line 0: active while the stylus is in contact
+};
+
+// A touch-trigger probe in the place of the scanning one: no channels, and edges of its trigger line alone. Pre-travel
+// is the way of the body from contact until the switch opens.
+struct TouchTriggerConfig {
+  bool fitted{false};
+  double pre_travel_mm{0.008};    // across the stylus, mean
+  double lobe_mm{0.002};          // its three lobes about the stylus' axis
+  double axial_mm{0.003};         // along the stylus
+  double hysteresis_mm{0.0005};   // the switch closes nearer to the surface by this
+  double repeatability_um{0.25};  // k = 1, of the depth
+  double late_s{0.0006};          // of its edges, before the kernel stamps them
+  double chatter_probability{0};  // per opening or closing
+  double chatter_s{0.0008};       // how long it lasts
 };
 
 struct SphereConfig {
@@ -108,6 +139,7 @@ struct TiltingTableConfig {
   bool fitted{false};
   Vector3 point_mm{};
   Vector3 direction{1, 0, 0};
+  AxisErrorsConfig errors{};
 };
 
 // A head that swivels the probe's spindle about a line. B of the controller.
@@ -193,7 +225,9 @@ struct Config {
   SyncConfig sync;
   EncoderConfig encoders;
   AxesConfig axes;
+  LinearErrorsConfig linear_errors;
   ProbeConfig probe;
+  TouchTriggerConfig touch_trigger;
   SphereConfig sphere;
   PlatesConfig plates;
   PartSpindleConfig part_spindle;

@@ -42,16 +42,41 @@ Vector3 alongZ(const std::array<double, 2>& tilt) {
   return unit({tilt[0], tilt[1], 1});
 }
 
+AxisErrorsConfig errorsOf(const board::WorldAxisErrors& described) {
+  const auto& [cosine_mm, sine_mm, cosine_rad, sine_rad] = described;
+  return {.cosine_mm = cosine_mm, .sine_mm = sine_mm, .cosine_rad = cosine_rad, .sine_rad = sine_rad};
+}
+
+LinearErrorsConfig linearErrorsOf(const board::WorldLinearAxes& described) {
+  LinearErrorsConfig errors{.scale = described.scale, .waves = {}, .squareness_rad = described.squareness_rad};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t along = 0; along < 3; ++along) {
+      const auto& [amplitude_mm, length_mm, phase_rad] = described.waves[axis][along];
+      errors.waves[axis][along] = {amplitude_mm, length_mm, phase_rad};
+    }
+  }
+  return errors;
+}
+
+TouchTriggerConfig touchTriggerOf(const board::WorldTouchTrigger& described) {
+  return {.fitted = true,
+          .pre_travel_mm = described.pre_travel_mm,
+          .lobe_mm = described.lobe_mm,
+          .axial_mm = described.axial_mm,
+          .hysteresis_mm = described.hysteresis_mm,
+          .repeatability_um = described.repeatability_um,
+          .late_s = described.late_s,
+          .chatter_probability = described.chatter_probability,
+          .chatter_s = described.chatter_s};
+}
+
 PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
   PartSpindleConfig spindle{.point_mm = described.point_mm,
                             .direction = alongZ(described.tilt),
                             .balls_mm = {},
                             .ball_count = std::min(described.balls_mm.size(), PartSpindleConfig::kMostBalls),
                             .ball_radius_mm = described.ball_radius_mm,
-                            .errors = {.cosine_mm = described.error_cosine_mm,
-                                       .sine_mm = described.error_sine_mm,
-                                       .cosine_rad = described.error_cosine_rad,
-                                       .sine_rad = described.error_sine_rad}};
+                            .errors = errorsOf(described.errors)};
   std::copy_n(described.balls_mm.begin(), spindle.ball_count, spindle.balls_mm.begin());
   return spindle;
 }
@@ -113,8 +138,10 @@ void addFeatures(Config& config, const board::World& description) {
   }
   if (description.part_spindle) config.part_spindle = partSpindleOf(*description.part_spindle);
   if (const auto& table = description.tilting_table)
-    config.tilting_table = {
-        .fitted = true, .point_mm = table->point_mm, .direction = leaning(table->axis, table->lean)};
+    config.tilting_table = {.fitted = true,
+                            .point_mm = table->point_mm,
+                            .direction = leaning(table->axis, table->lean),
+                            .errors = errorsOf(table->errors)};
   if (const auto& head = description.swivel_head) {
     config.swivel_head = {.fitted = true,
                           .pivot_mm = head->pivot_mm,
@@ -157,7 +184,9 @@ Config fromDescription(const board::World& description) {
   config.axes.acceleration_mm_s2 = description.axes.acceleration_mm_s2;
   config.axes.traverse_mm_s = description.axes.traverse_mm_s;
   config.axes.home_mm = description.axes.home_mm;
+  config.linear_errors = linearErrorsOf(description.linear_axes);
   config.probe = probeOf(description.probe);
+  if (description.touch_trigger) config.touch_trigger = touchTriggerOf(*description.touch_trigger);
   config.sphere = {description.sphere.centre_mm, description.sphere.radius_mm,
                    description.sphere.stylus_ball_radius_mm};
   addFeatures(config, description);

@@ -26,6 +26,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       rotary_{config.rotary},
       probe_spindle_{config.probe_spindle},
       head_{config.swivel_head},
+      linear_errors_{config.linear_errors},
       motion_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
@@ -40,16 +41,33 @@ Machine::Machine(const Config& config, std::uint64_t seed)
 bool Machine::moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now) {
   if (!atRest(now)) return false;
   if (target_mm == motion_.target()) return true;
-  const Move& move = motion_.append(target_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now);
+  const Move move =
+      ofTheBody(motion_.append(target_mm, {speed_mm_s, axes_.acceleration_mm_s2, axes_.jerk_time_s}, now));
   if (hold_.is_head && comesFromAside(move)) ++crashes_;
   stylus_.follow(move, solids_, hold_);
   return true;
 }
 
+// Straight between where it really begins and ends: over the way of a touch errors have no curvature to speak of.
+Move Machine::ofTheBody(const Move& move) const {
+  if (linear_errors_.none()) return move;
+  const Vector3 from = bodyFor(move.from), way = bodyFor(move.at(move.length_mm)) - from;
+  Move real = move;
+  real.from = from;
+  real.direction = unit(way);
+  real.length_mm = norm(way);
+  real.profile_per_mm = move.length_mm / real.length_mm;
+  return real;
+}
+
 bool Machine::turnTo(const Pose& pose, MonoTime now) {
   if (!atRest(now)) return false;
   if (pose == commanded_) return true;
-  if (touching() || strikesOnTheWayTo(pose)) ++crashes_;
+  if (turnedInto()) {
+    stylus_.freedAt(now);
+  } else if (touching() || strikesOnTheWayTo(pose)) {
+    ++crashes_;
+  }
   if (pose.a_rad != commanded_.a_rad) stands_.a_rad = stopAt(pose.a_rad, rotary_.noise_rad);
   if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
   if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
@@ -62,6 +80,46 @@ bool Machine::turnTo(const Pose& pose, MonoTime now) {
   turned_at_ = now + Nanoseconds{std::llround(1e9 * wayBetween(commanded_, pose) / rotary_.speed_rad_s)};
   commanded_ = pose;
   return true;
+}
+
+bool Machine::turnUntilContact(double c_rad, double speed_rad_s, MonoTime now) {
+  if (!atRest(now) || touching() || tool_.radius_mm || tool_.head) return false;
+  const double way_rad = c_rad - commanded_.c_rad;
+  Pose target = stands_;
+  target.c_rad += way_rad;
+  const auto share = shareUntilContact(stands_, target);
+  const Nanoseconds duration{std::llround(1e9 * share.value_or(1) * std::abs(way_rad) / speed_rad_s)};
+  turned_from_c_rad_ = commanded_.c_rad;
+  commanded_.c_rad += share.value_or(1) * way_rad;
+  stands_.c_rad += share.value_or(1) * way_rad;
+  turns_since_ = now;
+  turned_at_ = now + duration;
+  solids_.turnPart(stands_.part());
+  standFrom(now);
+  if (share) stylus_.struckAt(bodyFor(motion_.target()) + hold_.tip, Instant{turned_at_, 0}, hold_);
+  return true;
+}
+
+// The part of the way from one pose to another after which a ball has come to the stylus.
+std::optional<double> Machine::shareUntilContact(const Pose& from, const Pose& to) const {
+  constexpr double kStep_rad = 0.001;
+  const Vector3 tip = bodyFor(motion_.target()) + hold_.tip;
+  const auto strikes = [&](double share) {
+    return solids_.occupied(tip, between(from, to, share).part(), hold_.shank);
+  };
+  const int steps = std::max(1, static_cast<int>(std::ceil(wayBetween(from, to) / kStep_rad)));
+  for (int k = 1; k <= steps; ++k) {
+    double late = static_cast<double>(k) / steps;
+    if (!strikes(late)) continue;
+    double early = static_cast<double>(k - 1) / steps;
+    // Forty halvings of a thousandth of a radian end below any encoder.
+    for (int i = 0; i < 40; ++i) {
+      const double middle = (early + late) / 2;
+      (strikes(middle) ? late : early) = middle;
+    }
+    return early;
+  }
+  return std::nullopt;
 }
 
 bool Machine::takeTool(std::uint32_t number, MonoTime now) {
@@ -113,7 +171,7 @@ bool Machine::strikesOnTheWayTo(const Pose& pose) const {
   for (int k = 0; k <= steps; ++k) {
     const Pose at = between(commanded_, pose, static_cast<double>(k) / steps);
     const Hold hold = holdAt(at, tool_);
-    if (solids_.occupied(motion_.target() + hold.tip, at.part(), hold.shank)) return true;
+    if (solids_.occupied(bodyFor(motion_.target()) + hold.tip, at.part(), hold.shank)) return true;
   }
   return false;
 }
@@ -121,6 +179,10 @@ bool Machine::strikesOnTheWayTo(const Pose& pose) const {
 bool Machine::touching() const {
   const Contact* last = stylus_.contactCount() > 0 ? stylus_.contact(stylus_.contactCount() - 1) : nullptr;
   return last != nullptr && !last->end;
+}
+
+bool Machine::turnedInto() const {
+  return touching() && stylus_.contact(stylus_.contactCount() - 1)->turned_into;
 }
 
 // At constant speed on its way.

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "drivers/world/config.hpp"
+#include "drivers/world/linear_errors.hpp"
 #include "drivers/world/motion.hpp"
 #include "drivers/world/random.hpp"
 #include "drivers/world/sensor_head.hpp"
@@ -40,6 +41,10 @@ class Machine {
   // Turns the rotary axes to these angles, not the shorter way round. False, and nothing happens, while something is
   // under way. Where an axis really stops is a little beside.
   bool turnTo(const Pose& pose, MonoTime now);
+  // Turns C alone towards this angle, and stops it where a ball of the part meets the free stylus, as a control with a
+  // skip function does: the trigger tells when. Without a ball on its way C turns to the angle. False, and nothing
+  // happens, while something is under way or the stylus touches.
+  bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now);
   const Pose& commandedPose() const { return commanded_; }
   // Takes another tool, with a stylus of its own or one that cuts. False, and nothing happens, while something is under
   // way, and for a tool that there is none of.
@@ -49,19 +54,22 @@ class Machine {
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
 
+  // What ideal scales show, and where the body is then: beside it by the errors of the linear axes.
   Vector3 positionAt(MonoTime at, double delay_s = 0) const { return motion_.positionAt(at, delay_s); }
+  Vector3 bodyAt(MonoTime at, double delay_s = 0) const { return bodyFor(positionAt(at, delay_s)); }
+  Vector3 bodyFor(const Vector3& position) const { return position + linear_errors_.at(position); }
   double speedAt(MonoTime at) const { return motion_.speedAt(at); }
-  // Centre of the stylus ball minus positionAt(), mm, in machine axes.
+  // Centre of the stylus ball minus bodyAt(), mm, in machine axes.
   Vector3 stylusDisplacementAt(MonoTime at, double delay_s = 0) const {
-    return stylus_.displacement(positionAt(at, delay_s), at, delay_s);
+    return stylus_.displacement(bodyAt(at, delay_s), at, delay_s);
   }
   // The same in the probe's own axes.
   Vector3 probeDisplacementAt(MonoTime at, double delay_s) const {
-    return stylus_.inProbeAxes(positionAt(at, delay_s), at, delay_s);
+    return stylus_.inProbeAxes(bodyAt(at, delay_s), at, delay_s);
   }
   // What a sensor head in the place of the probe sees of the ball that is nearest; nothing while there is none.
   std::optional<HeadReading> headReadingAt(MonoTime at, double delay_s) const {
-    return sensor_head_.reading(positionAt(at, delay_s), at, delay_s);
+    return sensor_head_.reading(bodyAt(at, delay_s), at, delay_s);
   }
   const Stylus& stylus() const { return stylus_; }
   // Where an ideal stop of the pose holds the stylus ball with that tool, from positionAt().
@@ -80,13 +88,17 @@ class Machine {
   ToolConfig toolOf(std::uint32_t number) const;
   bool strikesOnTheWayTo(const Pose& pose) const;
   bool touching() const;
+  bool turnedInto() const;
+  std::optional<double> shareUntilContact(const Pose& from, const Pose& to) const;
   bool comesFromAside(const Move& move) const;
+  Move ofTheBody(const Move& move) const;
   void standFrom(MonoTime since);
 
   AxesConfig axes_;
   RotaryConfig rotary_;
   ProbeSpindleConfig probe_spindle_;
   SwivelHeadConfig head_;
+  LinearErrors linear_errors_;
   MotionHistory motion_;
   Solids solids_;
   Stylus stylus_;

@@ -46,7 +46,11 @@ struct Move {
   Vector3 direction{};  // unit vector
   double length_mm{};
   Profile profile;
+  double profile_per_mm{1};  // of the profile's own distance, over this length
 
+  // Time since the start at a distance within the length, and the speed then.
+  double timeAt(double distance_mm) const { return profile.timeAt(distance_mm * profile_per_mm); }
+  double speedAt(double time_s) const { return profile.speedAt(time_s) / profile_per_mm; }
   Vector3 at(double distance_mm) const { return from + distance_mm * direction; }
   // Of an instant `delay_s` before `stamp`, in seconds since the start.
   double elapsed(MonoTime stamp, double delay_s) const { return toSeconds(stamp - start) - delay_s; }

@@ -12,6 +12,7 @@ constexpr std::uint64_t kStream = 2;
 
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},
+      samples_{!config.touch_trigger.fitted},
       tau_s_{config.delays.tau_probe_s},
       channels_of_displacement_{inverse(config.probe.gain)},
       random_{seed, kStream},

@@ -18,12 +18,14 @@ class Probe {
  public:
   Probe(const Config& config, std::uint64_t seed);
 
-  MonoTime nextAt() const { return sampling_.at(sample_); }
+  // The end of time where a touch-trigger probe is fitted, which has no channels.
+  MonoTime nextAt() const { return samples_ ? sampling_.at(sample_) : MonoTime::max(); }
   // The next sample; false when it is dropped.
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
 
  private:
   ProbeConfig config_;
+  bool samples_;
   double tau_s_;
   Matrix3 channels_of_displacement_;  // inverse of the gain
   Random random_;

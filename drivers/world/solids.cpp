@@ -20,6 +20,14 @@ SolidBlock grown(const ToolSetterConfig& setter, const Vector3& by_mm) {
   return {setter.centre_mm - half, setter.centre_mm + half};
 }
 
+// A point from the axis, turned about it, with the errors that the axis has at that angle.
+Vector3 turnedBy(const Vector3& direction, double angle_rad, const AxisErrorsConfig& errors, const Vector3& point) {
+  const double cosine = std::cos(angle_rad) - 1, sine = std::sin(angle_rad);
+  const Vector3 shift = cosine * errors.cosine_mm + sine * errors.sine_mm;
+  const Vector3 tilt = cosine * errors.cosine_rad + sine * errors.sine_rad;
+  return shift + rotation(unit(tilt), norm(tilt)) * (rotation(direction, angle_rad) * point);
+}
+
 // Of all that a way meets.
 struct Nearest {
   const Move& way;
@@ -73,13 +81,9 @@ Solids::Solids(const Config& config)
 }
 
 Vector3 Solids::partPoint(const Vector3& at_zero, const PartPose& pose) const {
-  const auto& errors = spindle_.errors;
-  const double cosine = std::cos(pose.c_rad) - 1, sine = std::sin(pose.c_rad);
-  const Vector3 shift = cosine * errors.cosine_mm + sine * errors.sine_mm;
-  const Vector3 tilt = cosine * errors.cosine_rad + sine * errors.sine_rad;
-  const Vector3 turned = rotation(spindle_.direction, pose.c_rad) * (at_zero - spindle_.point_mm);
-  const Vector3 on_level_table = spindle_.point_mm + shift + rotation(unit(tilt), norm(tilt)) * turned;
-  return table_.point_mm + rotation(table_.direction, pose.tilt_rad) * (on_level_table - table_.point_mm);
+  const Vector3 on_level_table =
+      spindle_.point_mm + turnedBy(spindle_.direction, pose.c_rad, spindle_.errors, at_zero - spindle_.point_mm);
+  return table_.point_mm + turnedBy(table_.direction, pose.tilt_rad, table_.errors, on_level_table - table_.point_mm);
 }
 
 Vector3 Solids::ballAt(std::size_t ball, const PartPose& pose) const {

@@ -31,9 +31,10 @@ double Stylus::release(const Move& move) {
   const double depth_mm = dot(contact.point - move.from, contact.normal);
   if (outwards <= 0 || depth_mm > outwards * move.length_mm) return move.length_mm;
   const double distance_mm = std::max(depth_mm / outwards, 0.0);
-  const double time_s = move.profile.timeAt(distance_mm);
+  const double time_s = move.timeAt(distance_mm);
   contact.end = Instant{move.start, time_s};
-  contact.ring_mm = amplitude(outwards * move.profile.speedAt(time_s));
+  contact.release_mm_s = outwards * move.speedAt(time_s);
+  contact.ring_mm = amplitude(contact.release_mm_s);
   return distance_mm;
 }
 
@@ -41,8 +42,8 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
   const auto meeting =
       hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm) : solids.meet(way, from_mm, hold.shank);
   if (!meeting) return;
-  const double time_s = way.profile.timeAt(meeting->distance_mm);
-  const double normal_mm_s = -dot(way.direction, meeting->normal) * way.profile.speedAt(time_s);
+  const double time_s = way.timeAt(meeting->distance_mm);
+  const double normal_mm_s = -dot(way.direction, meeting->normal) * way.speedAt(time_s);
   contacts_[count_ % kRemembered] = Contact{.point = way.at(meeting->distance_mm),
                                             .normal = meeting->normal,
                                             .tip = hold.tip,
@@ -56,6 +57,21 @@ void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const H
                                             .tool = hold.tool_radius_mm.has_value(),
                                             .lever = meeting->lever};
   ++count_;
+}
+
+void Stylus::struckAt(const Vector3& point, const Instant& begin, const Hold& hold) {
+  Contact& contact = contacts_[count_ % kRemembered];
+  contact = Contact{};
+  contact.point = point;
+  contact.tip = hold.tip;
+  contact.turned = hold.turned;
+  contact.begin = begin;
+  contact.turned_into = true;
+  ++count_;
+}
+
+void Stylus::freedAt(MonoTime at) {
+  if (count_ > 0) contacts_[(count_ - 1) % kRemembered].end = Instant{at, 0};
 }
 
 // A stylus that leaves the surface with this speed swings by speed / angular frequency; more would take it through.

@@ -33,9 +33,11 @@ struct Contact {
   std::optional<Instant> end;
   double bounce_mm{};  // first amplitudes
   double ring_mm{};
-  double speed_mm_s{};  // along the normal, at contact
-  bool setter{};        // with the tool-setting device
-  bool tool{};          // of a tool, and not of the stylus
+  double speed_mm_s{};    // along the normal, at contact
+  double release_mm_s{};  // the same at its end
+  bool setter{};          // with the tool-setting device
+  bool tool{};            // of a tool, and not of the stylus
+  bool turned_into{};     // the part came to the stylus, which stood still
   // What the ball is really moved by where the surface moves the shank by 1, above it; 1 where the ball is touched.
   double lever{1};
 };
@@ -61,6 +63,11 @@ class Stylus {
 
   // Contacts that the body's move makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);
+
+  // The part turns into the stylus, which stands still with its ball's centre at `point`, and stops there.
+  void struckAt(const Vector3& point, const Instant& begin, const Hold& hold);
+  // It turns away.
+  void freedAt(MonoTime at);
 
   // How far the stylus ball stands from where the probe holds it, mm, in machine axes, `delay_s` before `at`. `body` is
   // of that instant.

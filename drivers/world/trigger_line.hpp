@@ -3,15 +3,17 @@
 #include "drivers/world/contact_edges.hpp"
 #include "drivers/world/machine.hpp"
 #include "drivers/world/physical_edge.hpp"
+#include "drivers/world/touch_trigger.hpp"
 #include "drivers/world/truth.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::world {
 
-// The probe's trigger output: active from contact to release, stamped late like every line, late by the probe too.
+// The probe's trigger output: active from contact to release, stamped late like every line, late by the probe too. Of a
+// touch-trigger probe it is the switch.
 class TriggerLine {
  public:
-  explicit TriggerLine(const Config& config);
+  TriggerLine(const Config& config, std::uint64_t seed);
 
   // When the next edge is stamped; the end of time when none is known.
   MonoTime nextAt(const Machine& machine);
@@ -20,6 +22,8 @@ class TriggerLine {
 
  private:
   bool fitted_;
+  bool is_switch_;
+  TouchTrigger switch_;
   Nanoseconds lateness_;
   ContactEdges edges_{0};
 };

@@ -11,7 +11,7 @@ World::World(const Config& config, std::uint64_t seed)
       encoders_{config, seed},
       probe_{config, seed},
       sync_{config, seed},
-      trigger_{config},
+      trigger_{config, seed},
       setter_{config, seed},
       indexes_{config},
       screws_{config, seed} {}

@@ -1,0 +1,67 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "board/describe/parse.hpp"
+#include "board/describe/sim_files.hpp"
+
+// What the axes and the switch of the emulated machine do wrong, in world.toml.
+namespace probebox::board {
+namespace {
+
+using testing::HasSubstr;
+
+Outcome<World> worldWith(const std::string& more) {
+  return parseWorld(std::string{simFile("world.toml")} + more, "world.toml");
+}
+
+std::string problemWith(const std::string& more) {
+  const auto world = worldWith(more);
+  EXPECT_FALSE(world.ok()) << more;
+  return world.ok() ? "" : world.error().what;
+}
+
+TEST(WorldToml, HasStraightAxesAndAScanningProbeUnlessItSaysOtherwise) {
+  const auto world = worldWith("");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  EXPECT_EQ(world->linear_axes.scale, Vector3{});
+  EXPECT_EQ(world->linear_axes.squareness_rad, Vector3{});
+  EXPECT_EQ(world->linear_axes.waves[1][2].amplitude_mm, 0);
+  EXPECT_FALSE(world->touch_trigger);
+}
+
+TEST(WorldToml, DescribesErrorsOfLinearAxesByTheirNamesInISO230) {
+  const auto world = worldWith(
+      "[linear_axes]\nEC0Y_rad = 2e-5\nEA0Z_rad = -1e-5\n"
+      "[linear_axes.EXX]\nscale_um_m = 12\nwave_um = 1.5\nwave_length_mm = 90\nwave_phase_deg = 180\n"
+      "[linear_axes.EYX]\nwave_um = 2\n[linear_axes.EXZ]\nwave_um = 3\n");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  const auto& axes = world->linear_axes;
+  EXPECT_EQ(axes.squareness_rad, (Vector3{-1e-5, 0, 2e-5}));
+  EXPECT_DOUBLE_EQ(axes.scale[0], 12e-6);
+  EXPECT_DOUBLE_EQ(axes.waves[0][0].amplitude_mm, 0.0015);
+  EXPECT_EQ(axes.waves[0][0].length_mm, 90);
+  EXPECT_NEAR(axes.waves[0][0].phase_rad, 3.14159265, 1e-8);
+  EXPECT_DOUBLE_EQ(axes.waves[0][1].amplitude_mm, 0.002) << "X moves, and the error is along Y";
+  EXPECT_DOUBLE_EQ(axes.waves[2][0].amplitude_mm, 0.003);
+}
+
+TEST(WorldToml, RefusesWhatNoErrorOfALinearAxisIs) {
+  EXPECT_THAT(problemWith("[linear_axes.EYX]\nscale_um_m = 12\n"), HasSubstr("scale_um_m"));
+  EXPECT_THAT(problemWith("[linear_axes.EXC]\nwave_um = 1\n"), HasSubstr("EXC"));
+  EXPECT_THAT(problemWith("[linear_axes.EXX]\nwave_um = 1\nwave_length_mm = 0\n"), HasSubstr("wave_length_mm"));
+  EXPECT_THAT(problemWith("[linear_axes]\nEC0Y_rad = 0.5\n"), HasSubstr("EC0Y_rad"));
+}
+
+TEST(WorldToml, MayHaveATouchTriggerProbe) {
+  const auto world = worldWith("[touch_trigger]\npre_travel_mm = 0.01\nlate_s = 0.0006\n");
+  ASSERT_TRUE(world.ok()) << world.error().what;
+  EXPECT_EQ(world->touch_trigger->pre_travel_mm, 0.01);
+  EXPECT_EQ(world->touch_trigger->lobe_mm, 0);
+  EXPECT_THAT(problemWith("[touch_trigger]\nlobe_mm = 0.01\n"), HasSubstr("pre_travel_mm"));
+  EXPECT_THAT(problemWith("[touch_trigger]\npre_travel_mm = 0.01\nchatter_probability = 2\n"),
+              HasSubstr("chatter_probability"));
+}
+
+}  // namespace
+}  // namespace probebox::board
