@@ -73,6 +73,12 @@ void Corrections::push(const Count& count) {
   references_[static_cast<std::size_t>(count.axis)].push(count.at, count.counts);
 }
 
+void Corrections::push(const AngleCount& count) {
+  auto& angle = angles_[static_cast<std::size_t>(count.axis)];
+  angle.push(count);
+  if (const auto now_rad = angle.latched_rad()) triggers_.turned(count.axis, count.at, *now_rad);
+}
+
 std::optional<std::int32_t> Corrections::screw_nm(Axis axis, MonoTime now) const {
   const auto i = static_cast<std::size_t>(axis);
   if (!screws_[i].extensionKnown(now)) return std::nullopt;
@@ -98,6 +104,7 @@ void Corrections::push(const SourceLost& lost) {
   if (lost.source == Source::encoders) {
     for (auto& reference : references_) reference.encoderLost();
     for (auto& angle : angles_) angle.encoderLost();
+    triggers_.encodersLost();
   } else if (lost.source == Source::drift) {
     for (auto& screw : screws_) screw.sensorLost();
   }

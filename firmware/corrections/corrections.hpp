@@ -64,7 +64,7 @@ class Corrections {
   explicit Corrections(const CorrectionsConfig& config);
 
   void push(const Count& count);
-  void push(const AngleCount& count) { angles_[static_cast<std::size_t>(count.axis)].push(count); }
+  void push(const AngleCount& count);
   void push(const Edge& edge);  // index, trigger and inhibit lines
   void push(const Drift& drift) { screws_[static_cast<std::size_t>(drift.axis)].push(drift); }
   void push(const SourceLost& lost);

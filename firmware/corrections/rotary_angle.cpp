@@ -32,10 +32,15 @@ bool RotaryAngle::known() const {
   return config_.from == AngleFrom::controller ? told_rad_.has_value() : reference_.position_mm().has_value();
 }
 
+std::optional<double> RotaryAngle::latched_rad() const {
+  if (config_.from != AngleFrom::encoder || !known()) return std::nullopt;
+  return *reference_.position_mm() * kDegree;
+}
+
 AngleNow RotaryAngle::at(MonoTime now) const {
   if (!known()) return {};
-  const bool is_encoder = config_.from == AngleFrom::encoder;
-  return {.rad = is_encoder ? *reference_.position_mm() * kDegree : *told_rad_,
+  const auto latched = latched_rad();
+  return {.rad = latched ? *latched : *told_rad_,
           .doubtful = config_.stale > Nanoseconds{} && now - heard_at_ > config_.stale};
 }
 

@@ -29,6 +29,8 @@ class RotaryAngle {
   void encoderLost() { reference_.encoderLost(); }
 
   AngleNow at(MonoTime now) const;
+  // Angle of the last latch; nullopt without an encoder or its reference.
+  std::optional<double> latched_rad() const;
   bool described() const { return config_.described; }
   // False for an encoder without a reference.
   bool known() const;

@@ -2,13 +2,9 @@
 
 #include <algorithm>
 
+#include "firmware/corrections/longest_gap.hpp"
+
 namespace probebox::corrections {
-namespace {
-
-// Across a longer gap nothing is interpolated.
-constexpr Nanoseconds kLongestGap = std::chrono::milliseconds{25};
-
-}  // namespace
 
 void TriggerLog::push(const Edge& edge, const Served& served) {
   ++count_;
@@ -23,13 +19,24 @@ void TriggerLog::push(const Edge& edge, const Served& served) {
                                              .at = edge.at,
                                              .has_position = {},
                                              .position_mm = {},
-                                             .served = served};
+                                             .served = served,
+                                             .has_angle = {},
+                                             .angle_rad = {}};
   placeWaiting();
 }
 
 void TriggerLog::tick(const MachineTick& tick) {
   ticks_[tick_count_++ % kTicks] = tick;
   placeWaiting();
+}
+
+void TriggerLog::turned(RotaryAxis axis, MonoTime at, double angle_rad) {
+  tracks_[static_cast<std::size_t>(axis)].push(at, angle_rad);
+  placeWaiting();
+}
+
+void TriggerLog::encodersLost() {
+  for (auto& track : tracks_) track.clear();
 }
 
 std::optional<TriggerStamp> TriggerLog::next() {
@@ -40,10 +47,28 @@ std::optional<TriggerStamp> TriggerLog::next() {
 void TriggerLog::placeWaiting() {
   if (tick_count_ == 0) return;
   const MonoTime newest_tick = ticks_[(tick_count_ - 1) % kTicks].at;
-  for (; first_ < end_ && waiting_[first_ % kWaiting].at <= newest_tick; ++first_) {
+  for (; placed_ < end_ && waiting_[placed_ % kWaiting].at <= newest_tick; ++placed_) {
+    if (!place(waiting_[placed_ % kWaiting])) ++unplaced_;
+  }
+  for (; first_ < placed_ && !awaitsAngles(waiting_[first_ % kWaiting], newest_tick); ++first_) {
     TriggerStamp& stamp = waiting_[first_ % kWaiting];
-    if (!place(stamp)) ++unplaced_;
+    turn(stamp);
     newest_ = stamp;
+  }
+}
+
+// The latch that follows the trigger may arrive after the tick that does.
+bool TriggerLog::awaitsAngles(const TriggerStamp& stamp, MonoTime newest_tick) const {
+  if (newest_tick - stamp.at > kLongestGap) return false;
+  return std::ranges::any_of(tracks_, [&](const auto& track) { return !track.empty() && !track.reaches(stamp.at); });
+}
+
+void TriggerLog::turn(TriggerStamp& stamp) const {
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+    if (tracks_[axis].empty()) continue;
+    const auto angle_rad = tracks_[axis].at(stamp.at);
+    stamp.has_angle[axis] = angle_rad.has_value();
+    stamp.angle_rad[axis] = angle_rad.value_or(0);
   }
 }
 
@@ -56,6 +81,11 @@ bool TriggerLog::place(TriggerStamp& stamp) const {
     const Nanoseconds gap = after.at - before.at;
     if (gap <= Nanoseconds{} || gap > kLongestGap) return false;
     const double share = toSeconds(stamp.at - before.at) / toSeconds(gap);
+    for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) {
+      const AngleNow& told = before.angles[axis];
+      stamp.has_angle[axis] = told.rad && !told.doubtful;
+      stamp.angle_rad[axis] = stamp.has_angle[axis] ? *told.rad : 0;
+    }
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
       if (!before.position_mm[axis] || !after.position_mm[axis]) continue;
       stamp.has_position[axis] = true;

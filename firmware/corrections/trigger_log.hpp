@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/corrections/angle_track.hpp"
 #include "firmware/corrections/machine_tick.hpp"
 #include "firmware/corrections/served.hpp"
 #include "firmware/published/snapshot.hpp"
@@ -12,14 +13,17 @@ namespace probebox::corrections {
 
 using published::TriggerStamp;
 
-// Finds the ticks on both sides of each trigger and interpolates the machine position. Edges and ticks may arrive in
-// any order.
+// Finds the ticks on both sides of each trigger and interpolates the machine position, and the angles of rotary axes
+// between the latches of their encoders. Edges, ticks and latches may arrive in any order.
 class TriggerLog {
  public:
   void push(const Edge& edge, const Served& served);
   void tick(const MachineTick& tick);
+  // Takes the angle of a referenced encoder, as latched then. An axis without one has the angle of the tick.
+  void turned(RotaryAxis axis, MonoTime at, double angle_rad);
+  void encodersLost();
 
-  // The last trigger whose position is decided: known, or not obtainable.
+  // The last trigger whose position and angles are decided: known, or not obtainable.
   const TriggerStamp& newest() const { return newest_; }
   // Returns all triggers in order. When the caller is too slow the oldest are dropped, as are those that find the queue
   // full: gaps in the numbers show both.
@@ -34,14 +38,18 @@ class TriggerLog {
 
   void placeWaiting();
   bool place(TriggerStamp& stamp) const;
+  bool awaitsAngles(const TriggerStamp& stamp, MonoTime newest_tick) const;
+  void turn(TriggerStamp& stamp) const;
 
   std::array<TriggerStamp, kWaiting> waiting_{};
-  std::size_t given_{}, first_{}, end_{};  // ring indices: next to return, next to place, end
+  // Ring indices: next to return, next whose angles are open, next to place, end.
+  std::size_t given_{}, first_{}, placed_{}, end_{};
   std::uint32_t count_{};
   std::uint32_t unplaced_{};
   TriggerStamp newest_;
   std::array<MachineTick, kTicks> ticks_{};
   std::size_t tick_count_{};
+  std::array<AngleTrack, kRotaryAxes> tracks_{};
 };
 
 }  // namespace probebox::corrections

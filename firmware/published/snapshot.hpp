@@ -52,6 +52,8 @@ struct TriggerStamp {
   std::array<bool, kLinearAxes> has_position{};
   std::array<double, kLinearAxes> position_mm{};  // machine position, the correction in it
   Served served;
+  std::array<bool, kRotaryAxes> has_angle{};
+  std::array<double, kRotaryAxes> angle_rad{};  // A B C: at the stamp by an encoder, else as the controller told it
 };
 
 // Bits of the mask of sources. Never change them.

@@ -40,6 +40,8 @@ struct Trigger {
   bool correction_valid{};
   bool correction_degraded{};
   std::uint16_t sequence{};
+  std::uint8_t has_angle{};
+  std::array<double, 3> angle_rad{};
   static constexpr void fields(auto& self, auto&& field) {
     field("number", self.number, "of the trigger, from 1 since the box started");
     field("line", self.line, "which trigger line, from 0");
@@ -57,6 +59,10 @@ struct Trigger {
     field("correction_valid", self.correction_valid, "1 when it was valid");
     field("correction_degraded", self.correction_degraded, "1 when a value of it was held or saturated");
     field("sequence", self.sequence, "the corrections' sequence then");
+    field("has_angle", self.has_angle, "which angles are known: bit 0 A, 1 B, 2 C");
+    field("angle_rad", self.angle_rad,
+          "rad, A B C: interpolated at the stamp where the axis has an encoder, without a delay taken out; else as the "
+          "controller told it last");
   }
 };
 

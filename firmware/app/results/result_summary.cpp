@@ -55,6 +55,8 @@ messages::StampedTrigger stampedTrigger(const published::TriggerStamp& trigger) 
 
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
   const auto stamped = stampedTrigger(placed.stamp);
+  unsigned has_angle = 0;
+  for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) has_angle |= placed.stamp.has_angle[axis] ? 1U << axis : 0U;
   return {.number = stamped.number,
           .line = placed.stamp.line,
           .line_sequence = placed.stamp.line_sequence,
@@ -68,7 +70,9 @@ messages::Trigger wireTrigger(const box::PlacedTrigger& placed) {
           .correction_mm = stamped.correction_mm,
           .correction_valid = stamped.correction_valid,
           .correction_degraded = placed.stamp.served.degraded,
-          .sequence = stamped.sequence};
+          .sequence = stamped.sequence,
+          .has_angle = static_cast<std::uint8_t>(has_angle),
+          .angle_rad = placed.stamp.angle_rad};
 }
 
 messages::ResultState wireState(store::State state) {

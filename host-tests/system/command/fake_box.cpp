@@ -79,7 +79,9 @@ class FakeBox::Loop {
                                     .position_mm = {0.5 * triggers_, 0, -100},
                                     .correction_mm = {-0.0125, 0, 0.25},
                                     .correction_valid = true,
-                                    .sequence = 9});
+                                    .sequence = 9,
+                                    .has_angle = 0b100,
+                                    .angle_rad = {0, 0, 0.5}});
   }
 
   // Every tenth block is lost at its source.

@@ -69,6 +69,8 @@ TEST_F(Triggers, AreWatchedAsObjectsOfTheirOwn) {
     EXPECT_EQ(object["at_ns"].get<std::int64_t>(), 5'000'250'000 + 1'000'000 * object["tick"].get<std::int64_t>());
     EXPECT_TRUE(object["correction_valid"]);
     EXPECT_EQ(object["sequence"], 9);
+    EXPECT_TRUE(object["angle_deg"][0].is_null());
+    EXPECT_NEAR(object["angle_deg"][2].get<double>(), 28.6478897565, 1e-9);
   }
   EXPECT_GT(triggers, 10U);
   EXPECT_THAT(probebox({"-u", box_.uri(), "watch", "--for", "0.5"}).out, testing::ContainsRegex("  trigger [0-9]+"));
@@ -114,10 +116,11 @@ TEST_F(Triggers, AreWrittenAsATableOfTheirOwn) {
   const auto rows = linesOf(tableOf(file_));
   EXPECT_EQ(rows.at(0),
             "number,line,line_sequence,at_ns,tick,phase_q32,sigma_ns,clock_state,x_mm,y_mm,z_mm,correction_x_mm,"
-            "correction_y_mm,correction_z_mm,correction_valid,correction_degraded,correction_sequence");
+            "correction_y_mm,correction_z_mm,correction_valid,correction_degraded,correction_sequence,"
+            "a_deg,b_deg,c_deg");
   const auto number = std::stoul(rows.at(1));
   EXPECT_THAT(rows.at(1), testing::StartsWith(std::to_string(number) + ",1," + std::to_string(2 * number) + ","));
-  EXPECT_THAT(rows.at(1), testing::EndsWith(",,-100,-0.0125,0,0.25,1,0,9"));
+  EXPECT_THAT(rows.at(1), testing::HasSubstr(",,-100,-0.0125,0,0.25,1,0,9,,,28.64788"));
   const auto array = directory_.file("triggers.npy");
   ASSERT_EQ(probebox({"export", file_, "-o", directory_.file("s.csv"), "--triggers", array}).status, 0);
   const auto bytes = contentOf(array);
@@ -125,7 +128,7 @@ TEST_F(Triggers, AreWrittenAsATableOfTheirOwn) {
   EXPECT_EQ(header % 64, 0U);
   EXPECT_THAT(bytes.substr(0, header), AllOf(HasSubstr("('number', '<u4')"), HasSubstr("('x_mm', '<f8')"),
                                              HasSubstr("'shape': (" + std::to_string(rows.size() - 1) + ",")));
-  constexpr std::size_t kRow = 4 + 1 + 4 + 8 + 8 + 4 + 4 + 1 + 6 * 8 + 1 + 1 + 2;
+  constexpr std::size_t kRow = 4 + 1 + 4 + 8 + 8 + 4 + 4 + 1 + 6 * 8 + 1 + 1 + 2 + 3 * 8;
   ASSERT_EQ(bytes.size(), header + (rows.size() - 1) * kRow);
   double x_mm = 0, y_mm = 0;
   std::memcpy(&x_mm, bytes.data() + header + 34, sizeof x_mm);

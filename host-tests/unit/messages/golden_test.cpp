@@ -121,6 +121,7 @@ const std::map<std::string_view, std::string_view> kSince12 = {
     {"propose_case request", "000008006464646464646464"},
     {"propose_case answer", "000100035a647671a0f5b9"},
     {"HEARTBEAT", "78d1e861d04ebc611e36d1e6d4d7221a"},
+    {"TRIGGER", "c3f41e08c05195fcc1e49adc67e805f9c1e05b68fc80edf7c1"},
     {"start_procedure request",
      "0300a0c153ee0571fa4185f5636941a4ecc1228863de25cdf2c1cf58b96944d5c9c1642d4549e7dceac1e35a38a6aa02f741"
      "0fa9870ea89eef416de3e0a7186597399a298d0101"},

@@ -3,6 +3,7 @@
 #include <array>
 #include <iostream>
 #include <limits>
+#include <numbers>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +20,10 @@ void columns(const messages::Trigger& t, auto&& column) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const auto position = [&](std::size_t axis) {
     return (unsigned{t.has_position} >> axis & 1U) != 0 ? t.position_mm[axis] : kUnknown;
+  };
+  const auto angle = [&](std::size_t axis) {
+    constexpr double kDegrees = 180 / std::numbers::pi;
+    return (unsigned{t.has_angle} >> axis & 1U) != 0 ? t.angle_rad[axis] * kDegrees : kUnknown;
   };
   column("number", "<u4", t.number);
   column("line", "|u1", t.line);
@@ -37,6 +42,9 @@ void columns(const messages::Trigger& t, auto&& column) {
   column("correction_valid", "|u1", std::uint8_t{t.correction_valid});
   column("correction_degraded", "|u1", std::uint8_t{t.correction_degraded});
   column("correction_sequence", "<u2", t.sequence);
+  column("a_deg", "<f8", angle(0));
+  column("b_deg", "<f8", angle(1));
+  column("c_deg", "<f8", angle(2));
 }
 
 template <class T>

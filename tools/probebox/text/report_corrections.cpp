@@ -53,6 +53,12 @@ Json positionOf(std::uint8_t has_position, const std::array<double, 3>& position
   return position;
 }
 
+Json anglesOf(std::uint8_t has_angle, const std::array<double, 3>& angle_rad) {
+  auto angle_deg = angle_rad;
+  for (double& angle : angle_deg) angle *= kDegrees;
+  return positionOf(has_angle, angle_deg);
+}
+
 Json rotaryOf(const std::vector<messages::RotaryAxisStatus>& axes) {
   Json all = Json::array();
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -231,7 +237,8 @@ Json describe(const messages::Trigger& trigger) {
           {"correction_mm", trigger.correction_mm},
           {"correction_valid", trigger.correction_valid},
           {"correction_degraded", trigger.correction_degraded},
-          {"sequence", trigger.sequence}};
+          {"sequence", trigger.sequence},
+          {"angle_deg", anglesOf(trigger.has_angle, trigger.angle_rad)}};
 }
 
 }  // namespace probebox::command
