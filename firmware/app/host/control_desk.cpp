@@ -109,7 +109,7 @@ Reply ControlDesk::answer(const board::Access& may, const stream::PendingRequest
     case Operation::abort_procedure:
       return abortProcedure(may, request.body, state);
     case Operation::corrections:
-      return ok(correctionsAnswer(state));
+      return ok(correctionsAnswer(state, with_.calibrations.valuesInUse()));
     case Operation::home_axes:
       return homeAxes(may, request.body, state);
     case Operation::tell_pose:

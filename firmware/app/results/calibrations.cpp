@@ -186,6 +186,16 @@ void Calibrations::finishSolving(std::chrono::milliseconds at_most) {
 procedure::Facts Calibrations::factsNow() const {
   procedure::Facts facts = facts_;
   if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
+  const auto measured = in_force_.measuredFacts();
+  if (auto& ball = facts.checked_ball) {
+    if (measured.ball_xy_mm)
+      ball->accepted_x_mm = (*measured.ball_xy_mm)[0], ball->accepted_y_mm = (*measured.ball_xy_mm)[1];
+    if (measured.ball_z_mm) ball->centre_z_mm = *measured.ball_z_mm;
+  }
+  if (facts.tool_setter && measured.setter_mm) {
+    facts.tool_setter->accepted_mm = measured.setter_mm;
+    facts.tool_setter->sd_accepted_mm = measured.sd_setter_mm;
+  }
   return facts;
 }
 

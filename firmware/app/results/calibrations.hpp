@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/app/results/values_in_use.hpp"
 #include "firmware/app/solver/solver_process.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
@@ -65,6 +66,8 @@ class Calibrations {
   void cancelProposal();
   // As described, and what calibrations in force add to that. Any thread may ask.
   procedure::Facts factsNow() const;
+  // Values in use and where they come from. Any thread may ask.
+  std::vector<messages::ValueInUse> valuesInUse() const { return app::valuesInUse(facts_, in_force_.about()); }
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
   // By rising id, at most `count` above `after`; with `newest` none but the newest so many.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "firmware/app/results/result_values.hpp"
 
@@ -137,7 +138,7 @@ messages::ResultTransition wireTransition(const store::Transition& transition) {
           .remark = transition.remark};
 }
 
-messages::Corrections::Answer correctionsAnswer(const box::State& state) {
+messages::Corrections::Answer correctionsAnswer(const box::State& state, std::vector<messages::ValueInUse> in_use) {
   const auto& snapshot = state.snapshot;
   messages::Corrections::Answer answer;
   answer.valid = snapshot.valid;
@@ -173,6 +174,10 @@ messages::Corrections::Answer correctionsAnswer(const box::State& state) {
                    .tool = swivel.tool,
                    .has_tool_length = swivel.has_tool_length,
                    .tool_length_mm = swivel.tool_length_mm};
+  answer.centreline_of_slide =
+      answer.centreline_calibrated &&
+      std::ranges::find(in_use, "centreline-slide", &messages::ValueInUse::name) != in_use.end();
+  answer.in_use = std::move(in_use);
   return answer;
 }
 

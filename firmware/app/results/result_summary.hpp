@@ -17,7 +17,7 @@ messages::ResultSummary summaryOf(const store::Record& record);
 // Warnings that leave no room for any value are cut off and counted. True when no value behind them is left out.
 bool keepValues(messages::ResultSummary& summary, std::uint32_t first, std::size_t most_bytes);
 messages::ResultTransition wireTransition(const store::Transition& transition);
-messages::Corrections::Answer correctionsAnswer(const box::State& state);
+messages::Corrections::Answer correctionsAnswer(const box::State& state, std::vector<messages::ValueInUse> in_use = {});
 messages::Trigger wireTrigger(const box::PlacedTrigger& placed);
 messages::ClockStatus clockStatus(const box::State& state);
 messages::ReceiverStatus receiverStatus(const box::State& state);

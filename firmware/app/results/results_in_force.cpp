@@ -9,6 +9,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/values_in_use.hpp"
 
 namespace probebox::app {
 namespace {
@@ -222,9 +223,13 @@ void ResultsInForce::readStore() {
   if (!in_force || !accepted) return;
   std::vector<std::uint64_t> active;
   std::vector<procedure::CalibratedHead> sensor_heads;
+  std::vector<InForceAbout> about;
+  MeasuredFacts facts;
   for (const auto& record : *in_force) {
     if (!fitActivation(record)) continue;
     active.push_back(record.id);
+    about.push_back({record.binding.subject, record.id});
+    addFacts(record, facts);
     if (sensorHeadOf(record.binding.subject)) sensor_heads.push_back(calibratedHeadOf(record).value());
   }
   std::vector<std::uint64_t> waiting;
@@ -237,6 +242,8 @@ void ResultsInForce::readStore() {
   }
   const std::lock_guard lock{mutex_};
   rests_on_retired_ = std::move(on_retired);
+  about_ = std::move(about);
+  measured_facts_ = facts;
   storage_problems_ = std::move(problems);
   active_ = std::move(active);
   waiting_ = std::move(waiting);
@@ -251,6 +258,16 @@ std::vector<std::uint64_t> ResultsInForce::active() const {
 std::vector<std::uint64_t> ResultsInForce::waiting() const {
   const std::lock_guard lock{mutex_};
   return waiting_;
+}
+
+std::vector<InForceAbout> ResultsInForce::about() const {
+  const std::lock_guard lock{mutex_};
+  return about_;
+}
+
+MeasuredFacts ResultsInForce::measuredFacts() const {
+  const std::lock_guard lock{mutex_};
+  return measured_facts_;
 }
 
 std::vector<std::string> ResultsInForce::restsOnRetired() const {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -32,6 +33,20 @@ std::string utcNow();
 struct Acceptance : store::Record {
   Comparison comparison;           // with what was in force before
   std::vector<std::string> notes;  // what a person should know about the effect
+};
+
+// Values that results in force give to procedures, in the place of those of machine.toml.
+struct MeasuredFacts {
+  std::optional<std::array<double, 2>> ball_xy_mm;  // of the last check: the C axis from the spindle axis at B = 0
+  std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
+  std::optional<std::array<double, 3>> setter_mm;   // at the first B that was read
+  double sd_setter_mm{};                            // largest of its coordinates, k = 1; 0: not stated
+};
+
+// A subject, and the result in force about it.
+struct InForceAbout {
+  std::string subject;
+  store::Id id{};
 };
 
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
@@ -81,6 +96,9 @@ class ResultsInForce {
     metrology::Estimate value;
   };
   std::optional<StylusOffset> stylusOffset(std::uint32_t probe_tool) const;
+  // What is in force that the core follows or procedures use, by rising number. Any thread may ask.
+  std::vector<InForceAbout> about() const;
+  MeasuredFacts measuredFacts() const;
   // A sentence for each result in force that rests on a retired one.
   std::vector<std::string> restsOnRetired() const;
   // What cannot be stored, or was lost, and what to do about it; empty when all is well.
@@ -121,6 +139,8 @@ class ResultsInForce {
   std::vector<procedure::CalibratedHead> sensor_heads_;
   std::vector<std::string> storage_problems_;
   std::vector<std::string> rests_on_retired_;
+  std::vector<InForceAbout> about_;
+  MeasuredFacts measured_facts_;
 };
 
 }  // namespace probebox::app

@@ -3,6 +3,7 @@
 
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
+#include "firmware/app/results/values_in_use.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // What a person accepts, beside what is in force; and what a result rests on.
@@ -237,6 +238,42 @@ TEST_F(Accepting, OfADelayByJointSaysThatItIsNotAppliedByAxis) {
       "delay-joints", resultOf("delay-joints", {Estimate::vector("tau_joint_s", {0.003, 0.004}, {4e-6, 4e-6})}));
   EXPECT_THAT(accepted.notes, ElementsAre(HasSubstr("cannot be applied by axis")));
   EXPECT_EQ(inForce("delay")->id, by_axis);
+}
+
+// docs/metrology.md B.10: the next check starts from the ball of the last one that was accepted.
+TEST_F(Accepting, OfACheckMovesTheBallThatTheNextOneStartsFrom) {
+  EXPECT_FALSE(results_.measuredFacts().ball_xy_mm);
+  auto check = resultOf("periodic-check",
+                        {Estimate::scalar("Xcen_B0_mm", 0.154, 5e-5), Estimate::scalar("Ycen_B0_mm", -0.11, 5e-5)});
+  check.also = {Estimate::vector("ball_centre_mm", {20.154, -0.11, 80.5}, {1e-4, 1e-4, 1e-4})};
+  acceptedAs("check", check);
+  const auto facts = results_.measuredFacts();
+  EXPECT_EQ(facts.ball_xy_mm, (std::array{0.154, -0.11}));
+  EXPECT_EQ(facts.ball_z_mm, 80.5);
+  ASSERT_TRUE(results_.rollBack(std::string{"check"}, "Ada"));
+  EXPECT_FALSE(results_.measuredFacts().ball_xy_mm);
+}
+
+TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {
+  procedure::Facts described;
+  described.checked_ball = procedure::CheckedBall{};
+  described.tool_setter = procedure::ToolSetter{};
+  described.tool_setter->accepted_mm = {1, 2, 3};
+  const auto sourceOf = [&](const std::string& name) {
+    for (const auto& value : valuesInUse(described, results_.about())) {
+      if (value.name == name) return std::pair{value.source, value.result_id};
+    }
+    return std::pair{messages::ValueSource::unknown, std::uint64_t{999}};
+  };
+  EXPECT_EQ(sourceOf("setter"), (std::pair{messages::ValueSource::description, std::uint64_t{0}}));
+  const auto setter =
+      resultOf("tool-setter",
+               {Estimate::matrix("setter_mm", 3, {10, 20, 30, 11, 21, 31}, {1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 9e-3})});
+  const auto id = acceptedAs("setter", setter).id;
+  EXPECT_EQ(results_.measuredFacts().setter_mm, (std::array{10.0, 20.0, 30.0}));
+  EXPECT_EQ(results_.measuredFacts().sd_setter_mm, 2e-3);
+  EXPECT_EQ(sourceOf("setter"), (std::pair{messages::ValueSource::result, id}));
+  EXPECT_EQ(sourceOf("check").first, messages::ValueSource::description);
 }
 
 TEST_F(Accepting, DuringACutChangesNothingAndTheSumWaitsToo) {
