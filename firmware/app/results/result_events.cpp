@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/methods.hpp"
 
 namespace probebox::app {
@@ -19,7 +20,6 @@ constexpr std::string_view kCentreline = "centreline";
 constexpr std::string_view kCentrelineOfSlide = "centreline-slide";
 constexpr std::string_view kCentrelineFromTip = "centreline-stylus";
 constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
-constexpr std::string_view kRotaryOf = "rotary-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
 
@@ -28,15 +28,6 @@ std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-y") return Axis::y;
   if (subject == "screw-z") return Axis::z;
   return std::nullopt;
-}
-
-// "rotary-c" of "rotary-" is about C; nothing for other subjects.
-std::optional<RotaryAxis> axisOf(std::string_view subject, std::string_view stem) {
-  constexpr std::string_view kLetters = "abc";
-  if (!subject.starts_with(stem) || subject.size() != stem.size() + 1) return std::nullopt;
-  const auto letter = kLetters.find(subject.back());
-  if (letter == std::string_view::npos) return std::nullopt;
-  return static_cast<RotaryAxis>(letter);
 }
 
 // Values of one key with their standard deviations, 0 where there is none. The error names the key.
@@ -241,10 +232,6 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
   return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{tool} : std::nullopt;
 }
 
-std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject) {
-  return axisOf(subject, kRotaryOf);
-}
-
 std::string subjectNamed(std::string_view subject_or_method) {
   if (subject_or_method == kDelayByJoint) return std::string{kDelayByJoint};  // a method is called so too
   const metrology::Method* method = metrology::methodNamed(subject_or_method);
@@ -268,7 +255,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
     return std::vector<Event>{};
   }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
-  if (const auto axis = axisOf(subject, kRotaryOf)) return rotary(*result, *axis, record.id, now);
+  if (const auto axis = rotaryAxisOf(subject)) return rotary(*result, *axis, record.id, now);
   if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
   return std::vector<Event>{};
 }
@@ -286,7 +273,7 @@ std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
     none.at = now;
     return none;
   }
-  if (const auto axis = axisOf(subject, kRotaryOf)) {
+  if (const auto axis = rotaryAxisOf(subject)) {
     RotaryActivated none{};
     none.axis = *axis;
     none.at = now;

@@ -31,9 +31,6 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
 // Reads the calibration of a sensor head from its result. Errors name what is missing.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
 
-// Axis of a rotary subject ("rotary-c"); nullopt for other subjects.
-std::optional<RotaryAxis> rotaryAxisOf(std::string_view subject);
-
 // Event that deactivates a subject.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);
 

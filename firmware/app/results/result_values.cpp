@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/subject_axis.hpp"
 
 namespace probebox::app {
 namespace {

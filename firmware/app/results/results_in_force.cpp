@@ -9,7 +9,6 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
-#include "firmware/app/results/values_in_use.hpp"
 
 namespace probebox::app {
 namespace {

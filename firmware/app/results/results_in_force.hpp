@@ -10,6 +10,7 @@
 
 #include "firmware/app/results/compared_values.hpp"
 #include "firmware/app/results/machine_range.hpp"
+#include "firmware/app/results/values_in_use.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "firmware/store/store.hpp"
@@ -33,20 +34,6 @@ std::string utcNow();
 struct Acceptance : store::Record {
   Comparison comparison;           // with what was in force before
   std::vector<std::string> notes;  // what a person should know about the effect
-};
-
-// Values that results in force give to procedures, in the place of those of machine.toml.
-struct MeasuredFacts {
-  std::optional<std::array<double, 2>> ball_xy_mm;  // of the last check: the C axis from the spindle axis at B = 0
-  std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
-  std::optional<std::array<double, 3>> setter_mm;   // at the first B that was read
-  double sd_setter_mm{};                            // largest of its coordinates, k = 1; 0: not stated
-};
-
-// A subject, and the result in force about it.
-struct InForceAbout {
-  std::string subject;
-  store::Id id{};
 };
 
 // Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store

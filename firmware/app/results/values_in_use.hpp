@@ -1,14 +1,30 @@
 #pragma once
+#include <array>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "firmware/app/results/results_in_force.hpp"
 #include "firmware/procedure/facts/facts.hpp"
 #include "firmware/store/record.hpp"
 #include "protocol/messages/corrections.hpp"
 
 // The newest result in force replaces what machine.toml states.
 namespace probebox::app {
+
+// Values that results in force give to procedures, in the place of those of machine.toml.
+struct MeasuredFacts {
+  std::optional<std::array<double, 2>> ball_xy_mm;  // of the last check: the C axis from the spindle axis at B = 0
+  std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
+  std::optional<std::array<double, 3>> setter_mm;   // at the first B that was read
+  double sd_setter_mm{};                            // largest of its coordinates, k = 1; 0: not stated
+};
+
+// A subject, and the result in force about it.
+struct InForceAbout {
+  std::string subject;
+  store::Id id{};
+};
 
 // Adds what a result in force says about the checked ball or the setting device.
 void addFacts(const store::Record& record, MeasuredFacts& facts);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <numbers>
 
+#include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 

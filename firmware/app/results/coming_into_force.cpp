@@ -1,0 +1,124 @@
+// What ResultsInForce does around an acceptance: compares, warns, and adds a stylus offset to a centreline from the
+// tip.
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "firmware/app/results/acceptance.hpp"
+#include "firmware/app/results/result_values.hpp"
+#include "firmware/app/results/results_in_force.hpp"
+
+namespace probebox::app {
+namespace {
+
+constexpr const char* kFromTip = "centreline-stylus";
+constexpr const char* kOfSpindle = "centreline";
+constexpr const char* kOfSlide = "centreline-slide";
+
+// What a person might not expect of a result about this subject.
+std::optional<std::string> aboutEffect(const store::Record& record) {
+  const auto& subject = record.binding.subject;
+  const auto* result = record.result();
+  if (subject == "delay-joints")
+    return "A delay by joint cannot be applied by axis: it is kept and shown, and the samples keep the delay in force "
+           "about 'delay'.";
+  if (subject == kOfSlide)
+    return "The slope is that of the slide which carries the chuck, not the direction of C: registers 160 to 179 have "
+           "it "
+           "as measured.";
+  if (subject == kFromTip && result != nullptr) {
+    const auto tool = std::to_string(probeToolOf(*result));
+    return "The turning axis is known from the tip of probe tool " + tool +
+           " alone, and becomes a centreline with an offset of that stylus in force (stylus-offset-" + tool +
+           ", from spindle-offset-2x2).";
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Acceptance ResultsInForce::comparedWithPresent(const store::Record& record) const {
+  Acceptance acceptance{record, {}, notesOn(record)};
+  if (const auto present = store_.active(record.binding); present && *present)
+    acceptance.comparison = compare(record, **present);
+  return acceptance;
+}
+
+std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) const {
+  std::vector<std::string> notes = onRetired(store_, record);
+  if (auto effect = aboutEffect(record)) notes.push_back(*std::move(effect));
+  return notes;
+}
+
+// Those in force that rest on a result which is replaced.
+std::vector<std::string> ResultsInForce::dependantsOn(store::Id retired) const {
+  const std::string mark = "a retired result, " + std::to_string(retired) + " about";
+  auto sentences = restsOnRetired();
+  std::erase_if(sentences, [&](const std::string& each) { return each.find(mark) == std::string::npos; });
+  return sentences;
+}
+
+// One pair of registers, two quantities: a chuck turns about an axis of its own, or is carried by the slide.
+std::optional<store::Failure> ResultsInForce::whyBeside(const std::string& subject) const {
+  if (subject != kOfSpindle && subject != kOfSlide) return std::nullopt;
+  const std::string other = subject == kOfSpindle ? kOfSlide : kOfSpindle;
+  for (const auto state : {store::State::active, store::State::accepted}) {
+    for (const auto& each : ours(state).value_or(std::vector<store::Record>{})) {
+      if (each.binding.subject != other) continue;
+      return store::Failure{store::Reason::not_possible_now,
+                            "A result about " + subject + " cannot be in force beside result " +
+                                std::to_string(each.id) + " about " + other +
+                                ": both are served as the turning axis. Withdraw that one first (probebox rollback " +
+                                std::to_string(each.id) + ")."};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<ResultsInForce::StylusOffset> ResultsInForce::stylusOffset(std::uint32_t probe_tool) const {
+  const auto in_force = store_.active(bindingFor(stylusOffsetSubject(probe_tool)));
+  if (!in_force || !*in_force) return std::nullopt;
+  auto offset = stylusOffsetOf(*(*in_force)->result());
+  if (!offset) return std::nullopt;
+  return StylusOffset{(*in_force)->id, *std::move(offset)};
+}
+
+bool ResultsInForce::isDerived(const store::Binding& binding, store::Id from_tip, store::Id offset) const {
+  const auto present = store_.active(binding);
+  if (!present || !*present) return false;
+  const auto others = store_.restsOn((*present)->id);
+  return others && others->size() == 2 && (*others)[0].id == std::min(from_tip, offset) &&
+         (*others)[1].id == std::max(from_tip, offset);
+}
+
+// With the centreline from a tip and the offset of that tip both in force, their sum is one from the spindle axis. It
+// comes into force by itself where there is none yet; otherwise it is proposed.
+std::optional<std::string> ResultsInForce::deriveCentreline(const store::Record& accepted, const std::string& by) {
+  const auto& subject = accepted.binding.subject;
+  if (subject != kFromTip && !subject.starts_with("stylus-offset-")) return std::nullopt;
+  const auto from_tip = store_.active(bindingFor(kFromTip));
+  if (!from_tip || !*from_tip) return std::nullopt;
+  const auto& tip = *(*from_tip)->result();
+  const auto offset = stylusOffset(probeToolOf(tip));
+  if (!offset) return std::nullopt;
+  const store::Id tip_id = (*from_tip)->id, offset_id = offset->id;
+  const auto binding = bindingFor(kOfSpindle);
+  if (isDerived(binding, tip_id, offset_id)) return std::nullopt;
+  const auto derived = relativeToSpindle(tip, offset->value, offset_id);
+  if (!derived) return std::nullopt;
+  const std::string sum =
+      "result " + std::to_string(tip_id) + " plus the stylus offset of result " + std::to_string(offset_id);
+  const auto id = store_.propose(binding, *derived, "", utcNow(), {.rests_on = {tip_id, offset_id}, .remark = sum});
+  if (!id) return "The centreline of " + sum + " could not be stored: " + id.error().what;
+  const std::string what = named(*id) + " about centreline, " + sum + ", ";
+  const auto present = store_.active(binding);
+  const bool free = present && !*present && !whyBeside(binding.subject);
+  if (!free) return what + "is proposed: accept it to put it in the place of the one in force.";
+  const auto record = store_.accept(*id, by, utcNow());
+  readStore();
+  if (!record) return what + "could not be accepted: " + record.error().what;
+  tell(*record);
+  return what + "is in force.";
+}
+
+}  // namespace probebox::app
