@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "scenario.hpp"
+#include "host-tests/emulation/scenario.hpp"
 
 // Step 2 of a large lathe (CN101976057, metrology B25): the stylus stands at equal heights on either side of the line,
 // and C turns until its ball touches. The stamps of the trigger say where C was.
