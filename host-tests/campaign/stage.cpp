@@ -94,6 +94,7 @@ Verdict Stage::run() {
     if (now_ % kWorkerRound == 0ns && now_ >= worker_back_) {
       verdict_.tally.solved += boot_->solve() ? 1U : 0U;
       boot_->look();
+      if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
     }
     if (now_ % play_.poll_interval == 0ns) follow();
     if (now_ % kCheckRound == 0ns) check();
@@ -288,7 +289,6 @@ void Stage::follow() {
 }
 
 void Stage::check() {
-  if (const auto broken = believed_.whyBroken(boot_->inForce(), boot_->doors())) fail(*broken);
   checkSources();
   checkLedger();
   checkHosts();

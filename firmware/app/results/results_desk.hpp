@@ -19,7 +19,9 @@ namespace probebox::app {
 class ResultsDesk {
  public:
   ResultsDesk(Calibrations& calibrations, CoreView& core, DoorBook& doors)
-      : calibrations_{calibrations}, core_{core}, doors_{doors}, proposals_{calibrations} {}
+      : calibrations_{calibrations}, core_{core}, doors_{doors}, proposals_{calibrations} {
+    calibrations.inForce().alsoAsk([&doors] { return doors.anyInhibits(); });
+  }
 
   static bool answers(messages::Operation operation);
   // Calls `then` with the answer: at once, but for a case that is being solved.

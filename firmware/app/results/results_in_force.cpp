@@ -95,6 +95,7 @@ void ResultsInForce::look(const box::State& state) {
 }
 
 bool ResultsInForce::mayChange() const {
+  if (cut_is_held_ && cut_is_held_()) return false;
   return !inhibited_ && first_state_at_ && state_at_ - *first_state_at_ >= kSettling;
 }
 

@@ -60,6 +60,8 @@ class ResultsInForce {
   // What the core says now. Results that wait come into force as soon as no cut is on, in the name of those who
   // accepted them. The first second tells nothing: the levels of the inhibit lines may not be known yet.
   void look(const box::State& state);
+  // Asked besides: whether a door holds an inhibit that the core may not have heard of yet.
+  void alsoAsk(std::function<bool()> cut_is_held) { cut_is_held_ = std::move(cut_is_held); }
 
   // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on. A result that differs from the one in
   // force by more than kMostSd is refused unless the person says that he knows.
@@ -120,6 +122,7 @@ class ResultsInForce {
   MonoTime state_at_{};
   MonoTime patient_until_{};  // after a failure of the store
   bool inhibited_{true};
+  std::function<bool()> cut_is_held_;
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> active_;
   std::vector<std::uint64_t> waiting_;

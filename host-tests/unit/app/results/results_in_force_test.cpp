@@ -57,6 +57,25 @@ class InForce : public testing::Test {
   std::vector<Event> told_;
 };
 
+// A door's inhibit is on the disk before the core has heard of it.
+TEST_F(InForce, WaitsForADoorThatHoldsACutWhichTheCoreDoesNotKnowOf) {
+  auto results = boxWith(1e9);
+  letChange(results);
+  bool held = true;
+  results.alsoAsk([&held] { return held; });
+  const auto id = propose(0.004);
+  const auto accepted = results.accept(id, "Ada");
+  ASSERT_TRUE(accepted);
+  EXPECT_TRUE(results.isWaiting(id));
+  EXPECT_TRUE(told_.empty());
+  letChange(results);
+  EXPECT_TRUE(results.isWaiting(id)) << "the core knows of no cut, and the door holds one";
+  held = false;
+  letChange(results);
+  EXPECT_FALSE(results.isWaiting(id));
+  EXPECT_EQ(told_.size(), 1U);
+}
+
 // Stored by an older firmware, or by a mind of its own.
 TEST_F(InForce, IsNothingThatTheMachineCannotBe) {
   auto mounting = kMounting;
