@@ -1,5 +1,8 @@
+#include <filesystem>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <string>
 
 #include "host-tests/campaign/runner.hpp"
@@ -64,6 +67,20 @@ TEST(Campaign, ShrinksAPlayToWhatBreaksTheRuleAgain) {
   const auto verdict = perform(*again, strict);
   ASSERT_TRUE(verdict.violation);
   EXPECT_EQ(verdict.violation->what, small.verdict.violation->what);
+}
+
+// Plays that broke a rule once, as they were shrunk.
+TEST(Campaign, BreaksNoRuleAgain) {
+  std::size_t plays = 0;
+  for (const auto& file : std::filesystem::directory_iterator{PLAYS}) {
+    std::ifstream in{file.path()};
+    const auto play = playFrom(std::string{std::istreambuf_iterator<char>{in}, {}});
+    ASSERT_TRUE(play) << file.path() << ": " << play.error().what;
+    const auto verdict = perform(*play);
+    EXPECT_FALSE(verdict.violation) << file.path() << ": " << verdict.violation->what;
+    ++plays;
+  }
+  EXPECT_GE(plays, 2U);
 }
 
 TEST(Campaign, PerformsAPlayEquallyEveryTime) {
