@@ -74,8 +74,11 @@ struct RimBallDescription {
 
 // A ball plate on the table that C turns: certified positions of its balls, in the plate's frame.
 struct BallPlateDescription {
-  std::array<double, 3> axis_point_mm{};  // of the nominal C axis: machine position of the stylus ball
-  std::optional<double> sd_mm;            // of a certified coordinate (k = 1)
+  std::array<double, 3> axis_point_mm{};                   // of the nominal C axis: machine position of the stylus ball
+  std::optional<double> sd_mm;                             // of a certified coordinate (k = 1)
+  std::optional<std::array<double, 3>> b_axis_point_mm{};  // of the nominal B axis, likewise
+  bool
+      station_correction{};  // the axis turns by multiples of the balls' pitch, and errors of linear axes are taken out
   std::vector<std::array<double, 3>> balls_mm;
 };
 inline constexpr std::size_t kMostPlateBalls = 7;

@@ -109,6 +109,7 @@ WorldPartSpindle readPartSpindle(Section section) {
     spindle.balls_mm.push_back(ball.vector("at_mm", kAnywhere));
     ball.finish();
   }
+  for (auto& mount : section.sections("further_mount", 3)) spindle.further_mounts.push_back(readWorldMount(mount));
   spindle.errors = readAxisErrors(section);
   section.finish();
   return spindle;

@@ -106,12 +106,19 @@ struct WorldPlates {
   double thickness_mm{};  // along X
 };
 
+// Another way to put the balls on the part's spindle: turned about the spindle's point, then shifted.
+struct WorldMount {
+  Vector3 turn_rad{};  // rotation vector
+  Vector3 shift_mm{};
+};
+
 // The spindle of the part: rotary axis C, and balls that stand on it.
 struct WorldPartSpindle {
   Vector3 point_mm{};            // of the axis
   std::array<double, 2> tilt{};  // dx/dz and dy/dz of the axis
   double ball_radius_mm{};
   std::vector<Vector3> balls_mm;  // at C = 0, relative to the point
+  std::vector<WorldMount> further_mounts{};
   WorldAxisErrors errors;
 };
 

@@ -52,6 +52,14 @@ void readTouchTrigger(Section& root, World& world) {
   section->finish();
 }
 
+WorldMount readWorldMount(Section& section) {
+  WorldMount mount{.turn_rad = section.vectorIfThere("turn_deg", {-180, 180}).value_or(Vector3{}),
+                   .shift_mm = section.vectorIfThere("shift_mm", {-1000, 1000}).value_or(Vector3{})};
+  for (double& angle : mount.turn_rad) angle *= kDegree;
+  section.finish();
+  return mount;
+}
+
 WorldAxisErrors readAxisErrors(Section& section) {
   const auto error = [&](std::string_view key, double most) {
     return section.vectorIfThere(key, {-most, most}).value_or(Vector3{});

@@ -10,5 +10,7 @@ namespace probebox::board {
 void readLinearAxes(Section& root, World& world);
 void readTouchTrigger(Section& root, World& world);
 WorldAxisErrors readAxisErrors(Section& section);
+// [[part_spindle.further_mount]]
+WorldMount readWorldMount(Section& section);
 
 }  // namespace probebox::board

@@ -55,6 +55,7 @@ struct Prompt {
   std::uint32_t tool{};  // that has to be in the spindle; 0: whichever carries the probe
   // Above the middle of the stylus' ball, where its shank is to meet the feature; 0: the ball is to.
   double shank_height_mm{};
+  std::uint16_t mount{};  // in which the balls of the part have to be, from 1; 0: as they are
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

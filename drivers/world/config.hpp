@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "drivers/world/mount.hpp"
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
@@ -131,7 +132,11 @@ struct PartSpindleConfig {
   std::array<Vector3, kMostBalls> balls_mm{};
   std::size_t ball_count{0};
   double ball_radius_mm{6};
-  AxisErrorsConfig errors;
+  AxisErrorsConfig errors{};
+  // Other ways to put the balls on it; as above they are in mount 1.
+  static constexpr std::size_t kFurtherMounts = 3;
+  std::array<MountConfig, kFurtherMounts> further_mounts{};
+  std::size_t further_mount_count{0};
 };
 
 // A table that tilts the part spindle with all that stands on it, about a line. B of the controller.

@@ -33,11 +33,7 @@ void Controller::advance(MonoTime now) {
       if (arrived()) turn();
       return;
     case Activity::turning:
-      if (!machine_.atRest(now_)) return;
-      if (mustTurn()) {
-        machine_.turnTo(pose(), now_);
-        return;
-      }
+      if (!machine_.atRest(now_) || change()) return;
       near_ = place();
       route_ = Route::down(*near_, machine_.commandedPosition(), beginning());
       return enter(Activity::travelling);
@@ -157,6 +153,7 @@ void Controller::follow(const Prompt& prompt) {
 bool Controller::known(const Prompt& prompt) const {
   if (prompt.b_moves == BMoves::table && !config_.table.tilts) return false;
   if (prompt.b_moves == BMoves::head && !config_.head.swivels) return false;
+  if (prompt.mount > 1 + config_.part.further_mount_count) return false;
   const bool has_tool =
       std::ranges::find(config_.tools, prompt.tool, &ControllerConfig::Tool::number) != config_.tools.end();
   if (prompt.tool != 0 && !has_tool) return false;
@@ -192,12 +189,19 @@ std::uint32_t Controller::tool() const {
 }
 
 bool Controller::mustTurn() const {
-  return (step_.turns && machine_.commandedPose() != pose()) || machine_.tool() != tool();
+  return (step_.turns && machine_.commandedPose() != pose()) || machine_.tool() != tool() ||
+         machine_.mount() != mount();
+}
+
+std::size_t Controller::mount() const {
+  return step_.mount != 0 ? step_.mount : machine_.mount();
 }
 
 // In machine positions.
 Place Controller::place() const {
-  return placeOf(config_, step_, tool(), step_.turns ? pose() : machine_.commandedPose());
+  Prompt step = step_;
+  step.mount = static_cast<std::uint16_t>(mount());
+  return placeOf(config_, step, tool(), step_.turns ? pose() : machine_.commandedPose());
 }
 
 void Controller::rise() {
@@ -210,12 +214,21 @@ void Controller::rise() {
 }
 
 void Controller::turn() {
+  change();
+  enter(Activity::turning);
+}
+
+// The next thing that has to be changed before the step: tool, mount of the balls, rotary axes. False when nothing is.
+bool Controller::change() {
+  if (!mustTurn()) return false;
   if (machine_.tool() != tool()) {
-    machine_.takeTool(tool(), now_);  // and turns after it
-  } else if (mustTurn()) {
+    machine_.takeTool(tool(), now_);
+  } else if (machine_.mount() != mount()) {
+    machine_.mountBalls(mount(), now_);
+  } else {
     machine_.turnTo(pose(), now_);
   }
-  enter(Activity::turning);
+  return true;
 }
 
 bool Controller::arrived() {

@@ -58,6 +58,8 @@ class Controller {
   bool known(const Prompt& prompt) const;
   Pose pose() const;
   bool mustTurn() const;
+  std::size_t mount() const;
+  bool change();
   std::uint32_t tool() const;
   Place place() const;
   void rise();

@@ -25,6 +25,8 @@ struct ControllerConfig {
     std::array<Vector3, PartSpindleConfig::kMostBalls> balls_mm{};  // relative to it, at C = 0
     std::size_t ball_count{0};
     double effective_radius_mm{};
+    std::array<MountConfig, PartSpindleConfig::kFurtherMounts> further_mounts{};  // where the balls stand in these
+    std::size_t further_mount_count{0};
   } part;
   struct Table {
     bool tilts{false};

@@ -78,6 +78,9 @@ PartSpindleConfig partSpindleOf(const board::WorldPartSpindle& described) {
                             .ball_radius_mm = described.ball_radius_mm,
                             .errors = errorsOf(described.errors)};
   std::copy_n(described.balls_mm.begin(), spindle.ball_count, spindle.balls_mm.begin());
+  spindle.further_mount_count = std::min(described.further_mounts.size(), PartSpindleConfig::kFurtherMounts);
+  for (std::size_t i = 0; i < spindle.further_mount_count; ++i)
+    spindle.further_mounts[i] = {described.further_mounts[i].turn_rad, described.further_mounts[i].shift_mm};
   return spindle;
 }
 
@@ -219,7 +222,9 @@ ControllerConfig controllerFromDescription(const board::World& description, cons
     config.part = {.point_mm = part.point_mm + error_mm,
                    .balls_mm = part.balls_mm,
                    .ball_count = part.ball_count,
-                   .effective_radius_mm = part.ball_radius_mm + description.sphere.stylus_ball_radius_mm};
+                   .effective_radius_mm = part.ball_radius_mm + description.sphere.stylus_ball_radius_mm,
+                   .further_mounts = part.further_mounts,
+                   .further_mount_count = part.further_mount_count};
   }
   if (const auto& table = description.tilting_table)
     config.table = {.tilts = true, .point_mm = table->point_mm + error_mm, .axis = table->axis};

@@ -30,7 +30,8 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       motion_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
-      random_{seed, kStream} {
+      random_{seed, kStream},
+      mounts_{1 + config.part_spindle.further_mount_count} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
@@ -131,11 +132,29 @@ bool Machine::takeTool(std::uint32_t number, MonoTime now) {
   if (touching()) ++crashes_;
   tool_ = tool;
   hold_ = holdAt(stands_, tool_);
+  standStillFor(kChange, now);
+  return true;
+}
+
+bool Machine::mountBalls(std::size_t mount, MonoTime now) {
+  constexpr Nanoseconds kChange = std::chrono::seconds{10};
+  if (!atRest(now)) return false;
+  if (mount == mount_) return true;
+  if (mount < 1 || mount > mounts_) return false;
+  if (touching()) ++crashes_;
+  mount_ = mount;
+  solids_.mountBalls(mount);
+  solids_.turnPart(stands_.part());
+  standStillFor(kChange, now);
+  return true;
+}
+
+// Somebody changes something, and no axis may move.
+void Machine::standStillFor(Nanoseconds duration, MonoTime now) {
   standFrom(now);
   turned_from_c_rad_ = commanded_.c_rad;
   turns_since_ = now;
-  turned_at_ = now + kChange;
-  return true;
+  turned_at_ = now + duration;
 }
 
 void Machine::standFrom(MonoTime since) {

@@ -50,6 +50,10 @@ class Machine {
   // way, and for a tool that there is none of.
   bool takeTool(std::uint32_t number, MonoTime now);
   std::uint32_t tool() const { return tool_.number; }
+  // Puts the balls on the part's spindle in another mount, from 1. False, and nothing happens, while something is under
+  // way, and for a mount that there is none of.
+  bool mountBalls(std::size_t mount, MonoTime now);
+  std::size_t mount() const { return mount_; }
   Vector3 commandedPosition() const { return motion_.target(); }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
@@ -93,6 +97,7 @@ class Machine {
   bool comesFromAside(const Move& move) const;
   Move ofTheBody(const Move& move) const;
   void standFrom(MonoTime since);
+  void standStillFor(Nanoseconds duration, MonoTime now);
 
   AxesConfig axes_;
   RotaryConfig rotary_;
@@ -108,6 +113,8 @@ class Machine {
   Pose commanded_;
   Pose stands_;  // really
   ToolConfig tool_;
+  std::size_t mounts_;
+  std::size_t mount_{1};
   double turned_from_c_rad_{};
   MonoTime turns_since_{MonoTime::min()};
   MonoTime turned_at_{MonoTime::min()};

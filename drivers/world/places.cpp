@@ -23,7 +23,9 @@ Vector3 tipIn(const ControllerConfig& config, std::uint32_t tool, const Pose& po
 
 Vector3 ballOfThePart(const ControllerConfig& config, const Prompt& step, const Pose& pose) {
   const auto& [part, table] = std::tie(config.part, config.table);
-  const Vector3 level = part.point_mm + rotation({0, 0, 1}, pose.c_rad) * part.balls_mm[step.ball - 1U];
+  const Vector3& as_described = part.balls_mm[step.ball - 1U];
+  const Vector3 at = step.mount > 1 ? part.further_mounts.at(step.mount - 2U).place(as_described) : as_described;
+  const Vector3 level = part.point_mm + rotation({0, 0, 1}, pose.c_rad) * at;
   return table.point_mm + rotation(table.axis, pose.table_rad) * (level - table.point_mm);
 }
 

@@ -87,7 +87,9 @@ Vector3 Solids::partPoint(const Vector3& at_zero, const PartPose& pose) const {
 }
 
 Vector3 Solids::ballAt(std::size_t ball, const PartPose& pose) const {
-  return partPoint(spindle_.point_mm + spindle_.balls_mm[ball], pose);
+  const Vector3& as_described = spindle_.balls_mm[ball];
+  const Vector3 at = mount_ > 1 ? spindle_.further_mounts.at(mount_ - 2).place(as_described) : as_described;
+  return partPoint(spindle_.point_mm + at, pose);
 }
 
 void Solids::turnPart(const PartPose& pose) {

@@ -39,6 +39,8 @@ class Solids {
   explicit Solids(const Config& config);
 
   void turnPart(const PartPose& pose);
+  // The balls stand in another mount, from 1; they are there with the next turnPart().
+  void mountBalls(std::size_t mount) { mount_ = mount; }
   // Where a point of the part is in that pose: it stands at `at_zero` at C = 0 without a tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const;
   // The nearest surface from `from_mm` on; nothing when the way is free. A shank meets balls alone: nothing else
@@ -56,6 +58,7 @@ class Solids {
   std::optional<Meeting> metBy(const Move& way, const SolidBlock& setter) const;
 
   PartSpindleConfig spindle_;
+  std::size_t mount_{1};
   TiltingTableConfig table_;
   double sphere_radius_mm_;
   SolidBall sphere_;

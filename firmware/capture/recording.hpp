@@ -53,6 +53,7 @@ struct TouchRequest {
   double head_range_mm{};  // range of its sensors, +- this value
   // Height of the contact above the centre of the stylus ball when the shank touches; 0 when the ball touches.
   double shank_height_mm{};
+  std::uint16_t mount{};  // how the part is put on the table, from 1; 0: as it is
   MethodNote note{};
 };
 

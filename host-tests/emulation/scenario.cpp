@@ -106,6 +106,16 @@ void Recorder::trigger(const box::PlacedTrigger& trigger) {
   if (also != nullptr) also->trigger(trigger);
 }
 
+// Whoever set the part up told the controller which balls stand on it.
+world::ControllerConfig controllerOf(const world::Config& config) {
+  auto controller = world::controllerFromDescription(*sim().world);
+  controller.part.balls_mm = config.part_spindle.balls_mm;
+  controller.part.ball_count = config.part_spindle.ball_count;
+  controller.part.further_mounts = config.part_spindle.further_mounts;
+  controller.part.further_mount_count = config.part_spindle.further_mount_count;
+  return controller;
+}
+
 // The controller's link without a wire: answers are there at once, state as of the last time that the box published it.
 class Scenario::DirectLink : public world::BoxLink {
  public:
@@ -147,6 +157,7 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.b_moves = static_cast<world::BMoves>(step.b_moves);
       prompt.travel_mm = step.touch.travel_mm;
       prompt.tool = step.touch.tool;
+      prompt.mount = step.touch.mount;
     }
     return prompt;
   }
@@ -161,7 +172,7 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
       box_{std::make_unique<box::Box>(usualBox(config), recorder_)},
       world_{config, seed},
       link_{std::make_unique<DirectLink>(*this)},
-      controller_{world::controllerFromDescription(*sim().world), world_.machine(), *link_},
+      controller_{controllerOf(config), world_.machine(), *link_},
       now_{config.start},
       said_{config.start} {
   if (probe == ProbeIs::counted) receiver_.emplace(seed);

@@ -150,6 +150,8 @@ struct ProcedureOptions {
   double head_range_mm{};
   double shank_height_mm{};
   double c_on_line_rad{};
+  std::uint16_t stations{};
+  std::uint8_t mounts{};
   // As asked for. They are replaced by travel, tools and heights above before a run is started, so no event has them.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures in the place of the probe
@@ -163,7 +165,7 @@ struct ProcedureOptions {
     field("arc_rad", self.arc_rad, "rad, over which the angles of the rotary axis are spread");
     field("angles", self.angles, "how many angles of the rotary axis");
     field("balls", self.balls, "how many balls of the rotating part");
-    field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned");
+    field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned; 5 B, 6 C: whose errors are measured");
     field("travel_mm", self.travel_mm, "mm, of that axis");
     field("b_count", self.b_count, "how many of the angles of B are chosen");
     field("b_angles_rad", self.b_angles_rad, "rad, of the table that tilts or the head that swivels");
@@ -176,6 +178,8 @@ struct ProcedureOptions {
     field("shank_height_mm", self.shank_height_mm,
           "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
     field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
+    field("stations", self.stations, "at how many places the balls of a plate are read; 0: all balls at every angle");
+    field("mounts", self.mounts, "in how many ways the plate is put on the table, one after the other");
   }
 };
 

@@ -50,6 +50,8 @@ struct StartProcedure {
     std::uint32_t tool{};
     bool head{};
     bool shank{};
+    std::uint16_t stations{};
+    std::uint8_t mounts{};
     static constexpr void fields(auto& self, auto&& field) {
       field("method", self.method, "such as delay-multi-speed");
       field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches; none: the method's own. Since 1.2, as all below");
@@ -61,13 +63,17 @@ struct StartProcedure {
             "centreline-by-steps; 0: the method's own");
       field("angles", self.angles, "how many angles of C, for the first two of these; 0: the method's own");
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
-      field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw, for screw-calibration");
+      field("axis", self.axis,
+            "1 X, 2 Y, 3 Z: whose screw, for screw-calibration; 5 B, 6 C (0: C): for rotary-axis-errors");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
       field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
       field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
       field(
           "shank", self.shank,
           "1: touch with the shank of the stylus in the place of a second tool, for a-axis-alignment and swivel-error");
+      field("stations", self.stations,
+            "at how many places the balls of the plate are read, for rotary-axis-errors; 0: all balls at every angle");
+      field("mounts", self.mounts, "in how many mounts the plate is read, for rotary-axis-errors; 0: in one");
     }
   };
   struct Answer {
@@ -105,6 +111,7 @@ struct ProcedureStatus {
     BMoves b_moves{};
     std::uint32_t tool{};
     double shank_height_mm{};
+    std::uint16_t mount{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -144,6 +151,7 @@ struct ProcedureStatus {
             "probe");
       field("shank_height_mm", self.shank_height_mm,
             "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
+      field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
     }
   };
 };

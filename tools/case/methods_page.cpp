@@ -33,6 +33,9 @@ void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_
     if (option != " --shank" || !fact->shank_replaces) add(fact->place);
   }
   if (option == " --shank") add("`[probe_shank]`");
+  if (option == " --axis B") {
+    for (const auto* fact : method.needs_about_b) add(fact->place);
+  }
   if (option == " --head") add("`[sensor_head]`");
   if (!told.empty() && !places.empty()) told += ", ";
   told += places;
@@ -49,6 +52,7 @@ std::string tableOfRuns() {
   out << "| method | steps | told beforehand |\n|---|---|---|\n";
   for (const auto& [name, method] : sorted) {
     addRun(out, *method, "", method->steps);
+    if (method->measuresBOrC()) addRun(out, *method, " --axis B", method->steps_about_b);
     if (!method->steps_by_head.empty()) addRun(out, *method, " --head", method->steps_by_head);
     if (method->takesShank()) addRun(out, *method, " --shank", method->steps_by_shank);
   }

@@ -37,6 +37,7 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.travel_mm = step.touch.travel_mm;
   answer.shank_height_mm = step.touch.shank_height_mm;
   answer.tool = step.touch.tool;
+  answer.mount = step.touch.mount;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
 }
 

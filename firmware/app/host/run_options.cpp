@@ -32,6 +32,8 @@ std::optional<ProcedureOptions> optionsOf(const messages::StartProcedure::Reques
                            .head_range_mm = 0,
                            .shank_height_mm = 0,
                            .c_on_line_rad = 0,
+                           .stations = request.stations,
+                           .mounts = request.mounts,
                            .turns = request.turns,
                            .head = request.head,
                            .shank = request.shank};

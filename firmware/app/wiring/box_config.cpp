@@ -133,8 +133,11 @@ std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine)
 std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
   const auto& plate = machine.ball_plate;
   if (!plate) return std::nullopt;
-  return procedure::BallPlate{
-      .axis_point_mm = plate->axis_point_mm, .sd_mm = plate->sd_mm, .balls_mm = plate->balls_mm};
+  return procedure::BallPlate{.axis_point_mm = plate->axis_point_mm,
+                              .sd_mm = plate->sd_mm,
+                              .b_axis_point_mm = plate->b_axis_point_mm,
+                              .station_correction = plate->station_correction,
+                              .balls_mm = plate->balls_mm};
 }
 
 std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {

@@ -34,7 +34,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .referenced = answer.referenced,
           .travel_mm = answer.travel_mm,
           .tool = answer.tool,
-          .shank_height_mm = answer.shank_height_mm};
+          .shank_height_mm = answer.shank_height_mm,
+          .mount = answer.mount};
 }
 
 }  // namespace

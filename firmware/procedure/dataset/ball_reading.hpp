@@ -17,7 +17,8 @@ struct Reading {
   double number{};
   double ball{};
   double a_rad{}, b_rad{}, c_rad{};
-  std::uint32_t tool{};  // tool that carried the probe
+  std::uint32_t tool{};   // tool that carried the probe
+  std::uint16_t mount{};  // of the plate; 0 for another feature
   capture::MethodNote note{};
   metrology::BallCentre centre;
 };

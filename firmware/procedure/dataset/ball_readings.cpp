@@ -54,6 +54,7 @@ Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& t
                         .b_rad = at.rotary_angles_rad[1],
                         .c_rad = at.rotary_angles_rad[2],
                         .tool = at.tool,
+                        .mount = at.mount,
                         .note = at.note,
                         .centre = {}});
   }

@@ -40,6 +40,9 @@ struct RimBall {
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
   std::optional<double> sd_mm;  // sd of a certified coordinate
+  // Of the nominal axis B, where it is measured: [tilting_table] has its direction.
+  std::optional<std::array<double, 3>> b_axis_point_mm{};
+  bool station_correction{};  // take out what the linear axes are off by where the balls stand
   std::vector<std::array<double, 3>> balls_mm;
 };
 

@@ -21,6 +21,11 @@ constinit const Fact kSphereDiameter{
         "the size of the sphere: give [datum_sphere] diameter_mm in machine.toml, or use delay-multi-speed, "
         "which finds it."};
 
+constinit const Fact kTiltingTable{
+    .place = "`[tilting_table]`",
+    .known = [](const Facts& facts) { return facts.tilting_table.has_value(); },
+    .missing = "a tilting table: give [tilting_table] axis and tilts_deg in machine.toml."};
+
 constinit const Fact kSwivelHead{
     .place = "`[swivel_head]`",
     .known = [](const Facts& facts) { return facts.swivel_head.has_value(); },

@@ -8,6 +8,7 @@
 namespace probebox::procedure {
 
 extern const Fact kSphereDiameter;
+extern const Fact kTiltingTable;
 extern const Fact kSwivelHead;
 extern const Fact kProbeLengths;
 extern const Fact kSensorHead;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "firmware/procedure/dataset/hold_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
+#include "firmware/procedure/methods/plate_poses.hpp"
+#include "firmware/procedure/methods/plate_tables.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -21,75 +24,52 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 5> kPlateColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
-
 constexpr Fact kBallPlate{
     .place = "`[ball_plate]`",
     .known = [](const Facts& facts) { return facts.ball_plate.has_value(); },
     .missing = "the certified positions of the balls: give [ball_plate] and its balls in machine.toml."};
 constexpr std::array kNeeds{&kBallPlate};
 
-// All balls at each angle, and at the end once more where C began: there they tell where the plate is.
-constexpr Poses kOnPlate{.count = [](const ProcedureOptions& options,
-                                     const LoopState&) { return (std::size_t{options.angles} + 1) * options.balls; },
-                         .at =
-                             [](const ProcedureOptions& options, const LoopState&, std::size_t index) {
-                               const std::size_t stop = index / options.balls;
-                               return Pose{{0, 0, stop < options.angles ? angleOfC(options, 0, stop) : 0},
-                                           static_cast<std::uint16_t>(index % options.balls + 1)};
-                             }};
+constexpr Fact kPointOfB{
+    .place = "`[ball_plate] b_axis_point_mm`",
+    .known = [](const Facts& facts) { return facts.ball_plate && facts.ball_plate->b_axis_point_mm.has_value(); },
+    .missing = "a point of that axis: give [ball_plate] b_axis_point_mm in machine.toml."};
+constexpr std::array kNeedsAboutB{&kTiltingTable, &kPointOfB};
+
+bool isMultiple(double angle_rad, double of_rad) {
+  return std::abs(std::remainder(angle_rad, of_rad)) < 1e-6;
+}
+
+// A turn by a multiple of the pitch brings every ball to where another one has been.
+std::optional<NotReady> whyNotAtStations(const ProcedureOptions& options, const BallPlate& plate, const Facts& facts) {
+  if (!plate.station_correction && options.stations == 0) return std::nullopt;
+  const auto because = [](const std::string& why) {
+    return NotReady{Obstacle::option, std::string{kRotaryAxisErrors.name()} + " by stations " + why};
+  };
+  const std::size_t balls = plate.balls_mm.size();
+  const std::string count = std::to_string(balls), pitch = "360/" + count + " degrees";
+  if (options.balls != balls)
+    return because("reads all " + count + " balls of [ball_plate]: give --heights " + count + ".");
+  if (options.axis == kAxisB) {
+    const BFacts b = facts.tilting_table.value_or(BFacts{});
+    const double pitch_rad = kTurn_rad / static_cast<double>(balls);
+    const auto tilts = std::span{b.angles_rad}.first(b.count);
+    if (std::ranges::all_of(tilts, [&](double tilt_rad) { return isMultiple(tilt_rad, pitch_rad); }))
+      return std::nullopt;
+    return because("tilts by multiples of " + pitch + ": change tilts_deg of [tilting_table] in machine.toml.");
+  }
+  const bool whole_turn = options.arc_rad == 0 || options.arc_rad > kTurn_rad - 1e-9;
+  if (whole_turn && options.angles != 0 && balls % options.angles == 0) return std::nullopt;
+  return because("turns by multiples of " + pitch + ": give --angles " + count + " or a divisor of it, and no --arc.");
+}
 
 std::optional<NotReady> whyNoSuchBall(const ProcedureOptions& options, const Facts& facts) {
   if (!facts.ball_plate) return std::nullopt;
   const std::size_t known = facts.ball_plate->balls_mm.size();
-  if (options.balls <= known) return std::nullopt;
+  if (options.balls <= known) return whyNotAtStations(options, *facts.ball_plate, facts);
   return NotReady{Obstacle::option, "[ball_plate] of machine.toml has " + std::to_string(known) + " balls, but " +
                                         std::to_string(options.balls) +
                                         " are to be measured: describe the others, or measure fewer."};
-}
-
-// In Z; what the delay does to the top of a ball it does at every stop alike, and the plate's place takes it along.
-double axialSigmaOf(const std::vector<Reading>& readings) {
-  double sum = 0;
-  for (const auto& reading : readings) sum += reading.centre.sd_mm.z() * reading.centre.sd_mm.z();
-  return std::sqrt(sum / static_cast<double>(readings.size()));
-}
-
-// Tables first, second and third, and the keys: all balls at each station of C, the last one being the first again.
-// Angles are relative to the first station.
-void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
-              const Facts& facts) {
-  double balls = 0;
-  for (const auto& reading : readings) balls = std::max(balls, reading.ball);
-  const auto a_stop = static_cast<std::size_t>(balls);
-  const double zero_rad = readings.back().c_rad;
-  auto first = metrology::Table::withColumns("first", kPlateColumns);
-  auto second = metrology::Table::withColumns("second", std::span{kPlateColumns}.last<4>());
-  auto third = metrology::Table::withColumns("third", std::span{kPlateColumns}.last<4>());
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto& reading = readings[k];
-    const auto& at = reading.centre.centre_mm;
-    if (k + a_stop >= readings.size()) {
-      second.append({reading.ball, at.x(), at.y(), at.z()});
-    } else {
-      // One stop is one angle, however finely the machine reads it.
-      const double phi_rad = readings[k / a_stop * a_stop].c_rad - zero_rad;
-      first.append({phi_rad, reading.ball, at.x(), at.y(), at.z()});
-    }
-  }
-  for (std::size_t k = 0; k < std::min(a_stop, plate.balls_mm.size()); ++k) {
-    const auto& at = plate.balls_mm[k];
-    third.append({static_cast<double>(k + 1), at[0], at[1], at[2]});
-  }
-  auto& config = dataset.config;
-  config["axis"] = std::string{"C"};
-  config["axis_point_mm"] = std::vector<double>{plate.axis_point_mm.begin(), plate.axis_point_mm.end()};
-  config["axis_direction"] = std::vector<double>{0, 0, 1};
-  config["sigma_mm"] = sigmaOf(readings);
-  config["sigma_axial_mm"] = axialSigmaOf(readings);
-  if (facts.sigma_c_rad > 0) config["sigma_angle_rad"] = facts.sigma_c_rad;
-  if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;
-  dataset.tables.insert(dataset.tables.begin(), {first, second, third});
 }
 
 Matrix3d matrixOf(const std::array<std::array<double, 3>, 3>& rows) {
@@ -123,6 +103,8 @@ void addBalls(metrology::Dataset& dataset, const std::vector<Hold>& holds, const
                         .b_rad = request.rotary_angles_rad[1],
                         .c_rad = request.rotary_angles_rad[2],
                         .tool = request.tool,
+                        .mount = request.mount,
+                        .note = request.note,
                         .centre = {.centre_mm = hold.at_mm + vectorOf(head.centre_offset_mm) + u,
                                    .sd_mm = variance.cwiseSqrt(),
                                    .radius_mm = 0}});
@@ -160,7 +142,11 @@ constinit const LiveMethod kRotaryAxisErrors{
         "three balls (`--heights`) that C carries at 8 angles of it (`--angles`, `--arc`), and once more where C "
         "began; five touches each",
     .steps_by_head = "the same balls and stops; a hold each, with the sensor head in the place of the probe",
+    .steps_about_b =
+        "the same balls at every tilt of the table with C at zero, and once more level; five touches each, four where "
+        "a ball's stem has tilted into a side; also with `--head`",
     .needs = kNeeds,
+    .needs_about_b = kNeedsAboutB,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,
@@ -170,14 +156,24 @@ constinit const LiveMethod kRotaryAxisErrors{
                     options.arc_rad = kTurn_rad;
                     options.angles = 8;
                     options.balls = 3;
+                    options.b_count = 2;
+                    options.b_angles_rad = {-kTurn_rad / 4, 0};
+                    options.b_axis = {1, 0, 0};
+                    options.mounts = 1;
                   }),
     .fewest_balls = 3,
+    .also_refused = whyNoPlate,
+    .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
+      if (options.axis == kAxisB && facts.tilting_table) takeB(options, *facts.tilting_table);
+      return options;
+    },
     .why_unfit = whyNoSuchBall,
-    .dataset = [](const FinishedRun& run) {
-      if (run.recording.touches().front().request.holds) return byHead(run);
-      return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-        addPlate(dataset, found.readings, *of.facts.ball_plate, of.facts);
-      });
-    }};
+    .dataset =
+        [](const FinishedRun& run) {
+          if (run.recording.touches().front().request.holds) return byHead(run);
+          return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
+            addPlate(dataset, found.readings, *of.facts.ball_plate, of.facts);
+          });
+        }};
 
 }  // namespace probebox::procedure

@@ -7,9 +7,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr Fact kTiltingTable{.place = "`[tilting_table]`",
-                             .known = [](const Facts& facts) { return facts.tilting_table.has_value(); },
-                             .missing = "a tilting table: give [tilting_table] axis and tilts_deg in machine.toml."};
 constexpr std::array kNeeds{&kTiltingTable};
 
 // C stands still while the table tilts: what it stops beside its angle is then a part of where the ball stands.

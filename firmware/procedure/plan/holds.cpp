@@ -27,15 +27,18 @@ Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) 
                                     .ball = pose.ball,
                                     .tool = options.head_tool,
                                     .holds = true,
-                                    .head_range_mm = options.head_range_mm};
-  return {.touch = touch, .feature = feature, .kind = Kind::hold, .turns = true};
+                                    .head_range_mm = options.head_range_mm,
+                                    .mount = pose.mount,
+                                    .note = pose.note};
+  return {.touch = touch, .feature = feature, .kind = Kind::hold, .turns = true, .b_moves = pose.b_moves};
 }
 
 std::string holdPrompt(const Step& step) {
   const auto& touch = step.touch;
-  std::string text = "A at " + degrees(touch.rotary_angles_rad[0]) + " and C at " +
-                     degrees(touch.rotary_angles_rad[2]) + " deg; with tool " + std::to_string(touch.tool) +
-                     " in the spindle, hold its centre still ";
+  std::string text = mountPrompt(touch);
+  if (step.b_moves == BMoves::table) text += "the table at a tilt of " + degrees(touch.rotary_angles_rad[1]) + " deg, ";
+  text += "A at " + degrees(touch.rotary_angles_rad[0]) + " and C at " + degrees(touch.rotary_angles_rad[2]) +
+          " deg; with tool " + std::to_string(touch.tool) + " in the spindle, hold its centre still ";
   if (touch.travel_mm > 0) {
     const std::size_t axis = axisAlong(touch.outward_normal);
     text += number(touch.travel_mm) + " mm to " + (touch.outward_normal[axis] > 0 ? "+" : "-") + "XYZ"[axis] + " of ";

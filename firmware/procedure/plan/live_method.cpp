@@ -27,6 +27,7 @@ ProcedureOptions withDefaults(const LiveMethod& method, ProcedureOptions options
   take(options.angles, usual.angles);
   take(options.balls, usual.balls);
   take(options.b_axis, usual.b_axis);
+  take(options.mounts, usual.mounts);
   return options;
 }
 

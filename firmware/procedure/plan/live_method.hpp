@@ -60,13 +60,18 @@ struct Loops {
   std::optional<LoopState> (*after)(const LoopState&, const Solved&){};
 };
 
+// options.axis: a rotary axis whose errors are measured.
+inline constexpr std::uint8_t kAxisB = 5, kAxisC = 6;
+
 struct LiveMethod {
   std::uint16_t number{};             // in events, journals and registers: never reused
   const metrology::Method* solver{};  // its name is the name of the method
   std::string_view steps;             // what the machine does, for the docs
   std::string_view steps_by_head{};   // with --head; empty: the method does not take it
   std::string_view steps_by_shank{};  // with --shank; empty: the method does not take it
+  std::string_view steps_about_b{};   // with --axis B; empty: the method measures no rotary axis of choice
   std::span<const Fact* const> needs{};
+  std::span<const Fact* const> needs_about_b{};  // further ones with --axis B
   bool finds_a_place{};   // the result is a machine position: needs the delay in force and referenced axes
   bool calibrates{true};  // false: the findings cannot come into force
 
@@ -74,7 +79,8 @@ struct LiveMethod {
   Kind kind{};
   std::span<const Side> sides{};
   const Poses& poses{kInPlace};
-  // Defaults of the options. A method takes approach, arc, angles, balls, angles of B and tools where they have one.
+  // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, and stations and mounts
+  // where they have one.
   ProcedureOptions usual{};
   bool takes_axis{};  // --axis and --turns
   bool takes_tool{};
@@ -101,6 +107,8 @@ struct LiveMethod {
   std::string_view name() const { return solver->name; }
   bool takesHead() const { return kind == Kind::hold || !steps_by_head.empty(); }
   bool takesShank() const { return !steps_by_shank.empty(); }
+  bool measuresBOrC() const { return !steps_about_b.empty(); }
+  bool isAboutB(const ProcedureOptions& options) const { return measuresBOrC() && options.axis == kAxisB; }
 };
 
 // The list of a box; a test may give its own.

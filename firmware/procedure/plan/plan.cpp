@@ -32,16 +32,22 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   if (options.approach_rad != 0 && usual.approach_rad == 0) return omit("approach angle");
   if (options.angles != 0 && usual.angles == 0) return omit("rotary angles");
   if (options.arc_rad != 0 && usual.arc_rad == 0) return omit("rotary angles");
+  const bool about_b = method.isAboutB(options);
+  if ((options.angles != 0 || options.arc_rad != 0) && about_b)
+    return because(" about B reads at tilts_deg of [tilting_table] in machine.toml: omit rotary angles.");
+  if ((options.stations != 0 || options.mounts != 0) && usual.mounts == 0) return omit("stations and mounts");
   if (options.balls != 0 && usual.balls == 0) return omit("number of balls");
-  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && usual.b_count == 0)
-    return omit("angles of B");
+  const bool takes_b = usual.b_count != 0 && (about_b || !method.measuresBOrC());
+  if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !takes_b) return omit("angles of B");
   if (options.tool_count != 0 && usual.tool_count == 0) return omit("tools");
   if (options.tool != 0 && !method.takes_tool) return omit("tool");
   if (options.head_tool != 0 && !method.takesHead()) return because(" does not use a sensor head: omit that option.");
   if (options.shank_height_mm != 0 && !method.takesShank()) return because(" does not use a shank: omit that option.");
   const bool holds = options.head_tool != 0;
   if (options.speed_count != 0 && holds) return omit("speeds when a sensor head measures");
-  if ((options.axis != 0 || options.travel_mm != 0) && !method.takes_axis)
+  if (method.measuresBOrC() && options.axis != 0 && options.axis != kAxisB && options.axis != kAxisC)
+    return because(" measures B or C: give --axis B, or omit that option for C.");
+  if (((options.axis != 0 && !method.measuresBOrC()) || options.travel_mm != 0) && !method.takes_axis)
     return because(" has no options axis and turns: omit them.");
   if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (method.takes_axis || holds))
     return omit("overtravel and clearance");
@@ -103,6 +109,7 @@ void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& wi
                                         .tool = pose.tool,
                                         .by_edges = method.feature == Feature::tool_setter,
                                         .shank_height_mm = pose.by_shank ? with.shank_height_mm : 0,
+                                        .mount = pose.mount,
                                         .note = pose.note};
       add(plan, {.touch = touch,
                  .feature = method.feature,

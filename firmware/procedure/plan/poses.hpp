@@ -17,6 +17,7 @@ struct Pose {
   BMoves b_moves{};
   std::uint32_t tool{};  // 0: any tool that carries the probe
   bool by_shank{};
+  std::uint16_t mount{};  // of a plate on the table, from 1; 0: as the part is
   capture::MethodNote note{};
 };
 

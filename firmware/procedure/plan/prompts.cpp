@@ -89,6 +89,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
+    text += mountPrompt(wanted.touch);
     if (wanted.touch.tool != 0 && !wanted.touch.by_edges) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
     if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
     if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";

@@ -32,6 +32,12 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   if (asked.turns != 0 && !method.takes_axis) {
     return NotReady{Obstacle::option, std::string{method.name()} + " has no options axis and turns: omit them."};
   }
+  if (method.isAboutB(asked)) {
+    for (const Fact* fact : method.needs_about_b) {
+      if (fact->known(facts)) continue;
+      return NotReady{Obstacle::option, std::string{method.name()} + " about B needs " + std::string{fact->missing}};
+    }
+  }
   if (method.why_unfit != nullptr) {
     if (const auto unfit = method.why_unfit(asked, facts)) return *unfit;
   }

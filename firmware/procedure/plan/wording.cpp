@@ -17,4 +17,8 @@ std::size_t axisAlong(const std::array<double, 3>& direction) {
   return static_cast<std::size_t>(along - direction.begin());
 }
 
+std::string mountPrompt(const capture::TouchRequest& touch) {
+  return touch.mount > 1 ? "the ball plate in mount " + std::to_string(touch.mount) + ", " : "";
+}
+
 }  // namespace probebox::procedure

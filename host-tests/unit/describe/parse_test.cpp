@@ -245,6 +245,13 @@ TEST(MachineToml, MayDescribeThePlateOfTheRotaryAxis) {
   const auto machine = machineWith(point + "sd_mm = 0.0005\n" + two + "[[ball_plate.ball]]\nat_mm = [-15, -26, 60]\n");
   ASSERT_TRUE(machine.ok()) << machine.error().what;
   const auto& plate = *machine->ball_plate;
+  EXPECT_FALSE(plate.station_correction);
+  EXPECT_FALSE(plate.b_axis_point_mm);
+  const auto on_b = machineWith(point + "b_axis_point_mm = [1, 2, 3]\nstation_correction = true\n" + two +
+                                "[[ball_plate.ball]]\nat_mm = [-15, -26, 60]\n");
+  ASSERT_TRUE(on_b.ok()) << on_b.error().what;
+  EXPECT_TRUE(on_b->ball_plate->station_correction);
+  EXPECT_EQ(on_b->ball_plate->b_axis_point_mm.value()[2], 3);
   EXPECT_EQ(plate.axis_point_mm, (std::array<double, 3>{330, 200, -300}));
   EXPECT_EQ(plate.sd_mm, 0.0005);
   ASSERT_EQ(plate.balls_mm.size(), 3U);

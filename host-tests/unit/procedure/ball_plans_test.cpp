@@ -262,6 +262,98 @@ TEST(BallPlans, ReadAPlateAtEveryStopAndOnceMoreWhereItBegan) {
   EXPECT_THAT(refusal(kRotaryAxisErrors, {.angles = 12}), HasSubstr("195 touches"));
 }
 
+TEST(BallPlans, ReadAPlateAtEveryTiltOfTheTableAndOnceMoreLevel) {
+  const LiveMethod& method = kRotaryAxisErrors;
+  const ProcedureOptions options{
+      .balls = 3, .axis = 5, .b_count = 3, .b_angles_rad = {-1.5, -0.5, 0.3}, .b_axis = {1, 0, 0}};
+  EXPECT_EQ(refusal(method, options), "");
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, method, options);
+  std::vector<double> tilts_rad;
+  std::uint32_t reading = ~0U;
+  for (std::size_t k = 0; k < plan->step_count; ++k) {
+    const auto& step = plan->steps[k];
+    EXPECT_EQ(step.b_moves, BMoves::table);
+    EXPECT_EQ(step.touch.rotary_angles_rad[2], 0) << "C stands still";
+    if (step.touch.reading == reading) continue;
+    reading = step.touch.reading;
+    EXPECT_EQ(step.touch.ball, reading % 3 + 1);
+    tilts_rad.push_back(step.touch.rotary_angles_rad[1]);
+  }
+  EXPECT_THAT(tilts_rad, ElementsAre(-1.5, -1.5, -1.5, -0.5, -0.5, -0.5, 0.3, 0.3, 0.3, 0, 0, 0));
+  EXPECT_LT(plan->step_count, 12U * 5U) << "a stem is in the way of a side at -1.5 rad";
+  auto with_angles = options;
+  with_angles.angles = 4;
+  EXPECT_THAT(refusal(method, with_angles), HasSubstr("omit rotary angles"));
+  EXPECT_THAT(refusal(method, {.balls = 3, .axis = 1}), HasSubstr("measures B or C"));
+  EXPECT_EQ(refusal(method, {.balls = 3, .axis = 6}), "");
+  EXPECT_THAT(refusal(method, {.balls = 3, .b_count = 2, .b_axis = {1, 0, 0}}), HasSubstr("takes no angles of B"));
+  EXPECT_THAT(refusal(kCentreline, {.axis = 5}), HasSubstr("no options axis"));
+}
+
+TEST(BallPlans, KnowTheAxisBThatAPlateIsTurnedBy) {
+  const LiveMethod& method = kRotaryAxisErrors;
+  const ProcedureOptions about_b{.axis = kAxisB};
+  Facts facts;
+  const auto unready = [&] {
+    const auto ready = readied(method, about_b, facts, {});
+    return ready ? "" : ready.error().what;
+  };
+  facts.ball_plate = BallPlate{.axis_point_mm = {}, .sd_mm = {}, .balls_mm = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  EXPECT_THAT(unready(), HasSubstr("about B needs a tilting table: give [tilting_table] axis"));
+  facts.tilting_table = BFacts{.axis = {0, 1, 0}, .count = 2, .angles_rad = {-1, 0}, .sigma_rad = 0};
+  EXPECT_THAT(unready(), HasSubstr("b_axis_point_mm"));
+  facts.ball_plate->b_axis_point_mm = {{330, 200, -260}};
+  EXPECT_EQ(unready(), "");
+  const auto options = readied(method, about_b, facts, {}).value();
+  EXPECT_EQ(options.b_count, 2);
+  EXPECT_THAT(options.b_axis, ElementsAre(0, 1, 0));
+  EXPECT_EQ(readied(method, {}, facts, {}).value().b_count, 0);
+}
+
+TEST(BallPlans, ReadBallsAtTheirStationsInEveryMount) {
+  const LiveMethod& method = kRotaryAxisErrors;
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, method, {.angles = 3, .balls = 6, .stations = 2, .mounts = 2});
+  ASSERT_EQ(plan->step_count, 2U * (3 * 2 + 6) * 5);
+  std::vector<int> balls, stops, mounts;
+  for (std::size_t k = 0; k < plan->step_count; k += 5) {
+    const auto& touch = plan->steps[k].touch;
+    balls.push_back(touch.ball);
+    stops.push_back(static_cast<int>(touch.note[0]));
+    mounts.push_back(touch.mount);
+  }
+  // A third of a turn carries ball 5 to where ball 1 was.
+  EXPECT_THAT(std::vector(balls.begin(), balls.begin() + 12), ElementsAre(1, 2, 5, 6, 3, 4, 1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(std::vector(stops.begin(), stops.begin() + 12), ElementsAre(1, 1, 2, 2, 3, 3, 0, 0, 0, 0, 0, 0));
+  EXPECT_EQ(mounts.front(), 1);
+  EXPECT_EQ(mounts.back(), 2);
+  EXPECT_EQ(promptFor(*plan, 0).find("mount"), std::string::npos);
+  EXPECT_THAT(promptFor(*plan, plan->step_count - 1), HasSubstr("the ball plate in mount 2, "));
+  EXPECT_THAT(refusal(method, {.angles = 3, .balls = 6, .stations = 2}), HasSubstr("six errors need 3"));
+  EXPECT_THAT(refusal(method, {.angles = 3, .balls = 6, .stations = 7}), HasSubstr("but 6 balls"));
+  EXPECT_THAT(refusal(method, {.angles = 3, .mounts = 5}), HasSubstr("1 to 4 mounts"));
+  EXPECT_THAT(refusal(kCentreline, {.mounts = 2}), HasSubstr("takes no stations and mounts"));
+}
+
+TEST(BallPlans, TurnAPlateByItsPitchWhereItsStationsAreCorrected) {
+  const LiveMethod& method = kRotaryAxisErrors;
+  Facts facts;
+  facts.ball_plate = BallPlate{.axis_point_mm = {}, .sd_mm = {}, .station_correction = true, .balls_mm = {}};
+  facts.ball_plate->balls_mm.resize(6);
+  EXPECT_FALSE(method.why_unfit({.angles = 6, .balls = 6}, facts));
+  EXPECT_FALSE(method.why_unfit({.angles = 3, .balls = 6}, facts));
+  facts.tilting_table = BFacts{.axis = {1, 0, 0}, .count = 2, .angles_rad = {-std::numbers::pi / 3, 0}, .sigma_rad = 0};
+  facts.ball_plate->b_axis_point_mm.emplace();
+  EXPECT_FALSE(method.why_unfit({.balls = 6, .axis = 5}, facts));
+  facts.tilting_table->angles_rad[1] = 0.2;
+  EXPECT_THAT(method.why_unfit({.balls = 6, .axis = 5}, facts)->what, HasSubstr("tilts by multiples"));
+  EXPECT_THAT(method.why_unfit({.angles = 3, .balls = 5}, facts)->what, HasSubstr("--heights 6"));
+  for (const ProcedureOptions& other : {ProcedureOptions{.angles = 4, .balls = 6}, ProcedureOptions{.balls = 6},
+                                        ProcedureOptions{.arc_rad = 3, .angles = 3, .balls = 6}})
+    EXPECT_THAT(method.why_unfit(other, facts)->what, HasSubstr("multiples of 360/6 degrees"));
+}
+
 TEST(BallPlans, ReadNoMoreBallsThanThePlateHas) {
   const LiveMethod& method = kRotaryAxisErrors;
   Facts facts;

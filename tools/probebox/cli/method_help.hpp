@@ -7,7 +7,7 @@ namespace probebox::command {
 // list of methods is outside of this room; tools/probebox fills this in.
 struct MethodHelp {
   std::string all;
-  std::string approach, angles, heights, axis, tool, head, shank;
+  std::string approach, angles, heights, axis, rotary_axis, mounts, tool, head, shank;
   std::string usual_arcs;  // "360 for centreline, 80 for ..."
 };
 

@@ -94,13 +94,15 @@ struct RunChoices {
   std::optional<double> arc_deg;
   std::optional<std::uint16_t> angles;
   std::optional<std::uint16_t> balls;
-  std::string axis;  // X, Y or Z
+  std::string axis;  // X, Y, Z, B or C
   std::optional<std::uint16_t> turns;
   std::optional<std::uint32_t> tool;
   bool head{};
   bool shank{};
 };
 struct Calibrate : RunChoices {
+  std::optional<std::uint16_t> stations;
+  std::optional<std::uint8_t> mounts;
   std::string save;  // folder; empty: not saved
   bool abort{};      // nothing is begun: the run that is going on is ended
   bool accept{};

@@ -32,6 +32,18 @@ class RunCommands {
                      "probebox calibrate delay-multi-speed --save delay-today --accept --by Ada", calibrate_);
     calibrate->add_option("method", calibrate_.method, "one of " + methods_.all + "; default: " + kUsualMethod);
     addChoices(calibrate, calibrate_);
+    calibrate
+        ->add_option("--stations", calibrate_.stations,
+                     "read balls only at so many of their places, and take out what the linear axes are off by there; "
+                     "for " +
+                         methods_.mounts)
+        ->check(positive())
+        ->type_name("NUMBER");
+    calibrate
+        ->add_option("--mounts", calibrate_.mounts,
+                     "number of mounts in which the ball plate is read, up to 4; for " + methods_.mounts)
+        ->check(CLI::Range(1, 4))
+        ->type_name("NUMBER");
     calibrate->add_option("--save", calibrate_.save, "also save the measured data as a case folder");
     calibrate->add_flag("--accept", calibrate_.accept, "accept the result at once (needs --by)");
     calibrate->add_option("--by", calibrate_.by, "the name of the person who accepts")->check(personsName());
@@ -70,8 +82,11 @@ class RunCommands {
     command->add_option("--heights", choices.balls, "number of balls at different heights; for " + methods_.heights)
         ->check(positive())
         ->type_name("NUMBER");
-    command->add_option("--axis", choices.axis, "axis of the screw, X, Y or Z; for " + methods_.axis)
-        ->check(CLI::IsMember({"X", "Y", "Z"}, CLI::ignore_case))
+    command
+        ->add_option("--axis", choices.axis,
+                     "axis of the screw, X, Y or Z, for " + methods_.axis + "; rotary axis, B or C (default), for " +
+                         methods_.rotary_axis)
+        ->check(CLI::IsMember({"X", "Y", "Z", "B", "C"}, CLI::ignore_case))
         ->type_name("AXIS");
     command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.axis)
         ->check(positive())

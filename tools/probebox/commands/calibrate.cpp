@@ -32,7 +32,9 @@ messages::StartProcedure::Request requestOf(const Calibrate& options) {
           .turns = options.turns.value_or(0),
           .tool = options.tool.value_or(0),
           .head = options.head,
-          .shank = options.shank};
+          .shank = options.shank,
+          .stations = options.stations.value_or(0),
+          .mounts = options.mounts.value_or(0)};
 }
 
 // One run of a method, from its start to its result.

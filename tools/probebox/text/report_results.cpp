@@ -124,6 +124,7 @@ Json describe(const messages::ProcedureStatus::Answer& p) {
           {"rotary_angles_rad", p.rotary_angles_rad},
           {"tool", p.tool},
           {"shank_height_mm", p.shank_height_mm},
+          {"mount", p.mount},
           {"b_moves", text(nameOf(p.b_moves))},
           {"approach_direction", p.approach_direction},
           {"run_out_mm", p.run_out_mm},

@@ -1,0 +1,14 @@
+#pragma once
+#include "drivers/world/vector.hpp"
+
+namespace probebox::world {
+
+// Another way to put the plate of balls on the part's spindle: turned about the spindle's point, then shifted.
+struct MountConfig {
+  Vector3 turn_rad{};  // rotation vector
+  Vector3 shift_mm{};
+
+  Vector3 place(const Vector3& ball) const { return rotation(unit(turn_rad), norm(turn_rad)) * ball + shift_mm; }
+};
+
+}  // namespace probebox::world

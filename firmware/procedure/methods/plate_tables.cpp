@@ -1,0 +1,125 @@
+#include "firmware/procedure/methods/plate_tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "firmware/procedure/methods/plate_poses.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+constexpr std::array<std::string_view, 6> kColumns{"phi_rad", "mount", "ball", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 5> kColumnsOfOneMount{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
+// More than what B stands beside zero.
+constexpr double kLeastTilt_rad = 0.01;
+
+// Along an axis of the machine. What the delay does to the top of a ball it does at every stop of C alike, and the
+// plate's place takes it along.
+double alongSigmaOf(const std::vector<Reading>& readings, const Eigen::Vector3d& axis) {
+  double sum = 0;
+  for (const auto& reading : readings) sum += reading.centre.sd_mm.cwiseProduct(axis).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// One figure for both coordinates across it.
+double acrossSigmaOf(const std::vector<Reading>& readings, const Eigen::Vector3d& axis) {
+  double sum = 0;
+  for (const auto& reading : readings)
+    sum += (reading.centre.sd_mm.squaredNorm() - reading.centre.sd_mm.cwiseProduct(axis).squaredNorm()) / 2;
+  return std::sqrt(sum / static_cast<double>(readings.size()));
+}
+
+// How far the balls are from the nominal axis, on the mean: a stop of it that is off moves them by that.
+double reachOf(const std::vector<Reading>& readings, const Eigen::Vector3d& point, const Eigen::Vector3d& axis) {
+  double sum = 0;
+  for (const auto& reading : readings) {
+    const Eigen::Vector3d from = reading.centre.centre_mm - point;
+    sum += (from - axis.dot(from) * axis).norm();
+  }
+  return sum / static_cast<double>(readings.size());
+}
+
+// The tables first and second. One stop is one angle, however finely the machine reads it.
+struct PlateTables {
+  metrology::Table first, second;
+
+  PlateTables(const std::vector<Reading>& readings, bool about_b, bool mounts) {
+    const auto named = [mounts](const char* name, std::size_t from) {
+      return mounts ? metrology::Table::withColumns(name, std::span{kColumns}.subspan(from))
+                    : metrology::Table::withColumns(name, std::span{kColumnsOfOneMount}.subspan(from));
+    };
+    const auto angleAt = [&](std::uint16_t mount, std::uint16_t stop) {
+      const auto found =
+          std::ranges::find_if(readings, [&](const Reading& r) { return r.mount == mount && stopOf(r.note) == stop; });
+      return about_b ? found->b_rad : found->c_rad;
+    };
+    first = named("first", 0);
+    second = named("second", 1);
+    for (const auto& reading : readings) {
+      const auto& at = reading.centre.centre_mm;
+      const std::uint16_t stop = stopOf(reading.note);
+      const double phi_rad = angleAt(reading.mount, stop) - angleAt(reading.mount, 0);
+      const double number = reading.mount;
+      if (stop == 0) {
+        mounts ? second.append({number, reading.ball, at.x(), at.y(), at.z()})
+               : second.append({reading.ball, at.x(), at.y(), at.z()});
+      } else {
+        mounts ? first.append({phi_rad, number, reading.ball, at.x(), at.y(), at.z()})
+               : first.append({phi_rad, reading.ball, at.x(), at.y(), at.z()});
+      }
+    }
+  }
+};
+
+metrology::Table certificateOf(const BallPlate& plate, double balls) {
+  auto third = metrology::Table::withColumns("third", std::span{kColumnsOfOneMount}.subspan(1));
+  for (std::size_t k = 0; k < std::min(static_cast<std::size_t>(balls), plate.balls_mm.size()); ++k) {
+    const auto& at = plate.balls_mm[k];
+    third.append({static_cast<double>(k + 1), at[0], at[1], at[2]});
+  }
+  return third;
+}
+
+bool someAreOmitted(const std::vector<Reading>& readings, double balls) {
+  double at_first_stop = 0;
+  for (const auto& reading : readings) at_first_stop += reading.mount == 1 && stopOf(reading.note) == 1 ? 1 : 0;
+  return at_first_stop < balls;
+}
+
+}  // namespace
+
+void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
+              const Facts& facts) {
+  double balls = 0;
+  bool about_b = false, mounts = false;
+  for (const auto& reading : readings) {
+    balls = std::max(balls, reading.ball);
+    about_b = about_b || std::abs(reading.b_rad) > kLeastTilt_rad;  // C stands still while B is measured
+    mounts = mounts || reading.mount > 1;
+  }
+  const BFacts b = facts.tilting_table.value_or(BFacts{});
+  const auto direction = about_b ? b.axis : std::array<double, 3>{0, 0, 1};
+  const auto point = about_b ? plate.b_axis_point_mm.value_or(plate.axis_point_mm) : plate.axis_point_mm;
+  const double sigma_rad = about_b ? b.sigma_rad : facts.sigma_c_rad;
+  const Eigen::Vector3d axis = vectorOf(direction);
+  // In another mount the axis stops anew, and one unknown an angle holds what both stops share.
+  const double of_stops = mounts ? reachOf(readings, vectorOf(point), axis) * sigma_rad / std::numbers::sqrt2 : 0;
+  auto& config = dataset.config;
+  config["axis"] = std::string{about_b ? "B" : "C"};
+  config["axis_point_mm"] = std::vector<double>{point.begin(), point.end()};
+  config["axis_direction"] = std::vector<double>{direction.begin(), direction.end()};
+  config["sigma_mm"] = std::hypot(acrossSigmaOf(readings, axis), of_stops);
+  config["sigma_axial_mm"] = alongSigmaOf(readings, axis);
+  if (sigma_rad > 0) config["sigma_angle_rad"] = sigma_rad;
+  if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;
+  if (plate.station_correction || someAreOmitted(readings, balls)) config["station_correction"] = true;
+  const PlateTables tables{readings, about_b, mounts};
+  dataset.tables.insert(dataset.tables.begin(), {tables.first, tables.second, certificateOf(plate, balls)});
+}
+
+}  // namespace probebox::procedure
