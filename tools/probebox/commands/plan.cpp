@@ -65,7 +65,7 @@ std::string chosenOf(const plan::Forecast& forecast) {
   add_number("--arc", options.arc_rad * 180 / std::numbers::pi);
   add_number("--angles", options.angles);
   add_number("--heights", options.balls);
-  if (options.axis != 0) add(std::string{"--axis "} + "XYZ"[options.axis - 1]);
+  if (options.axis != 0) add(std::string{"--axis "} + "XYZABC"[options.axis - 1]);
   add_number("--turns", turns);
   add_number("--tool", options.tool);
   if (by == procedure::ReadBy::head) add("--head");
