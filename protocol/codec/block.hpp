@@ -7,7 +7,7 @@
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
-// A block of samples as columns: the payload of a SAMPLES frame. Integers only, little endian, no allocation.
+// Codes a block of samples as columns, the payload of a SAMPLES frame. Integers only, little endian, no allocation.
 //
 //   u8 profile | BlockHeader | u8 channels | per channel {u8 predictor order, u8 bit width} | columns
 //
@@ -44,7 +44,7 @@ enum class Fault : std::uint8_t {
   bad_column,          // no encoder writes such a column, or a value in it is outside its channel's range
 };
 
-// Where coding failed; `channel` is valid for value_does_not_fit, other_channels and bad_column, `sample` for
+// Locates a failure of coding; `channel` is valid for value_does_not_fit, other_channels and bad_column, `sample` for
 // value_does_not_fit.
 struct CodecError {
   Fault fault{};
@@ -52,26 +52,26 @@ struct CodecError {
   std::uint16_t sample{};
 };
 
-// Header of a block without its channels.
+// Heads a block; the channels follow it.
 struct BlockSummary {
   Profile profile{};
   BlockHeader header{};
   std::size_t channels{};
 };
 
-// Size of a block in profile raw, which bounds every other profile.
+// Returns the size of a block in profile raw, the upper bound of every profile.
 std::size_t rawBlockSize(std::span<const ChannelFormat> formats, std::size_t count);
 
-// Largest number of samples in a block of `bytes` bytes in profile raw; 0 if none fits.
+// Returns the most samples that fit into `bytes` bytes in profile raw; 0 if none fits.
 std::size_t rawBlockCapacity(std::span<const ChannelFormat> formats, std::size_t bytes);
 
-// columns: channel by channel, header.count values each. Returns the number of bytes. A value outside its channel fails
-// the block; nothing is wrapped or clipped.
+// Encodes a block in profile raw. columns: channel by channel, header.count values each. Returns the number of bytes.
+// Fails on a value outside its channel's range: values are neither wrapped nor clipped.
 Outcome<std::size_t, CodecError> encodeRaw(const BlockHeader& header, std::span<const ChannelFormat> formats,
                                            std::span<const std::int64_t> columns, std::span<std::byte> into);
 
-// The same in profile fast, of at most kMostFastSamples. The length depends on the values: no_room when `into` is too
-// small, and rawBlockSize() is always enough. Kernels: which inner loops, for tests; they differ in nothing but time.
+// Encodes at most kMostFastSamples samples in profile fast. The length depends on the values; rawBlockSize() bytes
+// always suffice, fewer may fail with no_room. kernels: for tests; all produce the same bytes.
 Outcome<std::size_t, CodecError> encodeFast(const BlockHeader& header, std::span<const ChannelFormat> formats,
                                             std::span<const std::int64_t> columns, std::span<std::byte> into,
                                             const Kernels& kernels = codec::kernels());
@@ -82,7 +82,7 @@ Outcome<BlockSummary, CodecError> inspect(std::span<const std::byte> block);
 Outcome<BlockSummary, CodecError> decode(std::span<const std::byte> block, std::span<const ChannelFormat> formats,
                                          std::span<std::int64_t> columns, const Kernels& kernels = codec::kernels());
 
-// Time of a sample by the block's map, in integers: the same on every machine. Rounds down to 1 ns.
+// Returns the time of a sample by the block's map, in integers (the same on every machine), rounded down to 1 ns.
 MonoTime timeOf(const BlockHeader& header, SampleIndex sample);
 
 }  // namespace probebox::codec

@@ -7,7 +7,7 @@
 
 namespace probebox::codec {
 
-// Encodes blocks of one stream and counts what could not be encoded.
+// Encodes the blocks of one stream and counts the samples that it refused.
 class Encoder {
  public:
   struct Counters {
@@ -20,7 +20,7 @@ class Encoder {
 
   Encoder(std::vector<ChannelFormat> formats, Profile profile);
 
-  // As encodeRaw(); a refused block is counted. Refuses every block of a profile that this version does not write.
+  // Encodes as encodeRaw() does and counts a refused block. Refuses profiles that this version does not write.
   Outcome<std::size_t, CodecError> encode(const BlockHeader& header, std::span<const std::int64_t> columns,
                                           std::span<std::byte> into);
 

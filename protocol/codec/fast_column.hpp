@@ -9,8 +9,8 @@
 #include "protocol/codec/kernel_table.hpp"
 #include "protocol/frame/bytes.hpp"
 
-// One column of profile fast: what a predictor did not foresee, in as few bits as nearly all of it needs; the few that
-// need more are exceptions behind.
+// Codes one column of profile fast: residuals of a predictor, packed in the width that nearly all of them fit.
+// Residuals that need more bits follow as exceptions.
 //
 //   per channel {u8 order, + 0x80 with exceptions; u8 width}
 //   column: seeds | residuals, `width` bits each, two's complement, value after value from the lowest bit of the first
@@ -28,7 +28,7 @@ constexpr std::size_t seedsOf(std::size_t order) {
   return order == kTracking ? kMostOrder : order;
 }
 
-// How a column is coded.
+// Describes how a column is coded.
 struct FastPlan {
   std::uint8_t order{};
   std::uint8_t width{};
@@ -40,7 +40,7 @@ struct FastPlan {
   bool isRaw(ChannelFormat format) const { return order == 0 && exceptions == 0 && width == 8 * format.bytes; }
 };
 
-// Codes the columns of a block, some at once, with memory of its own.
+// Encodes the columns of a block, several at a time, in preallocated memory.
 class FastColumnEncoder {
  public:
   explicit FastColumnEncoder(const Kernels& kernels) : kernels_{kernels} {}
@@ -50,16 +50,16 @@ class FastColumnEncoder {
     std::span<const std::int64_t> values;
   };
 
-  // The shortest coding of those that are tried; never longer than raw. At most kTracked columns of the same length,
-  // at most kMostFastSamples. Every value fits its channel.
+  // Chooses the shortest of the tried codings, never longer than raw. Takes at most kTracked columns of equal length,
+  // of at most kMostFastSamples values; every value must fit its channel.
   void plan(std::span<const Column> columns);
   const FastPlan& planOf(std::size_t column) const { return works_[column].plan; }
 
-  // Writes a planned column, planOf().bytes bytes; the writer has room for them.
+  // Writes a planned column. The writer must have room for planOf().bytes bytes.
   void put(frame::ByteWriter& writer, std::size_t column);
 
  private:
-  // What there is of one column while it is coded.
+  // Holds the working data of one column.
   struct Work {
     Column column;
     FastPlan plan{};
@@ -89,19 +89,19 @@ class FastColumnEncoder {
   std::array<std::uint16_t, kMostFastSamples> places_;
 };
 
-// Decodes the columns of a block, which are of one length.
+// Decodes the columns of a block, all of equal length.
 class FastColumnDecoder {
  public:
   explicit FastColumnDecoder(const Kernels& kernels) : kernels_{kernels} {}
 
-  // order, width: the two bytes of the channel list. Columns may be held back until some can be done at once. The
-  // reader has failed when bytes are missing.
+  // Decodes a column, or defers it until several can be decoded at once. order, width: the two bytes of the channel
+  // list. The reader fails when bytes are missing.
   void get(frame::ByteReader& reader, std::size_t channel, ChannelFormat format, std::uint8_t order, std::uint8_t width,
            std::span<std::int64_t> column);
-  // Does what was held back.
+  // Decodes the columns that were deferred.
   void finish();
 
-  // The channel whose column makes no sense or holds a value outside its range.
+  // Returns the channel whose column is invalid or holds a value outside its range.
   std::optional<std::size_t> bad() const { return bad_; }
 
  private:

@@ -6,7 +6,7 @@ namespace probebox::codec {
 
 enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
 
-// Format of a channel's values in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1.
+// Describes a channel's values in profile raw. An unsigned channel of 8 bytes holds 0 to 2^63 - 1.
 struct ChannelFormat {
   std::uint8_t bytes{4};  // 1, 2, 4 or 8
   bool is_signed{true};
@@ -15,6 +15,6 @@ struct ChannelFormat {
 };
 
 inline constexpr std::size_t kMaxChannels = 255;
-inline constexpr std::size_t kMostFastSamples = 2048;  // that a block of profile fast is made of here
+inline constexpr std::size_t kMostFastSamples = 2048;  // limit of this encoder for profile fast
 
 }  // namespace probebox::codec

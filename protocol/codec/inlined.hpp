@@ -1,6 +1,6 @@
 #pragma once
 
-// Inlines the bodies of kernels into plain functions and into functions for each kind of vector unit.
+// Inlines the kernel bodies into plain functions and into one function for each vector instruction set.
 #if defined(__GNUC__)
 #define PROBEBOX_INLINE [[gnu::always_inline]] inline
 #else

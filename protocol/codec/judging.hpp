@@ -13,7 +13,7 @@
 #include "protocol/codec/prediction.hpp"
 #include "protocol/frame/bytes.hpp"
 
-// How large values and residuals are: bodies of kernels.
+// Measures the magnitudes of values and residuals: kernel bodies.
 namespace probebox::codec {
 
 template <std::signed_integral T>
@@ -21,7 +21,7 @@ PROBEBOX_INLINE T magnitude(T residual) {
   return static_cast<T>(residual ^ (residual >> (8 * sizeof(T) - 1)));
 }
 
-// Where a sum of magnitudes could overflow it says nothing.
+// Returns all ones where a sum of magnitudes could overflow.
 PROBEBOX_INLINE std::uint64_t soundSum(std::uint64_t sum, std::uint64_t all) {
   return all >> 47U == 0 ? sum : ~std::uint64_t{0};
 }
@@ -63,7 +63,7 @@ PROBEBOX_INLINE Size size(const std::int64_t* residuals, std::size_t count, std:
   return {soundSum(sum, all), any == 0 ? 0U : static_cast<unsigned>(std::bit_width(all)) + 1};
 }
 
-// More than w bits: a magnitude above this. Of no bits: anything but 0, which is no question of magnitude.
+// A residual needs more than w bits when its magnitude exceeds this. Width 0 is special: any value but 0 exceeds it.
 template <std::signed_integral T>
 PROBEBOX_INLINE T mostOf(unsigned width) {
   return static_cast<T>(((std::uint64_t{1} << std::min<std::size_t>(width, 8 * sizeof(T) - 1)) - 1) >> 1U);
@@ -71,7 +71,7 @@ PROBEBOX_INLINE T mostOf(unsigned width) {
 
 template <std::signed_integral T>
 PROBEBOX_INLINE WiderCounts wider(const T* residuals, std::size_t count, unsigned width) {
-  using Count = std::make_unsigned_t<T>;  // of as many lanes
+  using Count = std::make_unsigned_t<T>;  // a counter for each lane
   const std::array<T, 4> limits{mostOf<T>(width), mostOf<T>(width + 1), mostOf<T>(width + 2), mostOf<T>(width + 3)};
   std::array<Count, 4> counts{};
   count = wholeStrides(count);
@@ -88,7 +88,7 @@ PROBEBOX_INLINE WiderCounts wider(const T* residuals, std::size_t count, unsigne
           static_cast<std::uint32_t>(counts[2]), static_cast<std::uint32_t>(counts[3])};
 }
 
-// Eight answers a word: most words are zero.
+// Tests eight flags at a time: most words are zero.
 template <std::signed_integral T>
 PROBEBOX_INLINE std::size_t places(const T* residuals, std::size_t count, unsigned width, std::uint16_t* into) {
   const T limit = mostOf<T>(width);

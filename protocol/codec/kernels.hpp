@@ -10,7 +10,7 @@ struct NamedKernels {
   const Kernels* kernels{};
 };
 
-// Of this processor: plain ones first, the fastest last.
+// Returns the kernels that this processor supports: plain C++ first, the fastest last.
 std::span<const NamedKernels> allKernels();
 const Kernels& kernels();
 

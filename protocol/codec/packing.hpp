@@ -10,7 +10,7 @@
 #include "protocol/codec/kernel_table.hpp"
 #include "protocol/frame/bytes.hpp"
 
-// Residuals to bits and back: bodies of kernels.
+// Packs residuals into bits and unpacks them: kernel bodies.
 namespace probebox::codec {
 
 template <std::size_t Width>
@@ -39,7 +39,7 @@ PROBEBOX_INLINE void pack(const std::int64_t* values, std::size_t groups, std::b
   }
 }
 
-// Four values of 16 bits in a word, without what is between their low `Width` bits.
+// Packs the low `Width` bits of the four 16-bit values in a word without gaps.
 template <std::size_t Width>
 PROBEBOX_INLINE std::uint64_t squeezed(std::uint64_t word) {
   constexpr std::uint64_t kLow = kMask<Width>;
@@ -47,7 +47,7 @@ PROBEBOX_INLINE std::uint64_t squeezed(std::uint64_t word) {
   return (pairs & kMask<2 * Width>) | (pairs >> (32 - 2 * Width) & kMask<2 * Width> << (2 * Width));
 }
 
-// Four values a word, the first one lowest.
+// Takes four values a word, the first in the lowest bits.
 PROBEBOX_INLINE void loadFours(const std::int16_t* values, std::size_t words, std::uint64_t* into) {
   if constexpr (std::endian::native == std::endian::little) {
     std::memcpy(into, values, words * sizeof *into);
@@ -78,7 +78,7 @@ PROBEBOX_INLINE void packNarrow(const std::int16_t* values, std::size_t groups, 
   }
 }
 
-// Where four values and what is before them in their first byte fit into a word.
+// Applies where four values and the preceding bits of their first byte fit into one word.
 template <std::size_t Width>
 PROBEBOX_INLINE void unpackNarrow(const std::byte* from, std::size_t groups, std::int64_t* values) {
   constexpr std::uint64_t kSign = std::uint64_t{1} << (Width - 1);

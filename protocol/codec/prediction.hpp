@@ -6,10 +6,10 @@
 
 #include "protocol/codec/inlined.hpp"
 
-// Values to residuals and back: bodies of kernels.
+// Converts values to residuals and back: kernel bodies.
 namespace probebox::codec {
 
-// Differences wrap: two's complement makes that exact.
+// Differences wrap around, which two's complement makes exact.
 template <std::size_t Order>
 PROBEBOX_INLINE std::uint64_t residual(const std::int64_t* x) {
   const auto at = [x](int back) { return static_cast<std::uint64_t>(*(x - back)); };
@@ -27,7 +27,7 @@ PROBEBOX_INLINE void residuals(const std::int64_t* x, std::size_t count, std::in
 template <std::size_t Order>
 PROBEBOX_INLINE void integrate(std::int64_t* x, std::size_t count) {
   if constexpr (Order > 0) {
-    // The differences up to the last value, from order 0 on.
+    // Holds the differences at the last value, from order 0.
     std::array<std::uint64_t, Order> state{};
     state[0] = residual<0>(x - 1);
     if constexpr (Order > 1) state[1] = residual<1>(x - 1);
@@ -40,10 +40,10 @@ PROBEBOX_INLINE void integrate(std::int64_t* x, std::size_t count) {
   }
 }
 
-// Follows place, speed and acceleration, each corrected by a share of every residual (a fading memory of about eight
-// samples): beside the third difference, which is the same with shares of one, noise enters 2.5 times less.
+// Tracks position, velocity and acceleration and corrects each by a fixed gain times the residual (fading memory of
+// about eight samples). Noise enters 2.5 times less than with the third difference, which is the case of unit gains.
 //   acceleration += r; speed += acceleration + 5 r; place += speed + 12 r
-// in 1/16, kept as sums that have the next prediction soonest. The first residual counts for more.
+// in units of 1/16, stored as sums so that the next prediction is ready early. The first residual has a larger gain.
 struct Track {
   static constexpr unsigned kFraction = 4;
   std::uint64_t place{};  // predicted, with half a unit for rounding
@@ -52,7 +52,7 @@ struct Track {
 
   PROBEBOX_INLINE Track(std::uint64_t at, std::uint64_t by, std::uint64_t faster)
       : place{at}, step{by}, acceleration{faster} {}
-  // The three values before x.
+  // Starts from the three values before x.
   PROBEBOX_INLINE explicit Track(const std::int64_t* x) {
     acceleration = residual<2>(x - 1) << kFraction;
     step = (residual<1>(x - 1) << kFraction) + 2 * acceleration;
@@ -73,7 +73,7 @@ struct Track {
   }
 };
 
-// Columns side by side: each value has to wait for the one before, but not for those of other columns.
+// Processes columns side by side: a value depends on its predecessor, but not on other columns.
 template <std::size_t... C>
 PROBEBOX_INLINE void track(const std::int64_t* const* x, std::size_t count, std::int64_t* const* into,
                            std::index_sequence<C...>) {
@@ -101,7 +101,7 @@ PROBEBOX_INLINE void untrack(std::int64_t* x, std::size_t count) {
   for (std::size_t k = 1; k < count; ++k) state.correct(untrackOne(state, x[k]));
 }
 
-// Four columns in the lanes of a vector.
+// Processes four columns in the lanes of a vector.
 constexpr std::size_t kLanes = 4;
 using Lanes [[gnu::vector_size(8 * kLanes)]] = std::uint64_t;
 using SignedLanes [[gnu::vector_size(8 * kLanes)]] = std::int64_t;
@@ -127,7 +127,7 @@ struct TrackLanes {
   Lanes step{};
   Lanes acceleration{};
 
-  // Residuals in, values out.
+  // Converts residuals to values.
   PROBEBOX_INLINE void untrack(Lanes& row) {
     const Lanes r = row;
     row += reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(place) >> Track::kFraction);

@@ -127,4 +127,18 @@ struct ErrorsAtAngle {
   }
 };
 
+// Activates the measured length of a tool. result_id 0: the length of machine.toml applies.
+struct ToolLengthActivated {
+  std::uint64_t result_id{};
+  std::uint32_t tool{};
+  double length_mm{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("tool", self.tool, "its number");
+    field("length_mm", self.length_mm, "mm, from the gauge line to its tip");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
 }  // namespace probebox

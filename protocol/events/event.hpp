@@ -114,11 +114,17 @@ struct SourceLost {
   LossReason reason{};
   std::uint32_t lost{};
   MonoTime at{};
+  std::uint8_t axes{};  // axisBit() of each axis whose encoder it was
   static constexpr void fields(auto& self, auto&& field) {
     field("source", self.source, "0 sync, 1 trigger, 2 encoders, 3 probe, 4 drift, 5 the capture queue");
     field("reason", self.reason, "0 disconnected, 1 overrun, 2 taken by another process, 3 queue full");
     field("lost", self.lost, "events known to be lost, 0 when unknown");
     field("at", self.at, "ns, monotonic, of this boot");
+    field("axes", self.axes, "of encoders: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C; 0: all of them");
+  }
+  template <class AnyAxis>
+  constexpr bool concerns(AnyAxis axis) const {
+    return axes == 0 || (axes & axisBit(axis)) != 0;
   }
 };
 
@@ -334,11 +340,67 @@ struct PoseTold {
   }
 };
 
+// The counts of axes that a receiver read with one of its samples. firmware/clock assigns the time of that sample.
+struct CountedAxes {
+  std::uint8_t run{};
+  std::uint32_t counter{};
+  std::uint8_t axes{};
+  std::array<std::int64_t, kLinearAxes + kRotaryAxes> counts{};
+  std::uint8_t faults{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "another value than before: the receiver began anew, and its counts do not go on");
+    field("counter", self.counter, "the receiver's sample counter: that of the deflection before");
+    field("axes", self.axes, "whose counts there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
+    field("counts", self.counts, "encoder counts, X Y Z A B C; their size is in machine.toml");
+    field("faults", self.faults, "axes, as above, whose counter has lost counts since the sample before");
+    field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
+  }
+};
+
+// The pulse of an index mark that a receiver latched on its sample counter.
+struct CountedIndex {
+  std::uint8_t run{};
+  std::uint32_t counter{};
+  std::uint32_t fraction{};
+  std::uint8_t axis{};
+  std::int64_t counts{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "that of the sample before the pulse");
+    field("counter", self.counter, "the receiver's sample counter: the last sample before the pulse");
+    field("fraction", self.fraction, "from that sample to the pulse, in 2^-32 of a sample period");
+    field("axis", self.axis, "0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
+    field("counts", self.counts, "encoder counts at the pulse");
+    field("at", self.at, "ns, monotonic, of this boot: when the packet arrived");
+  }
+};
+
+// Positions of axes that the controller knows, numbered on its own counter. firmware/clock assigns their time.
+struct ControlPositions {
+  std::uint8_t run{};
+  std::uint32_t counter{};
+  std::uint8_t axes{};
+  std::array<std::int64_t, kLinearAxes + kRotaryAxes> counts{};
+  bool newest{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("run", self.run, "another value than before: the counter began anew");
+    field("counter", self.counter, "the controller's own counter or time stamp when it had these positions; wraps");
+    field("axes", self.axes, "whose positions there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
+    field("counts", self.counts, "positions as counts, X Y Z A B C; their size is in machine.toml");
+    field("newest", self.newest, "1 for the last of a message: only then `at` tells about its time");
+    field("at", self.at, "ns, monotonic, of this boot: when they arrived, which is later than they were valid");
+  }
+};
+
 // The order defines the type numbers in the journal: append only.
-using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
-                           ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
-                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,
-                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin>;
+using Event =
+    std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted, ProcedureAborted,
+                 Solved, DelayActivated, CountedDeflection, CentrelineActivated, ScrewActivated, AxisHomed, CutInhibit,
+                 StandingRestored, SourcesEnabled, AngleCount, PoseTold, SwivelActivated, RotaryActivated,
+                 ErrorsAtAngle, ServableWithin, ToolLengthActivated, CountedAxes, CountedIndex,
+                 ControlPositions>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

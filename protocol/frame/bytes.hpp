@@ -10,15 +10,15 @@
 
 #include "protocol/units/time.hpp"
 
-// Numbers as bytes: little endian, whatever the machine.
+// Reads and writes numbers as little-endian bytes on every machine.
 namespace probebox::frame {
 
-// What one field of fixed size may be.
+// Admits the types of a field of fixed size.
 template <class T>
 concept Scalar = std::integral<T> || std::is_enum_v<T> || std::same_as<T, double> || std::same_as<T, MonoTime> ||
     std::same_as<T, Tick> || std::same_as<T, SampleIndex>;
 
-// Integers at any address, for loops that the compiler is to vectorise.
+// Load and store integers at any address, in loops that the compiler vectorises.
 template <std::integral T>
 void storeLittle(T value, std::byte* at) {
   if constexpr (std::endian::native == std::endian::little) {
@@ -41,7 +41,7 @@ T loadLittle(const std::byte* at) {
   }
 }
 
-// Writes into the caller's bytes. What does not fit is not written but still counted: size() says how much room was
+// Writes into the caller's bytes. Bytes that do not fit are not written but counted: size() returns the room that was
 // needed.
 class ByteWriter {
  public:
@@ -69,25 +69,25 @@ class ByteWriter {
     size_ += bytes.size();
   }
 
-  // The next `count` bytes, to be written by the caller; empty where there is no room, which counts all the same.
+  // Reserves the next `count` bytes for the caller to write; returns an empty span without room, and counts them.
   std::span<std::byte> take(std::size_t count) {
     const auto room = fits(count) ? into_.subspan(size_, count) : std::span<std::byte>{};
     size_ += count;
     return room;
   }
 
-  // Writes a size that is known only later; `at` is where it stands.
+  // Writes a size into its place `at` once it is known.
   void patch(std::size_t at, std::uint16_t value) {
     if (at + 2 > into_.size()) return;
     into_[at] = static_cast<std::byte>(value & 0xFFU);
     into_[at + 1] = static_cast<std::byte>(value >> 8U);
   }
 
-  // Something has no place in this format at any size, such as a text beyond 65535 bytes.
+  // Notes a value that the format cannot hold, such as a text of more than 65535 bytes.
   void refuse() { refused_ = true; }
 
   std::size_t size() const { return size_; }
-  // Bytes that are left to write into.
+  // Returns the bytes that are left to write.
   std::size_t room() const { return into_.size() - std::min(size_, into_.size()); }
   bool complete() const { return !refused_ && size_ <= into_.size(); }
   bool refused() const { return refused_; }
@@ -106,7 +106,7 @@ class ByteWriter {
   bool refused_{};
 };
 
-// Reads from the caller's bytes. After the first read beyond the end it has failed, and gives zeros.
+// Reads from the caller's bytes. After the first read beyond the end it reports failure and returns zeros.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> from) : from_{from} {}
@@ -128,7 +128,7 @@ class ByteReader {
     }
   }
 
-  // The next `count` bytes themselves; empty, and failed, where there are fewer.
+  // Returns the next `count` bytes; fails and returns an empty span where fewer are left.
   std::span<const std::byte> take(std::size_t count) {
     if (count > remaining()) {
       failed_ = true;

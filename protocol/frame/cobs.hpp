@@ -3,8 +3,8 @@
 #include <optional>
 #include <span>
 
-// Consistent overhead byte stuffing (Cheshire and Baker, IEEE/ACM Transactions on Networking 7(2), 1999): the coded
-// bytes hold no zero, so that a zero ends a frame whatever went wrong before it.
+// Codes bytes by consistent overhead byte stuffing (Cheshire and Baker, IEEE/ACM Trans. Networking 7(2), 1999).
+// Coded bytes hold no zero, so a zero ends a frame even after an error.
 namespace probebox::frame {
 
 constexpr std::size_t cobsMaxSize(std::size_t plain) {
@@ -15,8 +15,8 @@ constexpr std::size_t cobsMaxSize(std::size_t plain) {
 // size.
 std::size_t cobsEncode(std::span<const std::byte> plain, std::span<std::byte> into);
 
-// Decodes in place: the plain bytes are the front of `bytes`. Nothing when a length byte points beyond the end or a
-// zero stands inside.
+// Decodes in place and returns the front of `bytes`. Returns nothing when a length byte points beyond the end or a zero
+// occurs inside.
 std::optional<std::size_t> cobsDecodeInPlace(std::span<std::byte> bytes);
 
 }  // namespace probebox::frame

@@ -6,7 +6,7 @@
 #include "protocol/frame/cobs.hpp"
 #include "protocol/units/outcome.hpp"
 
-// One frame: header, payload, CRC-32C. docs/decisions/0001-frame-layout.md says why.
+// Builds and checks frames: header, payload, CRC-32C. docs/decisions/0001-frame-layout.md gives the reasons.
 namespace probebox::frame {
 
 struct Header {
@@ -33,7 +33,7 @@ inline constexpr std::byte kDelimiter{0};
 inline constexpr std::size_t kHeaderSize = 14;
 inline constexpr std::size_t kCrcSize = 4;
 inline constexpr std::size_t kOverhead = kHeaderSize + kCrcSize;
-// The largest payload this project sends; a receiver may be built for less.
+// Limits the payloads that this project sends; a receiver may be built for less.
 inline constexpr std::size_t kMaxPayload = 16384;
 
 constexpr std::size_t bareSize(std::size_t payload) {
@@ -43,19 +43,19 @@ constexpr std::size_t delimitedMaxSize(std::size_t payload) {
   return cobsMaxSize(bareSize(payload)) + 1;
 }
 
-// A frame that has been checked. The payload belongs to whoever gave it.
+// Holds a checked frame. The payload points into the bytes of the caller.
 struct Frame {
   Header header{};
   std::span<const std::byte> payload{};
 };
 
-// How frames follow each other: with a delimiter after each, or one right after the other.
+// Selects whether a delimiter follows each frame.
 enum class Framing : std::uint8_t { delimited, bare };
 
 enum class FrameFault : std::uint8_t { bad_cobs, bad_length, bad_crc, oversize };
 
-// Both return the size of the frame, or 0 when `into` is too small or the payload too long for a frame.
-// The payload may not overlap `into`. header.payload_length is set here, whatever it was.
+// Build a frame; return its size, or 0 when `into` is too small or the payload too long for a frame.
+// The payload may not overlap `into`. They set header.payload_length.
 // Bare: for carriers that neither lose nor damage bytes (USB bulk transfers).
 std::size_t encodeBare(Header header, std::span<const std::byte> payload, std::span<std::byte> into);
 // Delimited: COBS and a zero, for serial lines, TCP, pseudo terminals and files. `scratch` holds bareSize(payload)
@@ -63,16 +63,16 @@ std::size_t encodeBare(Header header, std::span<const std::byte> payload, std::s
 std::size_t encodeDelimited(Header header, std::span<const std::byte> payload, std::span<std::byte> scratch,
                             std::span<std::byte> into);
 
-// Either of them.
+// Builds a frame of the given kind.
 inline std::size_t encode(Framing framing, Header header, std::span<const std::byte> payload,
                           std::span<std::byte> scratch, std::span<std::byte> into) {
   return framing == Framing::bare ? encodeBare(header, payload, into) : encodeDelimited(header, payload, scratch, into);
 }
 
-// Reads the header only; nothing of it has been checked. `bytes` holds kHeaderSize bytes at least.
+// Reads the header without checking it. `bytes` must hold at least kHeaderSize bytes.
 Header headerOf(std::span<const std::byte> bytes);
 
-// Checks length and CRC. The payload of the answer lies in `bytes`.
+// Checks length and CRC. The payload of the returned frame points into `bytes`.
 Outcome<Frame, FrameFault> decodeBare(std::span<const std::byte> bytes);
 
 }  // namespace probebox::frame

@@ -20,23 +20,23 @@ struct ReaderCounters {
   std::uint64_t bad() const { return bad_crc + bad_cobs + bad_length + oversize; }
 };
 
-// Finds frames in a stream of bytes, of a wire or of a file. Allocates in the constructor only.
-// Delimited: whatever came before a delimiter, the frame after it is found: garbage costs at most the frame that it
-// touches. Bare: after a fault every byte is tried as the beginning of a frame until one has a good checksum; frames
-// that follow are found, though they may wait for as many bytes as a frame can have.
+// Finds frames in the bytes of a link or a file. Allocates in the constructor only.
+// Delimited: the frame after a delimiter is always found, so damaged bytes cost at most the frame that holds them.
+// Bare: after a fault every byte is tried as the beginning of a frame until a checksum matches. Later frames are found,
+// with a delay of at most the longest frame.
 class Reader {
  public:
   explicit Reader(std::size_t max_payload = kMaxPayload, Framing framing = Framing::delimited);
 
-  // Takes bytes from the front of `bytes` up to the end of the next good frame and returns that frame, or takes all of
-  // them. The frame's payload is valid until the next call, for as long as what `bytes` pointed to.
+  // Consumes bytes from the front of `bytes` up to the end of the next good frame and returns that frame, or all bytes.
+  // The frame's payload is valid until the next call, and no longer than the bytes that `bytes` pointed to.
   std::optional<Frame> next(std::span<const std::byte>& bytes);
 
-  // Bytes of a frame whose end has not come yet; at the end of a file: what was cut off.
+  // Returns the bytes of an incomplete frame; at the end of a file, of the one that was cut off.
   std::size_t unfinished() const { return filled_ - taken_ + overflow_; }
   const ReaderCounters& counters() const { return counters_; }
 
-  // Forgets an unfinished frame (counted as discarded bytes), for a link that was opened anew.
+  // Discards an incomplete frame (counted as discarded bytes) when a link is opened again.
   void restart();
 
  private:

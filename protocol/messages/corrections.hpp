@@ -7,7 +7,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
-// What the CNC is being told.
+// Reports the corrections that the CNC is given, with their sources and limits.
 namespace probebox::messages {
 
 // One source of corrections. Since protocol 1.2.
@@ -111,7 +111,7 @@ struct StampedTrigger {
   }
 };
 
-// Where a value comes from.
+// Names the source of a value.
 enum class ValueSource : std::uint8_t { unknown = 0, description = 1, result = 2, controller = 3 };
 
 // A value that the box uses, and where it comes from. Since protocol 1.2.
@@ -227,6 +227,25 @@ struct TellPose {
       field("has_tool", self.has_tool, "1 when the tool is told");
       field("tool", self.tool, "its number, 0 for none");
       field("tool_length_mm", self.tool_length_mm, "mm; 0: as machine.toml has it by its number");
+    }
+  };
+  using Answer = Nothing;
+};
+
+// Positions of axes that the controller knows, for axes with encoder kind "control" in box.toml. Since protocol 1.2.
+struct TellPositions {
+  static constexpr Operation kOperation = Operation::tell_positions;
+  struct Request {
+    std::uint8_t run{};
+    std::uint32_t counter{};
+    std::uint8_t axes{};
+    std::array<std::int64_t, 6> counts{};
+    static constexpr void fields(auto& self, auto&& field) {
+      field("run", self.run, "another value each time that the counter begins anew");
+      field("counter", self.counter,
+            "the controller's own counter or time stamp at these positions, at counter_rate_hz of box.toml; wraps");
+      field("axes", self.axes, "whose positions are told: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
+      field("counts", self.counts, "X Y Z A B C, in counts as machine.toml has them: nm at counts_per_mm = 1_000_000");
     }
   };
   using Answer = Nothing;

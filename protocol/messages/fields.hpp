@@ -12,14 +12,14 @@
 #include "protocol/frame/bytes.hpp"
 #include "protocol/units/outcome.hpp"
 
-// One field list drives everything: a structure names its fields once, in
+// Encodes, decodes and describes messages from one field list. A structure names its fields once, in
 //   static constexpr void fields(auto& self, auto&& field) { field("name", self.name, "what it is, with unit"); ... }
-// and gets its encoder, its decoder, its size, its row in MESSAGES.md and its JSON from that list.
+// and its encoder, decoder, size, row in MESSAGES.md and JSON follow from that list.
 //
 // Bytes: scalars little endian; bool one byte; text and bytes with a u16 length; lists with a u16 count; arrays bare; a
 // structure inside a structure with a u16 size; a variant as u8 alternative, then that structure.
-// Growth: a later minor version may add fields at the end of any structure. A reader skips what it does not know, and a
-// field that an older writer did not have keeps its default. A field that begins must be whole.
+// Growth: a later minor version may add fields at the end of any structure. A reader skips fields it does not know;
+// a field that an older writer did not send keeps its default. A field cut off in its middle is an error.
 namespace probebox::messages {
 
 enum class WireError : std::uint8_t { truncated = 0, no_room = 1, too_long = 2, unknown_alternative = 3 };
@@ -51,7 +51,7 @@ concept Structure = requires(T& value) {
 template <class T>
 concept Text = std::same_as<T, std::string> || std::same_as<T, std::string_view>;
 
-// Bytes as they are. The span and the string_view do not own: after decode they point into the source.
+// Holds raw bytes. Span and string_view do not own them: after decode they point into the source.
 template <class T>
 concept Bytes = std::same_as<T, std::vector<std::byte>> || std::same_as<T, std::span<const std::byte>>;
 
@@ -134,7 +134,7 @@ void decodeValue(frame::ByteReader& reader, T& value) {
     for (auto& element : value) decodeValue(reader, element);
   } else if constexpr (kIsVector<T>) {
     value.clear();
-    // One by one: a count that lies runs out of bytes before it takes memory.
+    // Appends one by one: a false count runs out of bytes before it allocates memory.
     for (std::size_t left = reader.get<std::uint16_t>(); left > 0 && !reader.failed(); --left) {
       if (reader.remaining() == 0) return reader.fail();
       decodeValue(reader, value.emplace_back());
@@ -146,7 +146,7 @@ void decodeValue(frame::ByteReader& reader, T& value) {
 
 }  // namespace detail
 
-// Bytes that encode() needs.
+// Returns the number of bytes that encode() needs.
 template <Structure T>
 std::size_t encodedSize(const T& value) {
   frame::ByteWriter writer{{}};
@@ -154,8 +154,8 @@ std::size_t encodedSize(const T& value) {
   return writer.size();
 }
 
-// Writes into the caller's bytes, without allocating, and says how many. Fails with no_room, or too_long for a text or
-// list beyond 65535.
+// Encodes into the caller's bytes without allocating; returns the number of bytes. Fails with no_room, or with too_long
+// for a text or list of more than 65535 elements.
 template <Structure T>
 Outcome<std::size_t, WireError> encode(const T& value, std::span<std::byte> into) {
   frame::ByteWriter writer{into};
@@ -165,7 +165,7 @@ Outcome<std::size_t, WireError> encode(const T& value, std::span<std::byte> into
   return writer.size();
 }
 
-// The same into a vector of its own, for callers who may allocate; empty when the value has no encoding (too_long).
+// Encodes into a new vector, for callers that may allocate. Returns an empty one where encode() fails with too_long.
 template <Structure T>
 std::vector<std::byte> encoded(const T& value) {
   std::vector<std::byte> bytes(encodedSize(value));
@@ -173,7 +173,7 @@ std::vector<std::byte> encoded(const T& value) {
   return bytes;
 }
 
-// Fails with truncated when a field begins and does not end. Bytes after the last known field are skipped.
+// Decodes a structure. Fails with truncated when a field is cut off. Skips bytes after the last known field.
 template <Structure T>
 Outcome<T, WireError> decode(std::span<const std::byte> bytes) {
   frame::ByteReader reader{bytes};

@@ -14,7 +14,7 @@ namespace probebox::messages {
 
 inline constexpr std::array<std::uint8_t, 4> kMagic{'P', 'B', 'X', '1'};
 
-// Host to box, first. Defaults are what no host sends, so that an empty payload is no HELLO.
+// Opens a session, host to box. No host sends the defaults, so an empty payload is not a valid HELLO.
 struct Hello {
   static constexpr MessageType kType = MessageType::hello;
   std::array<std::uint8_t, 4> magic{};
@@ -30,13 +30,13 @@ struct Hello {
     field("boot_id", self.boot_id,
           "the box's boot id that the host saw last, zeros for none: only then resume is meant");
   }
-  // What a host of this build says.
+  // Returns the HELLO of a host of this build.
   static constexpr Hello current(const BootId& last_seen = {}) {
     return {kMagic, kProtocolMajor, 0, kProtocolMinor, last_seen};
   }
 };
 
-// Box to host.
+// Answers HELLO, box to host.
 template <class TextType>
 struct BasicWelcome {
   static constexpr MessageType kType = MessageType::welcome;
@@ -87,9 +87,9 @@ struct DelayInForce {
   }
 };
 
-// Box to host, after WELCOME, and again where the first block under another one follows (a delay came into force, or a
-// resumed stream goes back to earlier blocks). Its CRC-32C is the descriptor hash of the frames behind it. Decode a
-// block with the descriptor whose hash is in its frame.
+// Describes the channels, box to host: after WELCOME, and again before the first block that another descriptor encodes
+// (a delay came into force, or a resumed stream returns to earlier blocks). Frames carry the CRC-32C of their
+// descriptor as its hash: decode a block with the descriptor whose hash its frame carries.
 struct Descriptor {
   static constexpr MessageType kType = MessageType::descriptor;
   std::string board{};
@@ -116,15 +116,15 @@ struct Descriptor {
   }
 };
 
-// Box to host: every byte value once, in the order given below, so that a link that eats or changes some value shows
-// it.
+// Tests the link, box to host: every byte value once, in the order below. A link that drops or changes a byte value is
+// detected.
 struct TestPattern {
   static constexpr MessageType kType = MessageType::test_pattern;
   std::array<std::uint8_t, 256> bytes{};
   static constexpr void fields(auto& self, auto&& field) {
     field("bytes", self.bytes, "byte k is (167 k + 13) mod 256: every value once, neighbours far apart");
   }
-  // What a good link delivers.
+  // Returns the pattern that a good link delivers.
   static constexpr TestPattern expected() {
     TestPattern pattern;
     for (std::size_t k = 0; k < pattern.bytes.size(); ++k)
@@ -135,7 +135,7 @@ struct TestPattern {
 
 inline constexpr std::uint64_t kUnlimitedCredit = ~std::uint64_t{0};
 
-// Host to box: samples may come.
+// Starts the stream of samples, host to box.
 struct Start {
   static constexpr MessageType kType = MessageType::start;
   std::uint8_t stream{1};
@@ -162,14 +162,14 @@ struct Start {
   friend bool operator==(const Start&, const Start&) = default;
 };
 
-// Host to box: no more samples. Answered by a HEARTBEAT with streaming 0.
+// Stops the stream, host to box. The answer is a HEARTBEAT with streaming 0.
 struct Stop {
   static constexpr MessageType kType = MessageType::stop;
   std::uint8_t stream{1};
   static constexpr void fields(auto& self, auto&& field) { field("stream", self.stream, "stream id"); }
 };
 
-// Host to box. A total and not an increment: a lost CREDIT is healed by the next one.
+// Grants credit, host to box. It is a total, not an increment, so the next CREDIT makes up for a lost one.
 struct Credit {
   static constexpr MessageType kType = MessageType::credit;
   std::uint64_t total_bytes{};
@@ -179,7 +179,7 @@ struct Credit {
   }
 };
 
-// Box to host: something sent was understood and refused. Answers to REQUEST have a code of their own.
+// Refuses a frame that was understood, box to host. Answers to REQUEST carry their own code instead.
 template <class TextType>
 struct BasicRefusal {
   static constexpr MessageType kType = MessageType::refusal;

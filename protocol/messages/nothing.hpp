@@ -2,10 +2,10 @@
 
 #include "protocol/messages/fields.hpp"
 
-// What many operations ask or answer.
+// Declares the empty payload that many operations share.
 namespace probebox::messages {
 
-// For requests and answers that say nothing.
+// Is the payload of requests and answers without fields.
 struct Nothing {
   static constexpr void fields(auto&, auto&&) {}
 };

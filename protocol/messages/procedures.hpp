@@ -7,7 +7,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
-// Measuring procedures: to start one, follow it, mark its steps, and read its data.
+// Starts measuring procedures, follows them, marks their steps and reads their data.
 namespace probebox::messages {
 
 // A Marker from the host; the box stamps it on arrival.
@@ -167,7 +167,7 @@ struct AbortProcedure {
   using Answer = Nothing;
 };
 
-// The data of a run, piece by piece, so that a host can save the calibration that it has just seen.
+// Reads the data of a run piece by piece, so that a host can save the calibration that it has just followed.
 struct GetDataset {
   static constexpr Operation kOperation = Operation::get_dataset;
   struct Request {

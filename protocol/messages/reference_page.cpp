@@ -133,6 +133,18 @@ likewise; a `list` has a u16 count in front; `N x` is N of them without a count.
 in front. A later minor version may add fields at the end of any structure: skip what you do not know, and keep the default of
 what is not there. A field that begins must be whole.
 
+## Rules for hosts
+- A listener serves 8 hosts; the ninth gets REFUSAL (busy) and is closed. A HELLO whose major is another, or whose oldest minor is newer than the
+  box's, gets REFUSAL (version_mismatch) with both versions; any other range is welcome, and WELCOME says the minor that both speak.
+- Columns position_x, position_y and position_z are **counts of the encoder** times `scale`, from where it began to count: machine positions only
+  where the encoder is absolute. Differences are true; places are not. TRIGGER, `corrections` and the registers have machine positions, with a
+  flag for each axis whether it is referenced.
+- A sample is interpolated between the stamps of its sources at the tick; the positions are those of the time tick + system delay in force,
+  as the DESCRIPTOR has it, so that one row belongs together. Without a result in force they are not shifted.
+- A resume with another boot id than the box's begins with the present sample, as if it had not been asked for; one from a sample that does not
+  exist yet is refused; one from a sample that is not kept any more begins with the oldest that is, behind a GAP.
+- Sources that `enable_sources` can switch: bit 0 screw, 1 swivel, 2 rotary, 3 centreline, those that machine.toml describes.
+
 ## Frame
 docs/decisions/0001-frame-layout.md says why. The CRC-32C of header and payload follows the payload as u32. On serial lines, TCP
 and in recordings the whole is COBS-coded and ends with a zero.
@@ -289,7 +301,12 @@ std::string control() {
          operation<FollowCase>(
              "What comes of a case that was proposed to be followed. One that nobody asks after for 5 s is given up, "
              "and nothing of it is stored. Since protocol 1.2.") +
-         operation<GetResult>("One result or refusal with every value, or its dataset. Since protocol 1.2.");
+         operation<GetResult>("One result or refusal with every value, or its dataset. Since protocol 1.2.") +
+         operation<TellPositions>(
+             "Where the axes are, as the controller knows it, for axes whose encoder is of kind \"control\". Sent "
+             "again "
+             "and again, one request for each reading of the controller; their time comes from its counter. Allowed as "
+             "markers are. Since protocol 1.2.");
 }
 
 std::string structures() {

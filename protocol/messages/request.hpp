@@ -12,7 +12,7 @@
 // The control channel's envelope; control.hpp has what travels inside. Since protocol 1.0.
 namespace probebox::messages {
 
-// Host to box. Sent again with the same id until it is answered: the box does it once and answers the same.
+// Requests an operation, host to box. Repeated with the same id until answered; the box executes it once.
 template <class BytesType>
 struct BasicRequest {
   static constexpr MessageType kType = MessageType::request;
@@ -28,7 +28,7 @@ struct BasicRequest {
 using Request = BasicRequest<std::vector<std::byte>>;
 using RequestView = BasicRequest<std::span<const std::byte>>;
 
-// Box to host.
+// Answers a REQUEST, box to host.
 template <class TextType, class BytesType>
 struct BasicAnswer {
   static constexpr MessageType kType = MessageType::answer;

@@ -6,7 +6,7 @@
 #include "protocol/messages/nothing.hpp"
 #include "protocol/messages/types.hpp"
 
-// Results of calibrations.
+// Lists, accepts, rolls back and proposes results of calibrations.
 namespace probebox::messages {
 
 struct NamedValue {
@@ -135,7 +135,7 @@ struct ValueChange {
   }
 };
 
-// One stored result or refusal, with every value, and its dataset where that is kept; piece by piece. Since
+// Reads one stored result or refusal with all values, and its dataset where it is kept, piece by piece. Since
 // protocol 1.2.
 struct GetResult {
   static constexpr Operation kOperation = Operation::get_result;
@@ -373,7 +373,7 @@ struct ProposeCase {
   };
 };
 
-// How far a proposed case is.
+// Names the progress of a proposed case.
 enum class CaseProgress : std::uint8_t { working = 0, done = 1, cancelled = 2 };
 
 // What comes of a case that was proposed to be followed. A case that nobody asks after for 5 s is given up, and nothing

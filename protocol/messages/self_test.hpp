@@ -7,10 +7,10 @@
 // What a box measures of itself. Since protocol 1.2.
 namespace probebox::messages {
 
-// The box pulses an output that is joined to one of its inputs.
+// Measures the delay of stamps: the box pulses an output that is wired to one of its inputs.
 struct LoopBack {
   static constexpr Operation kOperation = Operation::loop_back;
-  // More would keep other requests to the store waiting for too long.
+  // Limits how long other requests to the store have to wait.
   static constexpr std::uint32_t kMostPulses = 2000;
   struct Request {
     std::uint32_t pulses{};

@@ -8,7 +8,7 @@
 #include "protocol/messages/stream.hpp"
 #include "protocol/messages/types.hpp"
 
-// How the box is: one operation, and the structures in its answer.
+// Reports the status of the box: one operation, and the structures in its answer.
 namespace probebox::messages {
 
 struct ClockStatus {

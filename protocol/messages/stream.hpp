@@ -8,7 +8,7 @@
 // What travels beside SAMPLES (whose payload is a block of protocol/codec). Since protocol 1.0.
 namespace probebox::messages {
 
-// Box to host: stands exactly where samples are missing.
+// Declares missing samples, box to host, at their place in the stream.
 struct Gap {
   static constexpr MessageType kType = MessageType::gap;
   SampleIndex first{};
@@ -79,7 +79,7 @@ struct TriggerGap {
   }
 };
 
-// What reached the box's side of a link from the host.
+// Counts the frames and bytes that the box received from the host.
 struct LinkCounters {
   std::uint64_t frames{};
   std::uint64_t bad_crc{};
@@ -99,7 +99,7 @@ struct LinkCounters {
   }
 };
 
-// The fate of every edge of the master clock.
+// Counts the edges of the master clock by what became of them.
 struct EdgeCounters {
   std::uint64_t accepted{};
   std::uint64_t missing{};
@@ -117,8 +117,8 @@ struct EdgeCounters {
   }
 };
 
-// Box to host, 10 a second on serial and TCP. The ledger is that of this link's stream, as of this place in the order
-// of frames: produced = sent_samples + lost_at_source + lost_in_queue = position - start, exactly.
+// Reports the ledger of this link's stream, box to host, 10 times a second on serial and TCP. At this place in the
+// order of frames, exactly: produced = sent_samples + lost_at_source + lost_in_queue = position - start.
 struct Heartbeat {
   static constexpr MessageType kType = MessageType::heartbeat;
   std::uint64_t uptime_ms{};

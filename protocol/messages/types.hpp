@@ -5,13 +5,13 @@
 
 #include "protocol/units/time.hpp"
 
-// Numbers that both sides know. They are frozen: add at the end, never change, never use again.
+// Declares numbers that host and box share. They are frozen: append only; never change or reuse one.
 namespace probebox::messages {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
 inline constexpr std::uint16_t kProtocolMinor = 2;
 
-// A frame's type. The ids of HELLO and DESCRIPTOR stay the same in every major.
+// Identifies the type of a frame. The ids of HELLO and DESCRIPTOR stay the same in every major version.
 enum class MessageType : std::uint8_t {
   hello = 0x01,
   welcome = 0x02,
@@ -30,7 +30,7 @@ enum class MessageType : std::uint8_t {
   trigger_gap = 0x0F,
 };
 
-// Named reasons why something asked for was not done.
+// Names the reason why a request was refused.
 enum class ErrorCode : std::uint16_t {
   ok = 0,
   malformed = 1,
@@ -65,15 +65,16 @@ enum class Operation : std::uint16_t {
   propose_case = 17,
   follow_case = 18,
   get_result = 19,
+  tell_positions = 20,
 };
 
-// How the columns of a block are coded.
+// Selects the coding of the columns of a block.
 enum class Profile : std::uint8_t { raw = 0, fast = 1, tight = 2 };
 
-// What a link does when the host is too slow: live keeps the newest samples, record keeps the oldest.
+// Selects the samples to keep when the host is too slow: live keeps the newest, record the oldest.
 enum class Policy : std::uint8_t { live = 0, record = 1 };
 
-// Why samples are missing.
+// Names the reason why samples are missing.
 enum class GapReason : std::uint8_t {
   source_clock = 0,
   source_probe = 1,
@@ -82,7 +83,7 @@ enum class GapReason : std::uint8_t {
   ring_overrun = 4,
   resume_too_old = 5,
 };
-// Lost before the box had a sample at all, as opposed to lost on the way out.
+// Returns whether the loss happened before the box had a sample, not between box and host.
 constexpr bool isSourceLoss(GapReason reason) {
   return reason <= GapReason::source_encoders;
 }
@@ -101,21 +102,21 @@ enum class ResultState : std::uint8_t { proposed = 0, accepted = 1, active = 2, 
 
 enum class StepPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
 
-// What a step of a procedure touches, and how.
+// Names the feature that a step of a procedure touches, and how.
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
-// What the rotary axis B moves: a table that tilts under the part, or a head that swivels the probe.
+// Names what axis B turns: a tilting table under the part, or a swivelling head with the probe.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 enum class StepKind : std::uint8_t { touch = 0, in_out = 1, jog = 2, sweep = 3, hold = 4 };
 
-// What an entry of a case's config.json is.
+// Names the type of an entry of a case's config.json.
 enum class CaseValue : std::uint8_t { flag = 0, number = 1, text = 2, numbers = 3, matrix = 4 };
 
-// What the box keeps of a result, as JSON text: the result or refusal itself, and the data that were measured.
+// Selects a stored part of a result, as JSON text: the result or refusal, or the measured data.
 enum class ResultDocument : std::uint8_t { result = 0, dataset = 1 };
 
 using BootId = std::array<std::byte, 16>;
 
-// For messages to people and for JSON; "unknown" for a number of a later version.
+// Return the name for messages and JSON; "unknown" for a number that a later version added.
 std::string_view nameOf(MessageType type);
 std::string_view nameOf(ErrorCode code);
 std::string_view nameOf(Operation operation);

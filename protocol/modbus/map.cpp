@@ -4,6 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <vector>
+
+#include "protocol/modbus/result_blocks.hpp"
+#include "protocol/modbus/tables.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -19,7 +23,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "5 degraded (value held or saturated), 6 loss seen, 7 all needed axes referenced"},
     {address::sequence, "sequence", u16, 1, "", read, "+1 whenever any correction changes; wraps"},
     {address::heartbeat, "heartbeat", u16, 1, "", read,
-     "+1 every 0.1 s while the whole chain from source to corrections works; wraps"},
+     "+1 every 0.1 s while the inputs of what is summed arrive and the corrections follow them, with or without the "
+     "probe; "
+     "wraps"},
     {address::correction_i16, "X correction", i16, 0.1, "um", read,
      "machine axes, radius; add it to the commanded position"},
     {address::correction_i16 + 1, "Y correction", i16, 0.1, "um", read, "as X"},
@@ -52,7 +58,11 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::settled, "settled", u16, 1, "", read,
      "1 when the correction has reached its target; 0 while the maximum rate limits it"},
     {address::refused_homings, "refused homings", u16, 1, "", read,
-     "homings refused because the axis was moving, or the position is outside of its travel; wraps"},
+     "homings that were taken and then refused, because the axis began to move; wraps"},
+    {address::boots, "boots", u16, 1, "", read,
+     "+1 at every start of the box; wraps. Where it has changed, markers, homings, poses and wishes have to be written "
+     "again, and "
+     "axes that are not absolute to be homed"},
 
     {address::delay_f32, "X system delay", f32, 1, "ms", read,
      "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
@@ -78,6 +88,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::calibration_steps, "calibration steps", u16, 1, "", read, "number of steps"},
     {address::calibration_result, "calibration result", u32, 1, "", read,
      "number of the stored result or refusal; 0 when there is none yet"},
+
+    {address::calibration_refusal, "calibration refusal", u16, 1, "", read,
+     "why the last run was refused, a code of the list below; 0 when it was not"},
 
     {address::clock_state, "clock state", u16, 1, "", read, "0 unlocked, 1 locked, 2 holdover, 3 ambiguous"},
     {address::clock_sigma, "clock sigma", u32, 1, "ns", read, "standard deviation (k = 1) of the master clock's ticks"},
@@ -118,6 +131,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "write a number from 1 to 65535 that differs from the present one: registers 144 to 156 are sent as one marker. "
      "The same number again does nothing, so a request may be repeated when its answer was lost"},
 
+    {address::centreline_of, "turning axis, of", u16, 1, "", read,
+     "bit 0 registers 160 to 179 are of a chuck on the Z slide, and the slope is the slide's; 1 the result rests on a "
+     "retired one"},
     {address::centreline_here, "turning axis, X", f32, 1, "mm", read,
      "machine position, radius, at the present Z; 0 without a Z reference; 0 and status bit 3 clear when no result is "
      "in force"},
@@ -242,7 +258,7 @@ constexpr bool inOrderAndInside() {
     if (entry.address < free) return false;
     free = entry.address + registersOf(entry.kind);
   }
-  return free <= kRegisterCount;
+  return free <= 384;  // the first part of the map
 }
 static_assert(inOrderAndInside(), "registers are listed by address and do not overlap");
 
@@ -298,36 +314,66 @@ double countsOf(Kind kind, std::uint32_t bits) {
   return bits;
 }
 
+std::vector<Register> everything() {
+  std::vector<Register> all{kRegisters.begin(), kRegisters.end()};
+  for (const auto& entry : procedureRegisters()) all.push_back(entry);
+  for (const auto& entry : resultRegisters()) all.push_back(entry);
+  std::ranges::sort(all, {}, &Register::address);
+  return all;
+}
+
+// The same place in the first row, for an address in a table.
+std::uint16_t inFirstRow(std::uint16_t address) {
+  for (const auto& table : toolTables()) {
+    const unsigned offset = address - unsigned{table.first};
+    if (address < table.first || offset >= unsigned{kMostToolNumber} * kRegistersOfTool) continue;
+    return static_cast<std::uint16_t>(table.first + offset % kRegistersOfTool);
+  }
+  return address;
+}
+
 }  // namespace
 
+std::size_t Register::end() const {
+  return address + static_cast<std::size_t>(rows - 1) * row_registers + registersOf(kind);
+}
+
 std::span<const Register> registers() {
-  return kRegisters;
+  static const std::vector<Register> all = everything();
+  return all;
 }
 
 const Register* covering(std::uint16_t address) {
+  const auto first_row = inFirstRow(address);
+  const auto all = registers();
   const auto after =
-      std::upper_bound(kRegisters.begin(), kRegisters.end(), address,
+      std::upper_bound(all.begin(), all.end(), first_row,
                        [](std::uint16_t wanted, const Register& entry) { return wanted < entry.address; });
-  if (after == kRegisters.begin()) return nullptr;
+  if (after == all.begin()) return nullptr;
   const auto* entry = &*(after - 1);
-  return address < entry->address + registersOf(entry->kind) ? entry : nullptr;
+  return first_row < entry->address + registersOf(entry->kind) ? entry : nullptr;
 }
 
 const Register* find(std::uint16_t address) {
   const auto* entry = covering(address);
-  return entry != nullptr && entry->address == address ? entry : nullptr;
+  return entry != nullptr && entry->address == inFirstRow(address) ? entry : nullptr;
 }
 
 void encode(const Register& entry, double value, WordOrder order, std::span<std::uint16_t> image) {
+  encodeAt(entry, entry.address, value, order, image);
+}
+
+void encodeAt(const Register& entry, std::uint16_t address, double value, WordOrder order,
+              std::span<std::uint16_t> image) {
   const auto bits = bitsOf(entry.kind, value / entry.scale);
   const auto low = static_cast<std::uint16_t>(bits);
   if (registersOf(entry.kind) == 1) {
-    image[entry.address] = low;
+    image[address] = low;
     return;
   }
   const auto first = order == WordOrder::high_first ? 0U : 1U;
-  image[entry.address + first] = static_cast<std::uint16_t>(bits >> 16);
-  image[entry.address + 1U - first] = low;
+  image[address + first] = static_cast<std::uint16_t>(bits >> 16);
+  image[address + 1U - first] = low;
 }
 
 double decode(const Register& entry, WordOrder order, std::span<const std::uint16_t> image) {

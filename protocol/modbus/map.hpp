@@ -5,41 +5,16 @@
 #include <span>
 #include <string_view>
 
+#include "protocol/modbus/register.hpp"
+
 // The register map of the CNC's Modbus line, as data: it drives the image, the decoding of what is written, and
 // MODBUS.md. A released address never changes its meaning; the first block (0 to 37) is fixed for ever.
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
-inline constexpr std::uint16_t kMapVersion = 3;
+inline constexpr std::uint16_t kMapVersion = 4;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
-inline constexpr std::size_t kRegisterCount = 384;
-
-enum class Kind : std::uint8_t {
-  u16,
-  i16,
-  offset_i16,  // i16 + 32768, for masters without signs
-  u32,
-  i32,
-  f32,  // IEEE 754
-};
-constexpr std::size_t registersOf(Kind kind) {
-  return kind >= Kind::u32 ? 2 : 1;
-}
-
-enum class Access : std::uint8_t { read, write };  // what can be written can be read back
-
-// Order of the two registers of a 32-bit value.
-enum class WordOrder : std::uint8_t { high_first = 0, low_first = 1 };
-
-struct Register {
-  std::uint16_t address;
-  std::string_view name;
-  Kind kind;
-  double scale;           // one count is this many `unit`
-  std::string_view unit;  // empty: a plain number
-  Access access;
-  std::string_view meaning;
-};
+inline constexpr std::size_t kRegisterCount = 6600;
 
 namespace address {
 enum : std::uint16_t {
@@ -62,6 +37,7 @@ enum : std::uint16_t {
   inhibited = 47,
   settled = 48,
   refused_homings = 49,
+  boots = 50,
   delay_f32 = 64,
   delay_sd_f32 = 70,
   delay_i32 = 80,
@@ -73,6 +49,7 @@ enum : std::uint16_t {
   calibration_step = 100,
   calibration_steps = 101,
   calibration_result = 102,
+  calibration_refusal = 104,
   clock_state = 112,
   clock_sigma = 114,
   samples_produced = 116,
@@ -91,6 +68,7 @@ enum : std::uint16_t {
   marker_angle = 150,
   marker_at_rest = 156,
   marker_commit = 157,
+  centreline_of = 159,
   centreline_here = 160,
   centreline_slope = 164,
   centreline_sd = 168,
@@ -124,6 +102,54 @@ enum : std::uint16_t {
   rotary_result = 278,
   rotary_errors = 288,  // of A: along X Y Z, about X Y Z; those of B and C follow
   rotary_errors_sd = 324,
+  setter_half_width = 562,
+  screw_cold_reading = 760,
+  wish_method = 800,
+  wish_speeds = 801,
+  wish_speed = 802,
+  wish_overtravel = 810,
+  wish_clearance = 811,
+  wish_approach = 812,
+  wish_arc = 813,
+  wish_angles = 814,
+  wish_balls = 815,
+  wish_axis = 816,
+  wish_turns = 817,
+  wish_tool = 818,
+  wish_read_by = 819,
+  wish_stations = 820,
+  wish_mounts = 821,
+  wish_of = 834,
+  wish_what = 836,
+  wish_commit = 837,
+  wish_answered = 838,
+  wish_outcome = 839,
+  wish_refusal = 840,
+  wish_number = 842,
+  wish_waits = 844,
+  step_state = 848,
+  step_number = 849,
+  step_run = 850,
+  step_kind = 852,
+  step_feature = 853,
+  step_side = 854,
+  step_ball = 855,
+  step_tool = 856,
+  step_mount = 857,
+  step_bits = 858,
+  step_repeats = 859,
+  step_fault = 860,
+  step_normal = 864,
+  step_retract = 870,
+  step_overtravel = 876,
+  step_clearance = 878,
+  step_run_out = 880,
+  step_speed = 882,
+  step_travel = 884,
+  step_shank = 886,
+  step_angle = 888,
+  step_target = 896,
+  step_place = 902,
 };
 }  // namespace address
 
@@ -142,9 +168,10 @@ enum Status : std::uint16_t {
 // Corrections saturate here in every format, so that all three say the same.
 inline constexpr double kCorrectionLimitMm = 3.2767;
 
+// All entries, by rising address; of a table the first row stands for all.
 std::span<const Register> registers();
 
-// The entry that begins at this address, or null.
+// The entry that begins at this address, in any row of a table, or null.
 const Register* find(std::uint16_t address);
 
 // The entry whose registers include this address, or null.
@@ -152,6 +179,9 @@ const Register* covering(std::uint16_t address);
 
 // `value` in the register's unit, saturating at the ends of its kind. One or two registers, in `order`.
 void encode(const Register& entry, double value, WordOrder order, std::span<std::uint16_t> image);
+// The same at another address: another row of a table.
+void encodeAt(const Register& entry, std::uint16_t address, double value, WordOrder order,
+              std::span<std::uint16_t> image);
 double decode(const Register& entry, WordOrder order, std::span<const std::uint16_t> image);
 
 }  // namespace probebox::modbus

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "protocol/modbus/map.hpp"
+#include "protocol/modbus/refusals.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -12,7 +13,8 @@ constexpr std::array<std::string_view, 6> kKindNames{"u16", "i16", "i16 + 32768"
 
 constexpr std::string_view kIntroduction =
     R"(# Modbus registers of the box
-This page is made from the table in protocol/modbus/map.cpp and the list of live methods; `cmake --build build --target modbus-page` regenerates it.
+This page is made from the tables in protocol/modbus and the list of live methods; `cmake --build build --target modbus-page` regenerates it,
+and [map.json](map.json), which has the same for programs, and the pins of a HAL component.
 
 Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
 registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below
@@ -25,22 +27,48 @@ Rules for the master:
 - Corrections are in machine axes, radius, to be added to the commanded position. They saturate at +-3.2767 mm with status bit 5
   set, and never wrap. When a source fails, its last value is held with bit 5 set; after the hold time bit 0 is cleared and the
   value stays frozen. It never jumps to 0.
+- The box starts with bit 0 clear and its last value, and register 50 counts its starts. Corrections need neither the probe nor the master
+  clock, which are silent in many a cut, but the encoders, references, sensors and results of what is summed (register 12).
 - 32-bit values are high word first unless register 128 is 1, which the box keeps for the line.
 - After any end of the box the first correction is the one that it served last, with bit 0 clear until all inputs are known.
 - Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
-  homings, poses and their commit registers begin at 0 again when the box starts or the line was unplugged.
+  homings, poses, wishes and their commit registers begin at 0 again when the box starts or the line was unplugged; references of axes
+  that are not absolute, the tool and angles that the controller sent are lost with a start of the box, and so is the mask, which
+  begins as machine.toml has it.
+- Tables by tool number have 99 rows of 16 registers; the address of row N is that of row 1, which is listed, plus 16 (N - 1). One request
+  reads up to 125 registers: seven rows.
+- A request to unit 0 (broadcast) is done by every unit and answered by none.
+- A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is never done;
+  behind a damaged frame the box listens again after 50 ms of silence at the latest.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.
-  Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow. Exception 4 (device
+  Exception 3 (illegal data value): a value outside its range, or a write that service.toml does not allow; both at once where the write
+  has both words of a value. A write to a commit register answers so for all that it commits: a homing outside of the travel, of
+  an axis that moves or tells its position itself, a marker that belongs to no step, a pose without values. Exception 4 (device
   failure): a word order that cannot be stored. A refused write changes nothing, except an inhibit that cannot be stored: it
   holds until the box ends, and reads 1.
-  Exception 1 (illegal function): every function but 3, 4, 6 and 16, also 43 (device identification).
+  Exception 1 (illegal function): every function but 3, 4, 6, 16 and 43 with type 14 (device identification: vendor, product, revision).
 - The box may hear itself: an RS-485 adapter whose receiver stays on while it sends is recognised by the first read. Until then an
   answer to function 6 that comes back may be answered once or twice again.
+
+A calibration by registers alone (service.toml must allow it: allow_calibrate, allow_marker, for the last step allow_accept):
+1. Write method and options (800 to 821), then run or result, request and commit (834 to 837). Wait until 838 is the commit number: 839 is 2
+   (done; 842 has the run) or 3 (refused; 840 says why). While 839 is 1, or no answer came, the same write again is safe.
+2. Read 848 to 907 in one request. 848 = 1: a step is to be done; take tool, angles and the start of the approach (target plus clearance
+   against the way in), stand still.
+3. Write the begin marker: run, step, phase 0, speed, tool, angles, at rest 1, commit (144 to 157). Exception 3: read 848 to 907 again.
+4. Move as 852 says: in by clearance plus overtravel, dwell where it is a touch, out by overtravel, clearance and run-out at that speed. Stand
+   still for 0.2 s, then write the end marker (phase 1, another commit number).
+5. When 849 has risen, go to 2. When it has not after 1 s, or 859 has risen, the step is repeated: 860 says why. 848 = 2 without a motion of
+   yours: a master before this one died in mid-step; write phase 2 (abandon), then go to 2.
+6. 848 = 3: the box solves. 4: register 102 has the number of the result; accept it by request 3. 5: refused, register 104 says why.
+A master that dies at any point leaves nothing half done: the step is given up after 60 s and asked for again, the run waits, and request 2
+(abort) ends it. Corrections follow when register 839 is 2 after the accept, unless 844 says that a cut is on.
 )";
 
 void row(std::ostream& out, const Register& entry) {
   out << "| " << entry.address;
   if (registersOf(entry.kind) == 2) out << "-" << entry.address + 1;
+  if (entry.rows > 1) out << ", ...";
   out << " | " << entry.name << " | " << kKindNames[static_cast<std::size_t>(entry.kind)] << " | ";
   if (!entry.unit.empty()) {
     if (entry.scale != 1) out << entry.scale << " ";
@@ -59,6 +87,10 @@ std::string referencePage(std::span<const MethodNumber> methods) {
   for (const auto& entry : registers()) row(out, entry);
   out << "\nNumbers of methods in register " << address::calibration_method << ":\n\n| number | method |\n|---|---|\n";
   for (const auto& [number, name] : methods) out << "| " << number << " | " << name << " |\n";
+  out << "\nCodes of refusals in registers " << address::calibration_refusal << ", " << address::wish_refusal << " and "
+      << address::step_fault << "; those from " << refusal::of_solver
+      << " on are the names that docs/metrology.md explains:\n\n| code | refusal |\n|---|---|\n";
+  for (const auto& [code, text] : refusalCodes()) out << "| " << code << " | " << text << " |\n";
   return out.str();
 }
 

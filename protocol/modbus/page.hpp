@@ -14,4 +14,7 @@ struct MethodNumber {
 // The text of protocol/MODBUS.md: the reference page of the register map, in Markdown.
 std::string referencePage(std::span<const MethodNumber> methods);
 
+// The text of protocol/map.json: the same for programs, with the name of a HAL pin for each register.
+std::string mapAsJson(std::span<const MethodNumber> methods);
+
 }  // namespace probebox::modbus

@@ -1,0 +1,165 @@
+// Writes a reader in another language: `field_lists LANGUAGE TEMPLATE` prints the template with the field lists of
+// every message in the place of the line @FIELD_LISTS@. LANGUAGE: lua or python.
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/codec/block.hpp"
+#include "protocol/frame/frame.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/request.hpp"
+#include "protocol/messages/stream.hpp"
+
+namespace probebox::messages {
+namespace {
+
+struct Language {
+  char open{};
+  char close{};
+  std::string_view trailing;  // behind the only item of a list
+  std::string_view key_open;  // "[1] = " or "1: "
+  std::string_view key_close;
+  char map_open{};
+  char map_close{};
+};
+constexpr Language kLua{'{', '}', "", "[", "] = ", '{', '}'};
+constexpr Language kPython{'(', ')', ",", "", ": ", '{', '}'};
+
+std::string quoted(std::string_view text) {
+  std::string all = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') all += '\\';
+    all += c;
+  }
+  return all + "\"";
+}
+
+// "ChannelDescription", from the name that the compiler has for the type.
+template <class T>
+std::string structureName() {
+  std::string_view all = __PRETTY_FUNCTION__;
+  all = all.substr(all.find("T = ") + 4);
+  all = all.substr(0, all.find_first_of(";]"));
+  return std::string{all.substr(all.rfind("::") + 2)};
+}
+
+// Field lists by the name of their structure, in the syntax of one language.
+class FieldLists {
+ public:
+  explicit FieldLists(const Language& language) : in_{language} {}
+
+  template <class T>
+  void add(const std::string& name) {
+    if (structures_.contains(name)) return;
+    structures_[name];  // one that holds itself would end here
+    std::string fields;
+    const T value{};
+    T::fields(value, [&](std::string_view field, const auto& member, std::string_view doc) {
+      fields += "    " + list({quoted(field), type<std::decay_t<decltype(member)>>(), quoted(doc)}) + ",\n";
+    });
+    structures_[name] = in_.open + std::string{"\n"} + fields + "  " + in_.close;
+  }
+  template <class M>
+  void message() {
+    std::string name{nameOf(M::kType)};
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+    add<M>(name);
+    messages_ += entry(std::to_string(static_cast<unsigned>(M::kType)), quoted(name));
+  }
+  template <class Op>
+  void operation() {
+    const std::string name{nameOf(Op::kOperation)};
+    add<typename Op::Request>(name + "_request");
+    add<typename Op::Answer>(name + "_answer");
+    operations_ += entry(std::to_string(static_cast<unsigned>(Op::kOperation)), quoted(name));
+  }
+
+  std::string text() const {
+    std::string structures;
+    for (const auto& [name, fields] : structures_) structures += entry(quoted(name), fields);
+    return map("STRUCTURES", structures) + map("MESSAGES", messages_) + map("OPERATIONS", operations_);
+  }
+
+ private:
+  std::string list(const std::vector<std::string>& items) const {
+    std::string all(1, in_.open);
+    for (std::size_t k = 0; k < items.size(); ++k) all += (k == 0 ? "" : ", ") + items[k];
+    if (items.size() == 1) all += in_.trailing;
+    return all + in_.close;
+  }
+  std::string entry(const std::string& key, const std::string& value) const {
+    return "  " + std::string{in_.key_open} + key + std::string{in_.key_close} + value + ",\n";
+  }
+  std::string map(std::string_view name, const std::string& entries) const {
+    return std::string{name} + " = " + in_.map_open + "\n" + entries + in_.map_close + "\n";
+  }
+
+  template <class T>
+  std::string type() {
+    if constexpr (std::same_as<T, bool>) {
+      return list({quoted("bool")});
+    } else if constexpr (std::same_as<T, double>) {
+      return list({quoted("f64")});
+    } else if constexpr (std::same_as<T, MonoTime> || std::same_as<T, Tick> || std::same_as<T, SampleIndex>) {
+      return list({quoted("i64")});
+    } else if constexpr (std::same_as<T, std::byte>) {
+      return list({quoted("u8")});
+    } else if constexpr (std::is_enum_v<T>) {
+      return type<std::underlying_type_t<T>>();
+    } else if constexpr (std::integral<T>) {
+      return list({quoted((std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T)))});
+    } else if constexpr (Text<T>) {
+      return list({quoted("text")});
+    } else if constexpr (Bytes<T>) {
+      return list({quoted("bytes")});
+    } else if constexpr (detail::kIsArray<T>) {
+      return list({quoted("array"), std::to_string(std::tuple_size_v<T>), type<typename T::value_type>()});
+    } else if constexpr (detail::kIsVector<T>) {
+      return list({quoted("list"), type<typename T::value_type>()});
+    } else {
+      add<T>(structureName<T>());
+      return list({quoted("structure"), quoted(structureName<T>())});
+    }
+  }
+
+  const Language& in_;
+  std::map<std::string, std::string> structures_;
+  std::string messages_;
+  std::string operations_;
+};
+
+std::string fieldLists(const Language& language) {
+  FieldLists all{language};
+  all.add<frame::Header>("frame_header");
+  all.add<codec::BlockHeader>("block_header");
+  const auto messages = [&]<class... M>() { (all.message<M>(), ...); };
+  messages.operator()<Hello, Welcome, Descriptor, TestPattern, Start, Stop, Credit, Gap, Trigger, TriggerGap, Heartbeat,
+                      Request, Answer, Refusal>();
+  const auto operations = [&]<class... Op>() { (all.operation<Op>(), ...); };
+  operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
+                        Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
+                        LoopBack, TellPose, ProposeCase, FollowCase, GetResult>();
+  return all.text();
+}
+
+}  // namespace
+}  // namespace probebox::messages
+
+int main(int argc, char** argv) {
+  using namespace probebox::messages;
+  const std::string_view language = argc == 3 ? argv[1] : "";
+  std::ifstream in{argc == 3 ? argv[2] : ""};
+  if ((language != "lua" && language != "python") || !in) {
+    std::cerr << "usage: field_lists lua|python TEMPLATE\n";
+    return 2;
+  }
+  for (std::string line; std::getline(in, line);)
+    std::cout << (line == "@FIELD_LISTS@" ? fieldLists(language == "lua" ? kLua : kPython) : line + "\n");
+  return std::cout.flush() ? 0 : 1;
+}

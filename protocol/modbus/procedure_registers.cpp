@@ -1,0 +1,129 @@
+// The block by which a controller starts a run, does its steps and accepts its result, and what is beside results.
+#include "protocol/modbus/map.hpp"
+#include "protocol/modbus/tables.hpp"
+
+namespace probebox::modbus {
+namespace {
+
+using enum Kind;
+using enum Access;
+
+constexpr std::array kRegisters = std::to_array<Register>({
+    {address::setter_half_width, "setter, X half width", f32, 1, "mm", read,
+     "from the middle of the tool-setting device to its faces, as machine.toml has it"},
+    {address::setter_half_width + 2, "setter, Y half width", f32, 1, "mm", read, "as X"},
+    {address::setter_half_width + 4, "setter, Z half width", f32, 1, "mm", read, "as X"},
+    {address::screw_cold_reading, "X screw, cold reading", f32, 1, "um", read,
+     "reading of the sensor in use that means no extension (the reference)"},
+    {address::screw_cold_reading + 2, "Y screw, cold reading", f32, 1, "um", read, "as X"},
+    {address::screw_cold_reading + 4, "Z screw, cold reading", f32, 1, "um", read, "as X"},
+
+    {address::wish_method, "wish: method", u16, 1, "", write, "number of the method, see the list below"},
+    {address::wish_speeds, "wish: speeds", u16, 1, "", write,
+     "how many of the next eight are chosen; 0: the method's own. In all registers up to 821, 0 is the method's own"},
+    {address::wish_speed, "wish: speed 1", u16, 0.1, "mm/s", write, "of the touches"},
+    {address::wish_speed + 1, "wish: speed 2", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 2, "wish: speed 3", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 3, "wish: speed 4", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 4, "wish: speed 5", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 5, "wish: speed 6", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 6, "wish: speed 7", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_speed + 7, "wish: speed 8", u16, 0.1, "mm/s", write, "as speed 1"},
+    {address::wish_overtravel, "wish: overtravel", u16, 0.001, "mm", write, "into the surface after contact"},
+    {address::wish_clearance, "wish: clearance", u16, 0.001, "mm", write, "off the surface before and after a touch"},
+    {address::wish_approach, "wish: approach", u16, 0.01, "deg", write, "off the normal"},
+    {address::wish_arc, "wish: arc", u16, 0.01, "deg", write, "over which the angles of C are spread"},
+    {address::wish_angles, "wish: angles", u16, 1, "", write, "how many angles of C"},
+    {address::wish_balls, "wish: balls", u16, 1, "", write, "how many balls of the rotating part"},
+    {address::wish_axis, "wish: axis", u16, 1, "", write, "1 X, 2 Y, 3 Z: whose screw; 5 B, 6 C: whose errors"},
+    {address::wish_turns, "wish: turns", u16, 1, "", write, "whole turns of the screw"},
+    {address::wish_tool, "wish: tool", u16, 1, "", write, "number of the tool that is measured"},
+    {address::wish_read_by, "wish: read by", u16, 1, "", write,
+     "0 the tip of the stylus, 1 a sensor head, 2 the shank too"},
+    {address::wish_stations, "wish: stations", u16, 1, "", write, "places at which the balls of a plate are read"},
+    {address::wish_mounts, "wish: mounts", u16, 1, "", write, "ways in which the plate is put on the table"},
+    {address::wish_of, "wish: run or result", u32, 1, "", write,
+     "for abort the run (0: whichever is in progress), for accept the result; register 102 has the last one's"},
+    {address::wish_what, "wish: request", u16, 1, "", write,
+     "1 start, 2 abort, 3 accept, 4 accept although it differs by more than 4 sd"},
+    {address::wish_commit, "wish: commit", u16, 1, "", write,
+     "write a number from 1 to 65535 that differs from the present one: the request of registers 800 to 836 is made. "
+     "The same "
+     "number again does nothing, so it may be repeated when its answer was lost. A master that does not know what "
+     "another one "
+     "left writes all of these registers, then the present number + 1"},
+
+    {address::wish_answered, "wish: answered", u16, 1, "", read,
+     "commit number of the last request that was answered; the answer is that of register 839 when both are equal"},
+    {address::wish_outcome, "wish: outcome", u16, 1, "", read, "0 none yet, 1 in hand, 2 done, 3 refused"},
+    {address::wish_refusal, "wish: refusal", u16, 1, "", read, "code of the refusal, see the list below; 0: none"},
+    {address::wish_number, "wish: number", u32, 1, "", read,
+     "the run that was started, or the result that was accepted"},
+    {address::wish_waits, "wish: waits", u16, 1, "", read,
+     "1: accepted, and comes into force when the cut is over; once it is in force, register 96 is 3"},
+
+    {address::step_state, "step: state", u16, 1, "", read,
+     "of the run: 0 idle, 1 waits for the begin marker, 2 recording until the end marker, 3 solving, 4 proposed, 5 "
+     "refused, "
+     "6 aborted"},
+    {address::step_number, "step: number", u16, 1, "", read,
+     "for register 146; it rises when the box has taken the end marker"},
+    {address::step_run, "step: run", u32, 1, "", read, "for register 144"},
+    {address::step_kind, "step: kind", u16, 1, "", read,
+     "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
+     "constant "
+     "speed; 4 hold: stand still, nothing is touched. The registers from here on are 0 when no step is to be done"},
+    {address::step_feature, "step: feature", u16, 1, "", read,
+     "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
+    {address::step_side, "step: side", u16, 1, "", read,
+     "1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the machine axis next to the normal of register 864"},
+    {address::step_ball, "step: ball", u16, 1, "", read, "of the part, from 1; 0 for another feature"},
+    {address::step_tool, "step: tool", u16, 1, "", read, "number of the tool; 0: any that carries the probe"},
+    {address::step_mount, "step: mount", u16, 1, "", read, "of a plate on the table, from 1; 0: as it is"},
+    {address::step_bits, "step: bits", u16, 1, "", read,
+     "bit 0 a step is to be done, 1 the angles of registers 888 to 893 must be taken, 2 B is the table, 3 B is the "
+     "head, "
+     "4 the target of registers 896 to 901 is known, 5 the place of registers 902 to 907 is known"},
+    {address::step_repeats, "step: repeats", u16, 1, "", read, "times that this step was repeated"},
+    {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
+    {address::step_normal, "step: X normal", f32, 1, "", read,
+     "outward normal of the surface; of a jog or sweep its direction"},
+    {address::step_normal + 2, "step: Y normal", f32, 1, "", read, "as X"},
+    {address::step_normal + 4, "step: Z normal", f32, 1, "", read, "as X"},
+    {address::step_retract, "step: X retract", f32, 1, "", read,
+     "direction of the way out; the way in is its opposite"},
+    {address::step_retract + 2, "step: Y retract", f32, 1, "", read, "as X"},
+    {address::step_retract + 4, "step: Z retract", f32, 1, "", read, "as X"},
+    {address::step_overtravel, "step: overtravel", f32, 1, "mm", read,
+     "from contact on, against the retract direction"},
+    {address::step_clearance, "step: clearance", f32, 1, "mm", read, "from contact to where the way in begins"},
+    {address::step_run_out, "step: run-out", f32, 1, "mm", read,
+     "the speed must hold so far beyond the clearance on the way out"},
+    {address::step_speed, "step: speed", f32, 1, "mm/s", read, "of both ways, for register 148"},
+    {address::step_travel, "step: travel", f32, 1, "mm", read,
+     "length of a jog or sweep; of a hold the distance from the ball's centre"},
+    {address::step_shank, "step: shank height", f32, 1, "mm", read,
+     "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
+    {address::step_angle, "step: A angle", f32, 1, "deg", read,
+     "to be taken before, where bit 1 of register 858 is set; for register 150"},
+    {address::step_angle + 2, "step: B angle", f32, 1, "deg", read, "as A"},
+    {address::step_angle + 4, "step: C angle", f32, 1, "deg", read, "as A"},
+    {address::step_target, "step: X target", f32, 1, "mm", read,
+     "centre of the stylus' ball at contact, from the centre of the feature; where its size is not known (bit 4 of "
+     "register 858 "
+     "clear) 0, and the control looks for contact"},
+    {address::step_target + 2, "step: Y target", f32, 1, "mm", read, "as X"},
+    {address::step_target + 4, "step: Z target", f32, 1, "mm", read, "as X"},
+    {address::step_place, "step: X place", f32, 1, "mm", read,
+     "machine position of the feature's centre, where the box knows it: setter and checked ball"},
+    {address::step_place + 2, "step: Y place", f32, 1, "mm", read, "as X"},
+    {address::step_place + 4, "step: Z place", f32, 1, "mm", read, "as X"},
+});
+
+}  // namespace
+
+std::span<const Register> procedureRegisters() {
+  return kRegisters;
+}
+
+}  // namespace probebox::modbus

@@ -1,0 +1,83 @@
+#include "protocol/modbus/result_blocks.hpp"
+
+namespace probebox::modbus {
+namespace {
+
+using enum ValueUnit;
+
+constexpr BlockValue kFromTip[]{{"X", mm, {{{"centre_mm", 0}}}}, {"Y", mm, {{{"centre_mm", 1}}}}};
+constexpr BlockValue kOffset[]{{"X", mm, {{{"offset_C_minus_A_mm", 0}}}}, {"Y", mm, {{{"offset_C_minus_A_mm", 1}}}}};
+constexpr BlockValue kSpindleTilt[]{{"X over Z", rad, {{{"A_tilt_rad", 0}}}}, {"Y over Z", rad, {{{"A_tilt_rad", 1}}}}};
+// A result is about one plane, and has two of the coordinates.
+constexpr BlockValue kPivot[]{{"X", mm, {{{"pivot_xz_mm", 0}, {"pivot_xy_mm", 0}}}},
+                              {"Y", mm, {{{"pivot_yz_mm", 0}, {"pivot_xy_mm", 1}}}},
+                              {"Z", mm, {{{"pivot_xz_mm", 1}, {"pivot_yz_mm", 1}}}},
+                              {"lean along X", rad, {{{"lean_xz_rad", 0}, {"lean_xy_rad", 0}}}},
+                              {"lean along Y", rad, {{{"lean_yz_rad", 0}, {"lean_xy_rad", 1}}}},
+                              {"lean along Z", rad, {{{"lean_xz_rad", 1}, {"lean_yz_rad", 1}}}},
+                              {"place along its axis", mm, {{{"along_mm", 0}}}}};
+constexpr BlockValue kSetter[]{{"X", mm, {{{"setter_mm", 0}}}},
+                               {"Y", mm, {{{"setter_mm", 1}}}},
+                               {"Z", mm, {{{"setter_mm", 2}}}},
+                               {"X from the turning axis", mm, {{{"link_mm", 0}}}},
+                               {"Y from the turning axis", mm, {{{"link_mm", 1}}}}};
+constexpr BlockValue kCheck[]{{"verdict", number, {{{"verdict", 0}}}}, {"worst ratio", number, {{{"worst_ratio", 0}}}}};
+constexpr BlockValue kLocation[]{
+    {"location X", mm, {{{"location_mm", 0}}}}, {"location Y", mm, {{{"location_mm", 1}}}},
+    {"location Z", mm, {{{"location_mm", 2}}}}, {"tilt about X", rad, {{{"tilt_rad", 0}}}},
+    {"tilt about Y", rad, {{{"tilt_rad", 1}}}}, {"tilt about Z", rad, {{{"tilt_rad", 2}}}}};
+constexpr BlockValue kGain[]{{"gain", number, {{{"K", 0}}}}};
+
+constexpr std::string_view kLocationMeans =
+    "of the axis against the nominal one, across it; 0 where its angles do not tell it";
+constexpr std::string_view kPivotMeans =
+    "two of the three coordinates, those that its state register names; published, never summed";
+
+constexpr ResultBlock kBlocks[]{
+    {"centreline-stylus", 180, "turning axis from the tip", kFromTip,
+     "turning axis C from the stylus' tip at A = 0; no centreline until an offset of the same stylus is in force",
+     false},
+    {"spindle-offset", 400, "spindle offset", kOffset, "turning axis C less spindle axis A"},
+    {"spindle-tilt", 416, "spindle tilt", kSpindleTilt, "of the spindle axis A"},
+    {"head-pivot", 432, "head pivot", kPivot, kPivotMeans},
+    {"table-pivot", 480, "table pivot", kPivot, kPivotMeans},
+    {"setter", 528, "setter", kSetter, "place of the tool-setting device"},
+    {"check", 568, "check", kCheck,
+     "the worst of all that has a limit: 0 pass, 1 warn (within U of the limit), 2 fail; no verdict without bit 4 of "
+     "its "
+     "state"},
+    {"rotary-a", 592, "A table axis", kLocation, kLocationMeans},
+    {"rotary-b", 640, "B table axis", kLocation, kLocationMeans},
+    {"rotary-c", 688, "C table axis", kLocation, kLocationMeans},
+    {"screw-x", 736, "X screw", kGain, "of the face table's result (D2); machine.toml's where the result has none"},
+    {"screw-y", 744, "Y screw", kGain, "as X"},
+    {"screw-z", 752, "Z screw", kGain, "as X"},
+};
+
+constexpr BlockValue kTool[]{{"X offset", mm, {{{"tool_offset_mm", 0}}}},
+                             {"Y offset", mm, {{{"tool_offset_mm", 1}}}},
+                             {"Z offset", mm, {{{"tool_offset_mm", 2}}}}};
+constexpr BlockValue kAssembly[]{{"L4", mm, {{{"compensation_mm", 2}}}},
+                                 {"W2 along X", mm, {{{"compensation_mm", 0}}}},
+                                 {"W2 along Y", mm, {{{"compensation_mm", 1}}}}};
+constexpr BlockValue kStylus[]{{"X offset", mm, {{{"stylus_offset_mm", 0}, {"stylus_offset_x_mm", 0}}}},
+                               {"Y offset", mm, {{{"stylus_offset_mm", 1}, {"stylus_offset_y_mm", 0}}}}};
+
+constexpr ToolTable kTables[]{
+    {"tool-", 1000, "tool", kTool, "tip of the tool from the head's reference, by tool-setter (B = 0)"},
+    {"assembly-", 3000, "assembly", kAssembly,
+     "for motion control: to add to the length in store; L3 and W1 are in the result's page, for simulation"},
+    {"stylus-offset-", 5000, "stylus", kStylus, "tip of the probe's stylus from the spindle axis at A = 0"},
+};
+
+}  // namespace
+
+std::span<const ResultBlock> resultBlocks() {
+  return kBlocks;
+}
+
+std::span<const ToolTable> toolTables() {
+  return kTables;
+}
+
+}  // namespace probebox::modbus
