@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "drivers/usb_probe/packet_reader.hpp"
@@ -9,10 +11,18 @@
 
 namespace probebox::usb_probe {
 
-// Decodes transfers of a probe receiver to events. Pure; never allocates.
+// What the axis counters of a receiver are wired to.
+struct CounterAxis {
+  std::uint8_t axis{};  // place in X Y Z A B C
+  bool has_index{};     // its index latches are used
+};
+using CounterAxes = std::array<std::optional<CounterAxis>, kMostCounters>;
+
+// Decodes transfers of a probe receiver to events: for each sample CountedDeflection, then CountedAxes of the axes that
+// are wired, with CountedIndex in between where an index pulse came. Pure; never allocates.
 class ReceiverDecoder {
  public:
-  ReceiverDecoder() = default;
+  explicit ReceiverDecoder(const CounterAxes& axes = {});
   ReceiverDecoder(const ReceiverDecoder&) = delete;
   ReceiverDecoder& operator=(const ReceiverDecoder&) = delete;
 
@@ -25,16 +35,31 @@ class ReceiverDecoder {
   std::size_t read(std::span<const std::byte>& bytes, std::span<Event> into);
 
   // True when no sample waits for room.
-  bool idle() const { return next_ == packet_.header.count; }
+  bool idle() const { return next_ == packet_.header.count && told_ == pending_; }
   std::size_t unfinished() const { return reader_.unfinished(); }  // bytes of an unfinished packet
   const PacketCounters& counters() const { return reader_.counters(); }
+  // Axis counters in the packets: of the last one.
+  std::size_t axisCounters() const { return packet_.more.counters; }
+  // axisBit() of each axis that is wired.
+  std::uint8_t axes() const { return axis_bits_; }
 
   // Discards everything: the device was opened again.
   void restart();
 
  private:
+  void decodeSample(bool ends_transfer);
+  void decodeLatchesBefore(std::uint32_t counter);
+  void decodeLatch(const IndexLatch& latch);
+  void decodeCounts(std::uint32_t counter, std::uint16_t status);
+
+  CounterAxes axes_;
+  std::uint8_t axis_bits_{};
   PacketReader reader_;
   Packet packet_;
+  std::size_t next_latch_{};                    // of the packet
+  std::array<Event, 2 + kMostLatches> events_;  // of one sample
+  std::size_t pending_{};
+  std::size_t told_{};
   std::size_t next_{};  // sample of the packet
   MonoTime arrived_{};
   bool is_newest_{};

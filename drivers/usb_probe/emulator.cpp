@@ -6,13 +6,15 @@
 
 namespace probebox::usb_probe {
 
-EmulatedReceiver::EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start)
+EmulatedReceiver::EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start, Counts counts)
     : config_{config},
       waveform_{std::move(waveform)},
       start_{start},
       period_ns_{1e9 / config.rate_hz * (1 + config.offset_ppm * 1e-6)},
+      counts_{std::move(counts)},
       taken_(config.samples_a_packet),
-      bytes_(packetBytes(config.samples_a_packet)) {
+      counted_(config.samples_a_packet * config.counters),
+      bytes_(packetBytes(config.samples_a_packet, config.counters, kMostLatches)) {
   next_.first = config.first_counter;
 }
 
@@ -22,8 +24,16 @@ MonoTime EmulatedReceiver::takenAt(std::uint64_t sample) const {
 
 std::span<const std::byte> EmulatedReceiver::packet(MonoTime now) {
   while (nextPacketAt() <= now) {
-    for (auto& sample : taken_) sample = take(samples_++);
-    const std::size_t size = encodePacket(next_, taken_, bytes_);
+    for (std::size_t i = 0; i < taken_.size(); ++i, ++samples_) {
+      taken_[i] = take(samples_);
+      if (config_.counters > 0)
+        std::ranges::copy_n(counts_(takenAt(samples_) - start_).begin(), static_cast<std::ptrdiff_t>(config_.counters),
+                            counted_.begin() + static_cast<std::ptrdiff_t>(i * config_.counters));
+    }
+    const std::size_t size = config_.counters > 0
+                                 ? encodePacket(next_, taken_, {config_.counters, counted_, latches_}, bytes_)
+                                 : encodePacket(next_, taken_, bytes_);
+    latches_.clear();
     next_.first += static_cast<std::uint32_t>(taken_.size());
     if (to_lose_ > 0) {
       --to_lose_;
@@ -38,12 +48,23 @@ std::span<const std::byte> EmulatedReceiver::packet(MonoTime now) {
 Sample EmulatedReceiver::take(std::uint64_t sample) const {
   const auto deflection = waveform_(takenAt(sample) - start_);
   Sample made;
+  made.status = static_cast<std::uint16_t>(broken_ << status::kFirstCounterFault);
   for (std::size_t i = 0; i < deflection.size(); ++i) {
     const double um = std::clamp(deflection[i].value(), -config_.range_um, config_.range_um);
     if (um != deflection[i].value()) made.status |= status::kClipped;
     made.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e3 * um));
   }
   return made;
+}
+
+void EmulatedReceiver::pulse(std::uint8_t counter, MonoTime at) {
+  const double since = static_cast<double>((at - start_).count()) / period_ns_;
+  const double before = std::floor(since);
+  const auto ahead = static_cast<std::int64_t>(before) - static_cast<std::int64_t>(samples_);
+  latches_.push_back({.sample = next_.first + static_cast<std::uint32_t>(ahead),
+                      .fraction = static_cast<std::uint32_t>(std::ldexp(since - before, 32)),
+                      .counter = counter,
+                      .counts = counts_(at - start_).at(counter)});
 }
 
 void EmulatedReceiver::restart(std::uint32_t counter) {

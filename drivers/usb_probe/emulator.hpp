@@ -21,11 +21,15 @@ class EmulatedReceiver {
     double range_um{1000};  // range of the channels
     std::size_t samples_a_packet{16};
     std::uint32_t first_counter{};
+    std::size_t counters{};  // axis counters; 0: packets of version 1
   };
   // Deflection of the channels a, b, c at this time after the start.
   using Waveform = std::function<std::array<Micrometres, 3>(Nanoseconds)>;
 
-  EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start);
+  // Counts of the axis counters at this time after the start; the first config.counters of them are sent.
+  using Counts = std::function<std::array<std::int64_t, kMostCounters>(Nanoseconds)>;
+
+  EmulatedReceiver(const Config& config, Waveform waveform, MonoTime start, Counts counts = {});
 
   // Time at which the next packet is complete.
   MonoTime nextPacketAt() const { return takenAt(samples_ + config_.samples_a_packet - 1); }
@@ -34,6 +38,11 @@ class EmulatedReceiver {
 
   // Drops the next packets.
   void losePackets(std::size_t packets) { to_lose_ = packets; }
+  // An index pulse of this counter, at a time between the last packet and the next one. At most kMostLatches a packet.
+  void pulse(std::uint8_t counter, MonoTime at);
+  // From now on this counter loses counts.
+  void breakWire(std::uint8_t counter) { broken_ = static_cast<std::uint16_t>(broken_ | 1U << counter); }
+
   // Restarts the receiver, as after a power failure.
   void restart(std::uint32_t counter);
 
@@ -52,7 +61,11 @@ class EmulatedReceiver {
   std::uint64_t samples_{};
   std::uint64_t sent_{};
   std::size_t to_lose_{};
+  Counts counts_;
+  std::uint16_t broken_{};
   std::vector<Sample> taken_;
+  std::vector<std::int64_t> counted_;  // of each sample all counters
+  std::vector<IndexLatch> latches_;
   std::vector<std::byte> bytes_;
 };
 

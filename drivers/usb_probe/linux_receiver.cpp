@@ -44,8 +44,11 @@ struct LinuxReceiver::Connection {
   usb_host::BulkIn in;
 };
 
-LinuxReceiver::LinuxReceiver(std::string name)
-    : wanted_{std::move(name)}, name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_} {}
+LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes)
+    : axes_{axes},
+      wanted_{std::move(name)},
+      name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_},
+      decoder_{axes} {}
 
 LinuxReceiver::~LinuxReceiver() = default;
 
@@ -56,17 +59,22 @@ int LinuxReceiver::descriptor() const {
 
 std::size_t LinuxReceiver::read(std::span<Event> into, MonoTime now) {
   if (into.empty()) return 0;
-  if (!connection_ && !loss_untold_) look(now);
+  if (!connection_ && !loss_untold_ && !encoder_loss_untold_) look(now);
   std::size_t count = 0;
   if (connection_) {
     count = drain(into);
     judge();
     if (connection_->in.over() && decoder_.idle()) lose(now);
   }
-  if (loss_untold_ && count < into.size()) {
+  return count + deliverLosses(into.subspan(count), now);
+}
+
+std::size_t LinuxReceiver::deliverLosses(std::span<Event> into, MonoTime now) {
+  std::size_t count = 0;
+  if (count < into.size() && std::exchange(loss_untold_, false))
     into[count++] = SourceLost{Source::probe, LossReason::disconnected, 0, now};
-    loss_untold_ = false;
-  }
+  if (count < into.size() && std::exchange(encoder_loss_untold_, false))
+    into[count++] = SourceLost{Source::encoders, LossReason::disconnected, 0, now, decoder_.axes()};
   return count;
 }
 
@@ -127,19 +135,30 @@ void LinuxReceiver::lose(MonoTime now) {
   connection_.reset();
   decoder_.restart();
   loss_untold_ = true;
+  encoder_loss_untold_ = decoder_.axes() != 0;
   next_try_ = now + kRetry;
 }
 
-// A receiver that says nothing but what this build does not know.
 void LinuxReceiver::judge() {
+  auto problem = problemOfPackets();
+  if (problem != problem_) problem_ = std::move(problem);
+}
+
+// A receiver that says nothing but what this build does not know, or less than it is asked for.
+std::string LinuxReceiver::problemOfPackets() const {
   const auto& counters = decoder_.counters();
   const bool is_understood = counters.packets > at_connect_.packets;
-  if (is_understood == problem_.empty()) return;
-  if (is_understood) {
-    problem_.clear();
-  } else if (counters.bad_version > at_connect_.bad_version) {
-    problem_ = "it sends packets of a version that this firmware does not know; update the older of the two";
+  if (!is_understood)
+    return counters.bad_version > at_connect_.bad_version
+               ? "it sends packets of a version that this firmware does not know; update the older of the two"
+               : problem_;
+  for (std::size_t i = decoder_.axisCounters(); i < axes_.size(); ++i) {
+    if (axes_[i])
+      return "it sends " + std::to_string(decoder_.axisCounters()) + " axis counters, and [encoder." +
+             "XYZABC"[axes_[i]->axis] + "] of box.toml reads number " + std::to_string(i) +
+             " (from 0): correct 'channel', or let the receiver send packets of version 2 with that counter";
   }
+  return {};
 }
 
 }  // namespace probebox::usb_probe

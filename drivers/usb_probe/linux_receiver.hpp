@@ -15,21 +15,23 @@ class HotPlug;
 namespace probebox::usb_probe {
 
 // Reads samples of a probe receiver on USB that may be absent, appear and disappear. Delivers SourceLost once when it
-// disappears, and samples again when it can be opened. Each sample carries the completion time of its transfer, read in
-// libusb's callback; that is later than `now`.
+// disappears, and once for its encoders, and samples again when it can be opened. Each sample carries the completion
+// time of its transfer, read in libusb's callback; that is later than `now`.
 class LinuxReceiver final : public io::EventSource {
  public:
   // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
-  // name: serial number or place ("1-1.4") of the receiver; empty for the only one.
-  explicit LinuxReceiver(std::string name);
+  // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: what its axis counters are
+  // wired to.
+  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {});
   ~LinuxReceiver() override;
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
-  // Why there are no samples: absent, no permission, in use, or an unknown packet version.
+  // Why there are no samples: absent, no permission, in use, or an unknown packet version; or fewer axis counters than
+  // are wired.
   std::string_view problem() const override { return problem_; }
 
   const PacketCounters& packets() const { return decoder_.counters(); }
@@ -42,7 +44,10 @@ class LinuxReceiver final : public io::EventSource {
   std::size_t drain(std::span<Event> into);
   void lose(MonoTime now);
   void judge();
+  std::string problemOfPackets() const;
+  std::size_t deliverLosses(std::span<Event> into, MonoTime now);
 
+  CounterAxes axes_;
   std::string wanted_;
   std::string name_;
   std::string problem_;
@@ -52,6 +57,7 @@ class LinuxReceiver final : public io::EventSource {
   PacketCounters at_connect_;
   bool in_transfer_{};  // part of the front transfer is not decoded yet
   bool loss_untold_{};
+  bool encoder_loss_untold_{};
   MonoTime next_try_{};
 };
 

@@ -25,16 +25,17 @@ std::optional<Packet> PacketReader::next(std::span<const std::byte>& bytes) {
   returned_ = 0;
   while (true) {
     cut_ = cut_ && begin_ < end_;
-    if (!cut_) fill(kHeaderBytes, bytes);
+    if (!cut_) fill(kLeastPacketBytes, bytes);  // holds the headers of either version
     skipToMagic();
     auto fault = PacketFault::truncated;
     if (const auto header = decodeHeader(held()); !header) {
       fault = header.error();
     } else {
-      if (!cut_) fill(packetBytes(header->count), bytes);
+      if (!cut_) fill(header->packetSize(), bytes);
       if (const auto packet = decodePacket(held())) {
         ++counters_.packets;
-        returned_ = packetBytes(header->count);
+        returned_ = header->packetSize();
+        counters_.packet_bytes += returned_;
         return *packet;
       } else {
         fault = packet.error();

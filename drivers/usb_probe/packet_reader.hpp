@@ -10,7 +10,8 @@
 namespace probebox::usb_probe {
 
 struct PacketCounters {
-  std::uint64_t packets{};  // good ones
+  std::uint64_t packets{};       // good ones
+  std::uint64_t packet_bytes{};  // theirs
   std::uint64_t bad_crc{};
   std::uint64_t bad_count{};
   std::uint64_t bad_version{};

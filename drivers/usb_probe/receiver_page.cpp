@@ -61,7 +61,26 @@ A header, `count` samples, and the CRC-32C (Castagnoli) of both as u32. All numb
 
 )" + table<PacketHeader>() +
          "Each of the samples has " + std::to_string(kSampleBytes) + " bytes:\n\n" + table<Sample>() +
-         R"(## Rules
+         R"(## Axis counters (version 2)
+A receiver may count the encoders of the axes as well, on the same sample counter as the deflections. Then the delay between
+probe and machine data is that of the receiver's own inputs, and no operating system takes part in it. `[encoder.X] kind =
+"receiver"` of box.toml names the counter of an axis. Version 1 remains for receivers without counters.
+
+After the header:
+
+)" + table<CountersHeader>() +
+         R"(After each of the samples come the counts of all counters, i64 each, latched at the instant at which the sample's deflection was
+taken. They do not wrap. After the last sample come the index latches, )" +
+         std::to_string(kLatchBytes) + " bytes each:\n\n" + table<IndexLatch>() +
+         R"(- Counts go on over lost packets, and over a new host. When they may not (power failure, reset) raise `run`: the box then takes
+  the axes as not referenced, unless their encoders are absolute.
+- A latch goes with the packet in which the sample after the pulse is, or in the one before. Latch with a filter as fast as the
+  counter's own.
+- Absolute encoders (SSI, BiSS-C, EnDat) are read at the sample and sent as a count; `absolute = true` in box.toml marks them. A
+  failed reading is a counter fault (bit 8 + k of `status`) with the last good count.
+- A broken wire or an impossible transition of A and B is a counter fault too. The axis is then referenced anew.
+
+## Rules
 - The counter counts every sample on the receiver's own oscillator, which must be within 200 ppm of `rate_hz` in probe.toml. A
   sample that is not sent is counted nevertheless: the gap tells the box how many are missing.
 - Send a packet as soon as its last sample has been taken, and end the USB transfer there (with a zero-length packet if its

@@ -5,10 +5,10 @@
 #include "drivers/world/vector.hpp"
 #include "protocol/events/event.hpp"
 
-// What the emulated controller sees of a box: the public faces alone, through a link that answers later or never.
+// Connects the emulated controller to a box by its public interfaces, over a link that answers late or never.
 namespace probebox::world {
 
-// As the box numbers its procedure's states.
+// Numbers the states of a procedure as the box does.
 enum class RunState : std::uint8_t {
   idle = 0,
   waiting = 1,  // for the machine to begin the step
@@ -19,7 +19,7 @@ enum class RunState : std::uint8_t {
   aborted = 6,
 };
 
-// As the box numbers what it asks for.
+// Numbers the kinds of step as the box does.
 enum class StepKind : std::uint8_t {
   touch = 0,   // in, a dwell, and out
   in_out = 1,  // in and at once back out
@@ -27,11 +27,11 @@ enum class StepKind : std::uint8_t {
   sweep = 3,   // the same, slowly and at constant speed
   hold = 4,    // stand still there, and nothing is touched
 };
-// What the rotary axis B moves in a step.
+// Names what axis B turns in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 
-// What the box asks the machine to do.
+// Describes the step that the box asks the machine to do.
 struct Prompt {
   std::uint32_t run{};
   RunState state{};
@@ -41,7 +41,7 @@ struct Prompt {
   double nominal_speed_mm_s{};
   double overtravel_mm{};
   double clearance_mm{};
-  double run_out_mm{};           // beyond the clearance before the retract may brake; 0: the box did not say
+  double run_out_mm{};           // beyond the clearance before the retract may brake; 0: not stated
   Vector3 approach_direction{};  // unit vector; zeros: against the retract
   StepKind kind{};
   StepFeature feature{};
@@ -63,20 +63,20 @@ class BoxLink {
  public:
   virtual ~BoxLink() = default;
 
-  // Sends a marker. The same marker may be sent again when no answer comes: to the box it is one marker.
+  // Sends a marker. Repeat it when no answer comes: the box counts it once.
   virtual void postMarker(const Marker& marker) = 0;
-  // The box's answer to the marker that was posted last: true when it was taken, false when the box refused it (another
-  // run or step, not allowed). Nothing while no answer has come; the answer stays until the next post.
+  // Returns the answer to the last marker: true when accepted, false when refused (another run or step, not allowed).
+  // Nothing until an answer has come. The answer stays until the next post.
   virtual std::optional<bool> markerAnswer() = 0;
 
-  // Tells the box that the axes have been homed and stand there, machine position. Nothing answers; the status shows
-  // it.
+  // Reports the machine position of the homed axes to the box. There is no answer; the status shows the effect.
+  // Does not wait.
   virtual void home(const Vector3& position_mm) = 0;
 
-  // Asks where the procedure stands.
+  // Requests the status of the procedure.
   virtual void askProcedureStatus() = 0;
-  // The answer to the question that was asked last, nothing while none has come. An answer that was given before that
-  // question must not appear here: it may be older than a marker.
+  // Returns the answer to the last request, nothing until it has come. Never returns the answer to an earlier request:
+  // it may be older than a marker.
   virtual std::optional<Prompt> procedureStatus() = 0;
 };
 

@@ -9,7 +9,7 @@
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
-// What the emulated machine is like. To the box all of it is the unknown truth.
+// Configures the emulated machine. The box does not know any of it.
 namespace probebox::world {
 
 // CN101622513 (system delay), docs/metrology.md (A1): the machine's stream shows x(t - tau_machine), the probe's D(t -
@@ -63,8 +63,8 @@ struct WaveConfig {
   friend bool operator==(const WaveConfig&, const WaveConfig&) = default;
 };
 
-// Geometric errors of the linear axes, named as in ISO 230-1. Nothing at zero. They move the body: the encoders do not
-// see them.
+// Geometric errors of the linear axes, named as in ISO 230-1; zero at machine position 0. They displace the body and
+// are not visible to the encoders.
 struct LinearErrorsConfig {
   Vector3 scale{};                                   // of EXX, EYY, EZZ: error per travel
   std::array<std::array<WaveConfig, 3>, 3> waves{};  // of the axis that moves, along X Y Z: EXX EYX EZX, EXY ...
@@ -75,8 +75,8 @@ struct LinearErrorsConfig {
 struct ProbeConfig {
   double rate_hz{1000};
   double noise_um{0.4};  // k = 1, one channel
-  // docs/metrology.md (A3): mm in machine axes per mm of the channels a, b, c. Its inverse makes channels of a
-  // displacement.
+  // Gain, docs/metrology.md (A3): mm in machine axes per mm of the channels a, b, c. Its inverse converts a
+  // displacement to channels.
   Matrix3 gain{{{0.98, 0.01, -0.005}, {-0.012, 1.03, 0.004}, {0.006, -0.008, 1.01}}};
   double range_mm{1.2};             // channels clip here
   double bounce_mm{0.02};           // first amplitude of the stylus' bounce at contact and at release, at most
@@ -86,8 +86,8 @@ struct ProbeConfig {
   bool trigger_line{false};         // edges of role trigger, line 0: active while the stylus is in contact
 };
 
-// A touch-trigger probe in the place of the scanning one: no channels, and edges of its trigger line alone. Pre-travel
-// is the way of the body from contact until the switch opens.
+// A touch-trigger probe instead of the scanning one: no channels, only edges of its trigger line. Pre-travel is the
+// travel of the body from contact until the switch opens.
 struct TouchTriggerConfig {
   bool fitted{false};
   double pre_travel_mm{0.008};    // across the stylus, mean
@@ -106,7 +106,7 @@ struct SphereConfig {
   double stylus_ball_radius_mm{3};
 };
 
-// Two parallel plates across X with a gap between them, each a block.
+// Two parallel plates normal to X with a gap between them; each is a block.
 struct PlatesConfig {
   bool fitted{false};
   Vector3 middle_mm{};  // of the gap
@@ -116,8 +116,8 @@ struct PlatesConfig {
   double thickness_mm{8};  // along X
 };
 
-// What a rotary axis does beside its turn: along X, Y, Z (mm) and about them (rad), a cosine and a sine of its angle.
-// Nothing at zero.
+// Error motions of a rotary axis along X, Y, Z (mm) and about them (rad): a cosine and a sine of its angle. They are
+// zero at angle 0.
 struct AxisErrorsConfig {
   Vector3 cosine_mm{}, sine_mm{};
   Vector3 cosine_rad{}, sine_rad{};
@@ -133,7 +133,7 @@ struct PartSpindleConfig {
   std::size_t ball_count{0};
   double ball_radius_mm{6};
   AxisErrorsConfig errors{};
-  // Other ways to put the balls on it; as above they are in mount 1.
+  // Further mounts of the balls; mount 1 is the one above.
   static constexpr std::size_t kFurtherMounts = 3;
   std::array<MountConfig, kFurtherMounts> further_mounts{};
   std::size_t further_mount_count{0};
@@ -155,7 +155,7 @@ struct SwivelHeadConfig {
   double noise_rad{0};  // of every stop, k = 1
 };
 
-// Three displacement sensors that look at one ball, in the place of the probe's channels.
+// Three displacement sensors that measure one ball, instead of the probe's channels.
 struct SensorHeadConfig {
   Matrix3 sensors{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // a row a sensor: its reading per mm of the ball, head's own axes
@@ -172,8 +172,8 @@ struct ShankConfig {
   double lever{1};                        // what the stylus' ball is moved by where the shank is moved by 1
 };
 
-// What else the probe's spindle can hold: the probe on another stylus, a cutting tool, whose tip ends it, or a sensor
-// head, whose centre does.
+// Another tool of the probe's spindle: the probe with another stylus, a cutting tool or a sensor head. Its length ends
+// at the stylus ball, the tip or the centre of the head.
 struct ToolConfig {
   std::uint32_t number{2};
   std::array<double, 2> offset_mm{0, 0};  // of the stylus ball, tip or centre from the axis, at A = 0
@@ -194,7 +194,7 @@ struct ProbeSpindleConfig {
   std::vector<ToolConfig> further_tools;
 };
 
-// A device that tools are set on: a block whose switch is closed while a tool or the stylus touches it.
+// The tool-setting device: a block whose switch is closed while a tool or the stylus touches it.
 struct ToolSetterConfig {
   bool fitted{false};
   Vector3 centre_mm{};
@@ -244,7 +244,7 @@ struct Config {
   std::array<ScrewConfig, 3> screws;
   double drift_rate_hz{20};                       // of each sensor
   std::array<std::optional<double>, 3> marks_mm;  // reference marks; nothing on an axis without one
-  // False: edges do not come as events; they are asked for as physical edges, for a line that somebody else stamps.
+  // False: edges are not events; they are polled as physical edges, for a line that another component stamps.
   bool edges_as_events{true};
 };
 

@@ -7,7 +7,7 @@
 
 namespace probebox::world {
 
-// The edges of a line that is active from contact to release, one after the other.
+// Generates the edges of a line that is active from contact to release, in order.
 class ContactEdges {
  public:
   explicit ContactEdges(std::uint8_t line) : line_{line} {}
@@ -17,7 +17,7 @@ class ContactEdges {
     Instant at;
     Level level{};
   };
-  // `counts` says of a contact whether it moves the line.
+  // counts: returns whether a contact switches the line.
   template <class Counts>
   Next next(const Stylus& stylus, Counts counts) {
     const Contact* contact = stylus.contact(contact_);
@@ -25,7 +25,7 @@ class ContactEdges {
     if (contact == nullptr || (released_ && !contact->end)) return {};
     return {contact, released_ ? *contact->end : contact->begin, level()};
   }
-  // The next one, stamped then, is over.
+  // Consumes the next edge, stamped at that time.
   PhysicalEdge take(MonoTime stamp) {
     const PhysicalEdge edge{LineRole::trigger, line_, level(), stamp, false};
     if (released_) ++contact_;
@@ -33,7 +33,7 @@ class ContactEdges {
     ++taken_;
     return edge;
   }
-  // As the kernel hands it over, with its number.
+  // Returns the edge as the kernel delivers it, with its sequence number.
   Event event(const PhysicalEdge& edge) const {
     return Edge{edge.role, edge.line, edge.level, static_cast<std::uint32_t>(taken_), edge.at};
   }

@@ -29,13 +29,13 @@ enum class Activity : std::uint8_t {
   parking,
 };
 
-// The emulated CNC controller: does what the box prompts for, as a measuring cycle would. It commands the machine and
-// talks to the box through the link; it knows nothing else.
+// Emulates the CNC controller: performs the steps that the box prompts for, as a measuring cycle would. It commands the
+// machine and uses the link to the box; it has no other access.
 class Controller {
  public:
   Controller(const ControllerConfig& config, Machine& machine, BoxLink& link);
 
-  // Time is given. To be called often: every millisecond or so of virtual time, before World::advanceTo(now).
+  // Advances to `now`. Call it about every millisecond of virtual time, before World::advanceTo(now).
   void advance(MonoTime now);
 
   Activity activity() const { return activity_; }

@@ -11,7 +11,7 @@
 
 namespace probebox::world {
 
-// What the controller's program knows. It has set the features up by hand, so that their places are a little wrong.
+// Configures the controller's program. Features were set up by hand, so their positions are slightly wrong.
 struct ControllerConfig {
   Vector3 nominal_centre_mm{10.12, -20.08, 30.1};
   double nominal_effective_radius_mm{15.5};  // datum sphere and stylus ball
@@ -53,7 +53,7 @@ struct ControllerConfig {
   struct Shank {
     bool known{false};
     std::uint32_t tool{1};    // that has it
-    double further_out_mm{};  // it meets a ball by so much further from its centre than the stylus' ball does
+    double further_out_mm{};  // distance at contact with a ball, minus that of the stylus' ball
   } shank;
   double safe_distance_mm{2};     // traverses stay this far from the surface
   Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere

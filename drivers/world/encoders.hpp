@@ -13,14 +13,14 @@
 
 namespace probebox::world {
 
-// Latches the counts of three incremental encoders, on the motors of the ball screws, and of one on the part spindle
-// where it is fitted, at their own rate, stale by the machine's delay.
+// Latches the counts of three incremental encoders on the motors of the ball screws, and of one on the part spindle
+// where it is fitted, at their own rate, late by the machine's delay.
 class Encoders {
  public:
   Encoders(const Config& config, std::uint64_t seed);
 
   MonoTime nextAt() const { return sampling_.at(latch_); }
-  // The next count; false when it is dropped.
+  // Returns the next count; false when it is dropped.
   bool take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults, Ledger& ledger);
 
  private:

@@ -19,7 +19,7 @@ enum class FaultKind : std::uint8_t {
   drop_angles,     // no latches of the part spindle's encoder: their sequence numbers run on
 };
 
-// What goes wrong, from `at` on and for `duration`.
+// Describes a fault that begins at `at` and lasts for `duration`.
 struct Fault {
   FaultKind kind{};
   MonoTime at{};

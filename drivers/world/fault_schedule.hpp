@@ -6,7 +6,7 @@
 
 namespace probebox::world {
 
-// The faults of a run. Takes no memory beyond its own.
+// Schedules the faults of a run. Does not allocate.
 class FaultSchedule {
  public:
   static constexpr std::size_t kMostFaults = 64;
@@ -25,7 +25,7 @@ class FaultSchedule {
     return false;
   }
 
-  // The next jump of the clock that is due; each is given once.
+  // Returns the next jump of the clock that is due, each once.
   const Fault* takeJump(MonoTime at) {
     for (std::size_t i = 0; i < count_; ++i) {
       if (faults_[i].kind != FaultKind::jump_clock || jumped_[i] || at < faults_[i].at) continue;

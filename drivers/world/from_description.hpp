@@ -6,13 +6,13 @@
 
 namespace probebox::world {
 
-// The world of world.toml. Its seed is for World's constructor.
+// Converts world.toml to the configuration of World. The seed goes to World's constructor.
 Config fromDescription(const board::World& description);
 
-// The same with the encoders' senses of machine.toml: the box has to see the axes as its integrator described them.
+// Also takes the encoders' senses from machine.toml, so that the box reads the axes as its integrator described them.
 Config fromDescription(const board::World& description, const board::Machine& machine);
 
-// The controller that goes with it; it knows the sphere's centre up to `error_mm`.
+// Configures the matching controller, which knows the sphere's centre with an error of `error_mm`.
 ControllerConfig controllerFromDescription(const board::World& description,
                                            const Vector3& error_mm = {0.12, -0.08, 0.1});
 

@@ -10,12 +10,12 @@
 
 namespace probebox::world {
 
-// A reference mark on the encoder of each axis: its line becomes active when the axis passes it, in either direction.
+// Emulates a reference mark on each encoder: its line becomes active when the axis passes it in either direction.
 class IndexLines {
  public:
   explicit IndexLines(const Config& config);
 
-  // Finds the passes until `now`.
+  // Finds the passes up to `now`.
   void prepare(MonoTime now, const Machine& machine, const Screws& screws);
   MonoTime nextAt() const { return first_ == end_ ? MonoTime::max() : passes_[first_ % kWaiting].at; }
   bool take(Event& event, Ledger& ledger);

@@ -4,10 +4,10 @@
 
 namespace probebox::world {
 
-// Beyond this a normal deviate is not believed, so that a stamp can be too early by so much and no more.
+// Truncates normal deviates, which bounds how early a stamp can be.
 inline constexpr double kLargestDeviate = 6;
 
-// How much later than it happened the emulated kernel stamps an edge, ns; below 0 for one that it stamps too early.
+// Draws the delay of the stamp of an edge by the emulated kernel, ns; negative for a stamp that is too early.
 double latenessNs(const SyncConfig& config, Random& random, bool& outlier);
 
 }  // namespace probebox::world

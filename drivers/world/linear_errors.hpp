@@ -4,12 +4,12 @@
 
 namespace probebox::world {
 
-// What the linear axes do beside what their scales show (LinearErrorsConfig).
+// Computes the geometric errors of the linear axes (LinearErrorsConfig).
 class LinearErrors {
  public:
   explicit LinearErrors(const LinearErrorsConfig& config);
 
-  // From the position that the scales show to where the body is, mm. Exactly zero for a machine without errors.
+  // Returns the position of the body minus the position on the scales, mm. Exactly zero for a machine without errors.
   Vector3 at(const Vector3& position) const;
   bool none() const { return none_; }
 

@@ -14,7 +14,7 @@
 
 namespace probebox::world {
 
-// How the rotary axes stand: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
+// Angles of the rotary axes: the probe's spindle, the head that holds it, the table under the part, the part's spindle.
 struct Pose {
   double a_rad{};
   double head_rad{};
@@ -25,40 +25,40 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-// Three linear axes that carry the probe, or a tool, in its spindle (rotary axis A), in a head that may swivel, and a
-// spindle for the part (C) on a table that may tilt. Positions are of the moving reference: of the stylus ball's centre
-// while the stylus is free, but for what the probe's spindle adds to it.
+// Emulates a machine: three linear axes carry the probe or a tool in a spindle (rotary axis A) in a head that may
+// swivel; a part spindle (C) stands on a table that may tilt. A position is that of the moving reference: the centre of
+// the free stylus ball without the offset that the probe's spindle adds.
 class Machine {
  public:
   explicit Machine(const Config& config, std::uint64_t seed = 0);
 
   // Commands, for a controller.
 
-  // A straight move from rest to rest, starting at `now`. False, and nothing happens, while the last one is under way.
+  // Starts a straight move from rest to rest at `now`. Returns false without effect while the last move lasts.
   bool moveTo(const Vector3& target_mm, double speed_mm_s, MonoTime now);
   bool traverseTo(const Vector3& target_mm, MonoTime now) { return moveTo(target_mm, axes_.traverse_mm_s, now); }
   bool atRest(MonoTime now) const { return motion_.atRest(now) && now >= turned_at_; }
-  // Turns the rotary axes to these angles, not the shorter way round. False, and nothing happens, while something is
-  // under way. Where an axis really stops is a little beside.
+  // Turns the rotary axes to these angles without taking the shorter direction. Returns false without effect during a
+  // motion. The true stop deviates by the noise of a stop.
   bool turnTo(const Pose& pose, MonoTime now);
-  // Turns C alone towards this angle, and stops it where a ball of the part meets the free stylus, as a control with a
-  // skip function does: the trigger tells when. Without a ball on its way C turns to the angle. False, and nothing
-  // happens, while something is under way or the stylus touches.
+  // Turns C alone towards this angle and stops at the trigger when a ball of the part meets the free stylus, as a
+  // control with a skip function does. Without contact C turns to the angle. Returns false without effect during a
+  // motion or while the stylus touches.
   bool turnUntilContact(double c_rad, double speed_rad_s, MonoTime now);
   const Pose& commandedPose() const { return commanded_; }
-  // Takes another tool, with a stylus of its own or one that cuts. False, and nothing happens, while something is under
-  // way, and for a tool that there is none of.
+  // Changes to another tool, with a stylus of its own or one that cuts. Returns false without effect during a motion
+  // and for an unknown tool.
   bool takeTool(std::uint32_t number, MonoTime now);
   std::uint32_t tool() const { return tool_.number; }
-  // Puts the balls on the part's spindle in another mount, from 1. False, and nothing happens, while something is under
-  // way, and for a mount that there is none of.
+  // Puts the balls on the part's spindle into another mount, from 1. Returns false without effect during a motion and
+  // for an unknown mount.
   bool mountBalls(std::size_t mount, MonoTime now);
   std::size_t mount() const { return mount_; }
   Vector3 commandedPosition() const { return motion_.target(); }
 
   // The truth, for the sensors and for tests, `delay_s` before `at`.
 
-  // What ideal scales show, and where the body is then: beside it by the errors of the linear axes.
+  // Return the position on ideal scales, and that of the body, which includes the errors of the linear axes.
   Vector3 positionAt(MonoTime at, double delay_s = 0) const { return motion_.positionAt(at, delay_s); }
   Vector3 bodyAt(MonoTime at, double delay_s = 0) const { return bodyFor(positionAt(at, delay_s)); }
   Vector3 bodyFor(const Vector3& position) const { return position + linear_errors_.at(position); }
@@ -67,23 +67,23 @@ class Machine {
   Vector3 stylusDisplacementAt(MonoTime at, double delay_s = 0) const {
     return stylus_.displacement(bodyAt(at, delay_s), at, delay_s);
   }
-  // The same in the probe's own axes.
+  // Returns it in the probe's own axes.
   Vector3 probeDisplacementAt(MonoTime at, double delay_s) const {
     return stylus_.inProbeAxes(bodyAt(at, delay_s), at, delay_s);
   }
-  // What a sensor head in the place of the probe sees of the ball that is nearest; nothing while there is none.
+  // Returns what a sensor head instead of the probe reads of the nearest ball; nothing without a head.
   std::optional<HeadReading> headReadingAt(MonoTime at, double delay_s) const {
     return sensor_head_.reading(bodyAt(at, delay_s), at, delay_s);
   }
   const Stylus& stylus() const { return stylus_; }
-  // Where an ideal stop of the pose holds the stylus ball with that tool, from positionAt().
+  // Returns the stylus ball with that tool at an ideal stop of the pose, relative to positionAt().
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const { return holdAt(pose, toolOf(tool)).tip; }
-  // How C stands as its encoder sees it.
+  // Returns the angle of C on its encoder.
   double partAngleAt(MonoTime at, double delay_s = 0) const;
-  // Where a point of the part is in that pose, when it stands at `at_zero` at C = 0 without a tilt.
+  // Returns a point of the part in that pose; at_zero: the point at C = 0 without tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const { return solids_.partPoint(at_zero, pose); }
-  // How often the stylus and a ball struck each other while an axis turned, or one turned while the stylus touched, or
-  // a sensor head came over a ball from aside.
+  // Counts collisions: stylus and ball during a turn, a turn while the stylus touched, or a sensor head that reached a
+  // ball from the side.
   std::uint64_t crashes() const { return crashes_; }
 
  private:

@@ -14,8 +14,8 @@ struct MotionLimits {
   double jerk_time_s{};
 };
 
-// Distance along a straight line on time, from rest to rest: a trapezoid of speed, averaged over the jerk time. That
-// keeps speed and acceleration within the limits, and |jerk| within 2 acceleration / jerk time.
+// Computes the distance along a straight line over time, from rest to rest: a trapezoid of speed averaged over the jerk
+// time. Speed and acceleration stay within their limits, |jerk| within 2 acceleration / jerk time.
 class Profile {
  public:
   Profile() = default;
@@ -24,7 +24,7 @@ class Profile {
   double distanceAt(double time_s) const;
   double speedAt(double time_s) const;
   double duration() const { return trapezoid_s_ + jerk_time_s_; }
-  // When the distance is reached; for distances within the length.
+  // Returns the time at which a distance within the length is reached.
   double timeAt(double distance_mm) const;
 
  private:
@@ -39,7 +39,7 @@ class Profile {
   double jerk_time_s_{};
 };
 
-// One straight move of the body.
+// Describes one straight move of the body.
 struct Move {
   MonoTime start{};
   Vector3 from{};
@@ -56,7 +56,7 @@ struct Move {
   double elapsed(MonoTime stamp, double delay_s) const { return toSeconds(stamp - start) - delay_s; }
 };
 
-// The latest moves, so that late readers can look back. Before the oldest one the body stands where that one starts.
+// Remembers the latest moves for late readers. Before the oldest move the body rests at its start.
 class MotionHistory {
  public:
   static constexpr std::size_t kRemembered = 128;

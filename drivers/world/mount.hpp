@@ -3,7 +3,7 @@
 
 namespace probebox::world {
 
-// Another way to put the plate of balls on the part's spindle: turned about the spindle's point, then shifted.
+// Describes another mount of the ball plate on the part's spindle: turned about the spindle's point, then shifted.
 struct MountConfig {
   Vector3 turn_rad{};  // rotation vector
   Vector3 shift_mm{};

@@ -3,7 +3,7 @@
 
 namespace probebox::world {
 
-// An edge of a line before it has become an event: who stamps it counts it.
+// Describes an edge of a line that is not an event yet; the component that stamps it counts it.
 struct PhysicalEdge {
   LineRole role{};
   std::uint8_t line{};

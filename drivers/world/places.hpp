@@ -6,12 +6,12 @@
 #include "drivers/world/machine.hpp"
 #include "drivers/world/route.hpp"
 
-// Where the machine has to stand for what the box asks for, as far as the controller's program knows.
+// Computes the machine positions of the steps that the box asks for, from the knowledge of the controller's program.
 namespace probebox::world {
 
-// Of a feature in machine positions, with that tool in the spindle and the axes in that pose.
+// Returns the machine position of a feature, with that tool in the spindle and the axes in that pose.
 Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose);
-// Nothing is in the way of the machine there, however low the stylus hangs.
+// Returns a height at which the way is free, with that tool in the spindle and the axes in that pose.
 double freeHeight(const ControllerConfig& config, std::uint32_t tool, const Pose& pose);
 
 }  // namespace probebox::world

@@ -12,13 +12,13 @@
 
 namespace probebox::world {
 
-// Samples the scanning probe's channels, or the sensors of a head in its place, at its own rate, stale by the probe's
+// Samples the scanning probe's channels, or the sensors of a head instead, at their own rate, late by the probe's
 // delay.
 class Probe {
  public:
   Probe(const Config& config, std::uint64_t seed);
 
-  // The end of time where a touch-trigger probe is fitted, which has no channels.
+  // Returns the maximum time for a touch-trigger probe, which has no channels.
   MonoTime nextAt() const { return samples_ ? sampling_.at(sample_) : MonoTime::max(); }
   // The next sample; false when it is dropped.
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);

@@ -3,11 +3,11 @@
 
 namespace probebox::world {
 
-// One axis alone, and nothing is touched.
+// Returns whether the step moves one axis alone without contact.
 bool movesOneAxis(StepKind kind);
-// Its stylus, or its tool, meets a surface.
+// Returns whether the stylus or the tool touches a surface in the step.
 bool touches(StepKind kind);
-// A prompt that a machine can follow; anything else is not moved for.
+// Returns whether a machine can follow the prompt; it does not move for others.
 bool canBeFollowed(const Prompt& prompt);
 
 }  // namespace probebox::world

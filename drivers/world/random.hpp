@@ -4,11 +4,11 @@
 
 namespace probebox::world {
 
-// Random numbers that are the same on every machine and with every standard library. SplitMix64 (Steele, Lea, Flood
-// 2014); normal deviates by the polar method (Marsaglia, Bray 1964).
+// Draws random numbers that are equal on every machine and with every standard library: SplitMix64 (Steele, Lea, Flood
+// 2014), normal deviates by the polar method (Marsaglia, Bray 1964).
 class Random {
  public:
-  // Streams of one seed are independent: what one source draws changes no other.
+  // Streams of one seed are independent: draws from one stream do not change another.
   Random(std::uint64_t seed, std::uint64_t stream) : state_{seed} {
     state_ = next() ^ (stream * 0xd1342543de82ef95ULL);
     next();

@@ -7,7 +7,7 @@
 
 namespace probebox::world {
 
-// Where the stylus may be near a feature, as the controller's program knows it.
+// Describes a feature that the stylus has to avoid or approach, as the controller's program knows it.
 struct Place {
   enum class Shape { round, gap, block, beside };  // beside: a round one that the shank touches, the tip below it
   Shape shape{Shape::round};
@@ -18,14 +18,14 @@ struct Place {
   friend bool operator==(const Place&, const Place&) = default;
 };
 
-// Traverses between features: up from one to a height that is free everywhere, over, and down to another.
+// Plans traverses between features: up to a height that is free everywhere, across, and down.
 class Route {
  public:
   Route() = default;
   // Near one place, which the tip goes round.
   static Route within(const Place& place, const Vector3& from, const Vector3& to);
   static Route up(const Place& place, const Vector3& from, double height_mm);
-  // From that height. Beside a feature straight down: what is above the tip comes past it as well.
+  // Plans the way down. Beside a feature it is vertical, because the shank above the tip has to pass too.
   static Route down(const Place& place, const Vector3& from, const Vector3& to);
 
   bool done() const { return next_ == count_; }

@@ -6,7 +6,7 @@
 
 namespace probebox::world {
 
-// Straight moves from one place outside a sphere to another that keep their distance from it.
+// Plans straight moves between two points outside a sphere that keep their distance from it.
 class SafePath {
  public:
   // Start and target may be nearer to the sphere than `keep_out_mm`: they are left and reached along their radius.

@@ -7,7 +7,7 @@
 
 namespace probebox::world {
 
-// The instants at which a device samples: its own rate, its own phase, no drift against the monotonic clock.
+// Computes the sampling instants of a device: its own rate and phase, no drift against the monotonic clock.
 class Sampling {
  public:
   Sampling(MonoTime start, double rate_hz, Random& random)

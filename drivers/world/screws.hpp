@@ -11,25 +11,25 @@
 
 namespace probebox::world {
 
-// Ball screws that warm up, each held axially at one end, and the sensors at their free ends, which look at faces that
-// are not plane (CN101394969). Each screw is as warm everywhere as anywhere.
+// Emulates ball screws that warm up, each held axially at one end, and the sensors at their free ends, which measure
+// faces that are not plane (CN101394969). The temperature is uniform along each screw.
 class Screws {
  public:
   Screws(const Config& config, std::uint64_t seed);
 
   MonoTime nextAt() const;
-  // The next reading; false when it is dropped.
+  // Returns the next reading; false when it is dropped.
   bool take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger);
 
-  // The truth: how much longer the screw is than when it was cold, um.
+  // Returns the true expansion since the cold screw, um.
   double extension_um(std::size_t axis, MonoTime at) const;
-  // How far the nut then stands from where the encoder on the motor says, mm.
+  // Returns the position of the nut minus that on the motor encoder, mm.
   double nutError_mm(std::size_t axis, double position_mm, MonoTime at) const;
-  // What the encoder on the motor sees of an axis that stands there.
+  // Returns the position on the motor encoder for an axis at this position.
   double motorPosition_mm(std::size_t axis, double position_mm, MonoTime at) const {
     return position_mm - nutError_mm(axis, position_mm, at);
   }
-  // What the sensor's face adds to a reading, um, where the encoder on the motor shows this position.
+  // Returns the contribution of the sensor's face to a reading, um, at this position of the motor encoder.
   double face_um(std::size_t axis, double motor_mm) const;
 
  private:

@@ -11,14 +11,14 @@
 
 namespace probebox::world {
 
-// What the sensors of a head would read if they had no end, and what they are like.
+// Holds the unlimited readings of the sensors of a head, and its configuration.
 struct HeadReading {
   Vector3 sensors_mm{};
   double range_mm{};
   double noise_um{};
 };
 
-// How the machine stood from a moment on, as far as a sensor head in its spindle can see.
+// Records the state of the machine from an instant on, as far as a sensor head depends on it.
 struct HeadStand {
   MonoTime since{};
   std::optional<SensorHeadConfig> head;  // nothing while something else is in the spindle
@@ -27,8 +27,8 @@ struct HeadStand {
   BallCentres balls;
 };
 
-// Reads the ball that is nearest to the head. Samples are taken later than the machine is commanded, so that earlier
-// stands are remembered.
+// Reads the ball nearest to the head. Samples are taken later than the machine is commanded, so earlier states are
+// remembered.
 class SensorHead {
  public:
   static constexpr std::size_t kRemembered = 64;

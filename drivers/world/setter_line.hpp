@@ -12,13 +12,13 @@
 
 namespace probebox::world {
 
-// The switch of the tool-setting device: active while a tool or the stylus touches it, late by the device and stamped
-// late like every line. It switches a little deeper or less deep every time.
+// Emulates the switch of the tool-setting device: active while a tool or the stylus touches it, delayed by the device
+// and by its stamp. The depth at which it switches scatters.
 class SetterLine {
  public:
   SetterLine(const Config& config, std::uint64_t seed);
 
-  // When the next edge is stamped; the end of time when none is known.
+  // Returns the stamp of the next edge; the maximum time when none is known.
   MonoTime nextAt(const Machine& machine);
   bool take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger);
   bool take(Event& event, const Machine& machine, Ledger& ledger);

@@ -7,7 +7,7 @@
 
 namespace probebox::world {
 
-// A ball, as the stylus ball's centre meets it.
+// Models a ball for the path of the stylus ball's centre.
 struct SolidBall {
   Vector3 centre{};
   double reach_mm{};  // radius of the ball and of the stylus ball

@@ -12,8 +12,8 @@
 
 namespace probebox::world {
 
-// A block with faces across the machine axes. Its edges are met as corners of the block that is larger by the stylus
-// ball's radius.
+// Models a block with faces normal to the machine axes, grown by the stylus ball's radius; its edges are not
+// rounded.
 struct SolidBlock {
   Vector3 from{}, to{};  // already larger by that radius
 
@@ -26,14 +26,14 @@ struct BallCentres {
   std::size_t count{};
 };
 
-// How the part is held: the angle of its spindle, and the tilt of the table under that.
+// Pose of the part: the angle of its spindle and the tilt of the table under it.
 struct PartPose {
   double c_rad{};
   double tilt_rad{};
 };
 
-// Everything that the stylus can touch, with the part in one pose. Real points are turned about real axes: no
-// formula of any calibration stands here.
+// Holds everything that the stylus can touch, with the part in one pose. True points turn about true axes: no formula
+// of a calibration is used here.
 class Solids {
  public:
   explicit Solids(const Config& config);
@@ -41,16 +41,16 @@ class Solids {
   void turnPart(const PartPose& pose);
   // The balls stand in another mount, from 1; they are there with the next turnPart().
   void mountBalls(std::size_t mount) { mount_ = mount; }
-  // Where a point of the part is in that pose: it stands at `at_zero` at C = 0 without a tilt.
+  // Returns a point of the part in that pose; at_zero: the point at C = 0 without tilt.
   Vector3 partPoint(const Vector3& at_zero, const PartPose& pose) const;
-  // The nearest surface from `from_mm` on; nothing when the way is free. A shank meets balls alone: nothing else
-  // reaches up to it.
+  // Returns the nearest surface beyond `from_mm`; nothing when the path is free. A shank can touch balls only: other
+  // features do not reach up to it.
   std::optional<Meeting> meet(const Move& way, double from_mm, const std::optional<Shank>& shank = {}) const;
-  // The same of a tool. It meets the device that it is set on, and nothing else stands near its ways.
+  // Returns it for a tool, which can touch the tool-setting device only.
   std::optional<Meeting> meetTool(const Move& way, double from_mm, double radius_mm) const;
-  // Of all balls, as they stand now.
+  // Returns all balls in the current pose.
   BallCentres ballCentres() const;
-  // True when the stylus ball, or the shank above it, cannot be there with the part in that pose, because a ball is.
+  // Returns whether the stylus ball, or the shank above it, would overlap a ball with the part in that pose.
   bool occupied(const Vector3& point, const PartPose& pose, const std::optional<Shank>& shank = {}) const;
 
  private:

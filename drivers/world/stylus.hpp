@@ -23,7 +23,7 @@ struct Instant {
   MonoTime rounded() const;
 };
 
-// The stylus ball, or its shank, on a surface. The ball's centre stays at `point` until the body no longer presses.
+// Contact of the stylus ball or its shank. The ball's centre stays at `point` until the body releases it.
 struct Contact {
   Vector3 point{};   // mm
   Vector3 normal{};  // outward
@@ -38,12 +38,12 @@ struct Contact {
   bool setter{};          // with the tool-setting device
   bool tool{};            // of a tool, and not of the stylus
   bool turned_into{};     // the part came to the stylus, which stood still
-  // What the ball is really moved by where the surface moves the shank by 1, above it; 1 where the ball is touched.
+  // Displacement of the ball per displacement of the touched shank; 1 where the ball itself is touched.
   double lever{1};
 };
 
-// How the probe's spindle stands: where it holds the stylus ball's centre, or the tip of a tool, against the body, and
-// how the probe is turned.
+// State of the probe's spindle: the stylus ball's centre, or the tip of a tool, relative to the body, and the
+// orientation of the probe.
 struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -52,31 +52,31 @@ struct Hold {
   std::optional<Shank> shank{};            // above the stylus' ball
 };
 
-// A ball on a spring that meets solids. Touching, it sticks where it met the surface, whatever the direction of the
-// approach; the centre of the ball never enters a solid grown by the ball's radius. At contact it bounces off and at
-// release it rings, both with the free stylus' frequency.
+// Emulates the stylus as a ball on a spring. In contact the ball sticks to the touched point for any direction of
+// approach; its centre never enters a solid grown by its radius. It bounces at contact and rings at release, both at
+// the frequency of the free stylus.
 class Stylus {
  public:
   static constexpr std::size_t kRemembered = 64;
 
   explicit Stylus(const ProbeConfig& probe);
 
-  // Contacts that the body's move makes and ends.
+  // Finds the contacts that a move of the body makes and ends.
   void follow(const Move& move, const Solids& solids, const Hold& hold);
 
-  // The part turns into the stylus, which stands still with its ball's centre at `point`, and stops there.
+  // Makes a contact: the part turned against the resting stylus, its ball's centre at `point`, and stopped.
   void struckAt(const Vector3& point, const Instant& begin, const Hold& hold);
-  // It turns away.
+  // Ends that contact: the part turns away.
   void freedAt(MonoTime at);
 
-  // How far the stylus ball stands from where the probe holds it, mm, in machine axes, `delay_s` before `at`. `body` is
-  // of that instant.
+  // Returns the displacement of the stylus ball from its free position, mm, in machine axes, `delay_s` before `at`.
+  // body: its position at that instant.
   Vector3 displacement(const Vector3& body, MonoTime at, double delay_s) const;
-  // The same in the probe's own axes, which turn with its spindle; none while a tool is in its place.
+  // Returns it in the probe's own axes, which turn with its spindle; zero while a tool is in the spindle.
   Vector3 inProbeAxes(const Vector3& body, MonoTime at, double delay_s) const;
 
   std::uint64_t contactCount() const { return count_; }
-  // The contact of that number, from 0; nothing when it is still to come or has been forgotten.
+  // Returns the contact of that number, from 0; null when it lies ahead or is no longer remembered.
   const Contact* contact(std::uint64_t number) const;
 
  private:

@@ -13,19 +13,19 @@
 
 namespace probebox::world {
 
-// The master clock's line as a kernel sees it: edges late by a bias and a skewed spread, some missing, some doubled,
-// some spurious. The clock's true ticks are remembered for tests.
+// Emulates the master clock's line at the kernel: edges delayed by a bias and a skewed jitter; some are missing,
+// doubled or spurious. Remembers the true ticks for tests.
 class SyncLine {
  public:
   static constexpr std::size_t kRemembered = 4096;
 
   SyncLine(const Config& config, std::uint64_t seed);
 
-  // Decides about all edges that may be stamped by `limit`, as far as that is needed for the next one.
+  // Draws the edges that may be stamped by `limit`, as far as the next one depends on them.
   void prepare(MonoTime limit, FaultSchedule& faults, Ledger& ledger);
-  // When the next edge is stamped, or would have been; the end of time when none is known.
+  // Returns the stamp of the next edge, or of a lost one; the maximum time when none is known.
   MonoTime nextAt() const;
-  // The next edge; false when there is none after all.
+  // Returns the next edge; false when it is missing.
   bool take(PhysicalEdge& edge, Ledger& ledger);
   bool take(Event& event, Ledger& ledger);
 
@@ -41,7 +41,7 @@ class SyncLine {
     bool lost{};
     Tick tick{};
   };
-  // More than edges can overtake each other by.
+  // Exceeds the number of edges that can overtake each other.
   static constexpr std::size_t kMostPending = 256;
 
   void decideTick(FaultSchedule& faults, Ledger& ledger);

@@ -12,16 +12,16 @@
 
 namespace probebox::world {
 
-// The switch of a touch-trigger probe (TouchTriggerConfig): it opens when the stylus is pushed by its pre-travel,
-// closes when it sits again, and may chatter at both.
+// Emulates the switch of a touch-trigger probe (TouchTriggerConfig): it opens after the pre-travel, closes when the
+// stylus is seated again, and may chatter at both.
 class TouchTrigger {
  public:
   TouchTrigger(const Config& config, std::uint64_t seed);
 
-  // When the next edge is stamped; the end of time when none is known.
+  // Returns the stamp of the next edge; the maximum time when none is known.
   MonoTime nextAt(const Machine& machine);
   PhysicalEdge take(const Machine& machine);
-  // As the kernel hands the edge over that was taken last.
+  // Returns the edge that was taken last as the kernel delivers it.
   Event event(const PhysicalEdge& edge) const {
     return Edge{edge.role, edge.line, edge.level, static_cast<std::uint32_t>(taken_), edge.at};
   }

@@ -9,13 +9,13 @@
 
 namespace probebox::world {
 
-// The probe's trigger output: active from contact to release, stamped late like every line, late by the probe too. Of a
+// Emulates the probe's trigger output: active from contact to release, delayed by its stamp and by the probe. For a
 // touch-trigger probe it is the switch.
 class TriggerLine {
  public:
   TriggerLine(const Config& config, std::uint64_t seed);
 
-  // When the next edge is stamped; the end of time when none is known.
+  // Returns the stamp of the next edge; the maximum time when none is known.
   MonoTime nextAt(const Machine& machine);
   bool take(PhysicalEdge& edge, const Machine& machine, Ledger& ledger);
   bool take(Event& event, const Machine& machine, Ledger& ledger);

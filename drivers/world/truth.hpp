@@ -5,10 +5,10 @@
 #include "drivers/world/vector.hpp"
 #include "protocol/units/time.hpp"
 
-// What really happened. Tests and the demo may read it; the daemon never.
+// Reports the truth of the emulation, for tests and the demo. The daemon must not read it.
 namespace probebox::world {
 
-// Of everything handed out so far; all counts are exact:
+// Counts everything delivered so far, exactly:
 //   ticks  - missing - silent          + doubled + spurious - lost_edges == edges handed out
 //   probe_samples - dropped_probe == deflections handed out;   encoder_latches - dropped_encoders == counts handed out
 struct Ledger {
@@ -47,7 +47,7 @@ struct Truth {
   Ledger ledger;
 };
 
-// When a tick of the master clock really was.
+// True time of a tick of the master clock.
 struct TrueTick {
   Tick tick{};
   MonoTime at{};
@@ -56,7 +56,7 @@ struct TrueTick {
 
 enum class EdgeOrigin : std::uint8_t { tick, doubled, spurious };
 
-// Where an edge of the sync line came from. `tick` means nothing for a spurious edge.
+// Origin of an edge of the sync line. `tick` is undefined for a spurious edge.
 struct TrueEdge {
   std::uint32_t line_sequence{};
   EdgeOrigin origin{};

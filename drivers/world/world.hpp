@@ -20,37 +20,37 @@
 #include "protocol/events/event.hpp"
 #include "protocol/units/time.hpp"
 
-// The emulated machine tool: three axes with encoders, a master clock, a scanning probe and a datum sphere, on virtual
-// time. The same config, seed and commands give the same bytes, however finely time is advanced and events are polled.
+// Emulates the machine tool on virtual time: three axes with encoders, a master clock, a scanning probe, a datum
+// sphere. The same config, seed and commands give the same bytes, independent of the steps of time and of polling.
 namespace probebox::world {
 
 class World {
  public:
   World(const Config& config, std::uint64_t seed);
 
-  // Time is given, never read. What has happened until `now` can be polled from then on, and should be before the
-  // machine has made another MotionHistory::kRemembered moves. Time never goes back.
+  // Advances to `now`, never backwards. Poll the events up to `now` before the machine has made another
+  // MotionHistory::kRemembered moves.
   void advanceTo(MonoTime now);
   MonoTime now() const { return now_; }
 
-  // Moves what has happened into `into` and says how much; 0 when all has been handed out. Stamps never go back.
+  // Moves events into `into` and returns their number; 0 when all have been delivered. Stamps never decrease.
   std::size_t poll(std::span<Event> into);
 
-  // The same for the edges of the lines alone, when the config asks for physical edges: `at` is when the kernel stamps
-  // the edge, late as kernels are, and `lost` says that the kernel has no room for it.
+  // Moves the edges of the lines alone, when the config asks for physical edges: `at` is the stamp of the kernel,
+  // including its delay; `lost` marks an edge for which the kernel has no room.
   std::size_t pollEdges(std::span<PhysicalEdge> into);
 
-  // What a controller commands. The emulated controller uses nothing else of the world.
+  // Returns the machine, which the emulated controller commands; it uses nothing else of the world.
   Machine& machine() { return machine_; }
 
-  // False when no more faults can be remembered. A fault in the past begins with what has not been handed out yet.
+  // Adds a fault; false when the schedule is full. A fault in the past begins with the events not delivered yet.
   bool inject(const Fault& fault) { return faults_.add(fault); }
 
   // For tests and the demo.
   Truth truth() const;
   const Machine& machine() const { return machine_; }
   const Screws& screws() const { return screws_; }
-  // One of the latest SyncLine::kRemembered ticks; nothing for others.
+  // Returns one of the latest SyncLine::kRemembered ticks; nothing for others.
   std::optional<TrueTick> trueTick(Tick tick) const { return sync_.trueTick(tick); }
   std::optional<TrueEdge> trueEdge(std::uint32_t line_sequence) const { return sync_.trueEdge(line_sequence); }
 

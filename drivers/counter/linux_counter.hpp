@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "board/describe/encoder.hpp"
+#include "drivers/counter/port.hpp"
+#include "drivers/io/descriptor.hpp"
+
+namespace probebox::counter {
+
+// One Count of a counter device of the kernel: its value by sysfs, its events by /dev/counterN (linux/counter.h).
+class LinuxCounter final : public CounterPort {
+ public:
+  // interval: of polling; not used where the sync line latches the count.
+  LinuxCounter(const board::CounterEncoder& described, char axis, Nanoseconds interval);
+
+  Outcome<OpenedCount> open() override;
+  void close() override;
+  std::optional<std::size_t> readEvents(std::span<CounterEvent> into) override;
+  std::optional<PolledCount> poll() override;
+  bool isDue(MonoTime now) override;
+  int descriptor() const override { return ready_ ? ready_.get() : -1; }
+
+ private:
+  bool isLatched() const { return described_.latched_by != board::LatchedBy::polling; }
+  Outcome<bool> find();
+  std::optional<Error> whyNotCounting() const;
+  std::string attribute(const std::string& name) const;
+  Outcome<bool> openEvents();
+  Outcome<bool> watch(std::uint8_t event, std::uint8_t channel, bool captured);
+  Outcome<bool> startTimer();
+
+  board::CounterEncoder described_;
+  std::string section_;  // "[encoder.X] of box.toml"
+  Nanoseconds interval_;
+  std::string device_;            // "counter0"
+  std::filesystem::path folder_;  // of the count in sysfs
+  io::Descriptor value_, events_, timer_, ready_;
+};
+
+}  // namespace probebox::counter
