@@ -1,28 +1,16 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "board/describe/encoder.hpp"
+#include "board/describe/gpio_line.hpp"
+#include "board/describe/sensors.hpp"
 #include "protocol/units/time.hpp"
 
-// box.toml: the hardware of the box, as its vendor built it. Lines are named here and nowhere else.
+// Describes the hardware of the box as its vendor built it (box.toml). Lines are named only here.
 namespace probebox::board {
-
-// A line by its offset on the chip, or by the name that the kernel knows it by.
-using LineAddress = std::variant<unsigned, std::string>;
-
-enum class ActiveLevel : std::uint8_t { high, low };
-
-// One digital line of the box: an input, but for the output of the loop-back.
-struct GpioLine {
-  std::string name;  // for messages to a person: "sync", "trigger 1"
-  std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
-  LineAddress line{0U};
-  ActiveLevel active{ActiveLevel::high};
-};
 
 // An index (reference mark) input belongs to one axis.
 struct IndexLine {
@@ -37,12 +25,14 @@ struct LoopBack {
   GpioLine input;   // its active edge answers the output's
 };
 
-// Sources of data: "sim" (the emulated machine) or "none"; a probe also "usb" or "usb:SERIAL".
+// Sources of data: "sim" (the emulated machine) or "none"; encoders also "axes" (each as `encoders_by_axis` says), a
+// probe also "usb", "usb:SERIAL" or "iio" (sensors.probe), drift also "iio" (sensors.drift).
 struct Devices {
   std::string encoders;
-  double encoder_rate_hz{};  // how often all axes are latched
+  double encoder_rate_hz{};  // how often all axes are latched, unless one has a rate of its own
   std::string probe;
   std::string drift{"none"};  // sensors of the ball screws
+  Encoders encoders_by_axis{};
 };
 
 // USB identity; the serial number is that of the box. Vendors have numbers of their own: 1209:0001 is for tests
@@ -66,6 +56,7 @@ struct Box {
   std::vector<GpioLine> inhibits;  // active during a cut, when no result may come into force
   std::optional<LoopBack> loop_back;
   Devices devices;
+  Sensors sensors;
   UsbIdentity usb;
 };
 

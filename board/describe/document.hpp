@@ -10,11 +10,11 @@ namespace probebox::board {
 
 inline constexpr std::size_t kLongestFile = 100'000;  // bytes; those of the emulated board have 10 000 at most
 
-// Notes what would be dangerous to parse: a file that is no description by its size, and keys nested so deep that the
-// parser, which calls itself for each level, would run out of stack.
+// Rejects input that is dangerous to parse: files that are too large, and keys nested so deep that the recursive parser
+// would overflow its stack.
 bool isParsable(std::string_view text, Problems& problems);
 
-// Parses `text` and lets `read` (Section& -> T) take what it knows. Any problem makes it an error.
+// Parses `text` and reads it by `read` (Section& -> T). Returns all problems as one error.
 template <class T, class Read>
 Outcome<T> readDocument(std::string_view text, std::string_view file_name, Read read) {
   Problems problems{file_name};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "board/describe/document.hpp"
+#include "board/describe/encoder_checks.hpp"
 #include "board/describe/parse.hpp"
 #include "board/describe/ranges.hpp"
 #include "board/describe/sim_files.hpp"
@@ -96,6 +97,17 @@ void checkToolSetter(const Reader& reader, const Box& box, const Machine& machin
                 " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names);
 }
 
+// A sensor without a screw would be read for nothing.
+void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
+  for (const auto& sensor : box.sensors.drift) {
+    if (machine.screws.at(sensor.axis)) continue;
+    const std::string axis{"XYZ"[sensor.axis]};
+    error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "box.toml") + ": [[drift]] has axis = \"" + axis +
+                  "\", and " + nameOf(reader, "machine.toml") + " has no [screw." + axis +
+                  "]: describe the screw there, or remove the sensor";
+  }
+}
+
 Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   Descriptions all;
   World world;
@@ -110,6 +122,11 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
     all.world = std::move(world);
   }
   if (good) checkToolSetter(reader, all.box, all.machine, error);
+  if (good) checkDrift(reader, all.box, all.machine, error);
+  if (good)
+    for (const auto& problem :
+         encoderProblems(all.box, nameOf(reader, "box.toml"), all.machine, nameOf(reader, "machine.toml")))
+      error.what += (error.what.empty() ? "" : "\n") + problem;
   if (!error.what.empty()) return error;
   return all;
 }

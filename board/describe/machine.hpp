@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-// machine.toml: the machine tool, as its integrator knows it. Axes and signs as in ISO 841.
+// Describes the machine tool as its integrator knows it (machine.toml). Axes and signs as in ISO 841.
 namespace probebox::board {
 
-// How the counts of an axis become a machine position: the encoder is absolute, the axis passes a mark, or the
-// controller sends the position after homing.
+// Selects the reference of an axis: an absolute encoder, a reference mark, or the position that the controller sends
+// after homing.
 enum class ReferenceBy { absolute, index, homing };
 
 struct ReferenceDescription {
@@ -35,9 +35,9 @@ struct AxisDescription {
   double correction_rate_mm_s{};
 };
 
-// What the gain K of a screw gives (D1): the correction, or the error.
+// Selects the meaning of the gain K of a screw, equation (D1): correction or error.
 enum class GainIs { correction, error };
-// Where the screw's fixed bearing is, seen along the axis.
+// Selects the end of the axis at which the fixed bearing of the screw is.
 enum class FixedBearing { low, high };
 
 // The ball screw of a linear axis with a sensor at its free end (CN101394969).
@@ -105,7 +105,7 @@ struct HeadDescription {
 enum class Programming { radius, diameter };
 
 struct CentrelineDescription {
-  double assumed_x_mm{};  // position of the turning axis as the control assumes it
+  double assumed_x_mm{};  // position of the turning axis that the control assumes
   double assumed_y_mm{};
   bool correct_x{true};
   bool correct_y{true};

@@ -1,54 +1,20 @@
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "board/describe/document.hpp"
+#include "board/describe/encoder_sections.hpp"
+#include "board/describe/line_sections.hpp"
 #include "board/describe/parse.hpp"
+#include "board/describe/sensor_sections.hpp"
 
 namespace probebox::board {
 namespace {
 
 constexpr std::size_t kMostLines = 16;  // of one role
 
-// Two roles on one line would take it from each other, and a name must tell which line it is.
-struct Taken {
-  std::map<std::pair<std::string, LineAddress>, std::string> lines;
-  std::set<std::string> names;
-};
-
-LineAddress lineAddress(Section& section) {
-  const auto* node = section.node("line");
-  if (node == nullptr) return {};
-  if (node->is_string()) return section.text("line");
-  const auto offset = node->value_exact<std::int64_t>();
-  if (!offset || *offset < 0 || *offset > 65535) {
-    section.problem("line", "is neither an offset nor a name: write line = 4, or line = \"GPIO17\"");
-    return {};
-  }
-  return static_cast<unsigned>(*offset);
-}
-
-GpioLine gpioLine(Section& section, const std::string& default_name, Taken& taken) {
-  GpioLine line;
-  line.name = section.text("name", default_name);
-  line.chip = section.text("chip", {}, kLongestAddress);
-  line.line = lineAddress(section);
-  line.active = section.choice("active", {"high", "low"}, 0) == 0 ? ActiveLevel::high : ActiveLevel::low;
-  if (section.good("line") && section.good("chip")) {
-    const auto [place, is_new] = taken.lines.try_emplace({line.chip, line.line}, line.name);
-    if (!is_new)
-      section.problem("line", "of " + inQuotes(line.name) + " is that of " + inQuotes(place->second) +
-                                  ": give each a line of its own");
-  }
-  if (!line.name.empty() && !taken.names.insert(line.name).second)
-    section.problem("name", "= " + inQuotes(line.name) + " is there twice: give each line a name of its own");
-  return line;
-}
-
-std::vector<GpioLine> gpioLines(Section& root, const std::string& role, Taken& taken) {
+std::vector<GpioLine> gpioLines(Section& root, const std::string& role, TakenLines& taken) {
   std::vector<GpioLine> lines;
   for (auto& section : root.sections(role, kMostLines)) {
     lines.push_back(gpioLine(section, role + " " + std::to_string(lines.size() + 1), taken));
@@ -57,7 +23,7 @@ std::vector<GpioLine> gpioLines(Section& root, const std::string& role, Taken& t
   return lines;
 }
 
-std::vector<IndexLine> indexLines(Section& root, Taken& taken) {
+std::vector<IndexLine> indexLines(Section& root, TakenLines& taken) {
   std::vector<IndexLine> lines;
   std::array<bool, 3> has_mark{};
   for (auto& section : root.sections("index", kMostLines)) {
@@ -74,17 +40,10 @@ std::vector<IndexLine> indexLines(Section& root, Taken& taken) {
   return lines;
 }
 
-GpioLine lineOfPair(Section& pair, const std::string& key, Taken& taken) {
-  auto section = pair.section(key);
-  auto line = gpioLine(section, "loop-back " + key, taken);
-  section.finish();
-  return line;
-}
-
-LoopBack loopBack(Section pair, Taken& taken) {
+LoopBack loopBack(Section pair, TakenLines& taken) {
   LoopBack lines;
-  lines.output = lineOfPair(pair, "output", taken);
-  lines.input = lineOfPair(pair, "input", taken);
+  lines.output = lineOf(pair, "output", "loop-back", taken);
+  lines.input = lineOf(pair, "input", "loop-back", taken);
   pair.finish();
   return lines;
 }
@@ -107,32 +66,34 @@ UsbIdentity usbIdentity(Section section) {
   return usb;
 }
 
-// The emulated machine takes the place of all devices; without it, encoders have no driver yet.
+// The emulated machine takes the place of all devices.
 Devices devicesOf(Section section) {
   constexpr std::string_view kReceiver = "usb:";
   Devices devices;
-  const bool emulated = section.choice("encoders", {"none", "sim"}) == 1;
-  devices.encoders = emulated ? "sim" : "none";
+  devices.encoders = std::array{"none", "sim", "axes"}[section.choice("encoders", {"none", "sim", "axes"})];
+  const bool emulated = devices.encoders == "sim";
   devices.encoder_rate_hz = section.number("encoder_rate_hz", {1, 1e6});
   devices.probe = section.text("probe");
   const bool named = devices.probe.starts_with(kReceiver) && devices.probe.size() > kReceiver.size();
-  if (!named) devices.probe = std::array{"none", "sim", "usb"}[section.choice("probe", {"none", "sim", "usb"})];
-  devices.drift = std::array{"none", "sim"}[section.choice("drift", {"none", "sim"}, 0)];
+  if (!named)
+    devices.probe = std::array{"none", "sim", "usb", "iio"}[section.choice("probe", {"none", "sim", "usb", "iio"})];
+  devices.drift = std::array{"none", "sim", "iio"}[section.choice("drift", {"none", "sim", "iio"}, 0)];
   const bool comparable = section.good("encoders") && section.good("probe");
   if (comparable && emulated != (devices.probe == "sim"))
-    section.problem("probe", "= " + inQuotes(devices.probe) + " does not go with encoders = \"" + devices.encoders +
-                                 "\": write \"sim\" for both (the emulated machine); or encoders = \"none\" with probe "
-                                 "= \"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with "
-                                 "that serial number)");
+    section.problem("probe",
+                    "= " + inQuotes(devices.probe) + " does not go with encoders = \"" + devices.encoders +
+                        "\": write \"sim\" for both (the emulated machine); or encoders = \"axes\" (each as "
+                        "[encoder.AXIS] says) or \"none\" with probe = \"none\", \"usb\" (a receiver on USB), "
+                        "\"usb:SERIAL\" (the one with that serial number) or \"iio\" (a converter, [probe_adc])");
   if (section.good("drift") && section.good("encoders") && devices.drift == "sim" && !emulated)
-    section.problem("drift", "= \"sim\" needs the emulated machine: write \"none\", or encoders = \"sim\"");
+    section.problem("drift", "= \"sim\" needs the emulated machine: write \"none\" or \"iio\", or encoders = \"sim\"");
   section.finish();
   return devices;
 }
 
 Box readBox(Section& root) {
   Box box;
-  Taken taken;
+  TakenLines taken;
   auto identity = root.section("box");
   box.board_name = identity.text("board_name");
   box.serial_number = usbText(identity, "serial_number");
@@ -151,6 +112,8 @@ Box readBox(Section& root) {
   box.inhibits = gpioLines(root, "inhibit", taken);
   if (auto pair = root.sectionIfThere("loop_back")) box.loop_back = loopBack(std::move(*pair), taken);
   box.devices = devicesOf(root.section("devices"));
+  box.devices.encoders_by_axis = readEncoders(root, box, taken);
+  box.sensors = readSensors(root, box.devices);
   box.usb = usbIdentity(root.section("usb", false));
   return box;
 }

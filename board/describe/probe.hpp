@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-// probe.toml: the probe and its stylus, from the maker or from the last qualification.
+// Describes the probe and its stylus, from the maker or from the last qualification (probe.toml).
 namespace probebox::board {
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;  // rows

@@ -15,13 +15,13 @@ namespace probebox::board {
 inline constexpr std::size_t kLongestAddress = 255;  // characters of the address of a link or a line
 inline constexpr std::size_t kLongestProblem = 600;  // characters of a sentence about a problem
 
-// Puts a value of a file into double quotes, shortened to what a sentence can hold.
+// Quotes a value of a file, shortened to fit into a sentence.
 inline std::string inQuotes(std::string_view text) {
   constexpr std::size_t kMost = 60;
   return "\"" + shown(text, kMost) + "\"";
 }
 
-// What is wrong with one file, in the order of its lines.
+// Collects the problems of one file in the order of its lines.
 class Problems {
  public:
   explicit Problems(std::string_view file_name) : file_name_{file_name} {}
@@ -33,7 +33,7 @@ class Problems {
   // "box.toml:12"
   std::string place(std::uint32_t line) const { return file_name_ + ":" + std::to_string(std::max(line, 1U)); }
 
-  // One a line. Of very many the first are enough to begin with.
+  // Returns one problem a line; of very many only the first.
   Error error() const {
     constexpr std::size_t kMost = 100;
     auto sorted = found_;

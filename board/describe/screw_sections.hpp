@@ -2,10 +2,10 @@
 #include "board/describe/machine.hpp"
 #include "board/describe/section.hpp"
 
-// The ball screws of machine.toml: [screw.X] to [screw.Z], each of them optional. Inside of this room only.
+// Reads the ball screws of machine.toml: [screw.X] to [screw.Z], all optional. Private to the room.
 namespace probebox::board {
 
-// After the axes, whose nuts run on them. hold_s: where a screw says nothing else.
+// Call it after the axes have been read. hold_s: the default for screws without one.
 void readScrews(Section& root, double hold_s, Machine& machine);
 
 }  // namespace probebox::board

@@ -13,7 +13,7 @@
 #include "board/describe/problems.hpp"
 #include "board/describe/ranges.hpp"
 
-// A table of a TOML file, read key by key. Inside of this room only: the library does not show in a public header.
+// Reads a table of a TOML file key by key. Private to the room: the library does not appear in public headers.
 namespace probebox::board {
 
 // How many elements a list may have.
@@ -22,15 +22,15 @@ struct Count {
   std::size_t most{};
 };
 
-// A text with the line that it stands on.
+// Holds a text with its line.
 struct PlacedText {
   std::string text;
   std::uint32_t line{};
 };
 
-// The door of all descriptions: types, ranges, lengths and spelling are checked here and nowhere else. Every getter
-// notes its key as known. For a wrong or missing value it notes the problem and returns one that is inside of the
-// range, so that one reading finds all problems and no reader sees a value that the range forbids.
+// Checks types, ranges, lengths and spelling of all descriptions, in this one place. Every getter registers its key.
+// For a wrong or missing value it records the problem and returns a value inside the range, so one pass finds all
+// problems and no reader receives a value outside its range.
 class Section {
  public:
   Section(const toml::table& table, std::string name, Problems& problems, std::uint32_t line, bool absent = false);
@@ -54,12 +54,12 @@ class Section {
   std::size_t choice(std::string_view key, const std::vector<std::string>& choices,
                      std::optional<std::size_t> otherwise = {});
 
-  // The node itself, for a key that may hold more than one type; null where it is missing, which is noted.
+  // Returns the node of a key that may hold more than one type; null where it is missing, which is a problem.
   const toml::node* node(std::string_view key);
 
-  // One table. Where it is missing, what is read from it is harmless and nothing but its own absence is a problem.
+  // Reads a required table. Where it is missing, values read from it are valid and only its absence is a problem.
   Section section(std::string_view key, bool required = true);
-  // Where the table is not there, nothing is read and nothing is wrong.
+  // Reads an optional table; its absence is no problem.
   std::optional<Section> sectionIfThere(std::string_view key);
   // [[key]], in the order of the file.
   std::vector<Section> sections(std::string_view key, std::size_t most);
@@ -70,12 +70,12 @@ class Section {
   // The same on a line of its own, that of an element of a list.
   void problemAt(std::uint32_t line, std::string_view key, const std::string& text);
   bool has(std::string_view key) const { return table_->contains(key); }
-  // The key is there and nothing has been found wrong with it: it can be compared with others.
+  // Returns whether the key exists without a problem, so that it can be compared with others.
   bool good(std::string_view key) const { return has(key) && !wrong_.contains(key); }
   // "service.toml:3: 'links'"
   std::string place(std::uint32_t line, std::string_view key) const;
 
-  // Notes the keys that nobody asked for, each with the known key that it is nearest to, and the required keys that are
+  // Reports the keys that no getter asked for, each with the nearest known key, and the required keys that are
   // missing.
   void finish();
 

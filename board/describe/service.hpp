@@ -4,10 +4,10 @@
 #include <string_view>
 #include <vector>
 
-// service.toml: how the box is reached, and what may be done over a link.
+// Describes how the box is reached and what each link may do (service.toml).
 namespace probebox::board {
 
-// What may be done over a link or a line, besides reading. Whatever is not named is not allowed.
+// Lists the rights of a link or a line besides reading. Rights that are not named are not granted.
 struct Access {
   bool allow_marker{false};     // begin and end steps, tell the pose and the tool
   bool allow_homing{false};     // say where an axis stands
@@ -18,7 +18,7 @@ struct Access {
   friend bool operator==(const Access&, const Access&) = default;
 };
 
-// A link or a line with rights of its own, in place of those of [access].
+// Gives a link or a line rights of its own instead of those of [access].
 struct Door {
   std::string address;  // as in links or cnc
   bool read_only{};     // nothing is allowed; a link that other computers can reach has to say so
@@ -39,9 +39,9 @@ struct Service {
   std::vector<Door> doors;
   StreamSettings stream;
 
-  // The door at this address, or null.
+  // Returns the entry of this address, or null.
   const Door* doorAt(std::string_view address) const;
-  // The rights of who comes in at this address.
+  // Returns the rights of clients at this address.
   const Access& accessAt(std::string_view address) const;
 };
 

@@ -3,12 +3,12 @@
 #include "board/describe/section.hpp"
 #include "board/describe/world.hpp"
 
-// The shank of the stylus: [probe_shank] of machine.toml, and [probe_spindle.shank] of world.toml.
+// Reads the shank of the stylus: [probe_shank] of machine.toml and [probe_spindle.shank] of world.toml.
 namespace probebox::board {
 
-// After the tools, of which one carries it.
+// Call it after the tools have been read, one of which carries the shank.
 void readProbeShank(Section& root, Machine& machine);
-// Into the first tool of the spindle; nothing where it is not described.
+// Reads it into the first tool of the spindle; optional.
 void readWorldShank(Section& spindle, WorldProbeSpindle& described);
 
 }  // namespace probebox::board

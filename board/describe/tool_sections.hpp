@@ -7,7 +7,7 @@
 
 namespace probebox::board {
 
-// What a tool or a holder may be called.
+// Checks the name of a tool or a holder.
 inline constexpr Range kToolNumbers{1, 65'535};
 
 // Sections [[holder]] and [[tool]] of machine.toml.
@@ -16,7 +16,7 @@ void readTools(Section& root, Machine& machine);
 void readToolSetter(Section& root, Machine& machine);
 // Sections [tool_setter] and [[tool]] of world.toml.
 void readWorldTools(Section& root, World& world);
-// One of the tools that are known so far has that number.
+// Returns whether one of the tools read so far has that number.
 bool hasTool(const World& world, std::uint32_t number);
 
 }  // namespace probebox::board

@@ -6,7 +6,7 @@
 
 #include "board/describe/probe.hpp"
 
-// world.toml: the emulated machine. Only the emulation and the tests read it; to the box it is the unknown truth.
+// Describes the emulated machine (world.toml). Only the emulation and tests read it; the box does not know it.
 namespace probebox::board {
 
 using Vector3 = std::array<double, 3>;

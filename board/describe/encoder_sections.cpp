@@ -1,0 +1,209 @@
+#include "board/describe/encoder_sections.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace probebox::board {
+namespace {
+
+constexpr Range kChannel{0, 255};
+constexpr Range kEncoderRate_hz{1, 1e6};
+// A timer of the kernel reads each counter; a faster one takes more of the processor than it gives.
+constexpr Range kPollRate_hz{1, 10'000};
+// What libgpiod and a small board's processor have been seen to follow without a loss, with room to spare.
+constexpr Range kEdgeRate_hz{10, 20'000};
+constexpr double kUsualEdgeRate_hz = 5000;
+// What numbers the positions of a controller: its cycles, or microseconds.
+constexpr Range kControlCounter_hz{10, 1e6};
+
+const std::vector<std::string> kKinds{"counter", "quadrature", "receiver", "control"};
+enum class Kind { counter, quadrature, receiver, control };
+
+std::uint8_t channelOf(Section& section, std::string_view key) {
+  return static_cast<std::uint8_t>(section.integer(key, kChannel, 0));
+}
+
+// An index mark that two inputs tell would be taken for two marks.
+bool indexOf(Section& section, std::size_t axis, const Box& box) {
+  const bool has_index = section.flag("index", false);
+  if (!has_index) return false;
+  const std::string name{kEncoderAxes[axis]};
+  if (axis >= kLinearEncoders) {
+    section.problem("index",
+                    "= true, and rotary axes are not referenced by a mark: remove it, and let the controller "
+                    "tell the angle after homing (reference = \"homing\" in machine.toml)");
+  } else if (std::ranges::any_of(box.indexes, [&](const IndexLine& line) { return line.axis == axis; })) {
+    section.problem("index", "= true, and [[index]] has a line for " + name +
+                                 " too: keep the one that the mark is wired to, and remove the other");
+  }
+  return true;
+}
+
+CounterEncoder readCounter(Section& section, std::size_t axis, const Box& box) {
+  CounterEncoder counter;
+  counter.device = section.text("device", {}, kLongestAddress);
+  counter.count = channelOf(section, "count");
+  if (section.has("bits")) counter.bits = static_cast<std::uint8_t>(section.integer("bits", {8, 64}));
+  counter.latched_by =
+      static_cast<LatchedBy>(section.choice("latched_by", {"polling", "index", "capture", "change-of-state"}, 0));
+  counter.has_index = indexOf(section, axis, box);
+  if (counter.has_index) counter.index_channel = channelOf(section, "index_channel");
+  if (counter.latched_by == LatchedBy::polling) return counter;
+  counter.latch_channel = channelOf(section, "latch_channel");
+  counter.latched_value = static_cast<LatchedValue>(section.choice("latched_value", {"count", "capture"}, 0));
+  if (counter.has_index && counter.latched_by == LatchedBy::index && counter.index_channel == counter.latch_channel)
+    section.problem("index",
+                    "= true, and the sync line latches on the same index input: wire the mark to an [[index]] "
+                    "line, or latch by another event");
+  return counter;
+}
+
+QuadratureEncoder readQuadrature(Section& section, std::size_t axis, TakenLines& taken) {
+  const std::string name = std::string{"encoder "} + kEncoderAxes[axis];
+  QuadratureEncoder quadrature{
+      .a = lineOf(section, "a", name, taken),
+      .b = lineOf(section, "b", name, taken),
+      .maximum_edge_rate_hz = section.number("maximum_edge_rate_hz", kEdgeRate_hz, kUsualEdgeRate_hz)};
+  const bool comparable = !quadrature.a.chip.empty() && !quadrature.b.chip.empty();
+  if (comparable && quadrature.a.chip != quadrature.b.chip)
+    section.problem("b", "is on the chip " + inQuotes(quadrature.b.chip) + " and 'a' on " +
+                             inQuotes(quadrature.a.chip) +
+                             ": take two lines of one chip, because the order of edges is known within a chip only");
+  return quadrature;
+}
+
+ReceiverEncoder readReceiver(Section& section, std::size_t axis, const Box& box) {
+  ReceiverEncoder receiver;
+  receiver.channel = static_cast<std::uint8_t>(section.integer("channel", {0, kMostReceiverChannels - 1}));
+  receiver.has_index = indexOf(section, axis, box);
+  if (section.has("rate_hz"))
+    section.problem("rate_hz", "is that of the receiver's samples, 'probe.rate_hz' in probe.toml: remove it");
+  return receiver;
+}
+
+// The rate at which counts arrive, unless the sync line gives it.
+double rateOf(Section& section, const EncoderDescription& encoder, const Box& box) {
+  const double sync_hz = 1e9 / static_cast<double>(std::max<std::int64_t>(1, box.sync_period.count()));
+  const auto* const counter = std::get_if<CounterEncoder>(&encoder.by);
+  if (counter != nullptr && counter->latched_by != LatchedBy::polling) {
+    if (section.has("rate_hz"))
+      section.problem("rate_hz", "does not go with 'latched_by': the sync line gives the rate, " + plain(sync_hz) +
+                                     " Hz ('sync.period_ns'); remove it");
+    return sync_hz;
+  }
+  const bool is_read = counter != nullptr || std::holds_alternative<QuadratureEncoder>(encoder.by);
+  const Range allowed = is_read ? kPollRate_hz : kEncoderRate_hz;
+  const double usual_hz = std::clamp(box.devices.encoder_rate_hz, allowed.from, allowed.to);
+  return section.number("rate_hz", allowed, usual_hz);
+}
+
+EncoderDescription readEncoder(Section section, std::size_t axis, const Box& box, TakenLines& taken) {
+  EncoderDescription encoder;
+  const auto* const kind = section.node("kind");
+  if (kind != nullptr) encoder.line = static_cast<std::uint32_t>(kind->source().begin.line);
+  switch (static_cast<Kind>(section.choice("kind", kKinds))) {
+    case Kind::counter:
+      encoder.by = readCounter(section, axis, box);
+      break;
+    case Kind::quadrature:
+      encoder.by = readQuadrature(section, axis, taken);
+      break;
+    case Kind::receiver:
+      encoder.by = readReceiver(section, axis, box);
+      if (section.good("kind") && !box.devices.probe.starts_with("usb"))
+        section.problem("kind", "= \"receiver\" needs a receiver on USB: write probe = \"usb\" in [devices]");
+      break;
+    case Kind::control:
+      encoder.by = ControlEncoder{};
+      break;
+  }
+  encoder.rate_hz = rateOf(section, encoder, box);
+  if (auto* const control = std::get_if<ControlEncoder>(&encoder.by))
+    control->counter_rate_hz = section.number("counter_rate_hz", kControlCounter_hz, encoder.rate_hz);
+  const bool is_counted = std::holds_alternative<QuadratureEncoder>(encoder.by);
+  encoder.is_absolute = section.flag("absolute", std::holds_alternative<ControlEncoder>(encoder.by));
+  if (is_counted && encoder.is_absolute) section.problem("absolute", "= true, and A and B only count: remove it");
+  section.finish();
+  return encoder;
+}
+
+// Two axes that count with one counter, or one channel, are one axis.
+void checkShared(Section& section, std::size_t axis, const Encoders& encoders) {
+  const auto* const counter = std::get_if<CounterEncoder>(&encoders[axis]->by);
+  const auto* const receiver = std::get_if<ReceiverEncoder>(&encoders[axis]->by);
+  for (std::size_t before = 0; before < axis; ++before) {
+    if (!encoders[before]) continue;
+    const auto* const other = std::get_if<CounterEncoder>(&encoders[before]->by);
+    const auto* const other_channel = std::get_if<ReceiverEncoder>(&encoders[before]->by);
+    const bool same_count = counter != nullptr && other != nullptr && !counter->device.empty() &&
+                            counter->device == other->device && counter->count == other->count;
+    const bool same_channel =
+        receiver != nullptr && other_channel != nullptr && receiver->channel == other_channel->channel;
+    if (same_count || same_channel)
+      section.problem(std::string{kEncoderAxes[axis]},
+                      std::string{"reads what [encoder."} + kEncoderAxes[before] + "] reads: give it " +
+                          (same_count ? "a 'device' or a 'count'" : "a 'channel'") + " of its own");
+  }
+}
+
+// Positions of all axes come with one number.
+void checkCounterOfControl(Section& section, std::size_t axis, const Encoders& encoders) {
+  const auto* const control = std::get_if<ControlEncoder>(&encoders[axis]->by);
+  for (std::size_t before = 0; control != nullptr && before < axis; ++before) {
+    const auto* const other = encoders[before] ? std::get_if<ControlEncoder>(&encoders[before]->by) : nullptr;
+    if (other == nullptr || other->counter_rate_hz == control->counter_rate_hz) continue;
+    section.problem(std::string{kEncoderAxes[axis]},
+                    std::string{"has another 'counter_rate_hz' than [encoder."} + kEncoderAxes[before] +
+                        "]: the controller numbers all its positions by one counter, write the same for both");
+    return;
+  }
+}
+
+}  // namespace
+
+std::string_view kindOf(const EncoderDescription& encoder) {
+  return kKinds[encoder.by.index()];
+}
+
+bool tellsIndex(const EncoderDescription& encoder) {
+  if (const auto* const counter = std::get_if<CounterEncoder>(&encoder.by)) return counter->has_index;
+  if (const auto* const receiver = std::get_if<ReceiverEncoder>(&encoder.by)) return receiver->has_index;
+  return false;
+}
+
+Encoders readEncoders(Section& root, const Box& box, TakenLines& taken) {
+  Encoders encoders;
+  const bool wanted = box.devices.encoders == "axes";
+  auto axes = root.sectionIfThere("encoder");
+  if (!axes) {
+    if (wanted)
+      root.problem("encoder",
+                   "is not there, and encoders = \"axes\" in [devices] needs it: describe each axis, such as "
+                   "[encoder.X] with kind = \"counter\"");
+    return encoders;
+  }
+  if (!wanted)
+    root.problem("encoder", "is there, and encoders = " + inQuotes(box.devices.encoders) +
+                                " in [devices] does not read it: write encoders = \"axes\", or remove the section");
+  for (std::size_t axis = 0; axis < kEncoderLetters; ++axis) {
+    auto section = axes->sectionIfThere(std::string{kEncoderAxes[axis]});
+    if (!section) continue;
+    encoders[axis] = readEncoder(std::move(*section), axis, box, taken);
+    checkShared(*axes, axis, encoders);
+    checkCounterOfControl(*axes, axis, encoders);
+  }
+  for (const std::string secondary : {"U", "V", "W"}) {
+    if (!axes->sectionIfThere(secondary)) continue;
+    axes->problem(secondary,
+                  "is a secondary axis (ISO 841), and this firmware latches X, Y, Z and A, B, C: remove it; "
+                  "positions of a secondary axis are added by the control (kind = \"control\")");
+  }
+  if (wanted && std::ranges::none_of(encoders, [](const auto& encoder) { return encoder.has_value(); }))
+    root.problem("encoder", "describes no axis: add [encoder.X], or write encoders = \"none\" in [devices]");
+  axes->finish();
+  return encoders;
+}
+
+}  // namespace probebox::board
