@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -15,8 +14,10 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/solver/solver_child.hpp"
 #include "firmware/app/threads/real_time.hpp"
+#include "firmware/app/wiring/command_line.hpp"
 #include "firmware/app/wiring/daemon.hpp"
 #include "firmware/app/wiring/service_manager.hpp"
+#include "firmware/app/wiring/start_folder.hpp"
 
 namespace {
 
@@ -26,44 +27,6 @@ constexpr int kFailed = 1;  // this machine does not give what is needed now
 constexpr int kUsage = 2;   // and nothing but a person changes that
 constexpr Nanoseconds kLook = std::chrono::seconds{1};
 constexpr Nanoseconds kPatience = std::chrono::seconds{5};  // where nobody watches
-
-// CLI::Range takes nan.
-CLI::Validator timeScale() {
-  constexpr double kLeast = 0.01, kMost = 100.0;
-  const auto check = [](std::string& text) {
-    double scale = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
-    const bool good = error == std::errc{} && end == text.data() + text.size() && scale >= kLeast && scale <= kMost;
-    return good ? std::string{} : "'" + text + "' is not a number from 0.01 to 100, such as 4";
-  };
-  return CLI::Validator{check, "0.01 to 100", "time scale"};
-}
-
-void describe(CLI::App& command, probebox::app::Options& options) {
-  command
-      .add_option("--board", options.board,
-                  "sim (the emulated machine), or a folder with box.toml, machine.toml, probe.toml, service.toml")
-      ->capture_default_str();
-  command.add_option("--state", options.state, "folder for results and whatever else must survive a restart");
-  command.add_option("--config", options.config, "folder with descriptions that replace the board's own, file by file");
-  command
-      .add_option("--link", options.links,
-                  "address for hosts: tcp:HOST:PORT, serial:DEVICE[,baud=921600] or usb; may be repeated, replaces the "
-                  "links of service.toml")
-      ->allow_extra_args(false);
-  command
-      .add_option(
-          "--cnc", options.cnc,
-          "serial line of a CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1]; may be repeated, replaces cnc of "
-          "service.toml")
-      ->allow_extra_args(false);
-  command.add_option("--journal", options.journal, "record every event that reaches the core in this new file");
-  command.add_option("--time-scale", options.time_scale, "speed of the emulated machine, as a multiple of real time")
-      ->check(timeScale());
-  command.add_flag("--check", options.check,
-                   "check descriptions and addresses, print every problem and exit, with status 2 where there is one");
-  command.add_flag("--usb-identity", options.usb_identity, "print the USB identity for probebox-usb-setup and exit");
-}
 
 // One name and one value a line; the descriptions allow plain ASCII only.
 void printUsbIdentity(const probebox::board::Box& box) {
@@ -138,7 +101,20 @@ std::optional<probebox::board::Descriptions> accepted(const probebox::app::Optio
   return std::nullopt;
 }
 
+int begin(const std::filesystem::path& folder) {
+  if (const auto error = probebox::app::writeStartingDescriptions(folder)) {
+    probebox::app::logError(error->what);
+    return kFailed;
+  }
+  std::printf(
+      "%s has box.toml, machine.toml, probe.toml and service.toml now: edit what is marked there, then run\n"
+      "  probeboxd --board %s --check\n",
+      folder.c_str(), folder.c_str());
+  return 0;
+}
+
 int run(const probebox::app::Options& options) {
+  if (!options.init.empty()) return begin(options.init);
   const auto descriptions = accepted(options);
   if (!descriptions) return kUsage;
   if (options.usb_identity) {
@@ -173,15 +149,10 @@ int run(const probebox::app::Options& options) {
 int main(int argc, char** argv) {
   // The daemon runs itself to solve a case; nothing else of it is set up there.
   if (argc == 3 && std::string_view{argv[1]} == "--solver") return probebox::app::solveInChild(argv[2]);
-  CLI::App command{
-      "probeboxd: the box between a scanning probe and a CNC controller.\nIt only taps signals: no motion stop may "
-      "depend on it."};
-  command.footer("Example, without any hardware:\n  probeboxd --board sim --link tcp:127.0.0.1:7627");
-  command.name("probeboxd");
-  command.set_version_flag("--version", "probeboxd " + probebox::app::firmwareVersion());
+  CLI::App command;
   probebox::app::Options options;
   options.solver = "/proc/self/exe";
-  describe(command, options);
+  probebox::app::declareOptions(command, options);
   try {
     command.parse(argc, argv);
     return run(options);

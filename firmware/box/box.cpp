@@ -27,7 +27,35 @@ published::CalibrationState calibrationState(procedure::State state) {
   return CalibrationState::idle;
 }
 
-published::CalibrationProgress calibrationOf(const procedure::Progress& progress,
+published::StepNow stepOf(const procedure::Progress& progress, const procedure::Plan& plan) {
+  published::StepNow now{.state = static_cast<std::uint8_t>(progress.state),
+                         .repeats = progress.repeats,
+                         .fault = static_cast<std::uint8_t>(progress.last_fault),
+                         .timed_out = progress.timed_out};
+  const bool to_be_done = progress.state == procedure::State::waiting || progress.state == procedure::State::running;
+  if (!to_be_done || progress.step >= plan.step_count) return now;
+  const auto& step = plan.steps[progress.step];
+  now.present = true;
+  now.kind = static_cast<std::uint8_t>(step.kind);
+  now.feature = static_cast<std::uint8_t>(step.feature);
+  now.b_moves = static_cast<std::uint8_t>(step.b_moves);
+  now.turns = step.turns;
+  now.ball = step.touch.ball;
+  now.mount = step.touch.mount;
+  now.tool = step.touch.tool;
+  now.outward_normal = step.touch.outward_normal;
+  now.retract_direction = step.touch.retract_direction;
+  now.overtravel_mm = step.overtravel_mm;
+  now.clearance_mm = step.clearance_mm;
+  now.run_out_mm = procedure::kRunOut_mm;
+  now.speed_mm_s = step.touch.retract_speed_mm_s;
+  now.travel_mm = step.touch.travel_mm;
+  now.shank_height_mm = step.touch.shank_height_mm;
+  now.angles_rad = step.touch.rotary_angles_rad;
+  return now;
+}
+
+published::CalibrationProgress calibrationOf(const procedure::Progress& progress, const procedure::Plan& plan,
                                              const published::DelayInForce& delay) {
   const bool in_force = progress.result_id != 0 && delay.result_id == progress.result_id;
   return {.calibration = in_force ? published::CalibrationState::accepted : calibrationState(progress.state),
@@ -35,7 +63,8 @@ published::CalibrationProgress calibrationOf(const procedure::Progress& progress
           .calibration_run = progress.run,
           .calibration_step = progress.step,
           .calibration_steps = progress.steps,
-          .calibration_result_id = progress.result_id};
+          .calibration_result_id = progress.result_id,
+          .step = stepOf(progress, plan)};
 }
 
 std::array<Nanoseconds, kLinearAxes> tauOf(const DelayActivated& activated) {
@@ -60,6 +89,7 @@ std::optional<Error> whyUnfit(const BoxConfig& config, std::span<const Event> re
 std::optional<Error> whyRefused(const BoxConfig& config) {
   if (auto error = clock::whyRefused(config.clock)) return error;
   if (auto error = clock::whyRefused(config.probe_clock)) return error;
+  if (auto error = clock::whyRefused(config.control_clock)) return error;
   if (auto error = latch::whyRefused(config.latch)) return error;
   if (auto error = corrections::whyRefused(config.corrections)) return error;
   if (config.block_samples == 0 || config.block_samples > BlockBuilder::kMostSamples) {
@@ -74,7 +104,9 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       outputs_{outputs},
       clock_{config.clock},
       probe_clock_{config.probe_clock},
+      control_clock_{config.control_clock},
       latch_{config.latch},
+      common_stamps_{{config.latch.axes[0].interval, config.latch.axes[1].interval, config.latch.axes[2].interval}},
       procedure_{config.methods, config.capture, config.mm_per_count},
       corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
@@ -110,6 +142,7 @@ void Box::handle(const Event& event) {
 void Box::on(const TimeAdvanced& time) {
   clock_.advance(time.at);
   probe_clock_.advance(time.at);
+  control_clock_.advance(time.at);
   latch_.setClock(clock_.map());
   latch_.advance(time.at);
   procedure_.advance(time.at);
@@ -142,11 +175,24 @@ void Box::on(const Edge& edge) {
 void Box::on(const Count& count) {
   auto& watch = count_sequence_[static_cast<std::size_t>(count.axis)];
   state_.lost.counts += watch.missingBefore(count.sequence);
+  take(count);
+}
+
+void Box::take(const Count& count) {
   latch_.push(count);
   corrections_.push(count);
   // The encoders sit on the motors, so a warm screw puts the tool elsewhere than they say: what is measured is where
   // the tool was. A correction that the machine was moved by is in its counts already, and is not taken out again.
-  procedure_.push(count, corrections_.screw_nm(count.axis, count.at));
+  record(count, corrections_.screw_nm(count.axis, count.at));
+}
+
+// A row of a touch has all axes at one stamp.
+void Box::record(const Count& count, std::optional<std::int32_t> screw_nm) {
+  if (!config_.counts_have_own_stamps) return procedure_.push(count, screw_nm);
+  common_stamps_.push(count, screw_nm);
+  while (const auto row = common_stamps_.next())
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      procedure_.push(Count{static_cast<Axis>(axis), 0, row->counts[axis], row->at}, row->screw_nm[axis]);
 }
 
 void Box::on(const AngleCount& count) {
@@ -162,7 +208,10 @@ void Box::on(const Deflection& deflection) {
 void Box::on(const CountedDeflection& counted) {
   const std::uint64_t missing = probe_clock_.counters().missing;
   const auto stamped = probe_clock_.push(counted);
-  state_.lost.deflections += probe_clock_.counters().missing - missing;
+  const std::uint64_t lost = probe_clock_.counters().missing - missing;
+  state_.lost.deflections += lost;
+  state_.lost.counts += lost * receiver_axes_.axes();
+  receiver_axes_.placed(counted.counter, stamped ? std::optional{stamped->at} : std::nullopt);
   if (stamped) {
     take({.sequence = counted.counter,
           .channels_nm = counted.channels_nm,
@@ -172,6 +221,46 @@ void Box::on(const CountedDeflection& counted) {
     // A touch with samples of unknown time has a hole.
     procedure_.push(SourceLost{Source::probe, LossReason::overrun, 1, counted.at});
   }
+}
+
+void Box::on(const CountedAxes& counted) {
+  if (const auto broken = receiver_axes_.broken(counted))
+    on(SourceLost{Source::encoders, LossReason::overrun, 0, counted.at, broken});
+  const auto at = receiver_axes_.timeOf(counted);
+  if (!at) return;  // told with the deflection of the same sample
+  for (std::size_t axis = 0; axis < counted.counts.size(); ++axis)
+    if ((counted.axes >> axis & 1U) != 0) take(axis, counted.counter, counted.counts[axis], *at);
+}
+
+void Box::on(const CountedIndex& index) {
+  if (index.axis >= kLinearAxes + kRotaryAxes) return;
+  const auto at = probe_clock_.timeAfter(index.run, index.counter, index.fraction);
+  if (!at) return;  // without a time there is no reference; the next pulse gives it
+  // No row of a touch: the other axes have no count at this moment.
+  if (index.axis < kLinearAxes) {
+    const Count count{static_cast<Axis>(index.axis), index.counter, index.counts, *at};
+    latch_.push(count);
+    corrections_.push(count);
+  }
+  on(Edge{.role = LineRole::index,
+          .line = index.axis,
+          .level = Level::active,
+          .line_sequence = receiver_axes_.nextIndex(index.axis),
+          .at = *at});
+}
+
+void Box::on(const ControlPositions& positions) {
+  const auto stamped = control_clock_.push({positions.run, positions.counter, positions.newest, positions.at});
+  if (!stamped) return;  // of unknown time: until the clock is locked there are no positions
+  for (std::size_t axis = 0; axis < positions.counts.size(); ++axis)
+    if ((positions.axes >> axis & 1U) != 0) take(axis, positions.counter, positions.counts[axis], stamped->at);
+}
+
+void Box::take(std::size_t axis, std::uint32_t sequence, std::int64_t counts, MonoTime at) {
+  if (axis < kLinearAxes)
+    take(Count{static_cast<Axis>(axis), sequence, counts, at});
+  else
+    corrections_.push(AngleCount{static_cast<RotaryAxis>(axis - kLinearAxes), sequence, counts, at});
 }
 
 void Box::on(const Drift& drift) {
@@ -203,6 +292,7 @@ void Box::on(const SourceLost& lost) {
   const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
   if (is_gone) ++state_.lost.sources_gone;
   if (is_gone && lost.source == Source::probe) probe_clock_.restart();
+  if (is_gone && lost.source == Source::encoders) receiver_axes_.forget();
   corrections_.push(lost);
   procedure_.push(lost);
 }
@@ -271,7 +361,8 @@ void Box::closeBlock() {
 
 void Box::showBeforeStart(MonoTime now) {
   state_.at = now;
-  state_.snapshot = {corrections_.state(), calibrationOf(procedure_.progress(), corrections_.state().delay)};
+  state_.snapshot = {corrections_.state(),
+                     calibrationOf(procedure_.progress(), procedure_.plan(), corrections_.state().delay)};
   outputs_.state(state_);
 }
 
@@ -284,7 +375,7 @@ void Box::publish(MonoTime now) {
        .lost_in_queue = lost_in_queue_samples_});
   const auto& progress = procedure_.progress();
   state_.at = now;
-  state_.snapshot = {corrections_.state(), calibrationOf(progress, corrections_.state().delay)};
+  state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay)};
   state_.map = clock_.map();
   state_.clock_offset_ppm = clock_.offsetPpm();
   state_.clock = clock_.counters();
@@ -292,9 +383,13 @@ void Box::publish(MonoTime now) {
                         .offset_ppm = probe_clock_.offsetPpm(),
                         .sigma_ns = probe_clock_.sigmaNs(),
                         .counters = probe_clock_.counters()};
+  state_.control_clock = {.state = control_clock_.state(),
+                          .offset_ppm = control_clock_.offsetPpm(),
+                          .sigma_ns = control_clock_.sigmaNs(),
+                          .counters = control_clock_.counters()};
   state_.latch = latch;
   state_.procedure = progress;
-  state_.incomplete_rows = procedure_.incompleteRows();
+  state_.incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete();
   state_.stray_markers = procedure_.strayMarkers();
   outputs_.state(state_);
 }

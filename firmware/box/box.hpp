@@ -7,8 +7,10 @@
 #include "firmware/box/block_builder.hpp"
 #include "firmware/box/outputs.hpp"
 #include "firmware/box/parked_changes.hpp"
+#include "firmware/box/receiver_axes.hpp"
 #include "firmware/box/sequence_watch.hpp"
 #include "firmware/box/state.hpp"
+#include "firmware/capture/common_stamps.hpp"
 #include "firmware/capture/touch_dataset.hpp"
 #include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
@@ -24,10 +26,13 @@ namespace probebox::box {
 struct BoxConfig {
   clock::ClockConfig clock;
   clock::CounterClockConfig probe_clock;  // for a receiver that counts its own samples
+  clock::CounterClockConfig control_clock{.max_sigma =
+                                              std::chrono::microseconds{200}};  // of positions from the controller
   latch::LatchConfig latch;
   std::array<double, kLinearAxes> mm_per_count{};  // signed by the sense of the axis
   corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
+  bool counts_have_own_stamps{};                             // axes are read one by one, and not latched together
   procedure::LiveMethods methods{procedure::liveMethods()};  // that can be run
   std::optional<std::uint8_t> tool_setter_line;              // number of a line with the role trigger
   std::uint32_t block_samples = 128;
@@ -68,6 +73,9 @@ class Box {
   void on(const AngleCount& count);
   void on(const Deflection& deflection);
   void on(const CountedDeflection& counted);
+  void on(const CountedAxes& counted);
+  void on(const CountedIndex& index);
+  void on(const ControlPositions& positions);
   void on(const Drift& drift);
   void on(const Marker& marker);
   void on(const SourceLost& lost);
@@ -80,6 +88,9 @@ class Box {
 
   void handle(const Event& event);
   void take(const Deflection& deflection);
+  void record(const Count& count, std::optional<std::int32_t> screw_nm);
+  void take(const Count& count);
+  void take(std::size_t axis, std::uint32_t sequence, std::int64_t counts, MonoTime at);
   void drainLatch();
   void tick(const latch::Record& record);
   void giveTriggers();
@@ -91,7 +102,9 @@ class Box {
   Outputs& outputs_;
   clock::ClockEstimator clock_;
   clock::CounterClock probe_clock_;
+  clock::CounterClock control_clock_;
   latch::Latch latch_;
+  capture::CommonStamps common_stamps_;
   procedure::Procedure procedure_;
   corrections::Corrections corrections_;
   ParkedChanges parked_;
@@ -100,6 +113,7 @@ class Box {
   std::array<SequenceWatch, kLinearAxes> count_sequence_;
   std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
+  ReceiverAxes receiver_axes_;
   std::uint64_t lost_in_queue_samples_{};
   std::uint64_t source_losses_untold_{};  // those among them that were lost at their source before
   std::uint64_t unencodable_samples_{};

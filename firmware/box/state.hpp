@@ -51,6 +51,7 @@ struct State {
   double clock_offset_ppm{};
   clock::ClockCounters clock;
   ProbeClock probe_clock;
+  ProbeClock control_clock;  // of positions that the controller sends
   latch::LatchCounters latch;
   procedure::Progress procedure;
   bool delay_applied{true};  // false when the delay in force exceeds the buffer

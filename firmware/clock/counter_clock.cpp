@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 
 namespace probebox::clock {
@@ -58,7 +59,7 @@ CounterClock::CounterClock(const CounterClockConfig& config)
                 .learns = config.learns}},
       line_{wholePeriod(config.rate_hz)} {}
 
-std::optional<CounterStamp> CounterClock::push(const CountedDeflection& sample) {
+std::optional<CounterStamp> CounterClock::push(const CounterReading& sample) {
   ++counters_.samples;
   follow(sample);
   passTo(sample.at);
@@ -79,7 +80,7 @@ void CounterClock::restart() {
 }
 
 // Finds the sample's index, or a new beginning.
-void CounterClock::follow(const CountedDeflection& sample) {
+void CounterClock::follow(const CounterReading& sample) {
   const std::uint32_t step = last_ ? sample.counter - last_->counter : 1;
   const bool goes_on = !last_ || (sample.run == last_->run && fitsTime(step, sample.at - last_->arrived));
   if (!goes_on) {
@@ -187,6 +188,18 @@ std::optional<CounterStamp> CounterClock::stamp(MonoTime arrived) {
   at = std::max(at, given_ + Nanoseconds{1});
   given_ = at;
   return CounterStamp{at, sigmaNs(ahead)};
+}
+
+std::optional<MonoTime> CounterClock::timeAfter(std::uint8_t run, std::uint32_t counter, std::uint32_t fraction) {
+  constexpr std::int32_t kNear = 4096;  // samples: the longest packets, and more
+  const bool has_time = state_ == ClockState::locked || state_ == ClockState::holdover;
+  if (!has_time || !last_ || last_->run != run) return std::nullopt;
+  const auto since = static_cast<std::int32_t>(counter - last_->counter);
+  if (std::abs(since) > kNear) return std::nullopt;
+  const std::int64_t ahead = index_ + since - filter().tick().index;
+  const double part_ns = std::ldexp(static_cast<double>(fraction), -32) * period_ns_;
+  given_ = std::max(filter().timeOf(ahead) + Nanoseconds{std::llround(part_ns)}, given_ + Nanoseconds{1});
+  return given_;
 }
 
 double CounterClock::offsetPpm() const {

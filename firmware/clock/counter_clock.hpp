@@ -48,6 +48,14 @@ struct CounterStamp {
   double sigma_ns{};
 };
 
+// A sample as its device numbers it.
+struct CounterReading {
+  std::uint8_t run{};  // another value than before: the counter began anew
+  std::uint32_t counter{};
+  bool newest{};  // the last one before `at`
+  MonoTime at{};  // when it arrived
+};
+
 // Estimates when each sample of a device with its own sample counter was taken, from arrival times.
 //
 // The counter gives the index; only the line from index to time is estimated, with the filter, learned jitter and
@@ -62,7 +70,14 @@ class CounterClock {
   explicit CounterClock(const CounterClockConfig& config);
 
   // Takes one sample in order of arrival. Returns its stamp; nullopt when its time is not certain enough.
-  std::optional<CounterStamp> push(const CountedDeflection& sample);
+  std::optional<CounterStamp> push(const CounterReading& sample);
+  std::optional<CounterStamp> push(const CountedDeflection& sample) {
+    return push(CounterReading{sample.run, sample.counter, sample.newest, sample.at});
+  }
+
+  // When something happened that the device latched `fraction` x 2^-32 of a period after the sample `counter`, one of
+  // the last ones; later than every stamp before. nullopt when its time is not certain enough.
+  std::optional<MonoTime> timeAfter(std::uint8_t run, std::uint32_t counter, std::uint32_t fraction);
 
   // Reports that time passed without a sample.
   void advance(MonoTime now);
@@ -90,7 +105,7 @@ class CounterClock {
     MonoTime arrived{};
   };
 
-  void follow(const CountedDeflection& sample);
+  void follow(const CounterReading& sample);
   bool fitsTime(std::uint32_t step, Nanoseconds passed) const;
   void observe(MonoTime arrived);
   void startOn(const ArrivalLine::Line& line);

@@ -129,6 +129,7 @@ void ClockEstimator::decide() {
                                      .residual_ns = chosen.residual_ns,
                                      .since_last = config_.nominal_period,
                                      .after_holdover = was_holdover,
+                                     .may_have_jumped = was_holdover,
                                      .walks = is_running});
   passed_ = misfits_ = 0;
   if (phase_ == Phase::settling) {
@@ -139,6 +140,7 @@ void ClockEstimator::decide() {
   give(chosen.edge, flag, chosen.residual_ns, filter().tick());
   if (tracked_.beyondLimit()) {
     ++counters_.refused_frequency;
+    tracked_.forgetWalks();  // a jump was taken for a walk
     giveUp(ClockState::unlocked);
   }
 }

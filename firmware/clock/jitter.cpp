@@ -14,6 +14,7 @@ constexpr double kGaussianSlope = 0.8664;    // P(|r| < 1.5)
 constexpr double kGaussianSquares = 0.7785;  // E[clip(r, 1.5)^2]
 constexpr std::uint64_t kYoung = 8092;
 constexpr double kSlowest = 1.0 / 8192;  // of the tracking averages
+constexpr double kStray = -6;  // log of the density of stray edges against the peak: 1 % of edges over 0.6 period
 constexpr double kMadToSigma = 1.4826;
 
 }  // namespace
@@ -35,10 +36,20 @@ Score::Value Jitter::score(double residual_ns, double limit_ns) const {
   return {std::clamp(residual_ns, -limit_ns, limit_ns), std::abs(residual_ns) < limit_ns ? 1.0 : 0.0};
 }
 
+double Jitter::clipNs() const {
+  return kClip * spread_ns_;
+}
+
+double Jitter::logLikelihood(double residual_ns) const {
+  const double spreads = std::abs(residual_ns) / spread_ns_;
+  const double clipped = spreads < kClip ? -0.5 * spreads * spreads : kClip * (0.5 * kClip - spreads);
+  return std::max(kStray, learned_ ? score_.logDensity(residual_ns / unit_ns_) : clipped);
+}
+
 Jitter::Judgement Jitter::judge(double residual_ns, double phase_variance_ns2) const {
   const double total = spread_ns_ * spread_ns_ + phase_variance_ns2;
   const bool outlier = residual_ns * residual_ns > kOutlier * kOutlier * total;
-  const Score::Value value = score(residual_ns, kClip * spread_ns_);
+  const Score::Value value = score(residual_ns, clipNs());
   double innovation = value.psi / information_.slope;
   if (phase_variance_ns2 > kWellKnown * variance_ns2_) {
     // A score is a local statement; a phase that is hardly known needs the whole residual, within reason.

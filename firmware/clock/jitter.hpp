@@ -36,6 +36,11 @@ class Jitter {
   // small compared with the spread.
   void track(double residual_ns, double phase_variance_ns2, const Judgement& judged, Nanoseconds since_last);
 
+  // Phase error that a residual alone suggests, ns, about a line that is known well.
+  double innovation(double residual_ns) const { return score(residual_ns, clipNs()).psi / information_.slope; }
+  // Logarithm of the density of the residual, against its peak.
+  double logLikelihood(double residual_ns) const;
+
   double spreadNs() const { return spread_ns_; }
   double varianceNs2() const { return variance_ns2_; }
   bool learned() const { return learned_; }
@@ -47,6 +52,7 @@ class Jitter {
     double slope{};
   };
 
+  double clipNs() const;
   Score::Value score(double residual_ns, double limit_ns) const;
   void setInformation(const Information& information);
   void learn(double residual_ns);

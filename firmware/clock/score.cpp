@@ -121,6 +121,12 @@ double Score::solve() {
   const std::array<double, kKnots> slopes = right;
   matrix.solve(right);
   psi_ = right;
+  log_density_[0] = 0;
+  for (std::size_t i = 0; i + 1 < kKnots; ++i) {
+    log_density_[i + 1] = log_density_[i] - 0.5 * (psi_[i] + psi_[i + 1]) * widthOf(i);
+  }
+  const double peak = *std::ranges::max_element(log_density_);
+  for (double& at_knot : log_density_) at_knot -= peak;
   return std::inner_product(psi_.begin(), psi_.end(), slopes.begin(), 0.0) / static_cast<double>(collected_);
 }
 
@@ -130,6 +136,14 @@ Score::Value Score::operator()(double residual) const {
   const std::size_t i = intervalOf(residual);
   const double slope = (psi_[i + 1] - psi_[i]) / widthOf(i);
   return {psi_[i] + slope * (residual - kKnotAt[i]), slope};
+}
+
+double Score::logDensity(double residual) const {
+  if (residual < kKnotAt.front()) return log_density_.front() - psi_.front() * (residual - kKnotAt.front());
+  if (residual >= kKnotAt.back()) return log_density_.back() - psi_.back() * (residual - kKnotAt.back());
+  const std::size_t i = intervalOf(residual);
+  const Value at = (*this)(residual);
+  return log_density_[i] - 0.5 * (psi_[i] + at.psi) * (residual - kKnotAt[i]);
 }
 
 }  // namespace probebox::clock

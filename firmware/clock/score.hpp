@@ -26,6 +26,8 @@ class Score {
   // 1/unit^2.
   double solve();
   Value operator()(double residual) const;
+  // Logarithm of the jitter's density against its peak: minus the integral of psi.
+  double logDensity(double residual) const;
 
  private:
   struct Interval {
@@ -39,6 +41,7 @@ class Score {
   double above_{};
   std::uint64_t collected_{};
   std::array<double, kKnots> psi_{};
+  std::array<double, kKnots> log_density_{};  // at the knots
 };
 
 }  // namespace probebox::clock

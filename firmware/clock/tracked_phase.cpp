@@ -9,6 +9,10 @@ namespace {
 constexpr std::int64_t kSettleAtLeast = 32;  // stamps
 constexpr double kSettledPpm = 20;           // sigma of the frequency
 constexpr double kJudgedPpm = 1;             // the same where the frequency is close to the limit
+// A possible frequency change in a gap: none in the first half second, all of holdover_ppm after a second. No crystal's
+// temperature follows faster, and the learned walk has the rest.
+constexpr double kHeldSeconds = 0.5;
+constexpr double kDriftedSeconds = 1;
 
 Nanoseconds wholePeriod(double period_ns) {
   return Nanoseconds{std::llround(period_ns)};
@@ -21,8 +25,9 @@ TrackedPhase::TrackedPhase(const Config& config)
       rounding_ns_{config.period_ns - static_cast<double>(wholePeriod(config.period_ns).count())},
       filter_{wholePeriod(config.period_ns)},
       jitter_{static_cast<double>(config.jitter.count()), config.learns},
-      wander_{wholePeriod(config.period_ns), config.phase_wander_ns_per_sqrt_s,
-              config.frequency_wander_ppb_per_sqrt_s} {
+      wander_{wholePeriod(config.period_ns), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
+      unmoved_{filter_},
+      predicted_{filter_} {
   filter_.setWalk(wander_.walk());
 }
 
@@ -30,30 +35,85 @@ void TrackedPhase::forgetJitter() {
   jitter_ = Jitter{static_cast<double>(config_.jitter.count()), config_.learns};
 }
 
+void TrackedPhase::forgetWalks() {
+  wander_.forget();
+  filter_.setWalk(wander_.walk());
+  unmoved_.setWalk(wander_.walk());
+}
+
 void TrackedPhase::start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns) {
   filter_.start(tick, at, phase_sigma_ns, drift_ns, drift_sigma_ns);
   settled_ = 0;
   wander_.restart();
+  jump_test_.end();
 }
 
 Jitter::Judgement TrackedPhase::take(const Stamp& stamp) {
-  filter_.predict(stamp.ahead);
   if (stamp.after_holdover) {
-    filter_.loosen(ppmToNs(config_.holdover_ppm), stamp.ahead);
-    wander_.restart();
+    hold(stamp.ahead);
+  } else {
+    filter_.predict(stamp.ahead);
   }
+  if (stamp.may_have_jumped) beginJumpTest();
   const double phase_variance = filter_.phaseVariance();
   const Jitter::Judgement judged = jitter_.judge(stamp.residual_ns, phase_variance);
   const bool was_learned = jitter_.learned();
   jitter_.track(stamp.residual_ns, phase_variance, judged, stamp.since_last);
   if (jitter_.learned() != was_learned) wander_.restart();
-  if (stamp.walks) {
-    const bool has_learned =
-        wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
-    if (has_learned && config_.learns) filter_.setWalk(wander_.walk());
-  }
+  const bool is_doubted = jump_test_.running() && jump_test_.jumped();
+  if (stamp.walks && !is_doubted) learnWalks(judged);
+  const bool tests = jump_test_.running();
+  if (tests) predicted_ = filter_;
   filter_.update(judged.innovation_ns, judged.variance_ns2);
+  if (tests) testForJump(stamp.residual_ns);
   return judged;
+}
+
+// Goes to the first stamp after a gap.
+void TrackedPhase::hold(std::int64_t ahead) {
+  filter_.predict(ahead);
+  const double drift_sigma_ns = heldDriftSigmaNs(ahead);
+  if (drift_sigma_ns == 0) return;
+  filter_.loosen(drift_sigma_ns, ahead);
+  wander_.restart();
+}
+
+void TrackedPhase::learnWalks(const Jitter::Judgement& judged) {
+  const bool has_learned =
+      wander_.push(filter_.tick(), filter_.at(), filter_.subNanosecond() + judged.innovation_ns, judged.variance_ns2);
+  if (!has_learned || !config_.learns) return;
+  filter_.setWalk(wander_.walk());
+  unmoved_.setWalk(wander_.walk());
+}
+
+// A test that another gap interrupts keeps its opinion.
+void TrackedPhase::beginJumpTest() {
+  if (jump_test_.running() && jump_test_.jumped()) wander_.restart();
+  jump_test_.begin(filter_);
+}
+
+// Both hypotheses are kept up to date until the test has ended.
+void TrackedPhase::testForJump(double residual_ns) {
+  if (jump_test_.jumped()) {
+    unmoved_.predict(predicted_.tick() - unmoved_.tick());
+    const auto judged = jitter_.judge(residual_ns + predicted_.aheadOf(unmoved_), unmoved_.phaseVariance());
+    unmoved_.update(judged.innovation_ns, judged.variance_ns2);
+  }
+  if (jump_test_.push(predicted_, residual_ns, jitter_)) followJump(jump_test_.jumped());
+  if (!jump_test_.running() && jump_test_.jumped()) wander_.restart();
+}
+
+// Follows the line that the residuals since the gap make more likely: one that begins anew where they are, or the held
+// one.
+void TrackedPhase::followJump(bool jumped) {
+  if (!jumped) {
+    filter_ = unmoved_;
+    return;
+  }
+  unmoved_ = filter_;
+  const PhaseFilter& held = jump_test_.held();
+  filter_.start(held.tick(), held.timeOf(0) + Nanoseconds{std::llround(jump_test_.shiftNs())},
+                jump_test_.shiftSigmaNs(), held.drift(), holdoverDriftSigmaNs());
 }
 
 TrackedPhase::Frequency TrackedPhase::settle() {
@@ -73,7 +133,14 @@ bool TrackedPhase::beyondLimit() const {
 double TrackedPhase::sigmaNs(std::int64_t ahead, bool in_holdover) const {
   const double in_model = std::sqrt(std::max(0.0, filter_.phaseVariance(ahead)));
   if (!in_holdover) return in_model;
-  return std::hypot(in_model, ppmToNs(config_.holdover_ppm) * static_cast<double>(ahead));
+  return std::hypot(in_model, heldDriftSigmaNs(ahead) * static_cast<double>(ahead));
+}
+
+// Possible change of the frequency in a gap of so many ticks, ns per tick.
+double TrackedPhase::heldDriftSigmaNs(std::int64_t ahead) const {
+  const double seconds = static_cast<double>(ahead) * config_.period_ns * 1e-9;
+  const double share = std::clamp((seconds - kHeldSeconds) / (kDriftedSeconds - kHeldSeconds), 0.0, 1.0);
+  return share * ppmToNs(config_.holdover_ppm);
 }
 
 double TrackedPhase::holdoverDriftSigmaNs() const {

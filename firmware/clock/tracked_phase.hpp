@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "firmware/clock/jitter.hpp"
+#include "firmware/clock/jump_test.hpp"
 #include "firmware/clock/phase_filter.hpp"
 #include "firmware/clock/wander.hpp"
 #include "protocol/units/time.hpp"
@@ -15,8 +16,9 @@ enum class Phase : std::uint8_t { searching, settling, running };
 // A line from ticks to time that follows measured stamps: what ClockEstimator and CounterClock have in common.
 //
 // Each stamp's residual passes the jitter (clip, later a learned score) and corrects the phase filter; the walks of the
-// filter are learned from the measured phases. Without stamps the uncertainty grows by a possible frequency change
-// (holdover). Which stamp belongs to which tick, and when there is a gap, the owner decides.
+// filter are learned from the measured phases. Through a gap the line is held: the uncertainty grows by the learned
+// walks, and by a possible frequency change where the gap is long (holdover). Which stamp belongs to which tick, and
+// when there is a gap, the owner decides.
 class TrackedPhase {
  public:
   struct Config {
@@ -37,16 +39,19 @@ class TrackedPhase {
   void renumber(Tick tick) { filter_.renumber(tick); }
   void startJitter(double spread_ns) { jitter_.start(spread_ns); }
   void forgetJitter();
+  void forgetWalks();
   // Begins on a line. drift_ns: of the filter, ns per tick beyond its whole period.
   void start(Tick tick, MonoTime at, double phase_sigma_ns, double drift_ns, double drift_sigma_ns);
 
   // Takes the stamp of the tick `ahead`. since_last: time that it adds to the learning of the jitter. after_holdover:
-  // the frequency may have changed meanwhile. walks: the phase is good enough to learn the walks from it.
+  // the frequency may have changed meanwhile. may_have_jumped: the stamps to come test whether the phase has. walks:
+  // the phase is good enough to learn the walks from it.
   struct Stamp {
     std::int64_t ahead{};
     double residual_ns{};
     Nanoseconds since_last{};
     bool after_holdover{};
+    bool may_have_jumped{};
     bool walks{};
   };
   Jitter::Judgement take(const Stamp& stamp);
@@ -69,11 +74,21 @@ class TrackedPhase {
  private:
   static constexpr double kPpm = 1e-6;
 
+  void hold(std::int64_t ahead);
+  void learnWalks(const Jitter::Judgement& judged);
+  void beginJumpTest();
+  void testForJump(double residual_ns);
+  void followJump(bool jumped);
+  double heldDriftSigmaNs(std::int64_t ahead) const;
+
   Config config_;
   double rounding_ns_;
   PhaseFilter filter_;
   Jitter jitter_;
   Wander wander_;
+  JumpTest jump_test_;
+  PhaseFilter unmoved_;     // follows the held line while the test says that it has jumped
+  PhaseFilter predicted_;   // of the stamp that is being tested
   std::int64_t settled_{};  // stamps taken since start()
 };
 

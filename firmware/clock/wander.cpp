@@ -34,6 +34,20 @@ Wander::Wander(Nanoseconds nominal_period, double phase_ns_per_sqrt_s, double fr
   const double frequency = std::max(frequency_ppb_per_sqrt_s, 1e-3);
   best_ = {std::clamp(stepsOf(phase, kSmallestPhase) + 1, 0, kPhaseSteps),
            std::clamp(stepsOf(frequency, kSmallestFrequency), 0, kFrequencySteps)};
+  believed_ = stated_ = best_;
+}
+
+void Wander::forget() {
+  best_ = stated_;
+  restart();
+}
+
+void Wander::restart() {
+  block_count_ = 0;
+  in_block_ = {};
+  next_look_ = kFirstLook;
+  search_.reset();
+  believed_ = best_;
 }
 
 double Wander::phaseNsPerSqrtS() const {
@@ -58,7 +72,10 @@ bool Wander::push(Tick tick, MonoTime at, double beyond_ns, double variance_ns2)
     block_end_ = ticks_per_block_;
   }
   const std::int64_t ticks = tick - origin_;
-  if (ticks >= block_end_) closeBlock();
+  if (ticks >= block_end_) {
+    closeBlock();
+    block_end_ += (1 + (ticks - block_end_) / ticks_per_block_) * ticks_per_block_;
+  }
   in_block_.tick += static_cast<double>(ticks);
   in_block_.phase_ns += static_cast<double>((at - origin_at_).count() - ticks * nominal_ns_) + beyond_ns;
   in_block_.count += 1;
@@ -72,7 +89,6 @@ void Wander::closeBlock() {
     blocks_[block_count_++] = {in_block_.tick / n, in_block_.phase_ns / n, n, in_block_.variance_ns2 / (n * n)};
   }
   in_block_ = {};
-  block_end_ += ticks_per_block_;
   if (block_count_ == next_look_) search_ = Search{.centre = best_};
 }
 
@@ -113,7 +129,9 @@ bool Wander::search() {
   in_block_ = {};
   const bool all_blocks_seen = next_look_ == kBlocks;
   if (all_blocks_seen) {
-    block_count_ = 0;
+    // The walks are known now: a few blocks would only add their noise.
+    restart();
+    next_look_ = kBlocks / 2;
   } else {
     next_look_ *= 2;
   }
@@ -121,8 +139,8 @@ bool Wander::search() {
 }
 
 double Wander::plausibility(Choice choice) const {
-  const double phase_steps = (choice.phase - best_.phase) / kInertia;
-  const double frequency_steps = (choice.frequency - best_.frequency) / kInertia;
+  const double phase_steps = (choice.phase - believed_.phase) / kInertia;
+  const double frequency_steps = (choice.frequency - believed_.frequency) / kInertia;
   return logLikelihood(walkOf(choice)) - 0.5 * (phase_steps * phase_steps + frequency_steps * frequency_steps);
 }
 

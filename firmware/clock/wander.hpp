@@ -10,8 +10,8 @@
 namespace probebox::clock {
 
 // Learns the random walks of phase and frequency between two clocks by maximum likelihood of the measured phases,
-// averaged over blocks of about 0.12 s. Searches after 64, 128, 256 and 512 blocks (7 s to 60 s), then every 512
-// blocks. Each call tries one pair of walks, so no call takes more than a few microseconds.
+// averaged over blocks of about 0.12 s. Searches after 64, 128, 256 and 512 blocks (8 s to 61 s), then begins anew from
+// what it has found. Each call tries one pair of walks, so no call takes more than a few microseconds.
 class Wander {
  public:
   Wander(Nanoseconds nominal_period, double phase_ns_per_sqrt_s, double frequency_ppb_per_sqrt_s);
@@ -20,15 +20,18 @@ class Wander {
   double phaseNsPerSqrtS() const;
   double frequencyPpbPerSqrtS() const;
 
-  // Discards the blocks after a gap, but keeps the walks.
-  void restart() { block_count_ = 0, in_block_ = {}, next_look_ = kFirstLook, search_.reset(); }
+  // Discards the blocks, but keeps the walks: the line has changed. Blocks may be missing in a gap.
+  void restart();
+
+  // Goes back to the walks that were stated at the beginning: what was learned cannot be true.
+  void forget();
 
   // Adds one measured phase: `tick` was at `at` + `beyond_ns`, with this variance. Returns true when walk() changed.
   bool push(Tick tick, MonoTime at, double beyond_ns, double variance_ns2);
 
  private:
   static constexpr std::size_t kBlocks = 512;
-  static constexpr std::size_t kFirstLook = 256;
+  static constexpr std::size_t kFirstLook = 64;
   struct Block {
     double tick{};  // mean, since the origin
     double phase_ns{};
@@ -59,6 +62,8 @@ class Wander {
   double period_s_;
   std::int64_t ticks_per_block_;
   Choice best_;
+  Choice believed_;  // before these blocks
+  Choice stated_;
   Tick origin_{};
   MonoTime origin_at_{};
   std::array<Block, kBlocks> blocks_{};

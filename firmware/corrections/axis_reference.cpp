@@ -26,6 +26,7 @@ void AxisReference::push(MonoTime at, std::int64_t counts) {
   const double u_mm = static_cast<double>(counts) * config_.mm_per_count;
   if (!has_count_) {
     has_count_ = true;
+    if (config_.by == ReferenceBy::absolute) offset_mm_ = 0.0;
     still_since_.reset();
     next_anchor_ = Anchor{.at = at, .u_mm = u_mm, .sum_mm = 0, .counts = 0};
   } else if (at > at_) {
@@ -106,11 +107,15 @@ double AxisReference::nearestIndex_mm(double position_mm, double speed_mm_s) con
   return begins_mm + std::round((position_mm - begins_mm) / config_.index_pitch_mm) * config_.index_pitch_mm;
 }
 
+bool AxisReference::canBeHomed() const {
+  if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
+  return still_since_ && std::abs(u_mm_ - still_since_->u_mm) <= kStill_mm;
+}
+
 bool AxisReference::homed(double position_mm) {
   if (!std::isfinite(position_mm) || (config_.travel.isDescribed() && !config_.travel.reaches(position_mm)))
     return false;
-  if (config_.by == ReferenceBy::absolute && offset_mm_) return false;
-  if (!still_since_ || std::abs(u_mm_ - still_since_->u_mm) > kStill_mm) return false;
+  if (!canBeHomed()) return false;
   // The mean of what it showed while it stood still.
   const double mean_mm = still_since_->u_mm + still_since_->sum_mm / std::max(1, still_since_->counts);
   offset_mm_ = config_.by == ReferenceBy::absolute ? 0 : position_mm - mean_mm;
@@ -125,6 +130,11 @@ std::optional<double> AxisReference::position_mm() const {
 std::optional<double> AxisReference::position_mm(double counts) const {
   if (!offset_mm_) return std::nullopt;
   return counts * config_.mm_per_count + *offset_mm_;
+}
+
+void AxisReference::encoderLost() {
+  lose(ReferenceFault::encoder_lost);
+  has_count_ = false;  // what comes next does not go on from there
 }
 
 void AxisReference::lose(ReferenceFault fault) {

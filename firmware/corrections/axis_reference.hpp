@@ -49,13 +49,19 @@ class AxisReference {
   // False, and nothing happens, when the axis has not been seen to stand still, tells its position itself, or cannot
   // stand there.
   bool homed(double position_mm);
-  void encoderLost() { lose(ReferenceFault::encoder_lost); }
+  bool canBeHomed() const;
+  // An absolute encoder references its axis again with the next count.
+  void encoderLost();
 
   bool referenced() const { return offset_mm_.has_value(); }
   // Machine position at the latest count; nothing without a reference.
   std::optional<double> position_mm() const;
   // Of any count of this axis.
   std::optional<double> position_mm(double counts) const;
+  // The latest count times mm_per_count; 0 before the first.
+  double counted_mm() const { return u_mm_; }
+  // Tests whether no count has come for so long.
+  bool isSilent(MonoTime now, Nanoseconds longer_than) const { return !has_count_ || now - at_ > longer_than; }
   ReferenceFault lastFault() const { return last_fault_; }
   std::uint32_t losses() const { return losses_; }
   std::uint32_t unusedIndexes() const { return unused_indexes_; }  // passed too fast, or two at once

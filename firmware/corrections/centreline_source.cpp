@@ -8,8 +8,10 @@ std::array<double, 2> CentrelineSource::centreAt(double z_mm) const {
 }
 
 void CentrelineSource::tick(const MachineTick& tick) {
-  const auto& z_mm = tick.position_mm[static_cast<std::size_t>(Axis::z)];
+  constexpr auto kZ = static_cast<std::size_t>(Axis::z);
+  const auto& z_mm = tick.position_mm[kZ];
   if (!calibrated() || !z_mm) return held_.invalid();
+  if (tick.position_doubtful[kZ]) return held_.doubtful(tick.at);
   const auto centre_mm = centreAt(*z_mm);
   Vector value{};
   for (std::size_t i = 0; i < centre_mm.size(); ++i) {

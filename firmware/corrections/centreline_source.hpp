@@ -20,7 +20,6 @@ class CentrelineSource {
 
   void push(const CentrelineActivated& activated) { in_force_ = activated; }
   void tick(const MachineTick& tick);
-  void doubtful(MonoTime now) { held_.doubtful(now); }
 
   const HeldSource& held() const { return held_; }
   bool calibrated() const { return in_force_.result_id != 0; }

@@ -10,6 +10,8 @@ namespace {
 
 // Encoder noise over one tick is no speed: about ten ticks are averaged.
 constexpr double kSpeedSmoothing = 0.1;
+// Counts that stand in for samples come at this distance already.
+constexpr double kNoSmoothing = 1;
 
 std::int32_t nanometres(double mm) {
   return static_cast<std::int32_t>(std::lround(mm * 1e6));
@@ -100,10 +102,14 @@ void Corrections::push(const Edge& edge) {
 
 void Corrections::push(const SourceLost& lost) {
   const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
-  if (!is_gone) return;
+  // Counts that were missed leave all later ones wrong; readings of a sensor do not.
+  const bool are_counts_wrong = lost.source == Source::encoders && lost.reason == LossReason::overrun;
+  if (!is_gone && !are_counts_wrong) return;
   if (lost.source == Source::encoders) {
-    for (auto& reference : references_) reference.encoderLost();
-    for (auto& angle : angles_) angle.encoderLost();
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      if (lost.concerns(static_cast<Axis>(axis))) references_[axis].encoderLost();
+    for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
+      if (lost.concerns(static_cast<RotaryAxis>(axis))) angles_[axis].encoderLost();
     triggers_.encodersLost();
   } else if (lost.source == Source::drift) {
     for (auto& screw : screws_) screw.sensorLost();
@@ -151,7 +157,7 @@ void Corrections::push(const SourcesEnabled& enabled) {
   mask_ = enabled.mask;
 }
 
-MachineTick Corrections::machineTick(const latch::Record& record, MonoTime at) {
+MachineTick Corrections::machineTick(MonoTime at) const {
   MachineTick tick{.at = at,
                    .elapsed_s = ticked_at_ ? toSeconds(at - *ticked_at_) : 0,
                    .position_mm = {},
@@ -159,22 +165,50 @@ MachineTick Corrections::machineTick(const latch::Record& record, MonoTime at) {
                    .angles = {},
                    .tool_length_mm = tool_.length_mm()};
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis) tick.angles[axis] = angles_[axis].at(at);
-  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    const auto counts = static_cast<double>(record.values[static_cast<std::size_t>(latch::Channel::x) + axis]);
-    const double u_mm = counts * config_.references[axis].mm_per_count;
-    if (tick.elapsed_s > 0)
-      speed_mm_s_[axis] += kSpeedSmoothing * ((u_mm - u_mm_[axis]) / tick.elapsed_s - speed_mm_s_[axis]);
-    u_mm_[axis] = u_mm;
-    tick.position_mm[axis] = references_[axis].position_mm(counts);
-  }
-  tick.speed_mm_s = speed_mm_s_;
-  ticked_at_ = at;
   return tick;
 }
 
 void Corrections::tick(const latch::Record& record, MonoTime at) {
-  const MachineTick tick = machineTick(record, at);
+  MachineTick tick = machineTick(at);
+  Vector u_mm{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto counts = static_cast<double>(record.values[static_cast<std::size_t>(latch::Channel::x) + axis]);
+    u_mm[axis] = counts * config_.references[axis].mm_per_count;
+    tick.position_mm[axis] = references_[axis].position_mm(counts);
+  }
   triggers_.tick(tick);
+  sampled_since_advance_ = true;
+  // The first samples after a silence are older than the counts that stood in for them.
+  const bool is_overtaken = ticked_at_ && tick.at <= *ticked_at_;
+  if (is_overtaken) return;
+  runSources(tick, u_mm, kSpeedSmoothing);
+  tick_since_heartbeat_ = true;
+}
+
+// No source of corrections needs the probe or the master clock. Where samples fail to come for want of these, the
+// latest counts take their place.
+void Corrections::tickByCounts(MonoTime now) {
+  MachineTick tick = machineTick(now);
+  Vector u_mm{};
+  bool any_counts = false;
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const auto& reference = references_[axis];
+    u_mm[axis] = reference.counted_mm();
+    tick.position_mm[axis] = reference.position_mm();
+    tick.position_doubtful[axis] = reference.isSilent(now, kSilence);
+    any_counts = any_counts || !tick.position_doubtful[axis];
+  }
+  runSources(tick, u_mm, kNoSmoothing);
+  const Sum sum = this->sum();
+  if (any_counts || (mask_ != 0 && !sum.any_invalid && !sum.any_held)) tick_since_heartbeat_ = true;
+}
+
+void Corrections::runSources(MachineTick& tick, const Vector& u_mm, double smoothing) {
+  for (std::size_t axis = 0; axis < kLinearAxes && tick.elapsed_s > 0; ++axis)
+    speed_mm_s_[axis] += smoothing * ((u_mm[axis] - u_mm_[axis]) / tick.elapsed_s - speed_mm_s_[axis]);
+  u_mm_ = u_mm;
+  tick.speed_mm_s = speed_mm_s_;
+  ticked_at_ = tick.at;
   for (auto& screw : screws_) screw.tick(tick);
   centreline_.tick(tick);
   swivel_.tick(tick);
@@ -185,7 +219,6 @@ void Corrections::tick(const latch::Record& record, MonoTime at) {
   } else {
     output_.follow(now.value_mm, tick.elapsed_s);
   }
-  tick_since_heartbeat_ = true;
   tick_since_advance_ = true;
 }
 
@@ -254,20 +287,16 @@ void Corrections::advance(MonoTime now, const TickMap& map, const Ledger& ledger
     started_ = true;
     heartbeat_at_ = now;
     fresh_at_ = now;
-    arrived_ = now;
+    sampled_at_ = now;
   }
-  if (tick_since_advance_) arrived_ = now;
-  if (now - arrived_ >= kSilence) {
-    for (auto& screw : screws_) screw.doubtful(now);
-    centreline_.doubtful(now);
-    swivel_.doubtful(now);
-    rotary_.doubtful(now);
-  }
+  if (sampled_since_advance_) sampled_at_ = now;
+  if (now - sampled_at_ >= kSamplesMissing) tickByCounts(now);
   const Sum sum = this->sum();
   if (sum.any_invalid) output_.freeze(0);
   serve(now, sum);
   beat(now);
   tick_since_advance_ = false;
+  sampled_since_advance_ = false;
   describeAxes();
   describeRotary(now);
   state_.at = now;
@@ -291,6 +320,7 @@ void Corrections::describeAxes() {
     any_screw = any_screw || screw.fitted();
     all_good = all_good && (!screw.fitted() || screw.sensorGood());
     state_.axes[axis] = {.referenced = reference.referenced(),
+                         .can_be_homed = reference.canBeHomed(),
                          .position_mm = reference.position_mm().value_or(0),
                          .last_fault = reference.lastFault(),
                          .reference_losses = reference.losses(),
@@ -299,7 +329,8 @@ void Corrections::describeAxes() {
                          .sensor_fault = screw.fault(),
                          .extension_um = screw.extension_um(),
                          .screw_offset_mm = screw.offset_mm(),
-                         .screw_slope = screw.slope()};
+                         .screw_slope = screw.slope(),
+                         .screw_reference_um = screw.reference_um()};
   }
   state_.screw_sensors_good = any_screw && all_good;
   state_.referenced = neededAxesReferenced() && neededAnglesKnown();

@@ -57,8 +57,10 @@ class Corrections {
  public:
   // Heartbeat period of the register map.
   static constexpr Nanoseconds kHeartbeat = std::chrono::milliseconds{100};
-  // Every source is in doubt when no record arrived for this long.
+  // A source that needs an axis is in doubt when its encoder was silent for this long.
   static constexpr Nanoseconds kSilence = std::chrono::milliseconds{250};
+  // Counts take the place of samples that did not come for this long: the probe is silent in every cut.
+  static constexpr Nanoseconds kSamplesMissing = std::chrono::milliseconds{50};
 
   // config: must pass whyRefused().
   explicit Corrections(const CorrectionsConfig& config);
@@ -75,6 +77,7 @@ class Corrections {
   void push(const SwivelActivated& activated) { swivel_.push(activated); }
   void push(const RotaryActivated& activated) { rotary_.push(activated); }
   void push(const ErrorsAtAngle& row) { swivel_.push(row), rotary_.push(row); }
+  void push(const ToolLengthActivated& activated) { tool_.activate(activated); }
   void push(const PoseTold& pose);
   void push(const CutInhibit& inhibit);
   // Told before anything is served, it is in the first snapshot.
@@ -85,7 +88,7 @@ class Corrections {
   // Takes the first record of a tick; `at` is its time.
   void tick(const latch::Record& record, MonoTime at);
   // Advances ages and heartbeats, and publishes the snapshot: values that the CNC reads change here only. The heartbeat
-  // stops when no records arrive.
+  // stops when neither records nor counts arrive.
   void advance(MonoTime now, const TickMap& map, const Ledger& ledger);
 
   const CorrectionsState& state() const { return state_; }
@@ -105,7 +108,9 @@ class Corrections {
     std::array<Health, kSourceKinds> health{};
   };
 
-  MachineTick machineTick(const latch::Record& record, MonoTime at);
+  MachineTick machineTick(MonoTime at) const;
+  void tickByCounts(MonoTime now);
+  void runSources(MachineTick& tick, const Vector& u_mm, double smoothing);
   Sum sum() const;
   void include(Sum& sum, SourceKind kind, const HeldSource& source) const;
   bool sums(SourceKind kind) const { return (mask_ & bitOf(kind)) != 0; }
@@ -130,9 +135,10 @@ class Corrections {
   TriggerLog triggers_;
   std::uint16_t mask_{};
   std::optional<MonoTime> ticked_at_;
-  std::array<double, kLinearAxes> u_mm_{};  // positions of the last tick before referencing
+  Vector u_mm_{};  // positions of the last tick before referencing
   std::array<double, kLinearAxes> speed_mm_s_{};
-  MonoTime arrived_{};  // time of the last record, on the time scale of advance()
+  MonoTime sampled_at_{};  // time of the last record, on the time scale of advance()
+  bool sampled_since_advance_{};
   bool tick_since_advance_{};
   bool was_valid_{};
   std::uint32_t inhibit_lines_{};  // one bit per active line

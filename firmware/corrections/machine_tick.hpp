@@ -18,6 +18,7 @@ struct MachineTick {
   MonoTime at{};
   double elapsed_s{};                                            // since the tick before
   std::array<std::optional<double>, kLinearAxes> position_mm{};  // nullopt for an axis without a reference
+  std::array<bool, kLinearAxes> position_doubtful{};             // its encoder is silent
   std::array<double, kLinearAxes> speed_mm_s{};
   std::array<AngleNow, kRotaryAxes> angles{};  // A B C
   std::optional<double> tool_length_mm{};      // nothing without a tool, or for one whose length nobody knows

@@ -82,7 +82,7 @@ void RotarySource::tick(const MachineTick& tick) {
                       (!config_.at_tip || tick.tool_length_mm.has_value());
   if (!correction_ || !placed) return held_.invalid();
   std::array<std::optional<double>, kRotaryAxes> angles;
-  bool doubtful = false;
+  bool doubtful = std::ranges::find(tick.position_doubtful, true) != tick.position_doubtful.end();
   for (std::size_t k = 0; k < config_.count; ++k) {
     const auto& angle = tick.angles[static_cast<std::size_t>(config_.chain[k])];
     angles[k] = angle.rad;

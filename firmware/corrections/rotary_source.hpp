@@ -40,9 +40,6 @@ class RotarySource {
   void push(const RotaryActivated& activated);
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
-  void doubtful(MonoTime now) {
-    if (config_.fitted()) held_.doubtful(now);
-  }
 
   const HeldSource& held() const { return held_; }
   const RotaryConfig& config() const { return config_; }

@@ -56,6 +56,7 @@ void ScrewSource::tick(const MachineTick& tick) {
     if (sensor_um) extension_um_ = *sensor_um - model_.reference_um;
     return held_.invalid();
   }
+  if (tick.position_doubtful[axis_]) return held_.doubtful(tick.at);
   const double position_mm = *tick.position_mm[axis_];
   const auto output =
       compensator_.step({.position_mm = position_mm,

@@ -32,9 +32,6 @@ class ScrewSource {
   void sensorLost() { fault_ = SensorFault::lost, reading_um_.reset(); }
   void push(const ScrewActivated& activated);
   void tick(const MachineTick& tick);
-  void doubtful(MonoTime now) {
-    if (config_.fitted) held_.doubtful(now);
-  }
 
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }
@@ -42,6 +39,8 @@ class ScrewSource {
   bool sensorGood() const { return config_.fitted && fault_ == SensorFault::none && reading_um_.has_value(); }
   // Last valid extension without the face run-out, um; 0 before the first.
   double extension_um() const { return extension_um_; }
+  // Reading of its sensor when the screw is cold.
+  double reference_um() const { return model_.reference_um; }
   // Tests whether that extension is at most T_hold old. False for a screw without a sensor.
   bool extensionKnown(MonoTime now) const;
   // The correction as a line over the axis position, for controllers that compensate by position: value at 0 mm, and

@@ -32,9 +32,6 @@ class SwivelSource {
   void push(const SwivelActivated& activated);
   void push(const ErrorsAtAngle& row);
   void tick(const MachineTick& tick);
-  void doubtful(MonoTime now) {
-    if (config_.fitted) held_.doubtful(now);
-  }
 
   const HeldSource& held() const { return held_; }
   bool fitted() const { return config_.fitted; }

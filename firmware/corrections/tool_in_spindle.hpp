@@ -11,6 +11,7 @@
 namespace probebox::corrections {
 
 inline constexpr std::size_t kMostTools = 64;
+inline constexpr std::size_t kMostMeasuredTools = 99;
 
 struct ToolLength {
   std::uint32_t number{};
@@ -29,24 +30,43 @@ class ToolInSpindle {
   explicit ToolInSpindle(const ToolsConfig& config) : config_{config} {}
 
   void told(const PoseTold& pose) {
-    if (pose.has_tool) number_ = pose.tool, length_mm_ = lengthOf(pose);
+    if (!pose.has_tool) return;
+    number_ = pose.tool;
+    told_mm_ = pose.tool_length_mm;
+    length_mm_ = lengthNow();
+  }
+  // A measured length replaces the described one, and never one that the controller sends.
+  void activate(const ToolLengthActivated& activated) {
+    std::size_t place = 0;
+    while (place < measured_count_ && measured_[place].number != activated.tool) ++place;
+    if (place == measured_.size()) return;
+    measured_count_ = std::max(measured_count_, place + 1);
+    measured_[place] = {.number = activated.tool, .length_mm = activated.result_id != 0 ? activated.length_mm : 0};
+    length_mm_ = lengthNow();
   }
 
   std::uint32_t number() const { return number_; }  // 0: no tool
-  // nullopt without a tool, or when neither controller nor machine.toml gives its length.
+  // nullopt without a tool, or when neither controller, a result in force nor machine.toml gives its length.
   std::optional<double> length_mm() const { return length_mm_; }
 
  private:
-  std::optional<double> lengthOf(const PoseTold& pose) const {
-    if (pose.tool == 0) return std::nullopt;
-    if (pose.tool_length_mm > 0) return pose.tool_length_mm;
-    const std::span known{config_.lengths.data(), config_.count};
-    const auto found = std::ranges::find(known, pose.tool, &ToolLength::number);
-    return found == known.end() ? std::nullopt : std::optional{found->length_mm};
+  std::optional<double> lengthNow() const {
+    if (number_ == 0) return std::nullopt;
+    if (told_mm_ > 0) return told_mm_;
+    using Lengths = std::span<const ToolLength>;
+    for (const auto known :
+         {Lengths{measured_}.first(measured_count_), Lengths{config_.lengths}.first(config_.count)}) {
+      const auto found = std::ranges::find(known, number_, &ToolLength::number);
+      if (found != known.end() && found->length_mm > 0) return found->length_mm;
+    }
+    return std::nullopt;
   }
 
   ToolsConfig config_;
+  std::array<ToolLength, kMostMeasuredTools> measured_{};
+  std::size_t measured_count_{};
   std::uint32_t number_{};
+  double told_mm_{};  // by the controller; 0: it leaves it to the box
   std::optional<double> length_mm_;
 };
 

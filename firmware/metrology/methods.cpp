@@ -32,6 +32,7 @@
 #include "firmware/metrology/tilt/swivel_error.hpp"
 #include "firmware/metrology/tool/tool_assembly.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
+#include "firmware/metrology/touch/pre_travel.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -62,6 +63,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kHeadPivot3d,
     &kPeriodicCheck,
     &kPocketFit,
+    &kPreTravel,
     &kRotaryAxisErrors,
     &kScrewCalibration,
     &kScrewCompensation,

@@ -33,7 +33,8 @@ RegisterImage::RegisterImage() {
 
 void RegisterImage::put(std::size_t address, double value) {
   // Every address here is one of the map's; the test of the image would not get past a null.
-  encode(*find(static_cast<std::uint16_t>(address)), value, order_, image_);
+  const auto at = static_cast<std::uint16_t>(address);
+  encodeAt(*find(at), at, value, order_, image_);
 }
 
 void RegisterImage::putTriple(std::size_t address, const std::array<double, 3>& values, double factor) {
@@ -100,6 +101,7 @@ void RegisterImage::putAxes(const published::Snapshot& snapshot) {
     put(address::screw_offset + 2 * axis, state.screw_offset_mm);
     put(address::screw_slope + 2 * axis, state.screw_slope);
     put(address::screw_reference + 2 * axis, 0);
+    put(address::screw_cold_reading + 2 * axis, state.screw_reference_um);
     put(address::screw_extension + axis, state.extension_um);
     put(address::screw_fault + axis, state.has_screw ? static_cast<double>(state.sensor_fault) : 0);
   }

@@ -1,8 +1,10 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 
+#include "firmware/published/served_results.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "protocol/modbus/map.hpp"
 
@@ -16,6 +18,11 @@ class RegisterImage {
   // A correction beyond +-3.2767 mm saturates in every format and sets `degraded`. NaN or infinity keeps the previous
   // value, clears `valid` and sets `degraded`.
   void fill(const published::Snapshot& snapshot, WordOrder order);
+
+  // The same with everything else that a line shows. Results are converted when they or the word order have changed.
+  using Results = std::shared_ptr<const published::ServedResults>;
+  void fill(const published::Snapshot& snapshot, const published::LineState& line, const Results& results,
+            WordOrder order);
 
   std::uint16_t operator[](std::uint16_t address) const { return image_[address]; }
   std::span<const std::uint16_t, kRegisterCount> registers() const { return image_; }
@@ -34,10 +41,16 @@ class RegisterImage {
   void putTrigger(const published::TriggerStamp& trigger);
   void putRotary(const published::Snapshot& snapshot);
   void putState(const published::Snapshot& snapshot);
+  void putLine(const published::LineState& line);
+  void putStep(const published::Snapshot& snapshot, const published::KnownFeatures& features);
+  void putResults(const published::ServedResults& results);
+  void putSlide(const published::Snapshot& snapshot, const published::ServedResults& results);
 
   std::array<std::uint16_t, kRegisterCount> image_{};
   std::array<double, 3> served_mm_{};
   WordOrder order_{WordOrder::high_first};
+  Results shown_;
+  WordOrder shown_in_{};
 };
 
 }  // namespace probebox::modbus

@@ -13,16 +13,22 @@ bool isFunction(std::uint8_t code) {
   return code > 0 && code < 128;
 }
 
-// Length of the request that begins here: 0 when none can or nothing but its end tells, kUndecided when more bytes are
-// needed to tell. Functions that the box does not have are known by length too where the standard gives it.
+// Lengths below: 0 when no such frame begins here, or nothing but its end shows where that is; kUndecided when more
+// bytes are needed to tell.
+constexpr std::uint8_t kFileRecord = 20, kWriteFileRecord = 21, kReadFifo = 24, kEncapsulated = 43,
+                       kIdentification = 14;
+
+std::size_t countedAt(std::span<const std::uint8_t> bytes, std::size_t count_at, std::size_t others) {
+  if (bytes.size() <= count_at) return kUndecided;
+  const std::size_t length = others + bytes[count_at];
+  return length <= kMaxFrameBytes ? length : 0;
+}
+
+// Length of the request that begins here. Functions that the box does not have are known by length too where the
+// standard gives it.
 std::size_t requestLength(std::span<const std::uint8_t> bytes) {
   if (bytes[0] > kHighestUnit) return 0;
   if (bytes.size() < 2) return kUndecided;
-  const auto counted = [&](std::size_t count_at, std::size_t others) {
-    if (bytes.size() <= count_at) return kUndecided;
-    const std::size_t length = others + bytes[count_at];
-    return length <= kMaxFrameBytes ? length : 0;
-  };
   switch (bytes[1]) {
     case 1:
     case 2:
@@ -39,14 +45,61 @@ std::size_t requestLength(std::span<const std::uint8_t> bytes) {
       return 4;
     case 15:
     case 16:
-      return counted(6, 9);
+      return countedAt(bytes, 6, 9);
+    case kFileRecord:
+    case kWriteFileRecord:
+      return countedAt(bytes, 2, 5);
     case 22:
       return 10;
     case 23:
-      return counted(10, 13);
+      return countedAt(bytes, 10, 13);
+    case kReadFifo:
+      return 6;
+    case kEncapsulated:
+      return bytes.size() < 3 ? kUndecided : bytes[2] == kIdentification ? 7 : 0;
     default:
       return 0;
   }
+}
+
+// Length of the answer of another unit that begins here.
+std::size_t answerLength(std::span<const std::uint8_t> bytes) {
+  if (bytes[0] > kHighestUnit) return 0;
+  if (bytes.size() < 2) return kUndecided;
+  if (bytes[1] > 128) return 5;
+  switch (bytes[1]) {
+    case 1:
+    case 2:
+    case 3:
+    case 4:
+    case 12:
+    case 17:
+    case kFileRecord:
+    case kWriteFileRecord:
+    case 23:
+      return bytes.size() > 2 && bytes[2] == 0 ? 0 : countedAt(bytes, 2, 5);
+    case 5:
+    case 6:
+    case 8:
+    case 11:
+    case 15:
+    case 16:
+      return 8;
+    case 7:
+      return 5;
+    case 22:
+      return 10;
+    default:
+      return 0;
+  }
+}
+
+// A request to write several values whose count of bytes is not that of its values: an answer to one, more likely.
+bool contradictsItself(std::span<const std::uint8_t> bytes) {
+  const bool writes = bytes.size() > 6 && (bytes[1] == 15 || bytes[1] == 16);
+  if (!writes) return false;
+  const unsigned values = bytes[4] << 8 | bytes[5];
+  return bytes[6] != (bytes[1] == 16 ? 2 * values : (values + 7) / 8);
 }
 
 bool crcGood(std::span<const std::uint8_t> frame) {
@@ -76,7 +129,7 @@ std::size_t RtuRequests::push(std::span<const std::byte> bytes) {
 
 bool RtuRequests::mayBeUnknownFunction() const {
   return !in_garbage_ && size_ >= 2 && size_ <= kMaxFrameBytes && buffer_[0] <= kHighestUnit &&
-         isFunction(buffer_[1]) && requestLength(from(0)) == 0;
+         isFunction(buffer_[1]) && requestLength(from(0)) == 0 && answerLength(from(0)) == 0;
 }
 
 // Its length is not known: it ends where its CRC is good and no byte follows.
@@ -91,20 +144,49 @@ std::optional<Request> RtuRequests::unknownFunction() {
 }
 
 std::optional<Request> RtuRequests::next() {
-  if (const auto request = unknownFunction()) return request;
+  while (size_ > 0 && !in_garbage_) {
+    if (const auto request = unknownFunction()) return request;
+    const auto all = from(0);
+    const std::size_t request = requestLength(all), answer = answerLength(all);
+    if (isGood(request)) return take(0, request);
+    const bool awaits_request = isOpen(request) && !(isGood(answer) && contradictsItself(all));
+    if (mayBeUnknownFunction() || awaits_request || isOpen(answer)) return std::nullopt;
+    if (isGood(answer)) {
+      consume(answer);
+      continue;
+    }
+    // A damaged frame, with all that it says it holds; or a byte that begins none.
+    skip(std::min(size_, std::max({std::size_t{1}, request, answer})));
+  }
+  return requestInGarbage();
+}
+
+bool RtuRequests::isGood(std::size_t length) const {
+  return length != 0 && length <= size_ && crcGood(from(0).first(length));
+}
+
+bool RtuRequests::isOpen(std::size_t length) const {
+  return length > size_;
+}
+
+Request RtuRequests::take(std::size_t offset, std::size_t length) {
+  Request request;
+  request.size = length;
+  std::copy_n(from(offset).begin(), length, request.bytes.begin());
+  skip(offset);
+  consume(length);
+  in_garbage_ = false;
+  return request;
+}
+
+// Behind what was no frame, a request may begin anywhere.
+std::optional<Request> RtuRequests::requestInGarbage() {
   for (std::size_t offset = 0; offset < size_; ++offset) {
     const auto rest = from(offset);
     const auto length = requestLength(rest);
     if (length == 0 || length > rest.size() || !crcGood(rest.first(length))) continue;
-    Request request;
-    request.size = length;
-    std::copy_n(rest.begin(), length, request.bytes.begin());
-    skip(offset);
-    consume(length);
-    in_garbage_ = false;
-    return request;
+    return take(offset, length);
   }
-  if (mayBeUnknownFunction()) return std::nullopt;
   // What cannot begin a request makes room; what may still become one stays.
   std::size_t useless = 0;
   while (useless < size_) {
@@ -117,6 +199,7 @@ std::optional<Request> RtuRequests::next() {
 }
 
 void RtuRequests::silence() {
+  if (!in_garbage_ && size_ > 0 && answerLength(from(0)) == size_ && isGood(size_)) consume(size_);
   skip(size_);
   in_garbage_ = false;
 }

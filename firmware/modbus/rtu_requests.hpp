@@ -9,7 +9,13 @@ namespace probebox::modbus {
 
 inline constexpr std::size_t kMaxFrameBytes = 256;
 
-enum class Function : std::uint8_t { read_holding = 3, read_input = 4, write_one = 6, write_many = 16 };
+enum class Function : std::uint8_t {
+  read_holding = 3,
+  read_input = 4,
+  write_one = 6,
+  write_many = 16,
+  encapsulated = 43
+};
 
 // One received request of the master: unit, function, data, CRC.
 struct Request {
@@ -26,9 +32,11 @@ struct Request {
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
 // Finds requests in what a serial line delivers. Length and CRC decide, not the gaps between bytes, which USB adapters
-// and busy systems do not keep. Garbage before, after or between requests is skipped and counted. A request of a
-// function whose length is not known is found where the line was silent before it or a request ended there, so that it
-// can be refused. Allocates nothing.
+// and busy systems do not keep. A frame begins after silence or where a good one ended. Answers of other units are
+// passed over as a whole, and so is a damaged frame with all that it says it holds: what looks like a request inside of
+// either is none. Garbage that begins no frame is skipped and counted, and a request may follow it without a pause. A
+// request of a function whose length is not known is found where the line was silent before it or a frame ended there,
+// so that it can be refused. Allocates nothing.
 class RtuRequests {
  public:
   // Takes as many bytes as fit; offer the rest after next() has returned nothing.
@@ -47,6 +55,10 @@ class RtuRequests {
   std::span<const std::uint8_t> from(std::size_t offset) const {
     return std::span{buffer_}.subspan(offset, size_ - offset);
   }
+  bool isGood(std::size_t length) const;
+  bool isOpen(std::size_t length) const;
+  Request take(std::size_t offset, std::size_t length);
+  std::optional<Request> requestInGarbage();
   bool mayBeUnknownFunction() const;
   std::optional<Request> unknownFunction();
   void consume(std::size_t count);

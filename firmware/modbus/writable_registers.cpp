@@ -32,6 +32,7 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
   std::copy(values.begin(), values.end(), words.begin() + first);
   const auto changed = [&](std::size_t address) { return words[address] != words_[address]; };
   if (const auto refusal = check(words)) return *refusal;
+  if (const auto refusal = checkWhole(words, first, values.size())) return *refusal;
   // The marker first: it alone may be one that the box does not want.
   std::vector<Event> asked;
   if (changed(address::marker_commit)) {
@@ -46,6 +47,9 @@ Outcome<std::vector<Event>, WriteRefusal> WritableRegisters::write(std::uint16_t
       asked.push_back(AxisHomed{
           .axis = static_cast<Axis>(axis), .position_mm = valueAt(address::home_position + 2 * axis, words), .at = {}});
     }
+  }
+  if (changed(address::wish_commit)) {
+    if (const auto refusal = checkWish(words)) return *refusal;
   }
   if (changed(address::pose_commit)) {
     if (const auto refusal = checkPose(words)) return *refusal;
@@ -100,6 +104,64 @@ std::optional<WriteRefusal> WritableRegisters::checkPose(const Words& words) {
   if (length_mm < 0 || length_mm > kMostToolLength_mm)
     return WriteRefusal{ExceptionCode::illegal_value, "the length of a tool is from 0 to 2000 mm"};
   return std::nullopt;
+}
+
+// 32-bit values that this write has both words of: half of one may stand there until its other half comes, and its
+// commit register is checked then.
+std::optional<WriteRefusal> WritableRegisters::checkWhole(const Words& words, std::uint16_t first, std::size_t count) {
+  const auto wrote = [&](std::size_t address) { return address >= first && address + 1 < first + count; };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t marker = address::marker_angle + 2 * axis, pose = address::pose_angle + 2 * axis;
+    if (wrote(marker) && std::abs(valueAt(marker, words)) > kMostDegrees)
+      return WriteRefusal{ExceptionCode::illegal_value, "an angle of a marker is from -3600 to 3600 degrees"};
+    if (wrote(pose) && std::abs(valueAt(pose, words)) > kMostDegrees)
+      return WriteRefusal{ExceptionCode::illegal_value, "an angle of a pose is from -3600 to 3600 degrees"};
+  }
+  if (!wrote(address::pose_tool_length)) return std::nullopt;
+  const double length_mm = valueAt(address::pose_tool_length, words);
+  if (length_mm >= 0 && length_mm <= kMostToolLength_mm) return std::nullopt;
+  return WriteRefusal{ExceptionCode::illegal_value, "the length of a tool is from 0 to 2000 mm"};
+}
+
+std::optional<WriteRefusal> WritableRegisters::checkWish(const Words& words) {
+  if (words[address::wish_commit] == 0)
+    return WriteRefusal{ExceptionCode::illegal_value, "a request is committed by a number from 1 to 65535"};
+  if (words[address::wish_what] < 1 || words[address::wish_what] > 4)
+    return WriteRefusal{ExceptionCode::illegal_value, "a request is 1 start, 2 abort, 3 or 4 accept"};
+  if (words[address::wish_speeds] > kMostSpeeds)
+    return WriteRefusal{ExceptionCode::illegal_value, "a run has up to 8 speeds"};
+  if (words[address::wish_read_by] > 2)
+    return WriteRefusal{ExceptionCode::illegal_value, "read by is 0 the tip, 1 a sensor head, 2 the shank too"};
+  if (words[address::wish_axis] > 6 || words[address::wish_mounts] > 255)
+    return WriteRefusal{ExceptionCode::illegal_value, "the axis is 0 to 6, and there are up to 255 mounts"};
+  return std::nullopt;
+}
+
+Wish WritableRegisters::wish() const {
+  const auto scaled = [&](std::size_t address) { return valueAt(address, words_); };
+  const auto radians = [&](std::size_t address) { return scaled(address) * std::numbers::pi / 180; };
+  Wish wish{.commit = words_[address::wish_commit],
+            .what = static_cast<Wish::What>(words_[address::wish_what]),
+            .of = static_cast<std::uint32_t>(scaled(address::wish_of)),
+            .method = words_[address::wish_method],
+            .options = {}};
+  auto& options = wish.options;
+  options.speed_count = static_cast<std::uint8_t>(words_[address::wish_speeds]);
+  for (std::size_t i = 0; i < options.speed_count; ++i) options.speeds_mm_s[i] = scaled(address::wish_speed + i);
+  options.overtravel_mm = scaled(address::wish_overtravel);
+  options.clearance_mm = scaled(address::wish_clearance);
+  options.approach_rad = radians(address::wish_approach);
+  options.arc_rad = radians(address::wish_arc);
+  options.angles = words_[address::wish_angles];
+  options.balls = words_[address::wish_balls];
+  options.axis = static_cast<std::uint8_t>(words_[address::wish_axis]);
+  options.turns = words_[address::wish_turns];
+  options.tool = words_[address::wish_tool];
+  options.head = words_[address::wish_read_by] == 1;
+  options.shank = words_[address::wish_read_by] == 2;
+  options.stations = words_[address::wish_stations];
+  options.mounts = static_cast<std::uint8_t>(words_[address::wish_mounts]);
+  return wish;
 }
 
 PoseTold WritableRegisters::poseOf(const Words& words) {

@@ -21,6 +21,16 @@ struct WriteRefusal {
   std::string_view reason;
 };
 
+// What a controller wants of runs and results: registers 800 to 837. Zero means the method's default.
+struct Wish {
+  enum class What : std::uint16_t { start = 1, abort = 2, accept = 3, accept_although_it_differs = 4 };
+  std::uint16_t commit{};
+  What what{};
+  std::uint32_t of{};  // run or result
+  std::uint16_t method{};
+  ProcedureOptions options{};  // as asked for
+};
+
 // Holds what the master of one line has written: word order, inhibit, and the marker, homing and pose in preparation.
 class WritableRegisters {
  public:
@@ -33,6 +43,9 @@ class WritableRegisters {
   // The line was unplugged: markers, homings and poses that were being put together are gone.
   void restart() { *this = {}; }
 
+  // What was committed last; a commit of 0: nothing yet.
+  Wish wish() const;
+
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }
 
   // Copies the written values into an image, for reading back.
@@ -44,6 +57,8 @@ class WritableRegisters {
   static std::optional<WriteRefusal> checkMarker(const Words& words);
   static std::optional<WriteRefusal> checkHoming(const Words& words);
   static std::optional<WriteRefusal> checkPose(const Words& words);
+  static std::optional<WriteRefusal> checkWish(const Words& words);
+  static std::optional<WriteRefusal> checkWhole(const Words& words, std::uint16_t first, std::size_t count);
   static PoseTold poseOf(const Words& words);
   static Marker markerOf(const Words& words);
 

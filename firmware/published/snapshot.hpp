@@ -81,6 +81,7 @@ struct CentrelineInForce {
 // One linear axis: its reference, and its screw correction as a line over the position.
 struct AxisState {
   bool referenced{};
+  bool can_be_homed{};   // it stands still, and does not tell its position itself
   double position_mm{};  // valid when referenced
   ReferenceFault last_fault{};
   std::uint32_t reference_losses{};
@@ -88,8 +89,9 @@ struct AxisState {
   bool has_screw{};
   SensorFault sensor_fault{};
   double extension_um{};
-  double screw_offset_mm{};  // correction at 0 mm
-  double screw_slope{};      // mm of correction per mm
+  double screw_offset_mm{};     // correction at 0 mm
+  double screw_slope{};         // mm of correction per mm
+  double screw_reference_um{};  // reading of the sensor that means no extension
 };
 
 // One rotary axis: its angle, and its errors there.
@@ -159,6 +161,31 @@ struct CorrectionsState {
   MonoTime at{};
 };
 
+// The step that the machine is to do next or is doing, in machine axes. Numbers as in procedure::Step.
+struct StepNow {
+  bool present{};
+  std::uint8_t state{};  // of the run: procedure::State
+  std::uint8_t kind{};
+  std::uint8_t feature{};
+  std::uint8_t b_moves{};
+  bool turns{};          // the angles matter
+  std::uint16_t ball{};  // of the part, from 1; 0 for another feature
+  std::uint16_t mount{};
+  std::uint32_t tool{};  // 0: any that carries the probe
+  Vector outward_normal{};
+  Vector retract_direction{};
+  double overtravel_mm{};
+  double clearance_mm{};
+  double run_out_mm{};  // the speed must hold so far beyond the clearance
+  double speed_mm_s{};
+  double travel_mm{};
+  double shank_height_mm{};
+  std::array<double, kRotaryAxes> angles_rad{};
+  std::uint32_t repeats{};
+  std::uint8_t fault{};  // why it is repeated: capture::TouchFault
+  bool timed_out{};
+};
+
 // The last calibration run, for a controller that has no screen of its own.
 struct CalibrationProgress {
   CalibrationState calibration{};
@@ -167,6 +194,7 @@ struct CalibrationProgress {
   std::uint32_t calibration_step{};
   std::uint32_t calibration_steps{};
   std::uint64_t calibration_result_id{};
+  StepNow step{};
 };
 
 // Everything that a CNC may read, as of one instant. Published whole: a reader never sees half of one and half of

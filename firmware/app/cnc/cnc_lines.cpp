@@ -4,36 +4,62 @@
 #include <string_view>
 
 #include "firmware/app/log/log.hpp"
+#include "protocol/modbus/refusals.hpp"
 
 namespace probebox::app {
+namespace {
+
+published::KnownFeatures knownFeatures(const procedure::Facts& facts) {
+  published::KnownFeatures known;
+  known.stylus_radius_mm = facts.stylus_ball_diameter_mm / 2;
+  if (facts.sphere_diameter_mm) known.sphere_reach_mm = *facts.sphere_diameter_mm / 2 + known.stylus_radius_mm;
+  if (facts.gap_mm) known.gap_reach_mm = *facts.gap_mm / 2 - known.stylus_radius_mm;
+  if (!facts.tool_setter) return known;
+  known.has_setter = true;
+  known.has_setter_place = facts.tool_setter->accepted_mm.has_value();
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    known.setter_half_width_mm[axis] = facts.tool_setter->half_width_mm[axis];
+    if (known.has_setter_place) known.setter_mm[axis] = (*facts.tool_setter->accepted_mm)[axis];
+  }
+  return known;
+}
+
+}  // namespace
 
 Outcome<ModbusOptions> CncLine::parse(const std::string& text) {
   constexpr std::string_view kModbus = "modbus:";
   if (!std::string_view{text}.starts_with(kModbus))
-    return Error{"The CNC line '" + text + "' is not modbus:DEVICE[,baud=19200][,parity=even][,unit=1]."};
+    return Error{"The CNC line '" + text +
+                 "' is not modbus:DEVICE[,baud=19200][,parity=even][,unit=1], records:DEVICE[,every=100] or "
+                 "tape:DEVICE[,dialect=g10]."};
   return parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
 }
 
-CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states, ControlDesk& desk,
-                 DoorBook& doors, ServedRecord& served)
+CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states,
+                 const Colleagues& colleagues)
     : may_{may},
       states_{states},
-      desk_{desk},
-      doors_{doors},
-      served_{served},
+      with_{colleagues},
       device_{options.line.path},
       door_{"modbus:" + device_},
+      wishes_{"controller at " + device_,
+              [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
+                with_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
+              }},
       server_{options,
               {.snapshot = [this] { return toBeServed(); },
                .take = [this](const Event& event) { return take(event); },
                .report = [](const std::string& text) { logWarning(text); },
                .kept =
                    [this] {
-                     return ModbusServer::Kept{static_cast<modbus::WordOrder>(doors_.wordOrder(door_)),
-                                               doors_.inhibits(door_)};
+                     return ModbusServer::Kept{static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_)),
+                                               with_.doors.inhibits(door_)};
                    },
                .keep = [this](modbus::WordOrder order) { return keep(order); },
-               .round = [this] { refused_.look(time_.now()); }}} {}
+               .round = [this] { refused_.look(time_.now()); },
+               .line = [this] { return lineState(); },
+               .results = [this] { return with_.calibrations.inForce().served(); },
+               .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }}} {}
 
 CncLine::~CncLine() {
   server_.stop();
@@ -48,20 +74,44 @@ void CncLine::start() {
 // Written down before the answer that has it goes out.
 const published::Snapshot& CncLine::toBeServed() {
   const auto& snapshot = states_.newest().snapshot;
-  served_.note(snapshot);
+  with_.served.note(snapshot);
   return snapshot;
+}
+
+published::LineState CncLine::lineState() {
+  const auto& snapshot = states_.newest().snapshot;
+  if (const auto in_force = with_.calibrations.inForce().served(); in_force != features_of_) {
+    features_ = knownFeatures(with_.calibrations.factsNow());
+    features_of_ = in_force;
+  }
+  std::uint16_t refusal = 0;
+  if (snapshot.calibration == published::CalibrationState::refused) {
+    const auto& step = snapshot.step;
+    const bool in_a_step = snapshot.calibration_step < snapshot.calibration_steps;
+    const auto text = with_.calibrations.lastRefusal();
+    if (!in_a_step) {
+      refusal = modbus::codeOfRefusal(text.substr(0, text.find(':')));
+    } else {
+      refusal = static_cast<std::uint16_t>(step.timed_out ? unsigned{modbus::refusal::step_never_ended}
+                                                          : modbus::refusal::of_step + unsigned{step.fault});
+    }
+  }
+  return {.boots = with_.boots,
+          .calibration_refusal = refusal,
+          .wish = wishes_.state(snapshot.calibration_run),
+          .features = features_};
 }
 
 bool CncLine::take(const Event& event) {
   const auto* cut = std::get_if<CutInhibit>(&event);
   const auto error =
-      cut != nullptr ? desk_.setInhibit(door_, cut->active, may_) : desk_.post(event, states_.newest(), may_);
+      cut != nullptr ? with_.desk.setInhibit(door_, cut->active, may_) : with_.desk.post(event, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
   return !error;
 }
 
 bool CncLine::keep(modbus::WordOrder order) {
-  const auto error = doors_.keepWordOrder(door_, static_cast<std::uint16_t>(order));
+  const auto error = with_.doors.keepWordOrder(door_, static_cast<std::uint16_t>(order));
   if (error) logWarning("The word order of " + device_ + " was refused: " + error->what);
   return !error;
 }

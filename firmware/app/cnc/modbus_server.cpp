@@ -14,6 +14,7 @@
 
 #include "drivers/io/descriptor.hpp"
 #include "drivers/serial/linux_serial.hpp"
+#include "firmware/modbus/identification.hpp"
 
 namespace probebox::app {
 namespace {
@@ -163,6 +164,8 @@ void ModbusServer::receive() {
   const auto got = pipe_->read(buffer);
   // Only a line that says something has really come back.
   if (got.bytes > 0) back_off_ = kFirstBackOff;
+  const auto now = std::chrono::steady_clock::now();
+  if (got.bytes > 0 && now - std::exchange(heard_at_, now) > kSilence) silence();
   const auto [held, rest] = echo_.strip(std::span{buffer}.first(got.bytes));
   // Answering begins to wait for another echo, in the place of the one that `held` is of.
   const std::vector<std::byte> began{held.begin(), held.end()};
@@ -188,7 +191,8 @@ void ModbusServer::answer(const modbus::Request& request) {
   std::this_thread::sleep_for(turnaround(options_.line.settings.baud));
   const Kept kept = faces_.kept();
   writable_.restore(kept.word_order, kept.inhibits);
-  image_.fill(faces_.snapshot(), writable_.wordOrder());
+  image_.fill(faces_.snapshot(), faces_.line ? faces_.line() : published::LineState{},
+              faces_.results ? faces_.results() : nullptr, writable_.wordOrder());
   switch (request.function()) {
     case modbus::Function::read_holding:
     case modbus::Function::read_input:
@@ -196,6 +200,8 @@ void ModbusServer::answer(const modbus::Request& request) {
     case modbus::Function::write_one:
     case modbus::Function::write_many:
       return write(request);
+    case modbus::Function::encapsulated:
+      return identify(request);
   }
   refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
 }
@@ -234,8 +240,17 @@ void ModbusServer::write(const modbus::Request& request) {
     if (changed.wordOrder() != order) faces_.keep(order);
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }
+  const bool wishes = changed.wish().commit != writable_.wish().commit;
   writable_ = changed;
+  if (wishes && faces_.wish) faces_.wish(writable_.wish());
   reply(request);
+}
+
+void ModbusServer::identify(const modbus::Request& request) {
+  std::array<std::uint8_t, modbus::kMaxFrameBytes> answer{};
+  const auto size = modbus::identification(request, options_.revision, answer);
+  if (size == 0) return refuse(request, MODBUS_EXCEPTION_ILLEGAL_FUNCTION);
+  if (request.unit() != MODBUS_BROADCAST_ADDRESS) transmit(std::span{answer}.first(size), true, answered_);
 }
 
 void ModbusServer::reply(const modbus::Request& request) {
@@ -254,8 +269,11 @@ void ModbusServer::refuse(const modbus::Request& request, unsigned exception_cod
 
 // built: what libmodbus returned about an answer, negative when it made none.
 void ModbusServer::send(int built, std::atomic<std::uint64_t>& counter) {
-  const auto bytes = library_->written();
-  const bool whole = built >= 0 && (bytes.empty() || pipe_->write(std::as_bytes(bytes)).bytes == bytes.size());
+  transmit(library_->written(), built >= 0, counter);
+}
+
+void ModbusServer::transmit(std::span<const std::uint8_t> bytes, bool built, std::atomic<std::uint64_t>& counter) {
+  const bool whole = built && (bytes.empty() || pipe_->write(std::as_bytes(bytes)).bytes == bytes.size());
   echo_.sent(bytes);
   ++(whole ? counter : unsent_);
 }

@@ -23,6 +23,7 @@ namespace probebox::app {
 struct ModbusOptions {
   serial::Address line;
   std::uint8_t unit{1};
+  std::string revision{"unknown"};  // of the firmware, for masters that ask who answers
 };
 
 // "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]"
@@ -53,6 +54,9 @@ class ModbusServer {
     std::function<Kept()> kept;                      // as it holds now for this line
     std::function<bool(modbus::WordOrder)> keep;     // true: it is on the disk
     std::function<void()> round{};                   // after every wait, once a second at least while the line is there
+    std::function<published::LineState()> line{};    // what else the next answer shows
+    std::function<modbus::RegisterImage::Results()> results{};  // in force
+    std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
   };
 
   ModbusServer(ModbusOptions options, Faces faces);
@@ -81,6 +85,8 @@ class ModbusServer {
   void write(const modbus::Request& request);
   void reply(const modbus::Request& request);
   void refuse(const modbus::Request& request, unsigned exception_code);
+  void identify(const modbus::Request& request);
+  void transmit(std::span<const std::uint8_t> bytes, bool built, std::atomic<std::uint64_t>& counter);
   void send(int built, std::atomic<std::uint64_t>& counter);
 
   const ModbusOptions options_;
@@ -88,6 +94,7 @@ class ModbusServer {
   std::unique_ptr<Library> library_;
   std::unique_ptr<io::BytePipe> pipe_;
   std::chrono::milliseconds back_off_{};
+  std::chrono::steady_clock::time_point heard_at_{};
   bool was_lost_{};
 
   modbus::LineEcho echo_;

@@ -61,6 +61,7 @@ class ControlDesk {
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
     MachineTravel travel{};
+    std::uint8_t control_axes{};  // whose positions the controller tells: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
   };
   ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later);
 
@@ -85,6 +86,7 @@ class ControlDesk {
   Reply abortProcedure(const board::Access& may, std::span<const std::byte> body, const box::State& state);
   Reply homeAxes(const board::Access& may, std::span<const std::byte> body, const box::State& state);
   Reply tellPose(const board::Access& may, std::span<const std::byte> body, const box::State& state);
+  Reply tellPositions(const board::Access& may, std::span<const std::byte> body, const box::State& state);
   Reply enableSources(const board::Access& may, std::span<const std::byte> body, const box::State& state);
   void followLoops(const procedure::Progress& progress);
   std::string procedureInWords(const box::State& state) const;

@@ -77,6 +77,7 @@ void LinkService::start() {
     watches.push_back(loop_.watch(wake_up_.descriptor(), [this] {
       wake_up_.clear();
       passOn();
+      answerInside();
       passOnReplies();
     }));
     watches.push_back(loop_.every(kAdvance, [this] { advance(); }));
@@ -104,6 +105,38 @@ void LinkService::reply(Reply reply) {
     replies_.push_back(std::move(reply));
   }
   wake_up_.notify();
+}
+
+void LinkService::ask(InsideRequest request) {
+  {
+    const std::lock_guard lock{replies_mutex_};
+    asked_.push_back(std::move(request));
+  }
+  wake_up_.notify();
+}
+
+void LinkService::answerInside() {
+  std::deque<InsideRequest> asked;
+  {
+    const std::lock_guard lock{replies_mutex_};
+    asked.swap(asked_);
+  }
+  for (auto& request : asked) {
+    const std::uint64_t link = ++last_link_;
+    const stream::PendingRequest pending{.ticket = 0, .operation = request.operation, .body = request.body};
+    inside_.emplace(link, std::move(request.then));
+    const auto reply = desk_.handle({link, request.door, request.may}, pending, states_.newest(), vitals());
+    if (reply) answeredInside(*reply);
+  }
+}
+
+bool LinkService::answeredInside(const Reply& reply) {
+  const auto found = inside_.find(reply.link);
+  if (found == inside_.end()) return false;
+  const auto then = std::move(found->second);
+  inside_.erase(found);
+  then(reply);
+  return true;
 }
 
 bool LinkService::Door::mayTry(MonoTime now) {
@@ -248,6 +281,7 @@ void LinkService::passOnReplies() {
   }
   if (stopping) loop_.quit();
   for (const auto& reply : replies) {
+    if (answeredInside(reply)) continue;
     for (const auto& link : links_) {
       if (link->host.id() != reply.link) continue;
       link->host.session().answer(reply.ticket, reply.code, reply.text, reply.body);

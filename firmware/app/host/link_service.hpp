@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "drivers/usb_gadget/gadget_port.hpp"
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/host_link.hpp"
+#include "firmware/app/host/inside_request.hpp"
 #include "firmware/app/host/reception.hpp"
 #include "firmware/app/threads/core_thread.hpp"
 #include "firmware/app/threads/event_loop.hpp"
@@ -55,6 +57,9 @@ class LinkService {
 
   // Any thread: delivers an answer that took time.
   void reply(Reply reply);
+
+  // Any thread: a request of a line of the controller.
+  void ask(InsideRequest request);
 
  private:
   struct Door;
@@ -98,6 +103,8 @@ class LinkService {
   void passOn();
   void passOn(const stream::EncodedBlock& block);
   void passOnReplies();
+  void answerInside();
+  bool answeredInside(const Reply& reply);
   void advance();
   void describe(const published::DelayInForce& delay);
   void dropClosed();
@@ -129,6 +136,8 @@ class LinkService {
   bool a_block_has_come_{};  // before the first block its number comes from the state
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;
+  std::deque<InsideRequest> asked_;                             // under replies_mutex_
+  std::map<std::uint64_t, std::function<void(Reply)>> inside_;  // by number of a link that no host has
   bool stopping_{};
   std::thread thread_;
 };

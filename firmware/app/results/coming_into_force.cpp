@@ -1,6 +1,7 @@
 // What ResultsInForce does around an acceptance: compares, warns, and adds a stylus offset to a centreline from the
 // tip.
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -52,9 +53,12 @@ std::vector<std::string> ResultsInForce::notesOn(const store::Record& record) co
 
 // Those in force that rest on a result which is replaced.
 std::vector<std::string> ResultsInForce::dependantsOn(store::Id retired) const {
-  const std::string mark = "a retired result, " + std::to_string(retired) + " about";
-  auto sentences = restsOnRetired();
-  std::erase_if(sentences, [&](const std::string& each) { return each.find(mark) == std::string::npos; });
+  std::vector<std::string> sentences;
+  for (const auto& record : ours(store::State::active).value_or(std::vector<store::Record>{})) {
+    const auto others = store_.restsOn(record.id);
+    if (others && std::ranges::find(*others, retired, &store::Dependence::id) != others->end())
+      std::ranges::move(onRetired(store_, record), std::back_inserter(sentences));
+  }
   return sentences;
 }
 

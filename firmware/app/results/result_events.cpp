@@ -22,6 +22,7 @@ constexpr std::string_view kCentrelineFromTip = "centreline-stylus";
 constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
+constexpr std::string_view kAssemblyOf = "assembly-";
 
 std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-x") return Axis::x;
@@ -121,6 +122,17 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
   return std::vector<Event>{event};
 }
 
+// The length that the tool has as it is assembled (C2): it replaces the one of [[tool]].
+Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
+                                     MonoTime now) {
+  const auto length = valuesOf(result, "assembled_length_mm", 1);
+  if (!length) return length.error();
+  if (!(length->values[0] > 0))
+    return Error{"The assembled length of tool " + std::to_string(tool) + " is not above 0."};
+  return std::vector<Event>{
+      ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length->values[0], .at = now}};
+}
+
 std::optional<Error> tooManyRows(std::size_t rows) {
   if (rows <= kMostErrorRows) return std::nullopt;
   return Error{"The box holds a table of " + std::to_string(kMostErrorRows) + " angles, but this result has " +
@@ -201,15 +213,20 @@ std::optional<Outcome<std::vector<Event>>> kept(const metrology::Result& result,
   return std::vector<Event>{};
 }
 
+// 5 of "sensor-head-5" behind "sensor-head-".
+std::optional<std::uint32_t> numberBehind(std::string_view prefix, std::string_view subject) {
+  if (!subject.starts_with(prefix)) return std::nullopt;
+  const auto digits = subject.substr(prefix.size());
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{number} : std::nullopt;
+}
+
 std::string named(const store::Record& record) {
   return "Result " + std::to_string(record.id);
 }
 
 }  // namespace
-
-std::string subjectOf(const metrology::Dataset& dataset) {
-  return metrology::subjectOf(dataset);
-}
 
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
@@ -225,11 +242,7 @@ Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record)
 }
 
 std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
-  if (!subject.starts_with(kSensorHeadOf)) return std::nullopt;
-  const auto digits = subject.substr(kSensorHeadOf.size());
-  std::uint32_t tool = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), tool);
-  return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{tool} : std::nullopt;
+  return numberBehind(kSensorHeadOf, subject);
 }
 
 std::string subjectNamed(std::string_view subject_or_method) {
@@ -257,6 +270,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
   if (const auto axis = rotaryAxisOf(subject)) return rotary(*result, *axis, record.id, now);
   if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
+  if (const auto tool = numberBehind(kAssemblyOf, subject)) return assembly(*result, *tool, record.id, now);
   return std::vector<Event>{};
 }
 
@@ -285,6 +299,8 @@ std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
     none.at = now;
     return none;
   }
+  if (const auto tool = numberBehind(kAssemblyOf, subject))
+    return ToolLengthActivated{.result_id = 0, .tool = *tool, .length_mm = 0, .at = now};
   return std::nullopt;
 }
 

@@ -14,10 +14,6 @@
 // Subjects of results, and the events that activate them.
 namespace probebox::app {
 
-// First subject of a dataset (docs/results.md): "delay", "centreline", "centreline-stylus" where the spindle stood
-// still, "screw-x", "tool-4"; otherwise the method's name.
-std::string subjectOf(const metrology::Dataset& dataset);
-
 // Subject for a name that a person gives: the subject itself or one of its methods.
 std::string subjectNamed(std::string_view subject_or_method);
 

@@ -143,6 +143,7 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
   const auto accepted = request->compare_only ? in_force.compareOnly(request->id)
                                               : in_force.accept(request->id, request->by, request->although_it_differs);
   if (!accepted) return whyNot(accepted.error());
+  if (!request->compare_only && accepted->state == store::State::active) sayWhenItIsTrue();
   const Comparison& comparison = accepted->comparison;
   messages::AcceptResult::Answer answer{.state = wireState(accepted->state),
                                         .waiting_for_cut = accepted->state == store::State::accepted,
@@ -158,6 +159,12 @@ Reply ResultsDesk::acceptResult(std::span<const std::byte> body, const board::Ac
   return ok(answer);
 }
 
+// Whoever reads that a result is in force may start a run that needs it at once: the answer waits until the published
+// state has it. The store has the change already, so a core that stands still changes nothing about the answer.
+void ResultsDesk::sayWhenItIsTrue() {
+  if (!core_.seesWhatWasTold()) logWarning("the core has not confirmed what came into force within 2 s");
+}
+
 Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access& may) {
   const auto request = messages::decode<messages::RollbackResult::Request>(body);
   if (!request) return malformed(Operation::rollback_result);
@@ -168,6 +175,7 @@ Reply ResultsDesk::rollBack(std::span<const std::byte> body, const board::Access
   const auto changed =
       request->id != 0 ? in_force.rollBack(request->id, request->by) : in_force.rollBack(request->subject, request->by);
   if (!changed) return whyNot(changed.error());
+  sayWhenItIsTrue();
   const auto& [retired, active] = *changed;
   return ok(messages::RollbackResult::Answer{.subject = (retired ? *retired : *active).binding.subject,
                                              .retired_id = retired ? retired->id : 0,

@@ -34,6 +34,7 @@ class ResultsDesk {
   Reply answerAtOnce(messages::Operation operation, std::span<const std::byte> body, const Caller& caller);
   Reply listResults(std::span<const std::byte> body);
   Reply acceptResult(std::span<const std::byte> body, const board::Access& may);
+  void sayWhenItIsTrue();
   Reply rollBack(std::span<const std::byte> body, const board::Access& may);
   Reply history(std::span<const std::byte> body);
   Reply getDataset(std::span<const std::byte> body);

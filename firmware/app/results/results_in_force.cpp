@@ -9,6 +9,7 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/acceptance.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/app/results/served_results.hpp"
 
 namespace probebox::app {
 namespace {
@@ -237,12 +238,17 @@ void ResultsInForce::readStore() {
   auto problems = store_.damage();
   if (!store_.notice().empty()) problems.insert(problems.begin(), store_.notice());
   std::vector<std::string> on_retired;
+  auto served = std::make_shared<published::ServedResults>();
   for (const auto& record : *in_force) {
-    for (auto& sentence : onRetired(store_, record)) on_retired.push_back(std::move(sentence));
+    auto sentences = onRetired(store_, record);
+    if (std::ranges::find(active, record.id) != active.end())
+      served->in_force.push_back(servedOf(record, !sentences.empty()));
+    for (auto& sentence : sentences) on_retired.push_back(std::move(sentence));
   }
   const std::lock_guard lock{mutex_};
   rests_on_retired_ = std::move(on_retired);
   about_ = std::move(about);
+  served_ = std::move(served);
   measured_facts_ = facts;
   storage_problems_ = std::move(problems);
   active_ = std::move(active);
@@ -263,6 +269,11 @@ std::vector<std::uint64_t> ResultsInForce::waiting() const {
 std::vector<InForceAbout> ResultsInForce::about() const {
   const std::lock_guard lock{mutex_};
   return about_;
+}
+
+std::shared_ptr<const published::ServedResults> ResultsInForce::served() const {
+  const std::lock_guard lock{mutex_};
+  return served_;
 }
 
 MeasuredFacts ResultsInForce::measuredFacts() const {

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include "firmware/app/results/values_in_use.hpp"
 #include "firmware/box/state.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
+#include "firmware/published/served_results.hpp"
 #include "firmware/store/store.hpp"
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
@@ -88,6 +90,8 @@ class ResultsInForce {
   // What is in force that the core follows or procedures use, by rising number. Any thread may ask.
   std::vector<InForceAbout> about() const;
   MeasuredFacts measuredFacts() const;
+  // Their values, for registers. Another object whenever one has changed. Any thread may ask.
+  std::shared_ptr<const published::ServedResults> served() const;
   // A sentence for each result in force that rests on a retired one.
   std::vector<std::string> restsOnRetired() const;
   // What cannot be stored, or was lost, and what to do about it; empty when all is well.
@@ -131,6 +135,7 @@ class ResultsInForce {
   std::vector<std::string> rests_on_retired_;
   std::vector<InForceAbout> about_;
   MeasuredFacts measured_facts_;
+  std::shared_ptr<const published::ServedResults> served_{std::make_shared<published::ServedResults>()};
 };
 
 }  // namespace probebox::app

@@ -10,8 +10,10 @@
 #include "drivers/world/from_description.hpp"
 #include "drivers/world/lateness.hpp"
 #include "firmware/app/wiring/controller_link.hpp"
+#include "firmware/app/wiring/encoder_sources.hpp"
 #include "firmware/app/wiring/gpio_line.hpp"
 #include "firmware/app/wiring/probe_receiver.hpp"
+#include "firmware/app/wiring/sensor_sources.hpp"
 #include "firmware/app/wiring/sim_source.hpp"
 
 namespace probebox::app {
@@ -27,11 +29,14 @@ Sources openSim(const board::Descriptions& descriptions, const tcp::Address& box
 }
 
 // What cannot be had yet is asked for while the box runs.
-Sources openReal(const board::Box& box, Counters& counters) {
+Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
+  const auto& box = descriptions.box;
   Sources sources;
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
+  for (auto& encoder : openEncoders(descriptions)) sources.push_back(std::move(encoder));
   if (auto receiver = receiverOf(box.devices))
-    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counters));
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), counterAxes(box.devices), counters));
+  for (auto& sensors : sensorSources(descriptions)) sources.push_back(std::move(sensors));
   return sources;
 }
 
@@ -59,12 +64,13 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
         "box.toml asks for the emulated machine (sim), but its folder has no world.toml: add one, such as the one in "
         "board/sim."};
   }
-  const bool knows_probe = devices.probe == "none" || receiverOf(devices);
-  if (devices.encoders == "none" && knows_probe) return std::nullopt;
+  const bool knows_probe = devices.probe == "none" || countsSamples(devices);
+  const bool knows_encoders = devices.encoders == "none" || devices.encoders == "axes";
+  if (knows_encoders && knows_probe) return whyUnsupportedEncoders(devices);
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
-               "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" with probe "
-               "\"none\" (lines only), \"usb\" (a receiver on USB) or \"usb:SERIAL\" (the one with that serial "
-               "number)."};
+               "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" or "
+               "\"axes\" (each as [encoder.AXIS] says) with probe \"none\", \"usb\" (a receiver on USB), "
+               "\"usb:SERIAL\" (the one with that serial number) or \"iio\" (a converter, [probe_adc])."};
 }
 
 std::optional<std::string> receiverOf(const board::Devices& devices) {
@@ -74,10 +80,14 @@ std::optional<std::string> receiverOf(const board::Devices& devices) {
   return devices.probe.substr(kNamed.size());
 }
 
+bool countsSamples(const board::Devices& devices) {
+  return devices.probe == "iio" || receiverOf(devices);
+}
+
 Outcome<Sources> openSources(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now,
                              Counters& counters) {
   if (auto refused = whyUnsupported(descriptions)) return *refused;
-  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions.box, counters);
+  return isEmulated(descriptions) ? openSim(descriptions, box, now) : openReal(descriptions, counters);
 }
 
 std::unique_ptr<gpio::LoopBack> loopBackOf(const board::Descriptions& descriptions) {

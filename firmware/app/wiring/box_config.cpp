@@ -5,10 +5,12 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <variant>
 
 #include "drivers/gpio/lines.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
+#include "firmware/app/wiring/encoder_sources.hpp"
 
 namespace probebox::app {
 namespace {
@@ -16,6 +18,20 @@ namespace {
 // Zero for a device that is not fitted: its channels are 0 and nobody waits for it.
 Nanoseconds interval(const std::string& device, double rate_hz) {
   return device == "none" ? Nanoseconds{} : Nanoseconds{std::llround(1e9 / rate_hz)};
+}
+
+// Encoders that are latched together have one rate; others have one each, and a coarse count has no use for a curve
+// through its steps.
+latch::SourceConfig encoderOf(const board::Devices& devices, double probe_rate_hz, std::size_t axis) {
+  if (devices.encoders != "axes")
+    return {.interval = interval(devices.encoders, devices.encoder_rate_hz),
+            .interpolation = latch::Interpolation::cubic};
+  const auto& encoder = devices.encoders_by_axis.at(axis);
+  if (!encoder) return {.interval = Nanoseconds{}, .interpolation = latch::Interpolation::linear};
+  const bool is_coarse = std::holds_alternative<board::QuadratureEncoder>(encoder->by);
+  const bool is_with_probe = std::holds_alternative<board::ReceiverEncoder>(encoder->by);
+  return {.interval = Nanoseconds{std::llround(1e9 / (is_with_probe ? probe_rate_hz : encoder->rate_hz))},
+          .interpolation = is_coarse ? latch::Interpolation::linear : latch::Interpolation::cubic};
 }
 
 struct ChannelText {
@@ -28,9 +44,9 @@ constexpr std::array<ChannelText, latch::kChannels> kChannelTexts{{
     {"deflection_a", "nm", "probe channel a at unit gain"},
     {"deflection_b", "nm", "probe channel b at unit gain"},
     {"deflection_c", "nm", "probe channel c at unit gain"},
-    {"position_x", "mm", "X axis, machine axes"},
-    {"position_y", "mm", "Y axis, machine axes"},
-    {"position_z", "mm", "Z axis, machine axes"},
+    {"position_x", "mm", "X axis, encoder counts times scale: from where it began to count, not machine zero"},
+    {"position_y", "mm", "Y axis, encoder counts times scale: from where it began to count, not machine zero"},
+    {"position_z", "mm", "Z axis, encoder counts times scale: from where it began to count, not machine zero"},
     {"flags", "",
      "1 holdover, 2 trigger came, 4 touching, 8 skip, 16 probe clipped, 32 step running, 64 index pulse came"},
 }};
@@ -104,16 +120,17 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   const auto& devices = descriptions.box.devices;
   box::BoxConfig config;
   config.clock.nominal_period = descriptions.box.sync_period;
-  if (receiverOf(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
+  if (countsSamples(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
+  if (const auto rate_hz = controlCounterRate(devices)) config.control_clock.rate_hz = *rate_hz;
   config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
   config.latch.probe = {.interval = interval(devices.probe, descriptions.probe.rate_hz),
                         .interpolation = latch::Interpolation::linear};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
-    config.latch.axes[axis] = {.interval = interval(devices.encoders, devices.encoder_rate_hz),
-                               .interpolation = latch::Interpolation::cubic};
+    config.latch.axes[axis] = encoderOf(devices, descriptions.probe.rate_hz, axis);
     const auto& described = descriptions.machine.axes[axis];
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
   }
+  config.counts_have_own_stamps = devices.encoders == "axes";
   config.corrections = correctionsConfig(descriptions.machine);
   config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
   config.block_samples = descriptions.service.stream.block_samples;
@@ -227,6 +244,16 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
                        .edges = 0,
                        .lost = 0});
     }
+  }
+  // Marks that a counter reports count as lines of their axis.
+  for (std::size_t axis = 0; axis < board::kLinearEncoders; ++axis) {
+    const auto& encoder = box.devices.encoders_by_axis.at(axis);
+    if (!encoder || !board::tellsIndex(*encoder)) continue;
+    lines.push_back({.name = std::string{"index of encoder "} + board::kEncoderAxes[axis],
+                     .role = static_cast<std::uint8_t>(LineRole::index),
+                     .line = static_cast<std::uint8_t>(axis),
+                     .edges = 0,
+                     .lost = 0});
   }
   return lines;
 }

@@ -12,10 +12,12 @@
 #include "drivers/io/rendezvous.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
 #include "firmware/app/cnc/cnc_lines.hpp"
+#include "firmware/app/cnc/text_line.hpp"
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/log/journal.hpp"
 #include "firmware/app/log/log.hpp"
+#include "firmware/app/results/boot_counter.hpp"
 #include "firmware/app/results/calibrations.hpp"
 #include "firmware/app/results/door_book.hpp"
 #include "firmware/app/results/served_record.hpp"
@@ -27,6 +29,7 @@
 #include "firmware/app/wiring/addresses.hpp"
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/box_config.hpp"
+#include "firmware/app/wiring/encoder_sources.hpp"
 #include "version.hpp"
 
 namespace probebox::app {
@@ -107,6 +110,7 @@ struct Daemon::Parts {
         doors{(state / "doors").string(),
               [this](bool inhibited) { return tellCore(CutInhibit{.active = inhibited, .at = time.now()}); }},
         served{(state / "served-last").string()},
+        boots{countBoot((state / "boots").string())},
         standing{(state / "served").string(), boxConfig(descriptions).corrections.limits,
                  [this](const Event& bounds) { insist(bounds); }},
         journal{std::move(journal_writer)},
@@ -117,7 +121,7 @@ struct Daemon::Parts {
         desk{{descriptions.box.board_name, firmwareVersion(), wireLines(descriptions.box)},
              {descriptions.probe.deflection_limit_mm, time, commands, worker, calibrations, results_desk,
               loop_back_desk, doors, standing, counters, source_table, [this] { return cncLineStatus(); },
-              travelOf(descriptions.machine)},
+              travelOf(descriptions.machine), controlAxes(descriptions.box.devices)},
              [this](Reply reply) { links.reply(std::move(reply)); }},
         links{linkOptions(descriptions), desk, core.feed(), core.addStateReader(), counters, links_wake_up} {}
 
@@ -126,6 +130,7 @@ struct Daemon::Parts {
     capture.reset();
     links.stop();
     cnc_lines.clear();
+    text_lines.clear();
     worker.stop();  // while the core still takes what it has to say
     calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
@@ -187,6 +192,16 @@ struct Daemon::Parts {
                      .unsent = of_line.unsent,
                      .reopened = of_line.reopened});
     }
+    for (const auto& line : text_lines) {
+      const auto of_line = line->counters();
+      all.push_back({.name = line->device(),
+                     .answered = of_line.answered,
+                     .refused = of_line.refused,
+                     .bad_frames = 0,
+                     .skipped_bytes = 0,
+                     .unsent = of_line.unsent,
+                     .reopened = of_line.reopened});
+    }
     return all;
   }
 
@@ -214,6 +229,7 @@ struct Daemon::Parts {
   Calibrations calibrations;
   DoorBook doors;
   ServedRecord served;
+  std::uint16_t boots;
   StandingKeeper standing;
   std::optional<JournalWriter> journal;
   EventQueue* journal_queue;
@@ -224,6 +240,7 @@ struct Daemon::Parts {
   ControlDesk desk;
   LinkService links;
   std::vector<std::unique_ptr<CncLine>> cnc_lines;
+  std::vector<std::unique_ptr<TextLine>> text_lines;
   std::vector<std::unique_ptr<io::EventSource>> sources;
   std::unique_ptr<CaptureThread> capture;
   std::vector<std::string> uris;
@@ -277,11 +294,19 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
 
 Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
-    const auto options = CncLine::parse(text);
+    if (const auto face = parseTextOptions(text)) {
+      if (!face->ok()) return face->error();
+      text_lines.push_back(
+          std::make_unique<TextLine>(**face, service.accessAt(text), core.addStateReader(), desk, served));
+      continue;
+    }
+    auto options = CncLine::parse(text);
     if (!options) return options.error();
+    options->revision = firmwareVersion();
     // A line that is not there yet is opened when it comes.
     cnc_lines.push_back(
-        std::make_unique<CncLine>(*options, service.accessAt(text), core.addStateReader(), desk, doors, served));
+        std::make_unique<CncLine>(*options, service.accessAt(text), core.addStateReader(),
+                                  CncLine::Colleagues{desk, links, doors, served, calibrations, boots}));
   }
   return true;
 }
@@ -321,9 +346,11 @@ void Daemon::Parts::run() {
   core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();
+  for (const auto& line : text_lines) line->start();
   capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters, source_table);
   std::vector<std::string> stages{"capture", "core", "published state", "links", "worker"};
   for (const auto& line : cnc_lines) stages.push_back("CNC line " + line->device());
+  for (const auto& line : text_lines) stages.push_back("CNC line " + line->device());
   chain.emplace(std::move(stages), real_time.now());
 }
 
@@ -331,6 +358,7 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
   const Progress& progress = counters.progress;
   std::vector<std::uint64_t> counts{progress.capture, progress.core, progress.state, progress.links, progress.worker};
   for (const auto& line : cnc_lines) counts.push_back(line->rounds());
+  for (const auto& line : text_lines) counts.push_back(line->rounds());
   const auto finding = chain->look(counts, real_time.now(), patience);
   std::string standing_still;
   for (const auto stage : finding.standing_still)

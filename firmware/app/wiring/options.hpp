@@ -22,6 +22,7 @@ struct Options {
   std::vector<std::string> links;
   std::vector<std::string> cnc;
   std::filesystem::path journal;  // empty: none
+  std::filesystem::path init;     // folder that gets descriptions to begin with; empty: none
   double time_scale = 1.0;
   bool check = false;
   bool usb_identity = false;

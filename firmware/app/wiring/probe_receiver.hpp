@@ -12,8 +12,8 @@ namespace probebox::app {
 class ProbeReceiver final : public io::EventSource {
  public:
   // serial_number: empty for the only receiver. `counters` must outlive this.
-  ProbeReceiver(std::string serial_number, Counters& counters)
-      : receiver_{std::move(serial_number)}, counters_{counters} {}
+  ProbeReceiver(std::string serial_number, const usb_probe::CounterAxes& axes, Counters& counters)
+      : receiver_{std::move(serial_number), axes}, counters_{counters} {}
 
   std::size_t read(std::span<Event> into, MonoTime now) override {
     const std::size_t count = receiver_.read(into, now);

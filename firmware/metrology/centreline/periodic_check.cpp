@@ -171,15 +171,27 @@ double reference(const Quantity& quantity, const Ball& ball) {
   return 0.0;
 }
 
-// Compares one value with the accepted one; its verdict, or nothing when no limit is stated.
-Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error,
-                                           Result& result) {
+// The worst of all values that are compared: 0 pass, 1 warn, 2 fail, and error / (limit + U).
+struct Judged {
+  int verdict{};
+  double ratio{};
+};
+using Worst = std::optional<Judged>;
+
+void worsen(Worst& worst, const Worst& by) {
+  if (!by) return;
+  const Judged before = worst.value_or(Judged{});
+  worst = {std::max(before.verdict, by->verdict), std::max(before.ratio, by->ratio)};
+}
+
+// Compares one value with the accepted one; nothing when no limit is stated.
+Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error, Result& result) {
   const auto accepted = configNumber(dataset, "accepted_" + estimate.key);
   if (!accepted) return accepted.error();
   auto limit = configPositive(dataset, "limit_" + estimate.key);
   if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
   if (!limit) return limit.error();
-  if (!limit.value() || (!accepted.value() && !error)) return std::optional<int>{};
+  if (!limit.value() || (!accepted.value() && !error)) return Worst{};
   Estimate deviation = estimate;
   deviation.key = "deviation_" + estimate.key;
   deviation.values = {estimate.value() - accepted->value_or(0.0)};
@@ -194,7 +206,7 @@ Outcome<std::optional<int>, Refusal> judge(const Dataset& dataset, const Estimat
                               (verdict == 2 ? " mm: calibrate again" : " mm, within U (k = 2)"));
   }
   result.also.push_back(std::move(deviation));
-  return std::optional<int>{verdict};
+  return Worst{{verdict, off / (**limit + doubt)}};
 }
 
 // Run-outs of ball and stylus at C = 0 and spindle = 0, from x and y at B = 0, and where the ball is: what the next
@@ -231,16 +243,16 @@ void addRunOuts(Answer& answer, const Means& means, const Ball& ball) {
 }
 
 // The worst verdict on the run-outs that a value was accepted of.
-Outcome<std::optional<int>, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
-  std::optional<int> worst;
+Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
+  Worst worst;
   for (const auto key : kRunOuts) {
     if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
     const Estimate estimate = *result.find(key);
     const auto verdict = judge(dataset, estimate, false, result);
     if (!verdict) return verdict.error();
-    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+    worsen(worst, verdict.value());
   }
-  if (worst == 2) {
+  if (worst && worst->verdict == 2) {
     result.warnings.emplace_back(
         "the ball or the stylus has moved since it was calibrated: make a full calibration before this check counts");
   }
@@ -306,15 +318,17 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
   const auto run_outs = judgeRunOuts(dataset, result);
   if (!run_outs) return run_outs.error();
-  std::optional<int> worst = run_outs.value();
+  Worst worst = run_outs.value();
   for (const Quantity& quantity : kQuantities) {
     if (!result.find(quantity.key)) continue;
     const Estimate estimate = *result.find(quantity.key);
     const auto verdict = judge(dataset, estimate, quantity.table != "centres", result);
     if (!verdict) return verdict.error();
-    if (verdict.value()) worst = std::max(worst.value_or(0), **verdict);
+    worsen(worst, verdict.value());
   }
-  if (worst) result.also.push_back(Estimate::scalar("verdict", *worst, std::nullopt));
+  if (!worst) return std::nullopt;
+  result.also.push_back(Estimate::scalar("verdict", worst->verdict, std::nullopt));
+  result.also.push_back(Estimate::scalar("worst_ratio", worst->ratio, std::nullopt));
   return std::nullopt;
 }
 

@@ -1,0 +1,60 @@
+#include "firmware/app/cnc/text_line.hpp"
+
+#include <array>
+#include <cstdio>
+#include <pthread.h>
+
+namespace probebox::app {
+
+TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states, ControlDesk& desk,
+                   ServedRecord& served)
+    : may_{may},
+      states_{states},
+      desk_{desk},
+      served_{served},
+      device_{options.line.path},
+      door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
+      server_{options,
+              {.snapshot = [this] { return toBeServed(); },
+               .take = [this](const Event& event) { return take(event); },
+               .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
+               .reached = [this](const tape::Positions& reached) { compare(reached); },
+               .round = [this] { warnings_.look(time_.now()); }}} {}
+
+TextLine::~TextLine() {
+  server_.stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void TextLine::start() {
+  thread_ = std::thread{[this] { server_.run(); }};
+  pthread_setname_np(thread_.native_handle(), "cnc-text");
+}
+
+// Written down before the text that has it goes out.
+published::Snapshot TextLine::toBeServed() {
+  const auto& snapshot = states_.newest().snapshot;
+  served_.note(snapshot);
+  return snapshot;
+}
+
+std::optional<Error> TextLine::take(const Event& event) {
+  if (const auto* cut = std::get_if<CutInhibit>(&event)) return desk_.setInhibit(door_, cut->active, may_);
+  return desk_.post(event, states_.newest(), may_);
+}
+
+// A control's own display beside the box's encoders, in the log: they differ by the correction and by lost counts.
+void TextLine::compare(const tape::Positions& reached) {
+  const auto& axes = states_.newest().snapshot.axes;
+  std::string text = device_ + " reports";
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (!reached.at_mm[i]) continue;
+    std::array<char, 80> words{};
+    std::snprintf(words.data(), words.size(), " %c %.4f (the box: %s%.4f)", "XYZ"[i], *reached.at_mm[i],
+                  axes[i].referenced ? "" : "not referenced, ", axes[i].position_mm);
+    text += words.data();
+  }
+  logInfo(text);
+}
+
+}  // namespace probebox::app

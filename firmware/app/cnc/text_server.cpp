@@ -1,0 +1,158 @@
+#include "firmware/app/cnc/text_server.hpp"
+
+#include <algorithm>
+#include <array>
+#include <poll.h>
+#include <utility>
+
+#include "drivers/serial/linux_serial.hpp"
+
+namespace probebox::app {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr milliseconds kFirstBackOff{50};
+constexpr milliseconds kLongestBackOff{2000};
+constexpr milliseconds kIdle{1000};
+
+}  // namespace
+
+TextServer::TextServer(TextOptions options, Faces faces)
+    : options_{std::move(options)},
+      faces_{std::move(faces)},
+      session_{options_.flow, options_.line.settings.data_bits == 7},
+      back_off_{kFirstBackOff} {}
+
+void TextServer::stop() {
+  stopped_ = true;
+  wake_up_.notify();
+}
+
+void TextServer::run() {
+  while (!stopped_) {
+    ++rounds_;
+    if (!opened()) {
+      wake_up_.wait(back_off_);
+      back_off_ = std::min(2 * back_off_, kLongestBackOff);
+      continue;
+    }
+    wait();
+    if (faces_.round) faces_.round();
+    if (pipe_) flush();
+  }
+  pipe_.reset();
+}
+
+bool TextServer::opened() {
+  if (pipe_) return true;
+  auto pipe = serial::openSerial(options_.line.path, options_.line.settings);
+  if (!pipe) {
+    if (!was_lost_) faces_.report(pipe.error().what + "; trying again until it is there");
+    was_lost_ = true;
+    return false;
+  }
+  pipe_ = std::move(pipe).value();
+  if (was_lost_) {
+    ++reopened_;
+    faces_.report(options_.line.path + ": the line is back");
+  }
+  was_lost_ = false;
+  return true;
+}
+
+void TextServer::lost() {
+  pipe_.reset();
+  session_.restart();
+  was_lost_ = true;
+  faces_.report(options_.line.path + ": the line was closed; opening it again");
+}
+
+// For bytes, for room, for the next record of a stream, or for the end.
+void TextServer::wait() {
+  const bool streams = options_.every.count() > 0;
+  const auto now = Clock::now();
+  if (streams && now >= next_record_) {
+    // After a stall the stream goes on at its rate.
+    next_record_ = std::max(next_record_ + options_.every, now);
+    show(tape::Ask::status);
+    flush();
+    if (!pipe_) return;
+  }
+  const auto due = std::chrono::ceil<milliseconds>(next_record_ - now);
+  const auto patience = streams ? std::clamp(due, milliseconds{0}, kIdle) : kIdle;
+  const bool waits = !session_.toSend().empty();
+  std::array<pollfd, 2> on{pollfd{pipe_->descriptor(), static_cast<short>(POLLIN | (waits ? POLLOUT : 0)), 0},
+                           pollfd{wake_up_.descriptor(), POLLIN, 0}};
+  if (poll(on.data(), on.size(), static_cast<int>(patience.count())) > 0 && (on[0].revents & ~POLLOUT) != 0) receive();
+}
+
+void TextServer::receive() {
+  std::array<std::byte, 512> buffer{};
+  const auto got = pipe_->read(buffer);
+  if (got.bytes > 0) back_off_ = kFirstBackOff;
+  std::span<const std::byte> rest = std::span{buffer}.first(got.bytes);
+  while (!rest.empty()) {
+    rest = rest.subspan(session_.push(rest));
+    if (const auto line = session_.line()) take(*line);
+    if (session_.readerStarted() && options_.face == TextOptions::Face::tape) show(options_.usual);
+  }
+  if (got.state == io::PipeState::closed) lost();
+}
+
+void TextServer::take(const tape::Session::Line& line) {
+  if (line.too_long) return refuse({"line-too-long", "a line has up to 256 characters"}, line.text.substr(0, 40));
+  const auto report = tape::understood(line.text);
+  if (!report) return refuse(report.error(), line.text);
+  if (const auto* ask = std::get_if<tape::Ask>(&*report)) {
+    ++answered_;
+    return show(*ask);
+  }
+  if (const auto* events = std::get_if<tape::Said>(&*report)) {
+    if (const auto why = said(*events)) return refuse(*why, line.text);
+  }
+  if (const auto* positions = std::get_if<tape::Positions>(&*report)) faces_.reached(*positions);
+  ++answered_;
+  answer("OK\r\n");
+}
+
+std::optional<tape::Refused> TextServer::said(const tape::Said& events) {
+  for (Event event : events) {
+    if (auto* marker = std::get_if<Marker>(&event)) marker->procedure = faces_.snapshot().calibration_run;
+    if (const auto why = faces_.take(event)) return tape::Refused{"not-now", why->what};
+  }
+  return std::nullopt;
+}
+
+void TextServer::show(tape::Ask ask) {
+  const bool took = session_.send(tape::tape(faces_.snapshot(), ask, options_.form));
+  ++(took ? sent_ : unsent_);
+}
+
+void TextServer::answer(const std::string& text) {
+  if (options_.answers && !session_.send(text)) ++unsent_;
+}
+
+void TextServer::refuse(const tape::Refused& refused, std::string_view line) {
+  ++refused_;
+  std::string shown;
+  for (const char c : line) shown += c >= ' ' && c <= '~' ? c : '?';
+  faces_.report(options_.line.path + ": '" + shown + "' was refused (" + refused.name + "): " + refused.what);
+  answer("ERR " + refused.name + ": " + refused.what + "\r\n");
+}
+
+void TextServer::flush() {
+  while (!session_.toSend().empty()) {
+    const auto wrote = pipe_->write(session_.toSend());
+    session_.sent(wrote.bytes);
+    if (wrote.state == io::PipeState::closed) return lost();
+    if (wrote.bytes == 0) return;
+  }
+}
+
+TextCounters TextServer::counters() const {
+  return {answered_, refused_, sent_, unsent_, reopened_};
+}
+
+}  // namespace probebox::app

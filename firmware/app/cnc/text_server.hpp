@@ -1,0 +1,100 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/io/byte_pipe.hpp"
+#include "drivers/serial/settings.hpp"
+#include "firmware/app/threads/wake_up.hpp"
+#include "firmware/published/snapshot.hpp"
+#include "firmware/tape/report.hpp"
+#include "firmware/tape/session.hpp"
+#include "firmware/tape/text.hpp"
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::app {
+
+struct TextOptions {
+  enum class Face : std::uint8_t {
+    records,  // a line a value, polled or streamed; each input is answered
+    tape,     // a tape on request; input is answered only where `answers` says so
+  };
+  Face face{};
+  serial::Address line;
+  tape::Form form{};
+  tape::Ask usual{tape::Ask::corrections};  // what the reader of a control gets that only starts
+  std::chrono::milliseconds every{};        // records are streamed; 0: they are polled
+  bool flow{};                              // XON and XOFF
+  bool answers{};
+};
+
+// Either face, or nothing for a text that begins with neither:
+// "records:DEVICE[,every=MS][,flow=yes|no][,baud=19200][,parity=even][,data=8][,stop=1]"
+// "tape:DEVICE[,dialect=g10|macro|nv][,first=500][,offset=0][,reader=corrections|centreline|delay|all][,answers=yes|no]
+//  [,flow=yes|no][,baud=9600][,parity=even][,data=7][,stop=2]"
+std::optional<Outcome<TextOptions>> parseTextOptions(std::string_view text);
+
+struct TextCounters {
+  std::uint64_t answered{};  // lines taken
+  std::uint64_t refused{};   // lines refused
+  std::uint64_t sent{};      // records and tapes
+  std::uint64_t unsent{};    // the same, because the line does not take them
+  std::uint64_t reopened{};
+};
+
+// Serves one text face on one serial line in its own thread. A line that is closed is reopened, without limit.
+class TextServer {
+ public:
+  // All of these are called on the thread of run().
+  struct Faces {
+    std::function<published::Snapshot()> snapshot;        // what the next record or tape shows
+    std::function<std::optional<Error>(Event)> take;      // why a marker, homing, pose or cut was refused
+    std::function<void(const std::string&)> report;       // the line was lost, or is back; a line that was refused
+    std::function<void(const tape::Positions&)> reached;  // the control has reported positions
+    std::function<void()> round{};
+  };
+
+  TextServer(TextOptions options, Faces faces);
+
+  void run();
+  void stop();  // from any thread; run() returns at once
+
+  TextCounters counters() const;
+  std::uint64_t rounds() const { return rounds_; }
+
+ private:
+  bool opened();
+  void lost();
+  void wait();
+  void receive();
+  void take(const tape::Session::Line& line);
+  std::optional<tape::Refused> said(const tape::Said& events);
+  void show(tape::Ask ask);
+  void answer(const std::string& text);
+  void refuse(const tape::Refused& refused, std::string_view line);
+  void flush();
+
+  const TextOptions options_;
+  const Faces faces_;
+  tape::Session session_;
+  std::unique_ptr<io::BytePipe> pipe_;
+  std::chrono::milliseconds back_off_{};
+  std::chrono::steady_clock::time_point next_record_{};
+  bool was_lost_{};
+
+  WakeUp wake_up_;
+  std::atomic<bool> stopped_{};
+  std::atomic<std::uint64_t> rounds_{};
+  std::atomic<std::uint64_t> answered_{};
+  std::atomic<std::uint64_t> refused_{};
+  std::atomic<std::uint64_t> sent_{};
+  std::atomic<std::uint64_t> unsent_{};
+  std::atomic<std::uint64_t> reopened_{};
+};
+
+}  // namespace probebox::app

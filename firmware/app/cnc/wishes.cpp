@@ -1,0 +1,113 @@
+#include "firmware/app/cnc/wishes.hpp"
+
+#include <optional>
+#include <utility>
+
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/live_method.hpp"
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/results.hpp"
+
+namespace probebox::app {
+namespace {
+
+using messages::ErrorCode;
+using messages::Operation;
+using What = modbus::Wish::What;
+
+enum : std::uint16_t { kInHand = 1, kDone = 2, kRefused = 3 };
+
+messages::StartProcedure::Request startOf(const procedure::LiveMethod& method, const ProcedureOptions& options) {
+  messages::StartProcedure::Request request;
+  request.method = method.name();
+  request.speeds_mm_s = {options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
+  request.overtravel_mm = options.overtravel_mm;
+  request.clearance_mm = options.clearance_mm;
+  request.approach_rad = options.approach_rad;
+  request.arc_rad = options.arc_rad;
+  request.angles = options.angles;
+  request.balls = options.balls;
+  request.axis = options.axis;
+  request.turns = options.turns;
+  request.tool = options.tool;
+  request.head = options.head;
+  request.shank = options.shank;
+  request.stations = options.stations;
+  request.mounts = options.mounts;
+  return request;
+}
+
+struct Asked {
+  Operation operation{};
+  std::vector<std::byte> body;
+};
+
+// Nothing for a method that the box does not have.
+std::optional<Asked> askedOf(const modbus::Wish& wish, const std::string& by) {
+  switch (wish.what) {
+    case What::start: {
+      const auto* method = procedure::methodNumbered(procedure::liveMethods(), wish.method);
+      if (method == nullptr) return std::nullopt;
+      return Asked{Operation::start_procedure, messages::encoded(startOf(*method, wish.options))};
+    }
+    case What::abort:
+      return Asked{Operation::abort_procedure, messages::encoded(messages::AbortProcedure::Request{.run = wish.of})};
+    case What::accept:
+    case What::accept_although_it_differs:
+      break;
+  }
+  messages::AcceptResult::Request request;
+  request.id = wish.of;
+  request.by = by;
+  request.although_it_differs = wish.what == What::accept_although_it_differs;
+  return Asked{Operation::accept_result, messages::encoded(request)};
+}
+
+// What a reply says in registers.
+void read(const Reply& reply, const modbus::Wish& wish, published::WishState& state) {
+  state.outcome = reply.code == ErrorCode::ok ? kDone : kRefused;
+  state.refusal = static_cast<std::uint16_t>(reply.code);
+  state.number = wish.of;
+  if (reply.code != ErrorCode::ok) return;
+  if (wish.what == What::start) {
+    const auto answer = messages::decode<messages::StartProcedure::Answer>(reply.body);
+    if (answer) state.number = answer->run;
+  } else if (wish.what != What::abort) {
+    const auto answer = messages::decode<messages::AcceptResult::Answer>(reply.body);
+    state.waits = answer && answer->waiting_for_cut;
+  }
+}
+
+}  // namespace
+
+void Wishes::make(const modbus::Wish& wish) {
+  const auto asked = askedOf(wish, by_);
+  {
+    const std::lock_guard lock{present_->mutex};
+    present_->commit = wish.commit;
+    present_->starts = wish.what == What::start;
+    present_->state = {.answered = present_->state.answered, .outcome = kInHand};
+    if (!asked) {
+      present_->state = {
+          .answered = wish.commit, .outcome = kRefused, .refusal = static_cast<std::uint16_t>(ErrorCode::not_found)};
+      return;
+    }
+  }
+  ask_(asked->operation, asked->body, [present = present_, wish](const Reply& reply) {
+    const std::lock_guard lock{present->mutex};
+    if (present->commit != wish.commit) return;  // another request has taken its place
+    published::WishState state{.answered = wish.commit};
+    read(reply, wish, state);
+    present->state = state;
+  });
+}
+
+published::WishState Wishes::state(std::uint32_t present_run) const {
+  const std::lock_guard lock{present_->mutex};
+  auto state = present_->state;
+  const bool is_unseen = present_->starts && state.outcome == kDone && state.number > present_run;
+  if (is_unseen) state.outcome = kInHand;
+  return state;
+}
+
+}  // namespace probebox::app

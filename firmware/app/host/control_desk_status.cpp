@@ -1,0 +1,153 @@
+// Answers of the control desk about the box and its procedure.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/results/result_summary.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
+#include "protocol/messages/control.hpp"
+
+namespace probebox::app {
+namespace {
+
+void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer& answer) {
+  answer.outward_normal = step.touch.outward_normal;
+  answer.retract_direction = step.touch.retract_direction;
+  answer.overtravel_mm = step.overtravel_mm;
+  answer.clearance_mm = step.clearance_mm;
+  answer.nominal_speed_mm_s = step.touch.retract_speed_mm_s;
+  answer.kind = static_cast<messages::StepKind>(step.kind);
+  answer.feature = static_cast<messages::StepFeature>(step.feature);
+  answer.ball = step.touch.ball;
+  answer.turns = step.turns;
+  answer.rotary_angles_rad = step.touch.rotary_angles_rad;
+  for (std::size_t i = 0; i < kLinearAxes; ++i) answer.approach_direction[i] = -step.touch.retract_direction[i];
+  answer.run_out_mm = procedure::kRunOut_mm;
+  answer.travel_mm = step.touch.travel_mm;
+  answer.shank_height_mm = step.touch.shank_height_mm;
+  answer.tool = step.touch.tool;
+  answer.mount = step.touch.mount;
+  answer.b_moves = static_cast<messages::BMoves>(step.b_moves);
+}
+
+}  // namespace
+
+Reply ControlDesk::describeStatus(const box::State& state, const LinkVitals& vitals) const {
+  messages::Status::Answer answer;
+  answer.board = identity_.board;
+  answer.firmware_version = identity_.firmware_version;
+  answer.uptime_ms = vitals.uptime_ms;
+  answer.from_hosts = vitals.from_hosts;
+  answer.usb_ports = vitals.usb_ports;
+  answer.not_let_in = vitals.not_let_in;
+  answer.clock = clockStatus(state);
+  answer.receiver = receiverStatus(state);
+  answer.receiver.bad_packets = with_.counters.receiver_bad_packets;
+  answer.ledger = {.produced = state.snapshot.produced_samples,
+                   .lost_at_source = state.snapshot.lost_at_source_samples,
+                   .lost_in_queue = state.snapshot.lost_in_queue_samples};
+  answer.queue_high_water = with_.counters.queue_high_water;
+  answer.deadline_misses = with_.counters.deadline_misses;
+  answer.events = eventCounts(state);
+  answer.procedure = procedureInWords(state);
+  answer.active_results = with_.calibrations.inForce().active();
+  answer.links = static_cast<std::uint16_t>(with_.counters.links.load());
+  answer.cnc_lines = with_.cnc_lines();
+  for (const auto& line : answer.cnc_lines) {
+    answer.modbus.requests += line.answered + line.refused;
+    answer.modbus.bad_frames += line.bad_frames;
+  }
+  answer.unused_events = unusedEvents(state);
+  answer.journal_lost = with_.counters.journal_lost_events;
+  for (auto& row : with_.sources.rows())
+    answer.sources.push_back(
+        {.name = std::move(row.name), .problem = std::move(row.problem), .unusable = row.unusable});
+  for (auto& holder : with_.doors.holders())
+    answer.inhibits.push_back(
+        {.door = std::move(holder.door), .by = std::move(holder.by), .since_utc = std::move(holder.since_utc)});
+  answer.storage_problems = with_.calibrations.inForce().storageProblems();
+  answer.rests_on_retired = with_.calibrations.inForce().restsOnRetired();
+  for (auto problem : {with_.doors.problem(), with_.standing.problem()}) {
+    if (!problem.empty()) answer.storage_problems.push_back(std::move(problem));
+  }
+  answer.lines = identity_.lines;
+  for (auto& line : answer.lines) {
+    const auto& counters = state.lines.at(line.role).at(line.line);
+    line.edges = counters.edges;
+    line.lost = counters.lost;
+  }
+  return ok(answer);
+}
+
+// The core has learnt what comes after the steps that were planned.
+void ControlDesk::followLoops(const procedure::Progress& progress) {
+  if (progress.run != last_run_ || progress.loops == plan_.loops) return;
+  procedure::fill(plan_, *plan_.method, options_, progress.loops);
+}
+
+std::string ControlDesk::procedureInWords(const box::State& state) const {
+  const auto& progress = state.procedure;
+  switch (progress.state) {
+    case procedure::State::idle:
+      return "idle";
+    case procedure::State::waiting:
+    case procedure::State::running: {
+      std::string text = procedure::promptFor(plan_, progress.step);
+      if (progress.timed_out) text += "(again: the end marker of the step never came)";
+      if (progress.last_fault != capture::TouchFault::none)
+        text += std::string{" (again: "} + capture::explain(progress.last_fault) + ")";
+      return text;
+    }
+    case procedure::State::solving:
+      return "solving";
+    case procedure::State::proposed:
+      if (progress.result_id == 0) return "done";
+      return "result " + std::to_string(progress.result_id) + whereItStands(progress.result_id);
+    case procedure::State::refused:
+      return "refused";
+    case procedure::State::aborted:
+      return "aborted";
+  }
+  return {};
+}
+
+std::string ControlDesk::whereItStands(std::uint64_t result) const {
+  const auto& in_force = with_.calibrations.inForce();
+  if (in_force.isWaiting(result)) return " is accepted and waits for the end of the cut";
+  const auto active = in_force.active();
+  return std::ranges::find(active, result) != active.end() ? " is in force" : " waits to be accepted";
+}
+
+Reply ControlDesk::describeProcedure(const box::State& state) const {
+  const auto& progress = state.procedure;
+  messages::ProcedureStatus::Answer answer;
+  answer.referenced = state.snapshot.referenced;
+  if (last_run_ > progress.run) {
+    // Started, and the core has not published it yet: nobody may take the run before for this one.
+    answer.run = last_run_;
+    answer.state = messages::ProcedureState::waiting;
+    answer.prompt = "starting";
+    return ok(answer);
+  }
+  answer.run = progress.run;
+  if (progress.method != nullptr) answer.method = progress.method->name();
+  answer.state = static_cast<messages::ProcedureState>(progress.state);
+  answer.step = progress.step;
+  answer.steps = progress.steps;
+  answer.result_id = progress.result_id;
+  answer.prompt = procedureInWords(state);
+  if (progress.step < progress.steps) {
+    describeStep(plan_.steps[progress.step], answer);
+  }
+  if (progress.state == procedure::State::refused) {
+    answer.refusal =
+        progress.step < progress.steps
+            ? "step " + std::to_string(progress.step + 1) + " failed " + std::to_string(progress.repeats) +
+                  " times: " + (progress.timed_out ? "its end never came" : capture::explain(progress.last_fault))
+            : with_.calibrations.lastRefusal();
+  }
+  return ok(answer);
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,53 @@
+#include <algorithm>
+#include <cmath>
+
+#include "board/describe/machine.hpp"
+#include "firmware/app/host/control_desk.hpp"
+#include "protocol/messages/control.hpp"
+
+// What a controller says of its axes and its tool over a link.
+namespace probebox::app {
+
+using messages::ErrorCode;
+using messages::Operation;
+
+Reply ControlDesk::tellPose(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::TellPose::Request>(body);
+  if (!request) return malformed(Operation::tell_pose);
+  if (!may.allow_marker) return notPermitted("allow_marker");
+  const bool finite = std::ranges::all_of(request->angles_rad, [](double rad) { return std::isfinite(rad); });
+  if (!finite || !(request->tool_length_mm >= 0 && request->tool_length_mm <= board::kMostToolLength_mm))
+    return refused(ErrorCode::malformed, "An angle is not a number, or a tool length is outside 0 to 2000 mm.");
+  const PoseTold told{.axes = request->axes,
+                      .angles_rad = request->angles_rad,
+                      .has_tool = request->has_tool,
+                      .tool = request->tool,
+                      .tool_length_mm = request->tool_length_mm,
+                      .at = {}};
+  if (const auto error = post(told, state, may)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
+Reply ControlDesk::tellPositions(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
+  const auto request = messages::decode<messages::TellPositions::Request>(body);
+  if (!request) return malformed(Operation::tell_positions);
+  if (!may.allow_marker) return notPermitted("allow_marker");
+  constexpr unsigned kAxes = (1U << (kLinearAxes + kRotaryAxes)) - 1;
+  if (request->axes == 0 || (request->axes & ~kAxes) != 0)
+    return refused(ErrorCode::malformed, "The axes are bits 0 to 5 (X Y Z A B C), and at least one of them.");
+  if ((request->axes & ~with_.control_axes) != 0)
+    return refused(
+        ErrorCode::refused,
+        "An axis is told whose encoder is not the controller: write kind = \"control\" in its [encoder.AXIS] "
+        "of box.toml, or leave its bit away.");
+  const ControlPositions told{.run = request->run,
+                              .counter = request->counter,
+                              .axes = request->axes,
+                              .counts = request->counts,
+                              .newest = true,
+                              .at = {}};
+  if (const auto error = post(told, state, may)) return refused(ErrorCode::wrong_state, error->what);
+  return ok(messages::Nothing{});
+}
+
+}  // namespace probebox::app

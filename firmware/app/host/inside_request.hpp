@@ -1,0 +1,22 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "board/describe/service.hpp"
+#include "firmware/app/results/reply.hpp"
+#include "protocol/messages/types.hpp"
+
+namespace probebox::app {
+
+// A request of the box's own lines of a controller. It goes the way of a host's, with the same rights and refusals.
+struct InsideRequest {
+  std::string door;  // as DoorBook names it
+  board::Access may;
+  messages::Operation operation{};
+  std::vector<std::byte> body;
+  std::function<void(Reply)> then;  // once, on the thread of the links, or never when the box stops before
+};
+
+}  // namespace probebox::app

@@ -1,0 +1,15 @@
+#pragma once
+#include <string>
+
+#include "firmware/app/wiring/options.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace probebox::app {
+
+// Declares the options of probeboxd. CLI11 is slow to compile: only who parses, or writes pages about it, includes it.
+void declareOptions(CLI::App& command, Options& options);
+
+}  // namespace probebox::app

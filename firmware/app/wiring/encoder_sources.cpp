@@ -1,0 +1,105 @@
+#include "firmware/app/wiring/encoder_sources.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "board/describe/encoder_checks.hpp"
+#include "drivers/counter/counter_source.hpp"
+#include "drivers/counter/linux_counter.hpp"
+#include "drivers/gpio/quadrature.hpp"
+#include "firmware/app/wiring/gpio_line.hpp"
+
+namespace probebox::app {
+namespace {
+
+// Kinds with a driver, in the order in which they are named to a person.
+constexpr std::array<std::string_view, 4> kDriven{"counter", "quadrature", "receiver", "control"};
+
+Nanoseconds intervalOf(const board::EncoderDescription& encoder) {
+  return Nanoseconds{std::llround(1e9 / encoder.rate_hz)};
+}
+
+std::unique_ptr<io::EventSource> openCounter(const board::CounterEncoder& described,
+                                             const board::EncoderDescription& encoder, std::size_t axis,
+                                             double fastest_counts_hz) {
+  const auto interval = intervalOf(encoder);
+  return std::make_unique<counter::CounterSource>(
+      std::make_unique<counter::LinuxCounter>(described, board::kEncoderAxes.at(axis), interval),
+      counter::CounterConfig{.axis = axis,
+                             .device = described.device,
+                             .bits = described.bits,
+                             .is_latched = described.latched_by != board::LatchedBy::polling,
+                             .interval = interval,
+                             .fastest_counts_hz = fastest_counts_hz});
+}
+
+// Lines that are absent or held are asked for while the box runs, as its other lines.
+std::unique_ptr<io::EventSource> openQuadrature(const board::QuadratureEncoder& described,
+                                                const board::EncoderDescription& encoder, std::size_t axis) {
+  return std::make_unique<gpio::QuadratureSource>(
+      std::make_unique<GpioLine>(gpio::quadratureLines(described.a, described.b)),
+      gpio::QuadratureConfig{
+          .axis = axis, .interval = intervalOf(encoder), .maximum_edge_rate_hz = described.maximum_edge_rate_hz});
+}
+
+}  // namespace
+
+std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices) {
+  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
+    const auto& encoder = devices.encoders_by_axis.at(axis);
+    if (!encoder || std::ranges::find(kDriven, board::kindOf(*encoder)) != kDriven.end()) continue;
+    std::string driven;
+    for (const auto kind : kDriven) driven += (driven.empty() ? "\"" : ", \"") + std::string{kind} + "\"";
+    return Error{"box.toml:" + std::to_string(encoder->line) + ": [encoder." + std::string{board::kEncoderAxes[axis]} +
+                 "] has kind = \"" + std::string{board::kindOf(*encoder)} + "\", which is not in this build; it has " +
+                 driven + "."};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descriptions& descriptions) {
+  std::vector<std::unique_ptr<io::EventSource>> sources;
+  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
+    const auto& encoder = descriptions.box.devices.encoders_by_axis.at(axis);
+    if (!encoder) continue;
+    if (const auto* const counter = std::get_if<board::CounterEncoder>(&encoder->by))
+      sources.push_back(openCounter(*counter, *encoder, axis, board::fastestCounts_hz(descriptions.machine, axis)));
+    if (const auto* const lines = std::get_if<board::QuadratureEncoder>(&encoder->by))
+      sources.push_back(openQuadrature(*lines, *encoder, axis));
+  }
+  return sources;
+}
+
+usb_probe::CounterAxes counterAxes(const board::Devices& devices) {
+  usb_probe::CounterAxes axes{};
+  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
+    const auto& encoder = devices.encoders_by_axis.at(axis);
+    const auto* const receiver = encoder ? std::get_if<board::ReceiverEncoder>(&encoder->by) : nullptr;
+    if (receiver != nullptr)
+      axes.at(receiver->channel) = {.axis = static_cast<std::uint8_t>(axis), .has_index = receiver->has_index};
+  }
+  return axes;
+}
+
+std::uint8_t controlAxes(const board::Devices& devices) {
+  unsigned axes = 0;
+  for (std::size_t axis = 0; axis < board::kEncoderLetters; ++axis) {
+    const auto& encoder = devices.encoders_by_axis.at(axis);
+    if (encoder && std::holds_alternative<board::ControlEncoder>(encoder->by)) axes |= 1U << axis;
+  }
+  return static_cast<std::uint8_t>(axes);
+}
+
+std::optional<double> controlCounterRate(const board::Devices& devices) {
+  for (const auto& encoder : devices.encoders_by_axis) {
+    const auto* const control = encoder ? std::get_if<board::ControlEncoder>(&encoder->by) : nullptr;
+    if (control != nullptr) return control->counter_rate_hz;
+  }
+  return std::nullopt;
+}
+
+}  // namespace probebox::app

@@ -1,0 +1,164 @@
+#include "firmware/metrology/touch/pre_travel.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/dataset/table_columns.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
+#include "firmware/metrology/touch/switched_touch.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::RowVectorXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr Index kCentre = 3;        // parameters of the centre come first
+constexpr double kBelow = -0.2;     // component along the stylus of a touch that tells pre-travel from height
+constexpr double kAcross = 0.5;     // component across the stylus of a touch that tells the lobes
+constexpr double kWidestGap = 0.9;  // rad; three lobes have a maximum or minimum every 1.05 rad
+
+// Weights of the parts of the pre-travel in direction n: mean across the stylus, cosine and sine of its three lobes,
+// and the part along the stylus, which is Z.
+Eigen::RowVector4d partsAt(const Vector3d& n) {
+  const double across = std::hypot(n.x(), n.y());
+  const double around_rad = std::atan2(n.y(), n.x());
+  return {across, across * std::cos(3 * around_rad), across * std::sin(3 * around_rad), std::abs(n.z())};
+}
+
+struct Sphere {
+  std::vector<SwitchedTouch> touches;
+  double radius_mm{};  // effective
+  Index parts{};       // of the pre-travel: 4 with the one along the stylus
+};
+
+// Distances from the centre less what radius and pre-travel say, over sigma.
+Linearised modelAt(const Sphere& sphere, const VectorXd& parameters, double sigma_mm) {
+  const auto rows = static_cast<Index>(sphere.touches.size());
+  Linearised at{VectorXd{rows}, Eigen::MatrixXd{rows, kCentre + sphere.parts}};
+  for (Index row = 0; row < rows; ++row) {
+    const Vector3d from_centre = sphere.touches[static_cast<std::size_t>(row)].at_mm - parameters.head<3>();
+    const Vector3d n = from_centre.normalized();
+    const RowVectorXd parts = partsAt(n).head(sphere.parts);
+    at.residuals[row] = (from_centre.norm() - sphere.radius_mm + parts.dot(parameters.tail(sphere.parts))) / sigma_mm;
+    at.jacobian.row(row) << -n.transpose() / sigma_mm, parts / sigma_mm;
+  }
+  return at;
+}
+
+std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touches) {
+  std::vector<double> around_rad;
+  for (const auto& touch : touches) {
+    if (touch.normal.head<2>().norm() > kAcross) around_rad.push_back(std::atan2(touch.normal.y(), touch.normal.x()));
+  }
+  std::ranges::sort(around_rad);
+  double widest =
+      around_rad.empty() ? 2 * std::numbers::pi : around_rad.front() + 2 * std::numbers::pi - around_rad.back();
+  for (std::size_t i = 1; i < around_rad.size(); ++i) widest = std::max(widest, around_rad[i] - around_rad[i - 1]);
+  if (widest <= kWidestGap) return std::nullopt;
+  return Refusal{"few-directions", "no touch across the stylus for " + text(widest * 180 / std::numbers::pi) +
+                                       " degrees around it: touch the sphere at least every 50 degrees, best every 30"};
+}
+
+Outcome<Sphere, Refusal> readSphere(const Dataset& dataset) {
+  const auto diameter = requiredPositive(dataset, "effective_diameter_mm");
+  if (!diameter) return diameter.error();
+  const auto tau = configVector(dataset, "previous_tau_axis_s");
+  if (!tau) return tau.error();
+  auto touches = switchedTouches(dataset, tau->value_or(std::array<double, 3>{}));
+  if (!touches) return touches.error();
+  if (auto refusal = whyFewDirections(touches.value())) return *refusal;
+  const bool from_below =
+      std::ranges::any_of(touches.value(), [](const SwitchedTouch& touch) { return touch.normal.z() < kBelow; });
+  return Sphere{std::move(touches).value(), diameter.value() / 2, from_below ? 4 : 3};
+}
+
+// Mean lateness of the switch with its standard deviation.
+Estimate lateness(const std::vector<SwitchedTouch>& touches) {
+  const auto n = static_cast<double>(touches.size());
+  double mean = 0, squares = 0;
+  for (const auto& touch : touches) mean += touch.late_s / n;
+  for (const auto& touch : touches) squares += (touch.late_s - mean) * (touch.late_s - mean);
+  return Estimate::scalar("switch_late_s", mean, std::sqrt(squares / (n - 1) / n));
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
+  const auto sigma = configSigma(dataset, "sigma_mm");
+  if (!sigma) return sigma.error();
+  const auto sphere = readSphere(dataset);
+  if (!sphere) return sphere.error();
+  const auto& touches = sphere->touches;
+  Rows3 points{static_cast<Index>(touches.size()), 3};
+  for (std::size_t i = 0; i < touches.size(); ++i) points.row(static_cast<Index>(i)) = touches[i].at_mm.transpose();
+  const auto about = algebraicBall(points);
+  if (!about) return Refusal{"coplanar", "the touches lie in one plane: touch the top of the sphere as well"};
+  VectorXd start = VectorXd::Zero(kCentre + sphere->parts);
+  start.head<3>() = about->centre;
+  const auto fit =
+      leastSquares([&](const VectorXd& parameters) { return modelAt(*sphere, parameters, sigma->value); }, start);
+  if (!fit) return fit.error();
+  Answer answer{dataset, *fit, sigma.value()};
+  answer.readings(*dataset.table("touches"), std::array<std::string_view, 1>{"distance_mm"}, "touch", 1);
+  answer.readingIs("one distance from the centre, mm", "mm");
+  const Index size = kCentre + sphere->parts;
+  answer.promiseVector("pre_travel_mm", fit->parameters.tail(sphere->parts), pick(kCentre, sphere->parts, size));
+  answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
+  const double mean_mm = fit->parameters[kCentre];
+  const auto sd_mm = answer.sdOf(pick(kCentre, 1, size));
+  if (sd_mm && mean_mm < -3 * *sd_mm) {
+    answer.warn("the probe triggers " + text(-mean_mm) +
+                " mm before it touches, which no switch does: check effective_diameter_mm");
+  }
+  if (sphere->parts < 4)
+    answer.result().unobservable.emplace_back(
+        "pre-travel along the stylus: it is in the height of "
+        "the centre, unless the sphere is touched from below as well");
+  Result result = std::move(answer).take(true);
+  result.also.push_back(lateness(touches));
+  return result;
+}
+
+namespace {
+
+constexpr MethodTable kTables[]{
+    {"machine", kMachineColumns, "position of the moving reference at its stamp"},
+    {"touches", kTouchesColumns, "a touch: outward normal n, direction u of the retract, speed in and out"},
+    {"edges", kEdgesColumns, "when the switch opened on the way in, and closed on the way out"}};
+constexpr MethodKey kKeys[]{{"effective_diameter_mm", kNeeded, "of sphere plus stylus ball"},
+                            {"previous_tau_axis_s", "[0,0,0]", "delays in force, taken out of the positions"},
+                            key::kSigma};
+constexpr KnownQuantity kKnown[]{{"sd_effective_diameter_mm", "effective_diameter_mm"}};
+constexpr MethodResult kResults[]{
+    {"pre_travel_mm", "mean across the stylus, cosine and sine of three lobes about it, along it"},
+    {"centre_mm", "centre of the sphere"}};
+constexpr std::string_view kUnobservable[]{
+    "a pre-travel that differs between opposite sides once around: it displaces the stylus ball, and every centre "
+    "alike"};
+
+}  // namespace
+
+const Method kPreTravel{.name = "pre-travel",
+                        .title = "Pre-travel of a touch-trigger probe by direction",
+                        .equations = "(A23)",
+                        .source = source::kMachine,
+                        .solver = solvePreTravel,
+                        .tables = kTables,
+                        .keys = kKeys,
+                        .known = kKnown,
+                        .results = kResults,
+                        .unobservable = kUnobservable};
+
+}  // namespace probebox::metrology

@@ -1,0 +1,54 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+// Results in force, for faces that show their values. Replaced as a whole when one of them changes.
+namespace probebox::published {
+
+struct ServedValue {
+  std::string key;  // as the method calls it: "centre_mm"
+  std::vector<double> values;
+  std::vector<double> sd;  // k = 1; empty: none
+};
+
+struct ServedResult {
+  std::string subject{};
+  std::uint64_t result_id{};
+  std::uint32_t probe_tool{};
+  bool rests_on_retired{};
+  std::vector<ServedValue> values{};
+};
+
+struct ServedResults {
+  std::vector<ServedResult> in_force;
+};
+
+// What one line of a controller gets to read besides: its wishes about runs, and what does not change by itself.
+struct WishState {
+  std::uint16_t answered{};  // commit number
+  std::uint16_t outcome{};   // 0 none, 1 in hand, 2 done, 3 refused
+  std::uint16_t refusal{};   // code
+  std::uint32_t number{};    // run or result
+  bool waits{};              // accepted, until the cut is over
+};
+
+// Sizes and places of features, from the descriptions and results in force.
+struct KnownFeatures {
+  double sphere_reach_mm{};  // from the centre of the datum sphere to that of the stylus' ball at contact; 0: unknown
+  double gap_reach_mm{};     // from the middle between the plates likewise
+  double stylus_radius_mm{};
+  double setter_half_width_mm[3]{};
+  bool has_setter{};
+  bool has_setter_place{};
+  double setter_mm[3]{};
+};
+
+struct LineState {
+  std::uint16_t boots{};
+  std::uint16_t calibration_refusal{};
+  WishState wish;
+  KnownFeatures features;
+};
+
+}  // namespace probebox::published

@@ -1,0 +1,114 @@
+#include "firmware/tape/text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string_view>
+
+namespace probebox::tape {
+namespace {
+
+template <class... Values>
+std::string printed(const char* format, Values... values) {
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+constexpr const char* kEnd = "\r\n";
+
+// Numbers of the values, from Form::first on. Never change them.
+enum Number : unsigned {
+  kStatus = 0,
+  kSequence = 1,
+  kCorrection = 2,    // X Y Z, mm
+  kCentreline = 5,    // X Y, mm; tilts X/Z and Y/Z, mm per mm
+  kCentrelineSd = 9,  // X Y, mm
+  kDelay = 11,        // X Y Z, ms
+  kDelaySd = 14,      // X Y Z, ms
+};
+
+class Tape {
+ public:
+  Tape(const published::Snapshot& snapshot, const Form& form) : of_{snapshot}, form_{form} {}
+
+  std::string write(Ask ask) {
+    line("%");
+    if (ask != Ask::centreline && ask != Ask::delay) corrections();
+    if (ask == Ask::centreline || ask == Ask::all) centreline();
+    if (ask == Ask::delay || ask == Ask::all) delay();
+    line("%");
+    return std::move(text_);
+  }
+
+ private:
+  void line(const std::string& words) { text_ += words + kEnd; }
+  void value(unsigned number, double of, int digits) {
+    const unsigned at = form_.first + number;
+    line(form_.dialect == Dialect::macro ? printed("#%u=%.*f", at, digits, of) : printed("N%u V%.*f", at, digits, of));
+  }
+  template <std::size_t size>
+  void values(unsigned number, const std::array<double, size>& of, double factor, int digits) {
+    for (std::size_t i = 0; i < size; ++i) value(number + static_cast<unsigned>(i), of[i] * factor, digits);
+  }
+  bool numbered() const { return form_.dialect != Dialect::g10; }
+
+  void corrections() {
+    if (numbered()) {
+      value(kStatus, statusOf(of_), 0);
+      value(kSequence, of_.sequence, 0);
+    }
+    if (!of_.valid) return line("(NO VALID CORRECTION)");
+    const auto& [x, y, z] = of_.correction_mm;
+    if (numbered()) return values(kCorrection, of_.correction_mm, 1, 4);
+    line(printed("G10 L2 P%u X%.4f Y%.4f Z%.4f", unsigned{form_.offset}, x, y, z));
+  }
+
+  void centreline() {
+    const auto& [result, has_z, here] = of_.centreline;
+    if (result.result_id == 0 || !has_z) return line("(NO CENTRELINE IN FORCE)");
+    if (!numbered()) return line(printed("G10 L2 P%u X%.4f Y%.4f", form_.offset + 1U, here[0], here[1]));
+    values(kCentreline, here, 1, 4);
+    values(kCentreline + 2, result.slope, 1, 7);
+    values(kCentrelineSd, result.sd_centre_mm, 1, 5);
+  }
+
+  void delay() {
+    constexpr double kMsPerS = 1e3;
+    if (!of_.delay.calibrated) return line("(NO DELAY IN FORCE)");
+    if (!numbered()) return line("(A WORK OFFSET HOLDS NO DELAY)");
+    values(kDelay, of_.delay.tau_s, kMsPerS, 5);
+    values(kDelaySd, of_.delay.sd_s, kMsPerS, 5);
+  }
+
+  const published::Snapshot& of_;
+  const Form& form_;
+  std::string text_;
+};
+
+}  // namespace
+
+std::uint16_t statusOf(const published::Snapshot& s) {
+  const std::array bits{s.valid,    s.clock_locked, s.delay.calibrated, s.centreline_calibrated, s.screw_sensors_good,
+                        s.degraded, s.loss_seen,    s.referenced};
+  unsigned status = 0;
+  for (std::size_t bit = 0; bit < bits.size(); ++bit) status |= bits[bit] ? 1U << bit : 0U;
+  return static_cast<std::uint16_t>(status);
+}
+
+std::string record(const published::Snapshot& snapshot) {
+  constexpr std::uint64_t kMostAge = 65535;  // as in register 11
+  const auto& [x, y, z] = snapshot.correction_mm;
+  std::string text =
+      printed("X%+.4f Y%+.4f Z%+.4f S%u N%u A%u", x, y, z, unsigned{statusOf(snapshot)}, unsigned{snapshot.sequence},
+              static_cast<unsigned>(std::min(snapshot.age_ms / 100, kMostAge)));
+  unsigned sum = 0;
+  for (const char c : text) sum ^= static_cast<unsigned char>(c);
+  return text + printed("*%02X", sum) + kEnd;
+}
+
+std::string tape(const published::Snapshot& snapshot, Ask ask, const Form& form) {
+  return ask == Ask::status ? record(snapshot) : Tape{snapshot, form}.write(ask);
+}
+
+}  // namespace probebox::tape
