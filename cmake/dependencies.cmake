@@ -11,5 +11,6 @@ pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 pkg_check_modules(TOMLPP REQUIRED IMPORTED_TARGET tomlplusplus>=3.2)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd>=252)
+pkg_check_modules(NCURSES REQUIRED IMPORTED_TARGET ncursesw>=6.3)
 # Debian compiles toml++ into a shared library; the header-only form asserts on some bytes.
 target_compile_definitions(PkgConfig::TOMLPP INTERFACE TOML_HEADER_ONLY=0)

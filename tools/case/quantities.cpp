@@ -80,6 +80,7 @@ Quantity quantityOf(const Estimate& estimate, std::size_t k, std::string key, La
   Quantity quantity{std::move(key), std::move(label), estimate.values[k], {}, {}};
   if (k < estimate.sd.size()) quantity.sd = estimate.sd[k];
   if (k < estimate.uncertainty.size()) quantity.expanded = 2 * estimate.uncertainty[k];
+  quantity.by_definition = zeroByDefinition(estimate, k);
   return quantity;
 }
 
@@ -90,7 +91,6 @@ Label quantityLabel(const std::string& key, std::string_view axis) {
   const auto bracket = key.find('[');
   const std::string stem = key.substr(0, bracket);
   Label label = labelOf(stem);
-  if (stem.find("tilt_rad") != std::string::npos) label.unit = "urad", label.factor = 1e6;
   label.name = spaced(label.name);
   if (bracket == std::string::npos) return label;
   const auto known = std::ranges::find(kByAxis, stem, &ByAxis::key);
@@ -132,8 +132,9 @@ std::string rotaryAxisOf(std::string_view subject) {
 }
 
 std::string withSdAndU(const Quantity& quantity) {
-  const auto& [key, label, value, sd, expanded] = quantity;
+  const auto& [key, label, value, sd, expanded, by_definition] = quantity;
   const std::string tail = label.unit.empty() ? "" : " " + label.unit;
+  if (by_definition) return "0" + tail + " by definition";
   std::string text = valueText(label, value, sd) + tail;
   text += sd ? ", sd " + withUnit(label, *sd) : ", sd not known";
   return expanded ? text + ", U " + withUnit(label, *expanded) : text;

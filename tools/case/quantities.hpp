@@ -16,6 +16,7 @@ struct Quantity {
   double value{};                  // in the key's unit, as sd and expanded
   std::optional<double> sd;        // k = 1
   std::optional<double> expanded;  // U, k = 2, type B inputs included
+  bool by_definition{};            // zero, such as the location of an axis along itself
 };
 
 // axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
+#include <utility>
 
 #include "firmware/metrology/fit/noise_check.hpp"
 
@@ -25,12 +27,32 @@ std::string fixed(double value, int decimals) {
   return text;
 }
 
+// Lengths that are never far from zero. An offset may be one of a few um or of 300 mm.
+bool isSmall(std::string_view key) {
+  return std::ranges::any_of(std::array<std::string_view, 4>{"error", "deviation", "location", "position_dependent"},
+                             [&](std::string_view word) { return key.find(word) != std::string_view::npos; });
+}
+
 // So many that an uncertainty has two digits.
 int decimalsOf(double uncertainty) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(uncertainty))), 0, 12);
 }
 
 }  // namespace
+
+bool isError(std::string_view key) {
+  for (const std::string_view word :
+       {"error", "deviation", "location", "offset", "Xcen", "Ycen", "position_dependent"}) {
+    if (key.find(word) != std::string_view::npos) return key != "tool_offset_mm";
+  }
+  return false;
+}
+
+bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k) {
+  if (k >= estimate.sd.size() || estimate.values[k] != 0.0 || estimate.sd[k] != 0.0) return false;
+  const bool certain = k >= estimate.uncertainty.size() || estimate.uncertainty[k] == 0.0;
+  return certain && std::ranges::any_of(estimate.sd, [](double sd) { return sd > 0.0; });
+}
 
 Label labelOf(const std::string& key) {
   if (const auto index = key.find('['); index != std::string::npos) {
@@ -40,11 +62,12 @@ Label labelOf(const std::string& key) {
   }
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return key.substr(0, key.size() - suffix.size()); };
+  const bool rotation = ends("tilt_rad") || key == "position_dependent_rad" || key.starts_with("lean");
   if (ends("_mm_s")) return {without("_mm_s"), "mm/s", 1.0};
   if (ends("_um_s")) return {without("_um_s"), "um/s", 1.0};
-  if (ends("_mm")) return {without("_mm"), "mm", 1.0};
+  if (ends("_mm")) return isSmall(key) ? Label{without("_mm"), "um", 1e3} : Label{without("_mm"), "mm", 1.0};
   if (ends("_um")) return {without("_um"), "um", 1.0};
-  if (ends("_rad")) return {without("_rad"), "rad", 1.0};
+  if (ends("_rad")) return rotation ? Label{without("_rad"), "urad", 1e6} : Label{without("_rad"), "rad", 1.0};
   if (ends("_s")) return {without("_s"), "us", 1e6};
   return {key, "", 1.0};
 }

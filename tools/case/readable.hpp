@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "firmware/metrology/dataset/result.hpp"
 
@@ -14,7 +15,14 @@ struct Label {
   double factor{1.0};  // from the key's unit to this one
 };
 
-// Times in seconds are read in microseconds; other units are as the key names them.
+// Whether the value is an error, that ought to be small: its largest is its worst.
+bool isError(std::string_view key);
+
+// A component that is zero by definition, such as the location of an axis along itself: value and sd are zero while
+// another component of the estimate has an sd.
+bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);
+
+// Times are read in us, errors in um, small rotations in urad; other units are as the key names them.
 Label labelOf(const std::string& key);
 
 // "5447.1 +/- 5.0 us": value and sd (in the key's unit) to the two digits of the sd that mean something.

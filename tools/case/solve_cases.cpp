@@ -36,7 +36,12 @@ bool hasTypeB(const Quantity& quantity) {
 void print(std::ostream& out, const Quantity& quantity) {
   std::string name = quantity.label.name;
   name.resize(std::max<std::size_t>(name.size(), 24), ' ');
-  out << "  " << name << "  " << withSd(quantity.label, quantity.value, quantity.sd);
+  out << "  " << name << "  ";
+  if (quantity.by_definition) {
+    out << withSdAndU(quantity) << "\n";
+    return;
+  }
+  out << withSd(quantity.label, quantity.value, quantity.sd);
   if (quantity.expanded) {
     out << (hasTypeB(quantity) ? ", with type B" : "") << "; U " << withUnit(quantity.label, *quantity.expanded);
   }

@@ -18,7 +18,7 @@
 
 namespace probebox::link {
 
-// What did not work between this host and its box, and what to do.
+// Reports a failure between this host and its box, with the remedy.
 struct Failure {
   enum class Kind : std::uint8_t {
     link_lost,    // the connection is gone or the box is silent: connect anew
@@ -41,8 +41,8 @@ struct ClientOptions {
   Nanoseconds silence{2'000'000'000};            // of the box, after which the link is lost
 };
 
-// A host's end of one link. It never blocks by itself: poll() moves what there is to move; the calls that take a Wait
-// go round poll() until they are done or patience is over. A lost link stays lost: connecting anew is up to the caller.
+// Implements a host's end of one link. poll() never blocks; the calls that take a Wait repeat poll() until they are
+// done or the Wait ends. A lost link stays lost: the caller reconnects.
 class Client : private StreamListener {
  public:
   // `listener` hears everything that comes (may be null) and outlives the client.
@@ -59,7 +59,7 @@ class Client : private StreamListener {
   const StreamReader& reader() const { return reader_; }
   const std::optional<Failure>& failure() const { return failure_; }
 
-  // HELLO until WELCOME, DESCRIPTOR and the test pattern are there.
+  // Sends HELLO until WELCOME, DESCRIPTOR and the test pattern have come.
   Outcome<messages::Welcome, Failure> connect(const Wait& wait);
 
   // Asks for samples; they go to the listener. credit_bytes is set from the options.
@@ -107,7 +107,7 @@ class Client : private StreamListener {
     return Failure{Failure::Kind::timed_out, {}, "the box did not answer in time"};
   }
 
-  // One poll() after waiting; false when patience is over.
+  // Waits, then polls once; false when the Wait has ended.
   bool round(const Wait& wait);
 
  private:

@@ -7,7 +7,7 @@
 
 namespace probebox::link {
 
-// The host's own account of one stream. Every sample of it is exactly one of these.
+// Accounts for one stream on the host: every sample belongs to exactly one of these counts.
 struct Account {
   std::uint64_t received{};       // decoded
   std::uint64_t unreadable{};     // arrived in a frame that could not be decoded (no or another descriptor)
@@ -17,7 +17,7 @@ struct Account {
   std::uint64_t total() const { return received + unreadable + declared_lost + inferred_lost; }
 };
 
-// The account against a heartbeat's.
+// Compares the account with that of a heartbeat.
 struct Balance {
   Account account{};
   std::uint64_t produced{};
@@ -29,10 +29,10 @@ struct Balance {
 // Follows sample indices and frame sequences of one link. A new stream (START) begins a new account.
 class HostLedger {
  public:
-  // Every frame, in order. A sequence that jumps says how many frames the wire lost.
+  // Takes every frame in order. A jump of the sequence gives the number of frames lost on the link.
   void frame(std::uint32_t sequence);
 
-  // A block or a gap. Returns the hole before it that no GAP explains.
+  // Takes a block or a gap. Returns the number of missing samples before it that no GAP declares.
   messages::Gap samples(SampleIndex first, std::uint64_t count, bool readable);
   messages::Gap gap(const messages::Gap& gap);
   messages::Gap heartbeat(const messages::Heartbeat& beat);

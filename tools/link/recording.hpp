@@ -12,8 +12,8 @@
 #include "protocol/units/outcome.hpp"
 #include "tools/link/stream_reader.hpp"
 
-// A recording (.pbx) is the box's frames as they came, delimited: the same bytes as on a serial line. It may be cut at
-// any byte and still be read up to there.
+// Writes and reads recordings (.pbx): the delimited frames of the box, the same bytes as on a serial line. A recording
+// cut at any byte can be read up to there.
 namespace probebox::link {
 
 class RecordingWriter {
@@ -21,7 +21,7 @@ class RecordingWriter {
   // `out` is opened in binary mode and outlives the writer.
   explicit RecordingWriter(std::ostream& out);
 
-  // False when the stream does not take it: the disk is full.
+  // Returns false when the stream fails, such as on a full disk.
   bool write(const frame::Frame& frame);
   std::uint64_t bytes() const { return bytes_; }
 
@@ -32,7 +32,7 @@ class RecordingWriter {
   std::uint64_t bytes_{};
 };
 
-// How a recording ended.
+// Reports how a recording ended.
 struct RecordingEnd {
   frame::ReaderCounters frames{};
   ReaderFaults faults{};
@@ -49,7 +49,7 @@ struct RecordingEnd {
 // Bytes read so far, of all (0 where that is not known).
 using ReadingProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
-// Looked at after every piece of the recording: true when no more of it is wanted.
+// Is called after every piece of the recording; returns true to end the reading.
 using EnoughRead = std::function<bool()>;
 
 // Fails when the file cannot be read or holds no frame. "-" is the standard input.

@@ -16,8 +16,8 @@
 
 namespace probebox::link {
 
-// Samples as they came: columns[channel * count + k], to be multiplied by the channel's scale; and the descriptor that
-// they were encoded under, which may not be the last that came. Valid during the call.
+// Holds received samples: columns[channel * count + k], to be multiplied by the channel's scale, and the descriptor
+// that they were encoded with, which need not be the latest. Valid during the call.
 struct DecodedBlock {
   const messages::Descriptor& descriptor;
   codec::BlockHeader header{};
@@ -28,21 +28,21 @@ struct DecodedBlock {
   }
 };
 
-// What a reader tells. Override what is of interest.
+// Receives the callbacks of a reader. Override those of interest.
 class StreamListener {
  public:
   virtual ~StreamListener() = default;
 
-  // Every good frame of the box, before it is understood: for a recorder.
+  // Called for every good frame of the box before it is decoded: for a recorder.
   virtual void onFrame(const frame::Frame&) {}
   virtual void onWelcome(const messages::Welcome&) {}
   virtual void onDescriptor(const messages::Descriptor&) {}
-  // False when the pattern came changed, which the CRC makes next to impossible: the box is another version.
+  // ok: false when the pattern is wrong, which behind a CRC means that the box is another version.
   virtual void onTestPattern(bool /*as_expected*/) {}
   virtual void onBlock(const DecodedBlock&) {}
-  // Declared by the box.
+  // Called for losses that the box declared.
   virtual void onGap(const messages::Gap&) {}
-  // Frames that the wire lost; the reason says nothing.
+  // Called for losses on the link; the reason is undefined.
   virtual void onHole(const messages::Gap&) {}
   virtual void onTrigger(const messages::Trigger&) {}
   // Declared by the box, and frames that the wire lost.
@@ -62,15 +62,15 @@ struct ReaderFaults {
   std::uint64_t unreadable_blocks{};  // no descriptor, another one, or an unknown profile
 };
 
-// Bytes of a box -> samples, gaps, heartbeats and the host's ledger. One reader for wire and file.
+// Decodes the bytes of a box into samples, gaps, heartbeats and the host's ledger, from a link or a file.
 class StreamReader {
  public:
   explicit StreamReader(StreamListener& listener, frame::Framing framing = frame::Framing::delimited)
       : listener_{listener}, reader_{frame::kMaxPayload, framing}, answers_{frame::kMaxPayload, framing} {}
 
   void read(std::span<const std::byte> bytes);
-  // Bytes of the lane that carries answers only. Its frames have a sequence of their own, which no loss is inferred
-  // from: an answer that is missing is asked for again.
+  // Takes bytes of the lane that carries answers only. Its sequence numbers are separate and no loss is inferred from
+  // them: a missing answer is requested again.
   void readAnswers(std::span<const std::byte> bytes);
 
   const HostLedger& ledger() const { return ledger_; }
@@ -81,7 +81,7 @@ class StreamReader {
   // The last that came.
   const std::optional<messages::Descriptor>& descriptor() const { return descriptor_; }
   bool testPatternSeen() const { return test_pattern_seen_; }
-  // Bytes of a frame that has not ended; at the end of a file: what was cut off.
+  // Returns the bytes of an incomplete frame; at the end of a file, of the one that was cut off.
   std::size_t unfinished() const { return reader_.unfinished(); }
 
  private:

@@ -5,7 +5,7 @@
 
 namespace probebox::link {
 
-// The host's own account of the triggers of one stream: each number is exactly one of these.
+// Accounts for the triggers of one stream on the host: each number belongs to exactly one of these counts.
 struct TriggerAccount {
   std::uint64_t received{};
   std::uint64_t declared_lost{};  // in TRIGGER_GAP frames
@@ -17,7 +17,7 @@ struct TriggerAccount {
 // Follows the numbers of triggers over one link. A new stream (START) begins a new account.
 class TriggerLedger {
  public:
-  // Each returns the hole before it that no TRIGGER_GAP explains.
+  // Return the number of missing triggers before it that no TRIGGER_GAP declares.
   messages::TriggerGap trigger(std::uint32_t number);
   messages::TriggerGap gap(const messages::TriggerGap& gap);
   messages::TriggerGap heartbeat(const messages::Heartbeat& beat);

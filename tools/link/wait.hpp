@@ -8,14 +8,14 @@
 
 namespace probebox::link {
 
-// Waits until the descriptor is readable (or writable, when asked for) or a short while has passed, and says what time
-// it is; nothing when the caller has no more patience. Tests give one of their own, without a clock.
+// Waits until the descriptor is readable (or writable, when asked for) or a short time has passed, and returns the
+// time; nothing once the time limit is over. Tests pass their own, without a clock.
 using Wait = std::function<std::optional<MonoTime>(int descriptor, bool for_writing)>;
 
 // CLOCK_MONOTONIC.
 MonoTime now();
 
-// The real one: patience counts from this call. `interrupted` (Ctrl-C) ends it early and may be null.
+// Returns the real one; its time limit begins with this call. `interrupted` (Ctrl-C) ends it early and may be null.
 Wait patience(std::chrono::milliseconds limit, const std::atomic<bool>* interrupted = nullptr);
 
 }  // namespace probebox::link

@@ -46,7 +46,7 @@ class Drive {
   double distance_, speed_, acceleration_, ramp_, cruise_;
 };
 
-// One touch in time: along a straight line through the touched point, where the tip sticks.
+// Simulates one touch over time along a straight line through the touched point, where the tip sticks.
 class Contact {
  public:
   Contact(const procedure::Step& step, const Eigen::Vector3d& surface, const SetUp& set_up)

@@ -9,8 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "firmware/procedure/plan/plan.hpp"
-#include "firmware/procedure/plan/readiness.hpp"
+#include "tools/plan/completed.hpp"
 #include "tools/plan/simulated_facts.hpp"
 #include "tools/plan/simulated_run.hpp"
 
@@ -108,43 +107,13 @@ std::vector<Wanted> candidates(const Wanted& given) {
   return all;
 }
 
-Refusal badOption(const Error& error) {
-  return {"bad-option", error.what};
-}
-
-// As the box completes them from its descriptions.
-Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const SetUp& set_up) {
-  auto [method, options, turns, by] = wanted;
-  if (!method->calibrates) {
-    return Refusal{"not-forecast",
-                   std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
-  }
-  const auto facts = factsOf(set_up, options.tool);
-  if (by == procedure::ReadBy::head) {
-    if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(*why);
-  }
-  if (by == procedure::ReadBy::shank) {
-    if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(*why);
-  }
-  if (turns != 0 && !method->takes_axis) {
-    return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
-  }
-  options.turns = static_cast<std::uint16_t>(turns);
-  const auto described = procedure::described(*method, options, facts, by);
-  if (!described) return badOption(described.error());
-  options = *described;
-  constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
-  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(*why);
-  return options;
-}
-
 double firstSd(const Forecast& forecast) {
   const bool known = !forecast.estimates.empty() && !forecast.estimates.front().sd.empty();
   return known ? forecast.estimates.front().sd.front() : std::numeric_limits<double>::infinity();
 }
 
 Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
-  const auto options = completed(wanted, set_up);
+  const auto options = completed(wanted, factsOf(set_up, wanted.options.tool));
   if (!options) return options.error();
   Forecast forecast{
       .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
@@ -175,7 +144,7 @@ Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const Se
   std::optional<Refusal> first;
   bool any = false;
   for (const auto& candidate : candidates(wanted)) {
-    const auto options = completed(candidate, set_up);
+    const auto options = completed(candidate, factsOf(set_up, candidate.options.tool));
     if (options && shortestDuration(*candidate.method, *options, set_up) > time_s) {
       any = true;
       continue;

@@ -4,21 +4,11 @@
 #include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
-#include "firmware/procedure/plan/live_method.hpp"
-#include "firmware/procedure/plan/readiness.hpp"
-#include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 #include "tools/plan/set_up.hpp"
+#include "tools/plan/wanted.hpp"
 
 namespace probebox::plan {
-
-// The run that a forecast is about: what calibrate is told.
-struct Wanted {
-  const procedure::LiveMethod* method{};
-  ProcedureOptions options{};  // zeros are the method's own
-  unsigned turns{};            // of a screw; 0: the method's own
-  procedure::ReadBy by{};
-};
 
 // The uncertainty that a run will have, before anybody measures.
 struct Forecast {

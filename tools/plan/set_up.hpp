@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-// What a forecast assumes: how good the streams are, what is stated of features, and how the machine moves.
+// Holds the assumptions of a forecast: noise of the streams, stated features, and the motion of the machine.
 namespace probebox::plan {
 
 struct SetUp {

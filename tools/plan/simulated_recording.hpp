@@ -12,7 +12,7 @@
 
 namespace probebox::plan {
 
-// What the box would record of the steps of a run, one after the other.
+// Simulates the recording of the steps of a run.
 class SimulatedRecording {
  public:
   SimulatedRecording(const SetUp& set_up, const procedure::Facts& facts, std::uint64_t seed);

@@ -16,14 +16,14 @@
 
 namespace probebox::replay {
 
-// A block in both profiles that boxes send.
+// Holds a block in both profiles that boxes send.
 struct RecordedBlock {
   codec::BlockHeader header{};
   std::vector<std::byte> raw;
   std::vector<std::byte> fast;
 };
 
-// What stands in a recording, one after the other.
+// Holds one entry of a recording.
 using Recorded =
     std::variant<messages::Descriptor, RecordedBlock, messages::Gap, messages::Trigger, messages::TriggerGap>;
 

@@ -51,7 +51,7 @@ std::vector<Change> changesBetween(const Result& now, const Result& then) {
   for (const auto& estimate : now.estimates) {
     if (!comparable(now, then, estimate)) continue;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-      if (!zeroByDefinition(estimate, k)) changes.push_back({&estimate, then.find(estimate.key), k});
+      if (!casefolder::zeroByDefinition(estimate, k)) changes.push_back({&estimate, then.find(estimate.key), k});
     }
   }
   return changes;
@@ -146,7 +146,7 @@ std::optional<Plot> trendPicture(const Subject& subject) {
   Plot plot{"Trend of the last " + std::to_string(history.size() - from + 1) + " results, bars of U",
             "result (0: this one)", "minus this one" + (unit.unit.empty() ? "" : " (" + unit.unit + ")")};
   for (std::size_t k = 0; k < now->values.size(); ++k) {
-    if (zeroByDefinition(*now, k)) continue;
+    if (casefolder::zeroByDefinition(*now, k)) continue;
     std::vector<Point> points;
     std::vector<double> bars;
     const auto add = [&](const Estimate* estimate, double place) {
@@ -161,6 +161,7 @@ std::optional<Plot> trendPicture(const Subject& subject) {
     plot.addWithBars(std::move(points), bars, kLooks[k % 3], valueName(subject, *now, k));
   }
   plot.addLevel(0.0);
+  plot.countAcross();
   return plot;
 }
 

@@ -56,7 +56,7 @@ std::vector<std::string> worstOf(const Subject& subject, const Estimate& estimat
   for (const auto& part : metrology::partsOf(estimate)) {
     const auto size = [&](std::size_t k) { return std::abs(estimate.values[k]); };
     const auto worst = std::ranges::max_element(part.at, {}, size);
-    const char* what = isError(estimate.key) ? "worst: " : "largest: ";
+    const char* what = casefolder::isError(estimate.key) ? "worst: " : "largest: ";
     if (worst != part.at.end()) lines.push_back(what + sentenceOf(subject, estimate, *worst));
   }
   return lines;
@@ -71,7 +71,8 @@ std::optional<std::string> worstScalar(const Subject& subject) {
   const Estimate* worst = nullptr;
   std::size_t count = 0;
   for (const auto& estimate : subject.result()->estimates) {
-    if (estimate.shape != Shape::scalar || unitOf(estimate, 0).unit != "um") continue;
+    if (estimate.shape != Shape::scalar) continue;
+    if (!casefolder::isError(estimate.key) && unitOf(estimate, 0).unit != "um") continue;
     ++count;
     if (worst == nullptr || std::abs(estimate.value()) > std::abs(worst->value())) worst = &estimate;
   }
@@ -90,7 +91,7 @@ std::vector<std::string> valueLines(const Subject& subject) {
   for (const auto& estimate : subject.result()->estimates) {
     if (isLong(estimate) || estimate.shape == Shape::matrix) continue;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-      if (!zeroByDefinition(estimate, k)) lines.push_back(sentenceOf(subject, estimate, k));
+      if (!casefolder::zeroByDefinition(estimate, k)) lines.push_back(sentenceOf(subject, estimate, k));
     }
     if (estimate.shape == Shape::vector) break;
     if (lines.size() >= kFewValues) break;

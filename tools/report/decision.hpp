@@ -14,7 +14,7 @@ enum class Verdict {
   refused,
 };
 
-// What a reader wants first: the decision, and the worst errors (or the first values) with U.
+// Writes the decision first, and the largest errors (or the first values) with U.
 struct Decision {
   Verdict verdict{Verdict::no_limit};
   std::string headline;

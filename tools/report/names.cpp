@@ -42,22 +42,6 @@ const std::vector<double>* columnOf(const Subject& subject, const char* table, c
   return found == nullptr ? nullptr : found->column(column);
 }
 
-bool isRotation(const Estimate& estimate) {
-  return estimate.key.ends_with("tilt_rad") || estimate.key == "position_dependent_rad";
-}
-
-}  // namespace
-
-bool isError(std::string_view key) {
-  for (const std::string_view word :
-       {"error", "deviation", "location", "offset", "Xcen", "Ycen", "position_dependent"}) {
-    if (key.find(word) != std::string_view::npos) return key != "tool_offset_mm";
-  }
-  return false;
-}
-
-namespace {
-
 // By the names that all commands share; where they have none for it, by its coordinate or its number.
 std::string vectorName(const Subject& subject, const Estimate& estimate, std::size_t k) {
   const std::string name = spaced(casefolder::labelOf(estimate.key).name);
@@ -127,18 +111,7 @@ Label unitOf(const Estimate& estimate, std::size_t k) {
   if (estimate.key == kSixErrors) {
     return k % kErrors.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
   }
-  Label label = casefolder::labelOf(estimate.key);
-  if (label.unit == "mm" && isError(estimate.key)) return {label.name, "um", 1e3};
-  if (label.unit == "rad" && (isRotation(estimate) || estimate.key.starts_with("lean"))) {
-    return {label.name, "urad", 1e6};
-  }
-  return label;
-}
-
-bool zeroByDefinition(const Estimate& estimate, std::size_t k) {
-  if (k >= estimate.sd.size() || estimate.values[k] != 0.0 || estimate.sd[k] != 0.0) return false;
-  const bool certain = k >= estimate.uncertainty.size() || estimate.uncertainty[k] == 0.0;
-  return certain && std::ranges::any_of(estimate.sd, [](double sd) { return sd > 0.0; });
+  return casefolder::labelOf(estimate.key);
 }
 
 std::optional<double> sdOf(const Estimate& estimate, std::size_t k) {
@@ -164,7 +137,7 @@ std::string sentenceOf(const Subject& subject, const Estimate& estimate, std::si
   const auto u = combinedOf(estimate, k);
   const std::string tail = unit.unit.empty() ? "" : " " + unit.unit;
   std::string text = valueName(subject, estimate, k) + " = " + valueDigits(unit, estimate.values[k], u) + tail;
-  if (zeroByDefinition(estimate, k)) return text + " by definition";
+  if (casefolder::zeroByDefinition(estimate, k)) return text + " by definition";
   return u ? text + ", U = " + uncertaintyDigits(unit, *u) + tail + " (k = 2)" : text + ", uncertainty unknown";
 }
 

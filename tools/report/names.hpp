@@ -25,15 +25,8 @@ std::string columnName(const Subject& subject, const metrology::Estimate& estima
 // Title of the object: "error motions of the axis", "sector table".
 std::string titleOf(const metrology::Estimate& estimate);
 
-// Whether the value is an error, that ought to be small: its largest is its worst.
-bool isError(std::string_view key);
-
-// Unit that a person reads: errors in um and urad, delays in us, else as the key names it.
+// Unit that a person reads (casefolder::labelOf); error motions of a rotary axis in um and urad.
 casefolder::Label unitOf(const metrology::Estimate& estimate, std::size_t k);
-
-// A component that is zero by definition, such as the location of an axis along itself: value and sd are zero while
-// another component of the estimate has an sd.
-bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);
 
 // Combined standard uncertainty of value k; nothing where it is unknown.
 std::optional<double> combinedOf(const metrology::Estimate& estimate, std::size_t k);

@@ -18,8 +18,8 @@ double slopeOf(const metrology::Estimate& speeds, const metrology::Estimate& siz
   return with_minus <= with_plus ? -2.0 * tau_s : 2.0 * tau_s;
 }
 
-// U of the mean size at each speed: of the touches at that speed, each as uncertain as the sd of the size says; a
-// diameter has two normals. Nothing where that sd is not known.
+// Expanded uncertainty of the mean size at each speed, from the number of touches at that speed and the sd of one
+// touch; a diameter has two normals. Empty where the sd or the touches are unknown.
 std::vector<double> barsAt(const std::vector<double>& speeds, const metrology::Estimate& size,
                            const metrology::Result& result) {
   if (size.sd.empty() || size.design.empty() || !(size.design.front() > 0.0)) return {};
@@ -28,7 +28,8 @@ std::vector<double> barsAt(const std::vector<double>& speeds, const metrology::E
   for (const double speed : speeds) {
     const auto at_speed = [&](double normal) { return std::abs(std::abs(normal) - speed) < 0.1 * speed; };
     const auto touches = std::ranges::count_if(result.residuals.at, at_speed);
-    bars.push_back(touches == 0 ? 0.0 : 2.0 * 2.0 * sd / std::sqrt(static_cast<double>(touches)));
+    if (touches == 0) return {};
+    bars.push_back(2.0 * 2.0 * sd / std::sqrt(static_cast<double>(touches)));
   }
   return bars;
 }

@@ -1,5 +1,7 @@
 #include "tools/report/subjects.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -177,7 +179,27 @@ Outcome<std::vector<Subject>> ofCase(const fs::path& folder) {
   return std::vector{std::move(subject)};
 }
 
+// Rounding may differ between two processors.
+bool alike(const Estimate& one, const Estimate& other) {
+  if (one.key != other.key || one.values.size() != other.values.size()) return false;
+  for (std::size_t k = 0; k < one.values.size(); ++k) {
+    const double sd = k < one.sd.size() ? one.sd[k] : 0.0;
+    const double close = 1e-6 * sd + 1e-12 * std::abs(one.values[k]);
+    if (!(std::abs(one.values[k] - other.values[k]) <= close)) return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+bool recallResiduals(Subject& subject) {
+  auto* kept = std::get_if<Result>(&subject.answer);
+  if (kept == nullptr || !subject.dataset) return false;
+  auto again = metrology::solve(*subject.dataset);
+  if (!again || !std::ranges::equal(kept->estimates, again->estimates, alike)) return false;
+  kept->residuals = std::move(again->residuals);
+  return true;
+}
 
 Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::string& name) {
   std::vector<Subject> subjects;

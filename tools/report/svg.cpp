@@ -305,7 +305,8 @@ std::string Plot::svg() const {
     text += words(kTitleLeft, title_at, "start", line, " font-size=\"14\" font-weight=\"bold\"");
     title_at += kLegendLine;
   }
-  const auto across = ticks(frame.x.low, frame.x.high, 6);
+  auto across = ticks(frame.x.low, frame.x.high, 6);
+  if (counts_) std::erase_if(across, [](double tick) { return std::abs(tick - std::round(tick)) > 1e-6; });
   for (const double tick : across) {
     const double x = frame.acrossOf(tick);
     text += segment(x, frame.top, x, frame.bottom, grid);

@@ -37,6 +37,8 @@ class Plot {
   void addLevel(double y, std::string legend = {});
   // One mm is as long up as it is across.
   void keepProportions() { proportional_ = true; }
+  // The horizontal axis counts things: its ticks are whole numbers.
+  void countAcross() { counts_ = true; }
   // The vertical axis includes this value.
   void include(Point point) { included_.push_back(point); }
 
@@ -62,6 +64,7 @@ class Plot {
   std::vector<Series> series_;
   std::vector<Point> included_;
   bool proportional_{};
+  bool counts_{};
 };
 
 // Points of a circle, to be drawn as a line.

@@ -118,7 +118,7 @@ std::string shortTable(const Subject& subject, const Result& result) {
   for (const auto& estimate : result.estimates) {
     if (!isShort(estimate)) continue;
     for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-      if (zeroByDefinition(estimate, k)) {
+      if (casefolder::zeroByDefinition(estimate, k)) {
         zero += (zero.empty() ? "" : ", ") + valueName(subject, estimate, k);
       } else {
         rows += shortRow(subject, estimate, k);

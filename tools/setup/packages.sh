@@ -3,7 +3,7 @@
 
 probebox_packages=(
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev
+  libeigen3-dev libgpiod-dev libusb-1.0-0-dev libaio-dev libmodbus-dev libsqlite3-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libncurses-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libumockdev-dev umockdev
   mbpoll python3)
 # What judges fits in tests. Where it cannot be had, those tests are skipped.
@@ -12,6 +12,16 @@ probebox_judge_packages=(libceres-dev)
 # that test is skipped.
 # shellcheck disable=SC2034
 probebox_browser_packages=(chromium)
+# What opens recordings in tests (system.readers). Without them the tests that need them are skipped.
+# shellcheck disable=SC2034
+probebox_reader_packages=(tshark python3-numpy python3-pyte)
+# A control without a machine (host-tests/cnc). Some 80 packages, so only tools/test --cnc installs it; without it those tests are
+# skipped.
+# shellcheck disable=SC2034
+probebox_cnc_packages=(linuxcnc-uspace util-linux)
+# What `probebox view` and `probebox interference` need (docs/view.md). Without them those two say what is missing.
+# shellcheck disable=SC2034
+probebox_view_packages=(libcpp-httplib-dev nodejs npm libfcl-dev)
 # What the tests on a real kernel need beyond that (host-tests/vm). Where these cannot be had, those tests are skipped.
 probebox_vm_packages=(qemu-system-x86 busybox-static cpio kmod udev systemd xz-utils make gcc)
 

@@ -6,7 +6,7 @@
 
 namespace probebox::tour {
 
-// What was shown and whether it is right: the tour's last word, and its exit status.
+// Prints the results of the tour beside the truth and decides its exit status.
 class ClosingTable {
  public:
   // An estimate beside the truth: right within 4 standard deviations.

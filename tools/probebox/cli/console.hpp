@@ -15,7 +15,7 @@ namespace probebox::command {
 // Version of every JSON object that this program prints. Keys may be added within a version.
 inline constexpr int kSchemaVersion = 1;
 
-// What a command talks through. `interrupted` becomes true at Ctrl-C: commands look at it and end in order.
+// Holds the streams of a command. `interrupted` becomes true at Ctrl-C: commands check it and end in order.
 struct Streams {
   std::istream& in;
   std::ostream& out;

@@ -101,6 +101,15 @@ class CommandLine {
       watch_.profile = profileOf(watch_profile_);
       request_.job = watch_;
     });
+    auto* view = commands_.add(
+        "view", "show a page about the box in a browser on this computer: live, calibrate, results, tools",
+        "probebox -u tcp:localhost:7627 view", view_);
+    view->add_option("--cell", view_.cell,
+                     "description of machine, fixture, workpiece and tools, for the pictures of tools")
+        ->type_name("FILE");
+    view->add_option("--port", view_.port, "where the page is served on 127.0.0.1; 0 takes a free port")
+        ->type_name("NUMBER")
+        ->capture_default_str();
     auto* corrections = commands_.add("corrections", "show the corrections that a CNC reads now",
                                       "probebox corrections --follow", corrections_);
     corrections->add_flag("--follow", corrections_.follow, "print one line for each update");
@@ -126,6 +135,17 @@ class CommandLine {
         ->capture_default_str();
     addPatience(record, record_.patience_s);
     addProfile(record, record_profile_);
+    auto* on_trigger = record->add_flag("--on-trigger", record_.on_trigger,
+                                        "wait for a trigger and write only what was before and after it");
+    const auto add_length = [&](const char* name, double& value_s, const char* help) {
+      record->add_option(name, value_s, help)
+          ->check(CLI::Range(0.0, 600.0))
+          ->type_name("SECONDS")
+          ->needs(on_trigger)
+          ->capture_default_str();
+    };
+    add_length("--before", record_.before_s, "with --on-trigger: seconds of history at least");
+    add_length("--after", record_.after_s, "with --on-trigger: seconds that follow at least");
     record->add_flag("--force", record_.force, "overwrite an existing file");
     record->callback([this] {
       record_.live = policy_ == "live";
@@ -134,7 +154,8 @@ class CommandLine {
     });
     auto* exporting = commands_.add(
         "export",
-        "convert a recording to a table: CSV, or NumPy if the name ends with .npy; column names contain units",
+        "convert a recording to a table: CSV; NumPy if the name ends with .npy; MCAP for Foxglove and PlotJuggler if "
+        "it ends with .mcap; column names contain units",
         "probebox export scan.pbx -o scan.csv", export_);
     exporting->add_option("recording", export_.input,
                           "the recording; - is the standard input; default: the recording of -u file:");
@@ -249,6 +270,7 @@ class CommandLine {
   Solve solve_;
   Report report_;
   Corrections corrections_;
+  View view_;
 };
 
 }  // namespace
@@ -265,6 +287,11 @@ std::variant<Request, Answer> parse(std::span<const std::string> arguments, cons
   } catch (const CLI::ParseError& error) {
     return Answer{ExitStatus::usage, complaint(line.app(), error)};
   }
+}
+
+void withCommandLine(const MethodHelp& methods, const std::function<void(const CLI::App&)>& look) {
+  CommandLine line{methods};
+  look(line.app());
 }
 
 }  // namespace probebox::command

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <span>
 #include <string>
 #include <variant>
@@ -6,6 +7,10 @@
 #include "tools/probebox/cli/exit_status.hpp"
 #include "tools/probebox/cli/method_help.hpp"
 #include "tools/probebox/cli/request.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace probebox::command {
 
@@ -17,5 +22,8 @@ struct Answer {
 
 // arguments: without the program's name. methods: for the help about calibrations.
 std::variant<Request, Answer> parse(std::span<const std::string> arguments, const MethodHelp& methods);
+
+// Shows every command, option and example as they are declared, for manual pages and completions.
+void withCommandLine(const MethodHelp& methods, const std::function<void(const CLI::App&)>& look);
 
 }  // namespace probebox::command

@@ -8,7 +8,7 @@
 
 #include "protocol/messages/types.hpp"
 
-// What the command line asks for, after it was understood.
+// Holds the parsed command line.
 namespace probebox::command {
 
 // Where a display or a recording ends by itself; both empty: at Ctrl-C.
@@ -39,6 +39,9 @@ struct Record {
   messages::Profile profile{messages::Profile::fast};
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
+  bool on_trigger{};  // the first trigger with what was before and after it
+  double before_s{2};
+  double after_s{1};
 };
 struct Export {
   std::string input;  // "-" is the standard input
@@ -74,6 +77,19 @@ struct Clock {
   std::int64_t period_ns{};
   bool force{};
 };
+// A page about a box in a browser on this computer.
+struct View {
+  std::uint16_t port{};  // 0: a free one
+  std::string cell;      // description of what stands around the tool; empty for none
+};
+// Moves a tool along a program through a cell, and looks for what comes too near.
+struct Interference {
+  std::string cell;  // its description
+  std::uint32_t tool{};
+  std::string program;  // G-code
+  double step_mm{0.1};
+  bool stored{};  // with the lengths in store, though measured ones are there
+};
 struct Solve {
   std::vector<std::string> cases;  // with `methods`: names of methods, none for all
   bool methods{};
@@ -84,7 +100,7 @@ struct Report {
   std::string output;               // "-" is the standard output
   bool force{};
 };
-// What may be chosen about a run; what is left empty the method chooses.
+// Options of a run; the method chooses those that are empty.
 struct RunChoices {
   std::string method;
   std::vector<double> speeds_mm_s;
@@ -116,6 +132,23 @@ struct Plan : RunChoices {
   std::optional<double> probe_rate_hz;
   std::optional<double> probe_noise_um;
   std::optional<double> acceleration_mm_s2;
+};
+struct Gcode : RunChoices {
+  std::string dialect;
+  std::string output;   // the program, or its picture where the name ends with .svg; "-" is the standard output
+  std::string picture;  // empty: none
+  std::string tape;     // device of the line to the box; empty: the dialect's usual one
+  bool stops{};         // marks by a person, in place of lines
+  bool force{};
+  std::vector<double> at_mm, c_axis_mm, table_axis_mm;  // X, Y, Z, or empty
+  std::vector<std::string> balls_mm;                    // "X,Y,Z" each
+  std::vector<double> tilts_deg;
+  std::vector<std::uint32_t> probe_tools;
+  std::optional<std::uint32_t> head_tool;
+  std::string b_axis{"X"};
+  std::optional<double> safe_z_mm, sphere_mm, gap_mm, setter_mm, stylus_mm, tool_diameter_mm;
+  double traverse_mm_min{1500};
+  double most_mm_min{6000};
 };
 struct Selftest {};
 struct Propose {
@@ -159,8 +192,8 @@ struct Inhibit {
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,
-                         Calibrate, Plan, Selftest, Propose, Accept, Rollback, Results, Show, History, Corrections,
-                         Home, Inhibit>;
+                         Calibrate, Plan, Gcode, Selftest, Propose, Accept, Rollback, Results, Show, History,
+                         Corrections, Home, Inhibit, View, Interference>;
 
 struct Request {
   Job job;

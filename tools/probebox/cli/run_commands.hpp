@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "tools/probebox/cli/gcode_options.hpp"
 #include "tools/probebox/cli/method_help.hpp"
 #include "tools/probebox/cli/request.hpp"
 #include "tools/probebox/cli/subcommands.hpp"
@@ -21,10 +22,35 @@ class RunCommands {
                  "probebox selftest", selftest_);
     declareCalibrate(commands);
     declarePlan(commands);
+    declareGcode(commands);
+    declareInterference(commands);
   }
 
  private:
   static constexpr const char* kUsualMethod = "delay-multi-speed";
+
+  void declareInterference(Subcommands& commands) {
+    auto* check =
+        commands.add("interference",
+                     "move a tool with its measured lengths along a program and report what it comes too near; "
+                     "exit status 1 on a hit",
+                     "probebox interference --cell cell.toml --tool 4 --gcode part.ngc", interference_);
+    check->add_option("--cell", interference_.cell, "description of machine, fixture, workpiece and tools")
+        ->required()
+        ->type_name("FILE");
+    check->add_option("--tool", interference_.tool, "number of its [[tool]]")
+        ->required()
+        ->check(positive())
+        ->type_name("NUMBER");
+    check->add_option("--gcode", interference_.program, "the program; - is the standard input")
+        ->required()
+        ->type_name("FILE");
+    check->add_option("--step", interference_.step_mm, "a hit that is deeper than this is never passed over, mm")
+        ->check(CLI::Range(0.01, 10.0))
+        ->type_name("MM")
+        ->capture_default_str();
+    check->add_flag("--stored", interference_.stored, "use the lengths in store in place of the measured ones");
+  }
 
   void declareCalibrate(Subcommands& commands) {
     auto* calibrate =
@@ -121,6 +147,15 @@ class RunCommands {
                  "MM_PER_S2");
   }
 
+  void declareGcode(Subcommands& commands) {
+    auto* gcode = commands.add(
+        "gcode", "write the steps of a calibration as a program for a control that cannot read registers",
+        "probebox gcode delay-multi-speed --dialect fanuc --sphere 25 --stylus 6 --safe-z 80 -o delay.nc", gcode_);
+    gcode->add_option("method", gcode_.method, "a method that calibrate runs")->required();
+    addChoices(gcode, gcode_);
+    declareProgram(gcode, gcode_);
+  }
+
   static void checkCalibrate(const Calibrate& options) {
     if (options.abort && !options.method.empty()) {
       throw CLI::ValidationError{"calibrate", "--abort ends the running calibration; do not name a method"};
@@ -134,6 +169,8 @@ class RunCommands {
   Selftest selftest_;
   Calibrate calibrate_;
   Plan plan_;
+  Gcode gcode_;
+  Interference interference_;
 };
 
 }  // namespace probebox::command

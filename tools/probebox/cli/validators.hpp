@@ -7,7 +7,7 @@
 
 #include "protocol/units/wording.hpp"
 
-// What words of the command line have to look like. Only parse.cpp includes it.
+// Checks words of the command line. Only parse.cpp includes it.
 namespace probebox::command {
 
 inline bool readsAs(const std::string& text, auto& number) {

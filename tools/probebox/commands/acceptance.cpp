@@ -38,37 +38,26 @@ bool agrees(Console& console) {
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
-// True where a person at a terminal says so; a script says it on the command line.
-bool isMeant(Console& console) {
-  return console.hasKeys() && !console.json() && agrees(console);
-}
-
-Trouble differs(const std::string& what) {
-  return {ExitStatus::failed, "differs", what + "; measure again, or accept it with --although-it-differs"};
-}
-
-Trouble differs(const Comparison& comparison, std::uint64_t id) {
-  return differs(printed("result %llu differs from result %llu, which is in force, by %.1f sd, more than %g",
-                         static_cast<unsigned long long>(id), static_cast<unsigned long long>(comparison.in_force),
-                         *comparison.worstInSd(), Comparison::kMostInSd));
+bool isDifference(const Trouble& trouble) {
+  return trouble.name == nameOf(messages::ErrorCode::differs);
 }
 
 ExitStatus refuse(const Trouble& trouble, std::uint64_t id, const Json& beside, Console& console) {
   if (console.interrupted()) return console.fail(interruption());
-  if (console.json()) console.object({{"proposed_id", id}, {"comparison", beside}});
-  return console.fail(trouble);
+  if (console.json() && isDifference(trouble)) console.object({{"proposed_id", id}, {"comparison", beside}});
+  return console.fail(isDifference(trouble) ? Trouble{ExitStatus::failed, trouble.name, trouble.what} : trouble);
 }
 
-// The box judges by itself too, and by more than values: two results may be such that they cannot be compared.
-Outcome<messages::AcceptResult::Answer, Trouble> accept(link::Client& box, const Acceptance& acceptance, bool meant,
+// Whether two results differ is the box's judgement alone: it knows at which heights they hold, and which cannot be
+// compared at all.
+Outcome<messages::AcceptResult::Answer, Trouble> accept(link::Client& box, const Acceptance& acceptance,
                                                         Console& console) {
   messages::AcceptResult::Request request{.id = acceptance.id, .by = acceptance.by};
-  request.although_it_differs = meant;
+  request.although_it_differs = acceptance.although_it_differs;
   auto accepted = ask<messages::AcceptResult>(box, console, request);
-  const bool unsure = !accepted && accepted.error().name == nameOf(messages::ErrorCode::differs);
-  if (!unsure) return accepted;
+  if (accepted || !isDifference(accepted.error()) || !console.hasKeys() || console.json()) return accepted;
   console.note(accepted.error().what);
-  if (!isMeant(console)) return differs(accepted.error().what);
+  if (!agrees(console)) return accepted;
   request.although_it_differs = true;
   return ask<messages::AcceptResult>(box, console, request);
 }
@@ -78,7 +67,6 @@ Outcome<messages::AcceptResult::Answer, Trouble> accept(link::Client& box, const
 ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& console) {
   std::string subject;
   Json beside;  // null where there is nothing to compare
-  bool meant = acceptance.although_it_differs;
   const auto comparison = compare(box, acceptance, subject, console);
   if (!comparison) {
     // A box of before has no such request; it decides by itself.
@@ -88,12 +76,9 @@ ExitStatus acceptOn(link::Client& box, const Acceptance& acceptance, Console& co
   } else if (*comparison) {
     beside = describe(**comparison);
     if (!console.json()) console.line(page(**comparison, acceptance.id, subject));
-    if ((*comparison)->differs() && !meant) meant = isMeant(console);
-    if ((*comparison)->differs() && !meant)
-      return refuse(differs(**comparison, acceptance.id), acceptance.id, beside, console);
   }
-  const auto accepted = accept(box, acceptance, meant, console);
-  if (!accepted) return console.fail(accepted.error());
+  const auto accepted = accept(box, acceptance, console);
+  if (!accepted) return refuse(accepted.error(), acceptance.id, beside, console);
   tellAccepted(acceptance.id, acceptance.by, *accepted, beside, console);
   return ExitStatus::ok;
 }

@@ -6,7 +6,7 @@
 
 namespace probebox::command {
 
-// Whose word it is, and whether a large difference from the result in force is meant.
+// Holds who accepts, and whether a large difference from the result in force is intended.
 struct Acceptance {
   std::uint64_t id{};
   std::string by;

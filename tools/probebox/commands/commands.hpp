@@ -20,6 +20,7 @@ ExitStatus run(const Solve& options, const std::string& uri, Console& console);
 ExitStatus run(const Report& options, const std::string& uri, Console& console);
 ExitStatus run(const Calibrate& options, const std::string& uri, Console& console);
 ExitStatus run(const Plan& options, const std::string& uri, Console& console);
+ExitStatus run(const Gcode& options, const std::string& uri, Console& console);
 ExitStatus run(const Selftest& options, const std::string& uri, Console& console);
 ExitStatus run(const Propose& options, const std::string& uri, Console& console);
 ExitStatus run(const Accept& options, const std::string& uri, Console& console);
@@ -30,5 +31,8 @@ ExitStatus run(const Home& options, const std::string& uri, Console& console);
 ExitStatus run(const History& options, const std::string& uri, Console& console);
 ExitStatus run(const Corrections& options, const std::string& uri, Console& console);
 ExitStatus run(const Inhibit& options, const std::string& uri, Console& console);
+ExitStatus run(const Interference& options, const std::string& uri, Console& console);
+// In tools/probebox/view, which may be left out of a build.
+ExitStatus run(const View& options, const std::string& uri, Console& console);
 
 }  // namespace probebox::command

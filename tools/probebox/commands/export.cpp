@@ -3,6 +3,7 @@
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/tables/csv_rows.hpp"
+#include "tools/probebox/tables/mcap_rows.hpp"
 #include "tools/probebox/tables/npy_rows.hpp"
 #include "tools/probebox/tables/scale.hpp"
 #include "tools/probebox/tables/table_of_recording.hpp"
@@ -53,12 +54,16 @@ class ScaledRows : public CsvRows {
 }  // namespace
 
 ExitStatus run(const Export& options, const std::string& given, Console& console) {
-  if (const auto objection = objectionToFormat(options.output)) return console.fail(usage(*objection));
+  if (const auto objection = objectionToFormat(options.output, Format::table_or_log)) return console.fail(usage(*objection));
   const auto recording = chooseRecording(options.input, given);
   if (!recording) return console.fail(recording.error());
   const TableJob job{*recording, options.output, options.force, options.triggers};
   if (job.output.ends_with(".npy")) {
     NpyRows rows{job};
+    return writeTable(job, rows, console);
+  }
+  if (job.output.ends_with(".mcap")) {
+    McapRows rows{job, console.out()};
     return writeTable(job, rows, console);
   }
   ScaledRows rows{job, console.out()};

@@ -8,8 +8,8 @@
 #include "protocol/units/nearest.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/plan/forecast.hpp"
-#include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/run_choices.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -17,26 +17,6 @@ namespace probebox::command {
 namespace {
 
 constexpr std::size_t kShown = 5;  // proposals, on a page
-
-plan::Wanted wantedOf(const procedure::LiveMethod& method, const Plan& options) {
-  constexpr double kRadPerDegree = std::numbers::pi / 180;
-  plan::Wanted wanted{.method = &method};
-  auto& chosen = wanted.options;
-  chosen.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size());
-  std::ranges::copy(options.speeds_mm_s, chosen.speeds_mm_s.begin());
-  chosen.overtravel_mm = options.overtravel_mm.value_or(0);
-  chosen.clearance_mm = options.clearance_mm.value_or(0);
-  chosen.approach_rad = options.approach_deg.value_or(0) * kRadPerDegree;
-  chosen.arc_rad = options.arc_deg.value_or(0) * kRadPerDegree;
-  chosen.angles = options.angles.value_or(0);
-  chosen.balls = options.balls.value_or(0);
-  chosen.axis = axisNumber(options.axis);
-  chosen.tool = options.tool.value_or(0);
-  wanted.turns = options.turns.value_or(0);
-  if (options.head) wanted.by = procedure::ReadBy::head;
-  if (options.shank) wanted.by = procedure::ReadBy::shank;
-  return wanted;
-}
 
 plan::SetUp setUpOf(const Plan& options) {
   plan::SetUp set_up;
@@ -47,30 +27,6 @@ plan::SetUp setUpOf(const Plan& options) {
   take(set_up.probe_noise_um, options.probe_noise_um);
   take(set_up.acceleration_mm_s2, options.acceleration_mm_s2);
   return set_up;
-}
-
-// The options of calibrate that make this run.
-std::string chosenOf(const plan::Forecast& forecast) {
-  std::string text;
-  const auto& [method, options, turns, by] = forecast.wanted;
-  for (std::size_t i = 0; i < options.speed_count; ++i)
-    text += printed("%s%g", i == 0 ? "--speed " : ",", options.speeds_mm_s[i]);
-  const auto add = [&](const std::string& words) { text += (text.empty() ? "" : " ") + words; };
-  const auto add_number = [&](const char* flag, double value) {
-    if (value != 0) add(printed("%s %g", flag, value));
-  };
-  add_number("--overtravel", options.overtravel_mm);
-  add_number("--clearance", options.clearance_mm);
-  add_number("--approach", options.approach_rad * 180 / std::numbers::pi);
-  add_number("--arc", options.arc_rad * 180 / std::numbers::pi);
-  add_number("--angles", options.angles);
-  add_number("--heights", options.balls);
-  if (options.axis != 0) add(std::string{"--axis "} + "XYZABC"[options.axis - 1]);
-  add_number("--turns", turns);
-  add_number("--tool", options.tool);
-  if (by == procedure::ReadBy::head) add("--head");
-  if (by == procedure::ReadBy::shank) add("--shank");
-  return text;
 }
 
 // With names and units as those of a result.
@@ -96,7 +52,7 @@ Json describe(const plan::Forecast& forecast) {
   const auto& options = forecast.wanted.options;
   const std::vector<double> speeds{options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
   return {{"method", forecast.wanted.method->name()},
-          {"options", chosenOf(forecast)},
+          {"options", chosenOf(forecast.wanted)},
           {"speeds_mm_s", speeds},
           {"angles", options.angles},
           {"balls", options.balls},
@@ -142,7 +98,7 @@ ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Con
       console.object(describe(one));
     else
       console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
-                   "probebox calibrate " + std::string{method.name()} + " " + chosenOf(one));
+                   "probebox calibrate " + std::string{method.name()} + " " + chosenOf(one.wanted));
   }
   return ExitStatus::ok;
 }
@@ -150,15 +106,9 @@ ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Con
 }  // namespace
 
 ExitStatus run(const Plan& options, const std::string&, Console& console) {
-  const procedure::LiveMethod* method = procedure::methodNamed(options.method);
-  if (method == nullptr) {
-    std::string known;
-    for (const auto name : procedure::methodNames()) known += (known.empty() ? "" : ", ") + std::string{name};
-    return console.fail(usage("no box runs " + options.method + didYouMean(options.method, procedure::methodNames()) +
-                              "; use one of: " + known));
-  }
-  if (options.speeds_mm_s.size() > kMostSpeeds)
-    return console.fail(usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some"));
+  const auto chosen = methodOf(options);
+  if (!chosen) return console.fail(chosen.error());
+  const procedure::LiveMethod* method = *chosen;
   if (options.time_s) return propose(*method, options, console);
   const auto expected = plan::forecast(wantedOf(*method, options), setUpOf(options));
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});

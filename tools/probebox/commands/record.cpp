@@ -1,9 +1,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "tools/link/recording.hpp"
-#include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/recorder.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/lasting_stream.hpp"
 #include "tools/probebox/link/read_through.hpp"
@@ -13,106 +12,6 @@ namespace probebox::command {
 namespace {
 
 constexpr milliseconds kClosingPatience{3000};
-
-// Writes what comes. The file is opened by the first frame: a box that does not answer leaves none.
-class Recorder : public link::StreamListener {
- public:
-  Recorder(const Record& options, std::ostream& standard) : options_{options}, standard_{standard} {}
-
-  void onFrame(const frame::Frame& frame) override {
-    if (!output_ && !failure_) open();
-    if (writer_ && !failure_ && !writer_->write(frame)) failure_ = output_->failure();
-  }
-  void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>&) override { flush(); }
-
-  // What was heard until now is in the file, whatever happens to this process.
-  void flush() {
-    if (output_ && !failure_ && !output_->flush()) failure_ = output_->failure();
-  }
-
-  const std::optional<std::string>& failure() const { return failure_; }
-  std::uint64_t bytes() const { return writer_ ? writer_->bytes() : 0; }
-
- private:
-  void open() {
-    auto output = Output::open(options_.output, options_.force, standard_, Output::Appears::as_it_grows);
-    if (!output) {
-      failure_ = output.error().what;
-      return;
-    }
-    output_.emplace(std::move(output).value());
-    writer_.emplace(output_->stream());
-  }
-
-  const Record& options_;
-  std::ostream& standard_;
-  std::optional<Output> output_;
-  std::optional<link::RecordingWriter> writer_;
-  std::optional<std::string> failure_;
-};
-
-// What a recording has come to.
-struct Done {
-  const SampleTally& tally;
-  const link::TriggerAccount& triggers;
-  std::uint64_t reconnections{};
-  std::uint64_t bytes{};
-  double seconds{};
-  bool closed{};  // the box itself said where the stream ended
-};
-
-Json summary(const Record& options, const Done& done) {
-  const auto& sums = done.tally.atHeartbeat();
-  return {{"recording", options.output},
-          {"produced_samples", sums.produced},
-          {"received_samples", sums.received},
-          {"declared_lost_samples", sums.declaredLost()},
-          {"lost_at_source_samples", sums.lost_at_source},
-          {"lost_in_queue_samples", sums.lost_in_queue},
-          {"lost_on_link_samples", sums.lost_on_link},
-          {"balanced", done.tally.exact()},
-          {"end_known", done.closed},
-          {"next_sample", done.tally.next().index},
-          {"received_triggers", done.triggers.received},
-          {"declared_lost_triggers", done.triggers.declared_lost},
-          {"lost_on_link_triggers", done.triggers.inferred_lost},
-          {"reconnections", done.reconnections},
-          {"box_restarts", done.tally.restarts()},
-          {"size_bytes", done.bytes},
-          {"duration_s", done.seconds}};
-}
-
-std::string equation(const Done& done) {
-  const auto& tally = done.tally;
-  const auto& sums = tally.atHeartbeat();
-  std::string text = "produced " + std::to_string(sums.produced) + " = received " + std::to_string(sums.received) +
-                     " + declared lost " + std::to_string(sums.declaredLost());
-  if (sums.lost_on_link > 0) text += " + lost on the link " + std::to_string(sums.lost_on_link);
-  const bool only_restarted = tally.restarts() > 0 && sums.unexplained == 0;
-  text += tally.exact() ? "   (exact, in samples)" : only_restarted ? "" : "   DOES NOT BALANCE (in samples)";
-  if (sums.declaredLost() > 0) {
-    text += "\n  declared lost: " + std::to_string(sums.lost_at_source) + " at the source, " +
-            std::to_string(sums.lost_in_queue) + " in the box's queue";
-  }
-  if (done.triggers.total() > 0) {
-    text += "\n  triggers: " + std::to_string(done.triggers.received) + " received, " +
-            std::to_string(done.triggers.declared_lost + done.triggers.inferred_lost) + " lost";
-  }
-  if (tally.restarts() > 0)
-    text +=
-        "\n  the box was restarted: how many samples it produced just before is unknown, so the balance cannot be "
-        "checked";
-  if (!done.closed) text += "\n  as of the last heartbeat: the end of the stream is unknown";
-  return text;
-}
-
-void tell(const Record& options, const Done& done, Console& console) {
-  if (console.json()) {
-    console.object(summary(options, done));
-  } else {
-    console.line(equation(done));
-  }
-}
 
 // One recording, over as many links as it takes.
 class Session {
@@ -175,8 +74,9 @@ class Session {
 
   // closed: the box itself said where the stream ended.
   void report(bool closed) {
-    tell(options_, {stream_.tally(), stream_.triggers(), stream_.reconnections(), recorder_.bytes(), seconds(), closed},
-         console_);
+    tellRecorded(options_,
+                 {stream_.tally(), stream_.triggers(), stream_.reconnections(), recorder_.bytes(), seconds(), closed},
+                 console_);
   }
 
   void drawProgress() {
@@ -202,7 +102,7 @@ class Session {
 };
 
 // The good frames of a recording once more: what was damaged or cut is left out, and accounted for.
-class Copy : private link::StreamListener {
+class Copy : private RecordedTally {
  public:
   Copy(const Record& options, Console& console)
       : options_{options}, console_{console}, recorder_{options, console.out()} {}
@@ -216,31 +116,20 @@ class Copy : private link::StreamListener {
     if (!end && !interrupted) return console_.fail(end.error());
     if (recorder_.failure()) return console_.fail({ExitStatus::usage, "not-written", *recorder_.failure()});
     const bool closed = end && end->closed;
-    tell(options_,
-         {tally_, triggers_, tally_.reconnections(), recorder_.bytes(), toSeconds(link::now() - begin), closed},
-         console_);
+    tellRecorded(
+        options_,
+        {samples, triggers, samples.reconnections(), recorder_.bytes(), toSeconds(link::now() - begin), closed},
+        console_);
     if (interrupted) return ExitStatus::interrupted;
-    return tally_.exact() ? ExitStatus::ok : ExitStatus::failed;
+    return samples.exact() ? ExitStatus::ok : ExitStatus::failed;
   }
 
  private:
   void onFrame(const frame::Frame& frame) override { recorder_.onFrame(frame); }
-  void onWelcome(const messages::Welcome& welcome) override { tally_.link(welcome.boot_id); }
-  void onBlock(const link::DecodedBlock& block) override { tally_.block(block.header.first, block.header.count); }
-  void onGap(const messages::Gap& gap) override { tally_.gap(gap); }
-  void onHole(const messages::Gap& hole) override { tally_.hole(hole); }
-  void onTrigger(const messages::Trigger&) override { ++triggers_.received; }
-  void onTriggerGap(const messages::TriggerGap& gap) override { triggers_.declared_lost += gap.count; }
-  void onTriggerHole(const messages::TriggerGap& hole) override { triggers_.inferred_lost += hole.count; }
-  void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override {
-    tally_.heartbeat(beat, balance);
-  }
 
   const Record& options_;
   Console& console_;
   Recorder recorder_;
-  SampleTally tally_;
-  link::TriggerAccount triggers_;
 };
 
 std::optional<Trouble> objectionTo(const Record& options, const link::Uri& uri, const Console& console) {
@@ -263,6 +152,7 @@ ExitStatus run(const Record& options, const std::string& given, Console& console
   const auto uri = chooseUri(given);
   if (!uri) return console.fail(uri.error());
   if (const auto objection = objectionTo(options, *uri, console)) return console.fail(*objection);
+  if (options.on_trigger) return recordOnTrigger(options, *uri, console);
   if (const auto* file = std::get_if<link::FileAddress>(&uri->address)) return Copy{options, console}.run(file->path);
   return Session{options, *uri, console}.run();
 }

@@ -1,16 +1,12 @@
 #include <filesystem>
 #include <iterator>
-#include <limits>
 #include <utility>
 #include <vector>
 
-#include "firmware/json/dataset_json.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/commands/commands.hpp"
-#include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/commands/kept_report.hpp"
 #include "tools/probebox/commands/result_number.hpp"
-#include "tools/probebox/link/stored_results.hpp"
-#include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/subjects.hpp"
 
@@ -46,7 +42,11 @@ class Inputs {
       if (!in_force) return in_force.error();
       id = *in_force;
     }
-    return ofResult(*id);
+    auto subject = keptSubject(*box_, console_, *id);
+    if (!subject) return subject.error();
+    Subjects subjects;
+    subjects.push_back(std::move(subject).value());
+    return subjects;
   }
 
   static Trouble notHere(const std::string& input, Trouble trouble) {
@@ -64,57 +64,6 @@ class Inputs {
                    subject +
                        " is no case folder, no file and no number of a result, and no result about it is in "
                        "force; probebox results lists all"};
-  }
-
-  Outcome<Subjects, Trouble> ofResult(std::uint64_t id) {
-    auto kept = keptResult(*box_, console_, id);
-    if (!kept) return kept.error();
-    const auto text = keptDataset(*box_, console_, id);
-    if (!text) return text.error();
-    auto dataset = json::datasetFromJson(*text);
-    if (!dataset) {
-      return Trouble{ExitStatus::failed, "unreadable-result",
-                     "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
-                         "); update this command"};
-    }
-    auto before = beforeOf(kept->summary);
-    if (!before) return before.error();
-    const auto name = "result " + std::to_string(id) + ", " + standingOf(kept->summary);
-    Subjects subjects{
-        report::Subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)}};
-    subjects.front().before = std::move(before).value();
-    return subjects;
-  }
-
-  // The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
-  Outcome<report::Before, Trouble> beforeOf(const messages::ResultSummary& summary) {
-    constexpr std::size_t kEarlier = 9;  // the page shows the trend of ten
-    const auto all = storedResults(*box_, console_, {}, std::numeric_limits<std::size_t>::max());
-    if (!all) return all.error();
-    report::Before before;
-    std::vector<std::uint64_t> earlier;
-    for (const auto& other : *all) {
-      if (other.id == summary.id || !answersTheSame(other, summary)) continue;
-      if (other.id < summary.id) earlier.push_back(other.id);
-      if (other.state != messages::ResultState::active) continue;
-      auto in_force = earlierOne(other.id);
-      if (!in_force) return in_force.error();
-      before.in_force = std::move(in_force).value();
-    }
-    if (earlier.size() > kEarlier) earlier.erase(earlier.begin(), earlier.end() - kEarlier);
-    for (const auto id : earlier) {
-      auto one = earlierOne(id);
-      if (!one) return one.error();
-      before.history.push_back(std::move(one).value());
-    }
-    return before;
-  }
-
-  Outcome<report::Earlier, Trouble> earlierOne(std::uint64_t id) {
-    auto kept = keptResult(*box_, console_, id);
-    if (!kept) return kept.error();
-    return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc,
-                           std::get<metrology::Result>(std::move(kept->content))};
   }
 
   std::string uri_;

@@ -1,6 +1,7 @@
 #include "firmware/metrology/selftest/selftest.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "tools/probebox/link/followed_run.hpp"
 #include "tools/probebox/link/read_through.hpp"
 #include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_indexes.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 
 // The first run of a box on its machine: what is connected, whether its clock runs, and whether every axis and the
@@ -98,6 +100,18 @@ void judgeStamps(link::Client& box, Console& console, Findings& findings) {
   }
 }
 
+// The jogs were a chance to pass a mark.
+std::optional<Trouble> judgeIndexes(const link::Uri& uri, Console& console, Findings& findings) {
+  const auto box = openBox(uri, console);
+  if (!box) return box.error();
+  const auto status = ask<messages::Status>(**box, console);
+  if (!status) return status.error();
+  const auto corrections = ask<messages::Corrections>(**box, console);
+  if (!corrections) return corrections.error();
+  for (const auto& finding : silentIndexes(status->lines, corrections->axes)) findings.add(finding);
+  return std::nullopt;
+}
+
 // A box that has just started needs a moment for its clock.
 Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Console& console) {
   const auto deadline = link::now() + kClockPatience;
@@ -148,6 +162,7 @@ ExitStatus run(const Selftest&, const std::string& given, Console& console) {
   const auto seen = measured(walk);
   if (!seen) return conclude(seen.error(), console);
   for (const Finding& finding : *seen) findings.add(finding);
+  if (const auto trouble = judgeIndexes(*uri, console, findings)) return console.fail(*trouble);
   return findings.conclude();
 }
 

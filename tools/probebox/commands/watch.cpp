@@ -5,6 +5,7 @@
 #include "tools/link/recording.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/pace.hpp"
+#include "tools/probebox/commands/watch_screen.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/lasting_stream.hpp"
 #include "tools/probebox/link/read_through.hpp"
@@ -260,6 +261,9 @@ ExitStatus run(const Watch& options, const std::string& given, Console& console)
   if (!uri) return console.fail(uri.error());
   if (const auto* file = std::get_if<link::FileAddress>(&uri->address))
     return RecordedDisplay{options, console}.run(file->path);
+  if (!console.json() && console.outIsTerminal()) {
+    if (auto screen = TerminalScreen::open()) return watchOnScreen(options, *uri, std::move(screen), console);
+  }
   return Display{options, *uri, console}.run();
 }
 

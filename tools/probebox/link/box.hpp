@@ -10,7 +10,7 @@
 #include "tools/link/uri.hpp"
 #include "tools/probebox/cli/console.hpp"
 
-// From what the user said (or did not say) to a box that answers.
+// Connects to the box that the user named, or to the only one that can be found.
 namespace probebox::command {
 
 using std::chrono::milliseconds;
@@ -48,7 +48,7 @@ Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, mill
 // The same for what -u gave, for commands that need a box and no recording.
 Outcome<Box, Trouble> openBox(const std::string& given, const Console& console);
 
-// One question, one answer.
+// Sends one request and waits for its answer.
 template <class Operation>
 Outcome<typename Operation::Answer, Trouble> ask(link::Client& box, const Console& console,
                                                  const typename Operation::Request& request = {}) {

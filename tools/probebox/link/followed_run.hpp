@@ -10,9 +10,9 @@
 
 namespace probebox::command {
 
-// One run of a measuring procedure of the box, from its start to its last word. Who does the steps is either a
-// controller that marks them, or a person, who presses Enter at the begin and at the end of each. The run goes on in
-// the box when the link breaks.
+// Follows one run of a measuring procedure from its start to its end. Steps are done by a controller, which marks them,
+// or by a person, who presses Enter at the begin and at the end of each. The run continues in the box when the link
+// breaks.
 class FollowedRun {
  public:
   using Progress = messages::ProcedureStatus::Answer;

@@ -8,9 +8,9 @@
 
 namespace probebox::command {
 
-// The samples of one box over as many links as it takes. When a link breaks (a pulled cable, a box that restarts), that
-// is said, the box is waited for where it was, and the stream goes on after the last sample: the box keeps the last
-// seconds, or says what is missing.
+// Receives the samples of one box over successive links. When a link breaks (a pulled cable, a box that restarts), it
+// reports that, waits for the box at the same place, and resumes after the last sample: the box keeps the last
+// seconds and declares what is missing.
 class LastingStream : private link::StreamListener {
  public:
   struct Options {

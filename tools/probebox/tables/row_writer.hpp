@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "tools/link/recording.hpp"
 
@@ -15,6 +17,10 @@ class RowWriter {
   // Before the first row: what is no recording overwrites no table.
   virtual void begin(const messages::Descriptor& descriptor) = 0;
   virtual void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) = 0;
+  // For formats that hold more than rows: what is missing between them, and triggers, each once and where it came.
+  virtual void missing(SampleIndex /*first*/, std::uint64_t /*count*/, std::string_view /*reason*/) {}
+  virtual void trigger(const messages::Trigger&) {}
+  virtual bool holdsTriggers() const { return false; }
   virtual void end() = 0;
   // Why no more can be written.
   virtual const std::optional<std::string>& failure() const = 0;

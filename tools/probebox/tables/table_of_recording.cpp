@@ -76,6 +76,7 @@ class Rows : public link::StreamListener {
     if (trigger.number < next_trigger_) return;
     next_trigger_ = trigger.number + 1;
     triggers_.push_back(trigger);
+    if (!writer_.failure()) writer_.trigger(trigger);
   }
   void onTriggerGap(const messages::TriggerGap& gap) override { missing_triggers_ += gap.count; }
   void onTriggerHole(const messages::TriggerGap& hole) override { missing_triggers_ += hole.count; }
@@ -108,6 +109,7 @@ class Rows : public link::StreamListener {
  private:
   void remember(const messages::Gap& gap, std::string_view reason) {
     missing_.push_back({gap.first.index, gap.count, std::string{reason}});
+    if (!writer_.failure()) writer_.missing(gap.first, gap.count, reason);
     next_ = gap.first + static_cast<std::int64_t>(gap.count);
   }
 
@@ -143,10 +145,12 @@ void note(const Rows& table, Console& console) {
   if (table.restarts() > 0) console.note("the box was restarted: sample numbers begin anew there");
 }
 
-void noteTriggers(const TableJob& job, const Rows& table, Console& console) {
+void noteTriggers(const TableJob& job, const Rows& table, bool in_table, Console& console) {
   if (table.missingTriggers() > 0) console.note(std::to_string(table.missingTriggers()) + " triggers are missing");
   if (!job.triggers.empty()) {
     console.note(std::to_string(table.triggers().size()) + " triggers in " + job.triggers);
+  } else if (in_table) {
+    console.note(std::to_string(table.triggers().size()) + " triggers in " + job.output);
   } else if (!table.triggers().empty()) {
     console.note(std::to_string(table.triggers().size()) +
                  " triggers are in the recording; --triggers FILE writes them");
@@ -199,7 +203,7 @@ ExitStatus finish(const TableJob& job, RowWriter& writer, const Rows& table, con
       return console.fail({ExitStatus::usage, "not-written", *failure});
   }
   note(table, console);
-  noteTriggers(job, table, console);
+  noteTriggers(job, table, writer.holdsTriggers(), console);
   if (console.json()) {
     console.object(summary(job, table, end));
   } else {
@@ -233,16 +237,19 @@ std::optional<std::string> objectionToTriggers(const TableJob& job) {
   if (job.triggers.empty()) return std::nullopt;
   if (job.triggers == "-" || job.triggers == job.output || job.triggers == job.input)
     return "--triggers " + job.triggers + ": triggers need a file of their own";
-  if (auto objection = objectionToFormat(job.triggers)) return objection;
+  if (auto objection = objectionToFormat(job.triggers, Format::table)) return objection;
   return Output::objectionTo(job.triggers, job.force);
 }
 
 }  // namespace
 
-std::optional<std::string> objectionToFormat(const std::string& path) {
+std::optional<std::string> objectionToFormat(const std::string& path, Format format) {
   const auto suffix = std::filesystem::path{path}.extension().string();
   if (suffix.empty() || suffix == ".csv" || suffix == ".npy") return std::nullopt;
-  return path + ": tables are written as .csv (text) or .npy (NumPy), not as " + suffix +
+  const bool log_allowed = format == Format::table_or_log;
+  if (log_allowed && suffix == ".mcap") return std::nullopt;
+  return path + ": tables are written as .csv (text)" +
+         (log_allowed ? ", .npy (NumPy) or .mcap (MCAP)" : " or .npy (NumPy)") + ", not as " + suffix +
          "; give a name that ends with one of them";
 }
 

@@ -15,7 +15,9 @@ namespace probebox::command {
 // Reads the recording, has its rows written, and says what is missing.
 ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console);
 
-// A table is CSV or NumPy; any other suffix promises another format. A name without one, and a device, is CSV.
-std::optional<std::string> objectionToFormat(const std::string& path);
+enum class Format : std::uint8_t { table, table_or_log };
+
+// A table is CSV or NumPy, a log MCAP; any other suffix promises another format. A name without one, and a device, is CSV.
+std::optional<std::string> objectionToFormat(const std::string& path, Format format);
 
 }  // namespace probebox::command

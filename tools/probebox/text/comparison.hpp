@@ -10,11 +10,9 @@
 
 namespace probebox::command {
 
-// A proposed result beside the one in force about the same subject.
+// A proposed result beside the one in force about the same subject, to be looked at. The box judges whether they
+// differ.
 struct Comparison {
-  // Differences beyond this many standard deviations are accepted only when somebody says so.
-  static constexpr double kMostInSd = 4;
-
   struct Change {
     casefolder::Quantity now;
     std::optional<casefolder::Quantity> before;  // empty where the result in force has no such value
@@ -26,7 +24,6 @@ struct Comparison {
 
   // The largest difference in sd; empty where none can be judged.
   std::optional<double> worstInSd() const;
-  bool differs() const { return worstInSd().value_or(0) > kMostInSd; }
 };
 
 // in_force: null for none. axis: as in quantitiesOf.

@@ -9,7 +9,7 @@
 #include "protocol/units/time.hpp"
 #include "tools/probebox/cli/console.hpp"
 
-// What the box says, once for programs (units in the keys) and once for people.
+// Formats answers of the box for programs (units in the keys) and for people.
 namespace probebox::command {
 
 Json describe(const messages::Descriptor& descriptor);

@@ -7,9 +7,9 @@
 
 namespace probebox::command {
 
-// What became of every sample between the beginning and the end of a recording, over all links that it took: a resumed
-// stream may repeat samples, and no sample counts twice. link::HostLedger keeps the account of one link against the
-// box's own; this one joins them.
+// Accounts for every sample of a recording over all of its links. A resumed stream may repeat samples; no sample counts
+// twice. link::HostLedger compares the account of one link with that of the box; this class joins the
+// links.
 class SampleTally {
  public:
   struct Sums {

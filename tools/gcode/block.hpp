@@ -1,0 +1,60 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+// What a program does, before it is written in the words of a control.
+namespace probebox::gcode {
+
+enum class Way : std::uint8_t {
+  level,     // at the safe height
+  traverse,  // around a feature, at its distance
+  near,      // between that distance and the clearance
+  measure,   // at the measuring speed
+};
+
+struct Move {
+  Eigen::Vector3d to_mm;
+  double feed_mm_min{};
+  Way way{};
+  bool z_only{};  // X and Y stay, wherever they are
+};
+// Turns A, B and C, deg; `used` says which of them the program has.
+struct Turn {
+  std::array<double, 3> to_deg{};
+  std::array<bool, 3> used{};
+};
+struct TakeTool {
+  std::uint32_t number{};
+};
+// Keeps the tip in place while a head swivels.
+struct TipControl {
+  std::uint32_t tool{};
+};
+struct Wait {
+  double s{};
+};
+// Begin or end of a step, for the box.
+struct Mark {
+  bool begin{};
+  std::size_t step{};
+  std::array<double, 3> angles_deg{};
+  std::uint32_t tool{};
+  double speed_mm_s{};
+};
+// Waits for the operator.
+struct Stop {
+  std::string text;
+};
+struct Note {
+  std::string text;
+};
+
+using Block = std::variant<Move, Turn, TakeTool, TipControl, Wait, Mark, Stop, Note>;
+using Blocks = std::vector<Block>;
+
+}  // namespace probebox::gcode

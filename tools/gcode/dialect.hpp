@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/gcode/block.hpp"
+
+namespace probebox::gcode {
+
+// How the box learns of begin and end of a step.
+enum class Marks : std::uint8_t {
+  lines,  // the control prints a line to the box's tape: face
+  stops,  // the program stops, and a person presses Enter at `probebox calibrate`
+};
+
+// The words of one control. Each is a class in a file of its own; the base has what most of them share.
+class Dialect {
+ public:
+  virtual ~Dialect() = default;
+  virtual std::string_view name() const = 0;
+  virtual std::string_view control() const = 0;
+  // Where programs of this dialect were run, as a sentence.
+  virtual std::string_view tried() const = 0;
+  // What the control has to have for lines, one sentence a line.
+  virtual std::vector<std::string> needs(Marks marks) const = 0;
+
+  virtual std::vector<std::string> head(std::string_view title) const = 0;
+  // Modes. device: of the line to the box, where the program names it; empty: the usual one.
+  virtual std::vector<std::string> start(Marks marks, std::string_view device) const = 0;
+  virtual std::vector<std::string> end(Marks marks) const = 0;
+  virtual std::string comment(std::string_view text) const;
+  virtual std::string move(const Move& move) const;
+  virtual std::string turn(const Turn& turn) const;
+  virtual std::vector<std::string> take(const TakeTool& tool) const;
+  // Empty where the control has none.
+  virtual std::string tipControl(const TipControl& tool) const = 0;
+  virtual std::string wait(double s) const;
+  virtual std::vector<std::string> stop(std::string_view text) const;
+  virtual std::vector<std::string> mark(const Mark& mark) const = 0;
+};
+
+// The words of one by its name; nullptr for one that is not known.
+const Dialect* dialectNamed(std::string_view name);
+std::span<const std::string_view> dialectNames();
+
+// One instance each.
+const Dialect& linuxcnc();
+const Dialect& fanuc();
+const Dialect& siemens();
+const Dialect& haas();
+
+// With three decimals and a decimal point, and no "-0.000".
+std::string decimal(double value);
+// Pure ASCII that every control's comment may hold: capital letters, no brackets.
+std::string plain(std::string_view text);
+// "BEGIN 3" or "END 3", as firmware/tape reads it.
+std::string nameOf(const Mark& mark);
+
+}  // namespace probebox::gcode

@@ -1,0 +1,13 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "tools/gcode/block.hpp"
+#include "tools/gcode/setting.hpp"
+
+namespace probebox::gcode {
+
+// The path as SVG: from above (X, Y) and from the front (X, Z), to one scale, with the dry run above.
+std::string picture(const Blocks& blocks, const Setting& setting, std::string_view title);
+
+}  // namespace probebox::gcode

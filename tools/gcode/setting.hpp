@@ -1,0 +1,25 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+// Where features are and how the machine may move, as a program without a view of the machine has to be told.
+namespace probebox::gcode {
+
+// Coordinates are of the active work offset, mm, at the centre of the stylus ball (or the tip of a tool that cuts).
+struct Setting {
+  Eigen::Vector3d at_mm{Eigen::Vector3d::Zero()};      // centre of the sphere, middle of the gap, middle of the setter
+  std::vector<Eigen::Vector3d> balls_mm;               // of the part, at C = 0 and B = 0
+  Eigen::Vector3d c_axis_mm{Eigen::Vector3d::Zero()};  // a point of the turning axis, along Z
+  std::optional<Eigen::Vector3d> table_axis_mm;        // a point of the axis of a tilting table
+  Eigen::Vector3d b_axis{Eigen::Vector3d::UnitX()};    // its direction, right-handed
+  std::optional<double> ball_diameter_mm, gap_mm, setter_width_mm;  // of the features
+  std::optional<double> stylus_diameter_mm, tool_diameter_mm;       // of what touches them
+  std::optional<double> safe_z_mm;                                  // above everything
+  double keep_off_mm{5};                                            // distance of traverses from a surface
+  double traverse_mm_min{1500};
+  double near_mm_min{600};   // between that distance and the clearance
+  double most_mm_min{6000};  // no block is faster
+};
+
+}  // namespace probebox::gcode

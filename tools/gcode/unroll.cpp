@@ -1,0 +1,235 @@
+#include "tools/gcode/unroll.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "firmware/procedure/plan/live_method.hpp"
+#include "firmware/procedure/plan/prompts.hpp"
+#include "tools/gcode/place_of.hpp"
+
+namespace probebox::gcode {
+namespace {
+
+using Eigen::Vector3d;
+using procedure::Kind;
+using procedure::Step;
+
+constexpr double kSettle_s = 0.3;  // at rest before a step begins
+constexpr double kDwell_s = 0.1;   // at overtravel
+// At rest after the retract: longer than all delays and the line together.
+constexpr double kAfter_s = 0.3;
+constexpr double kHold_s = 1;
+
+Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+std::array<double, 3> degrees(const std::array<double, 3>& angles_rad) {
+  std::array<double, 3> angles{};
+  std::ranges::transform(angles_rad, angles.begin(), [](double rad) { return rad * 180 / std::numbers::pi; });
+  return angles;
+}
+
+std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting) {
+  if (plan.method->loops.next != nullptr)
+    return Error{
+        "The later steps of " + std::string{plan.method->name()} +
+        " follow from what the earlier ones measure, and a program without registers cannot know them: use the "
+        "loop program on a control that reads registers."};
+  for (std::size_t i = 0; i < plan.step_count; ++i) {
+    if (auto error = whyUnknown(plan.steps[i], setting)) return error;
+    const double feed = plan.steps[i].touch.retract_speed_mm_s * 60;
+    if (feed <= setting.most_mm_min) continue;
+    return Error{"Step " + std::to_string(i + 1) + " measures at " + std::to_string(std::lround(feed)) +
+                 " mm/min, above the limit of " + std::to_string(std::lround(setting.most_mm_min)) +
+                 ": choose lower speeds (--speed), or a higher limit (--most-feed)."};
+  }
+  return std::nullopt;
+}
+
+// Where everything would collide with the safe height.
+std::optional<Error> whyTooLow(const Place& place, const Setting& setting) {
+  const double top_mm = place.centre_mm.z() + 1.2 * place.keep_out_mm;
+  if (*setting.safe_z_mm > top_mm) return std::nullopt;
+  return Error{"--safe-z has to be above " + std::to_string(std::lround(std::ceil(top_mm))) +
+               " mm, where the program goes round a feature: give a larger one."};
+}
+
+// Writes the blocks of one run.
+class Unroller {
+ public:
+  Unroller(const procedure::Plan& plan, const Setting& setting) : plan_{plan}, setting_{setting} {
+    for (std::size_t i = 0; i < plan.step_count; ++i) {
+      if (!plan.steps[i].turns) continue;
+      const auto angles = degrees(plan.steps[i].touch.rotary_angles_rad);
+      for (std::size_t axis = 0; axis < 3; ++axis) used_[axis] = used_[axis] || angles[axis] != 0;
+    }
+  }
+
+  Outcome<Blocks> write() {
+    blocks_.push_back(Move{{0, 0, *setting_.safe_z_mm}, setting_.traverse_mm_min, Way::level, true});
+    for (index_ = 0; index_ < plan_.step_count; ++index_) {
+      const Step& step = plan_.steps[index_];
+      if (movesOneAxis(step)) {
+        alone(step);
+        continue;
+      }
+      const Place place = placeOf(step, setting_);
+      if (auto error = whyTooLow(place, setting_)) return *error;
+      reach(step, place);
+      measure(step, place);
+    }
+    rise();
+    dropStandstills();
+    return std::move(blocks_);
+  }
+
+ private:
+  Feeds feeds() const { return {setting_.traverse_mm_min, setting_.near_mm_min}; }
+  void move(const Vector3d& to, double feed_mm_min, Way way) {
+    blocks_.push_back(Move{to, feed_mm_min, way});
+    here_ = to;
+  }
+
+  // A block that moves nothing says nothing.
+  void dropStandstills() {
+    Blocks moving;
+    std::optional<Vector3d> here;
+    for (auto& block : blocks_) {
+      const auto* move = std::get_if<Move>(&block);
+      const bool stands = move != nullptr && !move->z_only && here == move->to_mm;
+      if (move != nullptr && !move->z_only) here = move->to_mm;
+      if (!stands) moving.push_back(std::move(block));
+    }
+    blocks_ = std::move(moving);
+  }
+
+  void rise() {
+    if (near_) goUp(blocks_, *near_, here_, *setting_.safe_z_mm, feeds());
+    near_.reset();
+  }
+
+  // To the begin of the step, by way of the safe height where pose, tool or feature is another one.
+  void reach(const Step& step, const Place& place) {
+    const Vector3d begin = beginOf(step, place);
+    const bool as_before = near_ && *near_ == place && !mustChange(step);
+    blocks_.push_back(Note{promptFor(plan_, index_)});
+    if (as_before) {
+      goRound(blocks_, place, here_, begin, feeds());
+    } else {
+      rise();
+      change(step);
+      goDown(blocks_, place, begin, *setting_.safe_z_mm, feeds());
+    }
+    near_ = place;
+    here_ = begin;
+  }
+
+  bool mustChange(const Step& step) const {
+    return step.touch.tool != tool_ || step.touch.mount != mount_ ||
+           (step.turns && step.touch.rotary_angles_rad != angles_rad_);
+  }
+
+  void change(const Step& step) {
+    if (!started_ || step.touch.tool != tool_) {
+      tool_ = step.touch.tool;
+      blocks_.push_back(TakeTool{tool_});
+      if (step.b_moves == procedure::BMoves::head) blocks_.push_back(TipControl{tool_});
+    }
+    if (step.touch.mount != mount_ && step.touch.mount > 1)
+      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + std::to_string(step.touch.mount)});
+    mount_ = step.touch.mount;
+    if (step.turns && (!started_ || step.touch.rotary_angles_rad != angles_rad_)) {
+      angles_rad_ = step.touch.rotary_angles_rad;
+      if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{degrees(angles_rad_), used_});
+    }
+    started_ = true;
+  }
+
+  Vector3d beginOf(const Step& step, const Place& place) const {
+    const Vector3d surface = surfaceOf(step, place, setting_);
+    if (step.kind == Kind::hold) return surface;
+    return surface + step.clearance_mm * vectorOf(step.touch.retract_direction);
+  }
+
+  void mark(bool begin, const Step& step) {
+    blocks_.push_back(Mark{begin, index_, degrees(angles_rad_), tool_, step.touch.retract_speed_mm_s});
+  }
+
+  void measure(const Step& step, const Place& place) {
+    blocks_.push_back(Wait{kSettle_s});
+    mark(true, step);
+    if (step.kind == Kind::hold) {
+      blocks_.push_back(Wait{kHold_s});
+    } else {
+      const Vector3d surface = surfaceOf(step, place, setting_), retract = vectorOf(step.touch.retract_direction);
+      const double feed = step.touch.retract_speed_mm_s * 60;
+      move(surface - step.overtravel_mm * retract, feed, Way::measure);
+      if (step.kind == Kind::touch) blocks_.push_back(Wait{kDwell_s});
+      move(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, Way::measure);
+      blocks_.push_back(Wait{kAfter_s});
+    }
+    mark(false, step);
+  }
+
+  // One axis alone, from the place that the operator has chosen.
+  void alone(const Step& step) {
+    rise();
+    blocks_.push_back(Note{promptFor(plan_, index_)});
+    const Vector3d begin{setting_.at_mm.x(), setting_.at_mm.y(), *setting_.safe_z_mm};
+    if (!(here_ == begin)) move(begin, setting_.traverse_mm_min, Way::level);
+    blocks_.push_back(Wait{kSettle_s});
+    mark(true, step);
+    const double feed = step.touch.retract_speed_mm_s * 60;
+    move(begin + step.touch.travel_mm * vectorOf(step.touch.outward_normal), feed, Way::measure);
+    blocks_.push_back(Wait{kAfter_s});
+    mark(false, step);
+  }
+
+  const procedure::Plan& plan_;
+  const Setting& setting_;
+  Blocks blocks_;
+  std::array<bool, 3> used_{};
+  std::size_t index_{};
+  std::optional<Place> near_;
+  Vector3d here_{Vector3d::Constant(std::nan(""))};
+  bool started_{};
+  std::uint32_t tool_{};
+  std::uint16_t mount_{};
+  std::array<double, 3> angles_rad_{};
+};
+
+}  // namespace
+
+Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting) {
+  if (auto error = whyNot(plan, setting)) return *error;
+  return Unroller{plan, setting}.write();
+}
+
+Blocks dryRun(const Blocks& blocks, double safe_z_mm) {
+  double lowest_mm = safe_z_mm, highest_mm = safe_z_mm;
+  for (const auto& block : blocks) {
+    if (const auto* move = std::get_if<Move>(&block)) lowest_mm = std::min(lowest_mm, move->to_mm.z());
+  }
+  const double lift_mm = safe_z_mm - lowest_mm;
+  const auto lifted = [&](const Move& move) {
+    return move.way == Way::level ? move.to_mm.z() : move.to_mm.z() + lift_mm;
+  };
+  for (const auto& block : blocks) {
+    if (const auto* move = std::get_if<Move>(&block)) highest_mm = std::max(highest_mm, lifted(*move));
+  }
+  Blocks dry;
+  for (const auto& block : blocks) {
+    if (std::holds_alternative<Mark>(block) || std::holds_alternative<Stop>(block)) continue;
+    dry.push_back(block);
+    if (auto* move = std::get_if<Move>(&dry.back()))
+      move->to_mm.z() = move->way == Way::level ? highest_mm : lifted(*move);
+  }
+  return dry;
+}
+
+}  // namespace probebox::gcode

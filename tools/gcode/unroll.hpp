@@ -1,0 +1,16 @@
+#pragma once
+#include "firmware/procedure/plan/step.hpp"
+#include "protocol/units/outcome.hpp"
+#include "tools/gcode/block.hpp"
+#include "tools/gcode/setting.hpp"
+
+namespace probebox::gcode {
+
+// Turns the plan of a run into moves, marks and stops. Error: what the setting lacks, or what no fixed program can do,
+// with the remedy.
+Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting);
+
+// The same moves above the part: nothing lower than the safe height, without marks and stops.
+Blocks dryRun(const Blocks& blocks, double safe_z_mm);
+
+}  // namespace probebox::gcode

@@ -1,0 +1,194 @@
+#include "tools/interference/program.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string>
+
+namespace probebox::interference {
+namespace {
+
+constexpr double kMmPerInch = 25.4;
+
+struct Words {
+  std::map<char, double> values;
+  std::vector<int> g;  // times 10: G38.2 is 382
+};
+
+Error objection(std::size_t line, const std::string& what) {
+  return Error{"line " + std::to_string(line) + ": " + what};
+}
+
+// Without comments and blanks, in capitals.
+std::string bare(std::string_view line) {
+  std::string all;
+  int depth = 0;
+  for (const char c : line) {
+    if (c == ';' && depth == 0) break;
+    if (c == '(') ++depth;
+    if (depth == 0 && std::isspace(static_cast<unsigned char>(c)) == 0)
+      all += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (c == ')' && depth > 0) --depth;
+  }
+  return all;
+}
+
+Outcome<Words> wordsOf(const std::string& text, std::size_t line) {
+  Words words;
+  for (std::size_t at = 0; at < text.size();) {
+    const char letter = text[at++];
+    if (letter == '%' || letter == '/') {
+      if (letter == '/') return objection(line, "a block that may be skipped: remove the slash, or the line");
+      break;
+    }
+    if (at < text.size() && text[at] == '+') ++at;
+    double value = 0;
+    const auto [end, fault] = std::from_chars(text.data() + at, text.data() + text.size(), value);
+    if (std::isalpha(static_cast<unsigned char>(letter)) == 0 || fault != std::errc{})
+      return objection(line,
+                       "'" + text.substr(at - 1, 12) + "' is no word with a number: write out variables and calls");
+    at = static_cast<std::size_t>(end - text.data());
+    if (letter == 'G') {
+      words.g.push_back(static_cast<int>(std::lround(value * 10)));
+    } else {
+      words.values[letter] = value;
+    }
+  }
+  return words;
+}
+
+class Reader {
+ public:
+  explicit Reader(double tolerance_mm) : tolerance_mm_{tolerance_mm} {}
+
+  std::optional<Error> read(const std::string& text, std::size_t line) {
+    const auto words = wordsOf(text, line);
+    if (!words) return words.error();
+    for (const int g : words->g) {
+      if (auto error = take(g, line)) return error;
+    }
+    return move(*words, line);
+  }
+  std::vector<Move> moves() { return std::move(moves_); }
+
+ private:
+  std::optional<Error> take(int g, std::size_t line) {
+    switch (g) {
+      case 0:
+      case 10:
+      case 20:
+      case 30:
+        motion_ = g / 10;
+        return std::nullopt;
+      case 200:
+        unit_mm_ = kMmPerInch;
+        return std::nullopt;
+      case 210:
+        unit_mm_ = 1;
+        return std::nullopt;
+      case 900:
+      case 910:
+        relative_ = g == 910;
+        return std::nullopt;
+      default:
+        break;
+    }
+    // Without effect on the path of the tip: plane XY, no compensation, feed modes, offsets that the cell states,
+    // dwell.
+    constexpr std::array kHarmless{40, 170, 400, 430, 490, 540, 610, 640, 800, 911, 940, 950, 970};
+    if (std::ranges::find(kHarmless, g) != kHarmless.end()) return std::nullopt;
+    return objection(line, "G" + std::to_string(g / 10) + (g % 10 != 0 ? "." + std::to_string(g % 10) : "") +
+                               " is not understood: write the path with G0 to G3 in the plane XY");
+  }
+
+  std::optional<Error> move(const Words& words, std::size_t line) {
+    for (const char rotary : {'A', 'B', 'C', 'U', 'V', 'W'}) {
+      if (words.values.contains(rotary))
+        return objection(line, std::string{"a word "} + rotary + ": the check is for three axes X, Y and Z");
+    }
+    Point to = at_;
+    bool moves = false;
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      const auto word = words.values.find("XYZ"[k]);
+      if (word == words.values.end()) continue;
+      if (relative_ && !known_[k]) return objection(line, "G91 before the place of the axis is known: begin with G90");
+      to[k] = (relative_ ? at_[k] : 0) + word->second * unit_mm_;
+      moves = true;
+    }
+    const bool from_known = known_[0] && known_[1] && known_[2];
+    const bool arc = motion_ >= 2;
+    if (!moves && !(arc && (words.values.contains('I') || words.values.contains('J')))) return std::nullopt;
+    if (motion_ < 0) return objection(line, "a word for an axis before G0 to G3 has said how to move");
+    if (!from_known) {
+      if (arc) return objection(line, "an arc from a place that is not known: command X, Y and Z before");
+      for (std::size_t k = 0; k < known_.size(); ++k) known_[k] = known_[k] || words.values.contains("XYZ"[k]);
+      at_ = to;
+      return std::nullopt;
+    }
+    if (arc) return arcTo(to, words, line);
+    straightTo(to, line);
+    return std::nullopt;
+  }
+
+  void straightTo(const Point& to, std::size_t line) {
+    moves_.push_back({line, motion_ == 0, at_, to});
+    at_ = to;
+  }
+
+  // With its middle; Z changes evenly on the way.
+  std::optional<Error> arcTo(const Point& to, const Words& words, std::size_t line) {
+    if (words.values.contains('R') || words.values.contains('K'))
+      return objection(line, "an arc by R or K: write it with I and J, the middle from its beginning");
+    const auto given = [&](char letter) {
+      const auto word = words.values.find(letter);
+      return word == words.values.end() ? 0 : word->second * unit_mm_;
+    };
+    const double i = given('I'), j = given('J');
+    const double cx = at_[0] + i, cy = at_[1] + j, radius = std::hypot(i, j);
+    const double off = std::abs(std::hypot(to[0] - cx, to[1] - cy) - radius);
+    if (!(radius > 0) || off > std::max(0.01, 1e-3 * radius))
+      return objection(line, "the end of the arc is not on its circle: correct I and J");
+    const double from = std::atan2(-j, -i);
+    double turn = std::atan2(to[1] - cy, to[0] - cx) - from;
+    constexpr double kTurn = 2 * std::numbers::pi;
+    if (motion_ == 2 && turn >= -1e-9) turn -= kTurn;
+    if (motion_ == 3 && turn <= 1e-9) turn += kTurn;
+    const double each = 2 * std::acos(std::max(0.0, 1 - tolerance_mm_ / radius));
+    const auto count = std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(std::abs(turn) / each)), 1, 100'000);
+    const double z = at_[2];
+    for (std::size_t k = 1; k < count; ++k) {
+      const double part = static_cast<double>(k) / static_cast<double>(count);
+      straightTo({cx + radius * std::cos(from + part * turn), cy + radius * std::sin(from + part * turn),
+                  z + part * (to[2] - z)},
+                 line);
+    }
+    straightTo(to, line);
+    return std::nullopt;
+  }
+
+  Point at_{};
+  std::array<bool, 3> known_{};
+  double tolerance_mm_;
+  double unit_mm_{1};
+  bool relative_{};
+  int motion_{-1};
+  std::vector<Move> moves_;
+};
+
+}  // namespace
+
+Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm) {
+  Reader reader{tolerance_mm};
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const auto end = text.find('\n');
+    if (const auto error = reader.read(bare(text.substr(0, end)), line)) return *error;
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return reader.moves();
+}
+
+}  // namespace probebox::interference

@@ -1,0 +1,27 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "protocol/units/outcome.hpp"
+
+namespace probebox::interference {
+
+using Point = std::array<double, 3>;  // mm
+
+// One straight piece of a program's path, in the program's coordinates.
+struct Move {
+  std::size_t line{};  // of the file, from 1
+  bool rapid{};
+  Point from{}, to{};
+};
+
+// Reads the moves of a 3-axis program (ISO 6983 as LinuxCNC takes it): G0 to G3 with I and J in the plane XY, G20, G21,
+// G90, G91; arcs become chords that are off by `tolerance_mm` at most. Words that move nothing (F, S, T, M, N) are
+// passed over. Error: a line that would move the tool in a way that is not understood, by its number; nothing is
+// guessed. The path begins
+// where X, Y and Z have each been commanded: before, nobody knows where the tool is.
+Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm);
+
+}  // namespace probebox::interference

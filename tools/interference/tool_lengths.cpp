@@ -1,0 +1,23 @@
+#include "tools/interference/scene.hpp"
+
+namespace probebox::interference {
+
+std::string_view nameOf(ToolPart part) {
+  switch (part) {
+    case ToolPart::cutter:
+      return "cutter";
+    case ToolPart::shank:
+      return "shank";
+    case ToolPart::holder:
+      return "holder";
+  }
+  return "tool";
+}
+
+Lengths lengthsOf(const board::CellTool& tool) {
+  return {tool.holder_length_mm, tool.assembled_length_mm.value_or(tool.length_mm),
+          tool.offset_mm.value_or(std::array<double, 2>{}),
+          tool.assembled_length_mm.has_value() || tool.offset_mm.has_value()};
+}
+
+}  // namespace probebox::interference

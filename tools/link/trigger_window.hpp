@@ -1,0 +1,68 @@
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "protocol/frame/frame.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+
+namespace probebox::link {
+
+// Keeps the last seconds of a stream until a trigger comes, then passes on those, and what follows for a while, as a
+// recording of its own. It begins with the handshake, and with a heartbeat at which its ledger is zero; every later
+// heartbeat counts from there, and the last one closes the ledger. So `verify` finds the recording whole.
+//
+// The history begins at a heartbeat, of which there are ten a second: it is up to 0.2 s longer than asked for, never
+// shorter, unless the stream itself is.
+class TriggerWindow {
+ public:
+  using Sink = std::function<void(const frame::Frame&)>;
+  struct Lengths {
+    std::uint64_t before_ms{};
+    std::uint64_t after_ms{};
+  };
+
+  TriggerWindow(Lengths lengths, Sink sink) : lengths_{lengths}, sink_{std::move(sink)} {}
+
+  // Every good frame of the box, as it came.
+  void frame(const frame::Frame& frame);
+
+  // Number of the trigger that began the recording; nothing while none has come.
+  const std::optional<std::uint32_t>& trigger() const { return trigger_; }
+  // The recording is complete: nothing more is passed on.
+  bool done() const { return done_; }
+
+ private:
+  struct Kept {
+    frame::Header header;
+    std::vector<std::byte> payload;
+  };
+  // Frames from one heartbeat up to the next.
+  struct Stretch {
+    messages::Heartbeat begin;
+    std::vector<Kept> frames;
+  };
+
+  void heartbeat(const Kept& frame, const messages::Heartbeat& beat);
+  void forgetOld(std::uint64_t now_ms);
+  void keepHandshake(const Kept& frame);
+  void begin();
+  void pass(const Kept& frame, const messages::Heartbeat* beat);
+  messages::Heartbeat counted(messages::Heartbeat beat) const;
+
+  Lengths lengths_;
+  Sink sink_;
+  std::map<std::uint8_t, Kept> handshake_;  // before the first stretch, by type in the order of their coming
+  std::deque<Stretch> history_;
+  std::optional<messages::Heartbeat> base_;  // where the ledger of the recording begins; none on a later link
+  std::optional<messages::BootId> boot_id_;
+  std::optional<std::uint32_t> trigger_;
+  std::optional<std::uint64_t> triggered_ms_;  // uptime at the first heartbeat behind the trigger
+  bool done_{};
+};
+
+}  // namespace probebox::link

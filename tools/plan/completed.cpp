@@ -1,0 +1,42 @@
+#include "tools/plan/completed.hpp"
+
+#include <string>
+
+#include "firmware/procedure/plan/plan.hpp"
+
+namespace probebox::plan {
+namespace {
+
+using metrology::Refusal;
+
+Refusal badOption(const Error& error) {
+  return {"bad-option", error.what};
+}
+
+}  // namespace
+
+Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedure::Facts& facts) {
+  auto [method, options, turns, by] = wanted;
+  if (!method->calibrates) {
+    return Refusal{"not-forecast",
+                   std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
+  }
+  if (by == procedure::ReadBy::head) {
+    if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(*why);
+  }
+  if (by == procedure::ReadBy::shank) {
+    if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(*why);
+  }
+  if (turns != 0 && !method->takes_axis) {
+    return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
+  }
+  options.turns = static_cast<std::uint16_t>(turns);
+  const auto described = procedure::described(*method, options, facts, by);
+  if (!described) return badOption(described.error());
+  options = *described;
+  constexpr double kAnyLimit_mm = 100;  // whoever runs it looks at the probe's
+  if (const auto why = procedure::whyRefused(*method, options, kAnyLimit_mm)) return badOption(*why);
+  return options;
+}
+
+}  // namespace probebox::plan

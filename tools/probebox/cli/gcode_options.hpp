@@ -1,0 +1,80 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/probebox/cli/request.hpp"
+#include "tools/probebox/cli/validators.hpp"
+
+namespace probebox::command {
+
+// "10,-20.5,30".
+inline CLI::Validator point() {
+  const auto check = [](std::string& text) {
+    std::size_t numbers = 0;
+    bool good = true;
+    for (std::size_t from = 0; from <= text.size(); ++numbers) {
+      const std::size_t comma = std::min(text.find(',', from), text.size());
+      double value = 0;
+      good = good && readsAs(text.substr(from, comma - from), value) && std::isfinite(value);
+      from = comma + 1;
+    }
+    return good && numbers == 3 ? std::string{} : text + " is not a point in mm, such as 10,-20.5,30";
+  };
+  return CLI::Validator{check, "", "point"};
+}
+
+// Where a program has to know the machine. Only run_commands.hpp includes this.
+inline void declareProgram(CLI::App* gcode, Gcode& options) {
+  const auto add_point = [&](const char* name, std::vector<double>& value, const char* what) {
+    gcode->add_option(name, value, what)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+  };
+  const auto add_mm = [&](const char* name, auto& value, const char* what, const char* unit = "MM") {
+    gcode->add_option(name, value, what)->check(positive())->type_name(unit);
+  };
+  gcode->add_option("--dialect", options.dialect, "of the control")
+      ->check(CLI::IsMember({"linuxcnc", "fanuc", "siemens", "haas"}))
+      ->required();
+  gcode
+      ->add_option("-o,--output", options.output,
+                   "the program to write, or its picture: NAME.svg; - is the standard output")
+      ->required();
+  gcode->add_option("--picture", options.picture, "also write the path as a picture, SVG")->type_name("FILE");
+  gcode->add_flag(
+      "--stops", options.stops,
+      "stop before and after each step, for a person who presses Enter at `probebox calibrate`; default: the "
+      "control prints a line to the box's tape: face");
+  gcode
+      ->add_option("--tape", options.tape,
+                   "serial line to the box as the control names it, for linuxcnc; default: /dev/ttyS1")
+      ->type_name("DEVICE");
+  gcode->add_flag("--force", options.force, "overwrite existing files");
+  gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")->type_name("MM");
+  add_point("--at", options.at_mm, "centre of sphere, gap or setter in the work offset; default: 0,0,0");
+  gcode->add_option("--ball", options.balls_mm, "where a ball of the part is at C = 0; once for each ball")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->check(point())
+      ->type_name("X,Y,Z");
+  add_point("--c-axis", options.c_axis_mm, "a point of the turning axis C, which is along Z; default: 0,0,0");
+  add_point("--table-axis", options.table_axis_mm, "a point of the axis of a tilting table");
+  gcode->add_option("--b-axis", options.b_axis, "along which axis B turns, X or Y")
+      ->check(CLI::IsMember({"X", "Y"}))
+      ->capture_default_str();
+  gcode->add_option("--tilts", options.tilts_deg, "angles of B, as tilts_deg of machine.toml has them")
+      ->delimiter(',')
+      ->type_name("DEGREES");
+  gcode->add_option("--probe-tools", options.probe_tools, "tools that carry the probe, as machine.toml numbers them")
+      ->delimiter(',')
+      ->type_name("NUMBERS");
+  gcode->add_option("--head-tool", options.head_tool, "tool number of the sensor head")->type_name("NUMBER");
+  add_mm("--sphere", options.sphere_mm, "diameter of the sphere or ball");
+  add_mm("--gap", options.gap_mm, "distance of the plates");
+  add_mm("--setter", options.setter_mm, "width of the tool-setting device");
+  add_mm("--stylus", options.stylus_mm, "diameter of the stylus ball");
+  add_mm("--tool-diameter", options.tool_diameter_mm, "diameter of the tool that is measured");
+  add_mm("--traverse", options.traverse_mm_min, "feed of traverses; default: 1500", "MM_PER_MIN");
+  add_mm("--most-feed", options.most_mm_min, "limit of all feeds; default: 6000", "MM_PER_MIN");
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tools/interference/check.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/link/box.hpp"
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::command {
+namespace {
+
+using interference::Hit;
+using interference::Point;
+
+constexpr double kChord_mm = 0.005;  // by which chords leave an arc
+constexpr std::size_t kShown = 10;
+
+Outcome<std::string, Trouble> contentOf(const std::string& path, Console& console) {
+  std::ifstream file{path, std::ios::binary};
+  if (path != "-" && !file)
+    return Trouble{ExitStatus::usage, "unreadable-input", path + ": cannot be read (" + std::strerror(errno) + ")"};
+  auto& in = path == "-" ? console.in() : file;
+  return std::string{std::istreambuf_iterator<char>{in}, {}};
+}
+
+// A cell, one of its tools and a program, as they were asked for.
+struct Job {
+  board::Cell cell;
+  board::CellTool tool;
+  std::vector<interference::Move> path;
+};
+
+Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
+  const auto text = contentOf(options.cell, console);
+  if (!text) return text.error();
+  auto cell = board::parseCell(*text, std::filesystem::path{options.cell}.filename().string());
+  if (!cell) return Trouble{ExitStatus::usage, "unreadable-input", cell.error().what};
+  const auto tool = std::ranges::find(cell->tools, options.tool, &board::CellTool::number);
+  if (tool == cell->tools.end())
+    return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
+  const auto program = contentOf(options.program, console);
+  if (!program) return program.error();
+  auto path = interference::readProgram(*program, kChord_mm);
+  if (!path) return Trouble{ExitStatus::usage, "unreadable-input", options.program + ": " + path.error().what};
+  if (path->empty())
+    return Trouble{ExitStatus::usage, "unreadable-input",
+                   options.program + ": nothing moves in it once X, Y and Z are known"};
+  Job job{std::move(cell).value(), *tool, std::move(path).value()};
+  if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.offset_mm.reset();
+  return job;
+}
+
+Json describe(const Hit& hit) {
+  return {{"line", hit.line},
+          {"solid", hit.nearest.solid},
+          {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
+          {"distance_mm", hit.nearest.distance_mm},
+          {"overlap_mm", hit.overlap_mm},
+          {"tip_mm", hit.tip},
+          {"on_tool_mm", hit.nearest.on_tool},
+          {"on_solid_mm", hit.nearest.on_solid}};
+}
+
+std::string placeOf(const Point& at) {
+  return printed("X %.3f Y %.3f Z %.3f", at[0], at[1], at[2]);
+}
+
+std::string line(const Hit& hit) {
+  const auto how = hit.overlap_mm > 0             ? printed("%.3f mm deep", hit.overlap_mm)
+                   : hit.nearest.distance_mm == 0 ? std::string{"touches"}
+                                                  : printed("only %.3f mm away", hit.nearest.distance_mm);
+  return printed("  line %zu: the ", hit.line) + std::string{interference::nameOf(hit.nearest.part)} + " and " +
+         hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.tip);
+}
+
+Json describe(const Job& job, const interference::Lengths& lengths, const interference::Report& report) {
+  Json hits = Json::array();
+  for (const auto& hit : report.hits) hits.push_back(describe(hit));
+  return {{"cell", job.cell.name},
+          {"tool", job.tool.number},
+          {"measured_lengths", lengths.measured},
+          {"assembled_length_mm", lengths.assembled_mm},
+          {"offset_mm", lengths.offset_mm},
+          {"moves", report.moves},
+          {"path_mm", report.length_mm},
+          {"least_allowed_mm", job.cell.least_mm},
+          {"removed_mm3", report.removed_mm3},
+          {"nearest", report.nearest ? describe(*report.nearest) : Json(nullptr)},
+          {"hits", hits}};
+}
+
+void tell(const Job& job, const interference::Lengths& lengths, const interference::Report& report, Console& console) {
+  console.line(printed("tool %u, %s: %.4f mm beyond its holder, %+.4f %+.4f mm beside the axis", job.tool.number,
+                       lengths.measured ? "as measured" : "as in store", lengths.assembled_mm, lengths.offset_mm[0],
+                       lengths.offset_mm[1]));
+  console.line(printed("%zu moves, %.1f mm, %.0f mm3 cut", report.moves, report.length_mm, report.removed_mm3));
+  if (report.hits.empty() && report.nearest) {
+    const auto& nearest = *report.nearest;
+    console.line(printed("no hit; nearest %.3f mm: the ", nearest.nearest.distance_mm) +
+                 std::string{interference::nameOf(nearest.nearest.part)} + " and " + nearest.nearest.solid +
+                 printed(", line %zu", nearest.line));
+  } else if (report.hits.empty()) {
+    console.line("no hit");
+  }
+  if (!report.hits.empty())
+    console.line(std::to_string(report.hits.size()) + (report.hits.size() == 1 ? " hit" : " hits"));
+  for (std::size_t k = 0; k < std::min(kShown, report.hits.size()); ++k) console.line(line(report.hits[k]));
+  if (report.hits.size() > kShown) console.line("  and so on; --json has all");
+}
+
+}  // namespace
+
+ExitStatus run(const Interference& options, const std::string&, Console& console) {
+  const auto job = jobOf(options, console);
+  if (!job) return console.fail(job.error());
+  const auto scene = interference::Scene::open(interference::withoutStock(job->cell), job->tool,
+                                               std::filesystem::path{options.cell}.parent_path());
+  if (!scene) return console.fail({ExitStatus::usage, "unreadable-input", scene.error().what});
+  interference::Settings settings;
+  settings.step_mm = options.step_mm;
+  const auto report = interference::check(job->cell, job->tool, **scene, job->path, settings);
+  if (console.json()) {
+    console.object(describe(*job, (*scene)->lengths(), report));
+  } else {
+    tell(*job, (*scene)->lengths(), report, console);
+  }
+  return report.hits.empty() ? ExitStatus::ok : ExitStatus::failed;
+}
+
+}  // namespace probebox::command

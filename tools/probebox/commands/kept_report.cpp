@@ -1,0 +1,69 @@
+#include "tools/probebox/commands/kept_report.hpp"
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "firmware/json/dataset_json.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
+#include "tools/report/subjects.hpp"
+
+namespace probebox::command {
+namespace {
+
+Outcome<report::Earlier, Trouble> earlierOne(link::Client& box, Console& console, std::uint64_t id) {
+  auto kept = keptResult(box, console, id);
+  if (!kept) return kept.error();
+  return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc,
+                         std::get<metrology::Result>(std::move(kept->content))};
+}
+
+// The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
+Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, const messages::ResultSummary& summary) {
+  constexpr std::size_t kEarlier = 9;  // the page shows the trend of ten
+  const auto all = storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
+  if (!all) return all.error();
+  report::Before before;
+  std::vector<std::uint64_t> earlier;
+  for (const auto& other : *all) {
+    if (other.id == summary.id || !answersTheSame(other, summary)) continue;
+    if (other.id < summary.id) earlier.push_back(other.id);
+    if (other.state != messages::ResultState::active) continue;
+    auto in_force = earlierOne(box, console, other.id);
+    if (!in_force) return in_force.error();
+    before.in_force = std::move(in_force).value();
+  }
+  if (earlier.size() > kEarlier) earlier.erase(earlier.begin(), earlier.end() - kEarlier);
+  for (const auto id : earlier) {
+    auto one = earlierOne(box, console, id);
+    if (!one) return one.error();
+    before.history.push_back(std::move(one).value());
+  }
+  return before;
+}
+
+}  // namespace
+
+Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id) {
+  auto kept = keptResult(box, console, id);
+  if (!kept) return kept.error();
+  const auto text = keptDataset(box, console, id);
+  if (!text) return text.error();
+  auto dataset = json::datasetFromJson(*text);
+  if (!dataset) {
+    return Trouble{ExitStatus::failed, "unreadable-result",
+                   "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
+                       "); update this command"};
+  }
+  auto before = beforeOf(box, console, kept->summary);
+  if (!before) return before.error();
+  const auto name = "result " + std::to_string(id) + ", " + standingOf(kept->summary);
+  report::Subject subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)};
+  subject.before = std::move(before).value();
+  if (subject.result() != nullptr && !report::recallResiduals(subject))
+    console.note(name + " is another value when its dataset is solved by this version; its page has no residuals");
+  return subject;
+}
+
+}  // namespace probebox::command

@@ -1,0 +1,63 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/messages/control.hpp"
+#include "protocol/messages/handshake.hpp"
+#include "protocol/messages/stream.hpp"
+#include "tools/probebox/screen/peak_history.hpp"
+#include "tools/probebox/text/sample_tally.hpp"
+
+namespace probebox::command {
+
+enum class Style { plain, soft, strong, good, warned, bad, bar };
+
+// Text on the screen. It is cut at the right edge.
+struct Span {
+  std::size_t row{};
+  std::size_t column{};
+  std::string text;
+  Style style{Style::plain};
+};
+
+struct ScreenSize {
+  std::size_t rows{};
+  std::size_t columns{};
+  friend bool operator==(const ScreenSize&, const ScreenSize&) = default;
+};
+inline constexpr ScreenSize kSmallestScreen{24, 80};
+
+// All that `watch` shows. Absent is what has not come yet.
+struct WatchState {
+  struct Channel {
+    std::string name;  // such as deflection_a
+    std::string unit;
+    double value{};
+    PeakHistory history;
+  };
+
+  messages::Descriptor descriptor;
+  std::vector<Channel> channels;
+  std::optional<messages::Heartbeat> beat;
+  SampleTally::Sums sums;
+  bool balanced{true};
+  std::uint64_t reconnections{};
+  std::uint64_t restarts{};
+  MonoTime newest{};  // sample
+  std::optional<messages::Trigger> trigger;
+  std::optional<messages::Corrections::Answer> corrections;
+  std::optional<messages::Status::Answer> status;
+  std::optional<messages::ProcedureStatus::Answer> procedure;
+  std::optional<messages::ResultSummary> result;  // the newest
+  bool link_up{true};
+  bool held{};       // the picture stands still
+  std::string note;  // the last thing that happened to the link
+};
+
+// The page for a screen of at least kSmallestScreen. Every number stays at its place. utf8: bars may be drawn with
+// blocks.
+std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8);
+
+}  // namespace probebox::command

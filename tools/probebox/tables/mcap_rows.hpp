@@ -1,0 +1,43 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/probebox/tables/mcap_file.hpp"
+#include "tools/probebox/tables/row_writer.hpp"
+#include "tools/probebox/tables/scale.hpp"
+
+namespace probebox::command {
+
+// A recording as MCAP, which Foxglove and PlotJuggler open. Topics: /probebox/samples (a message a sample, channels in
+// their units as float64), /probebox/gaps (what is missing, and why), /probebox/triggers, /probebox/delay (in force
+// from there on). Times are those of the box: ns, monotonic since its boot. The metadata "probebox" names the box.
+class McapRows : public RowWriter {
+ public:
+  McapRows(const TableJob& job, std::ostream& standard) : job_{job}, standard_{standard} {}
+
+  void begin(const messages::Descriptor& descriptor) override;
+  void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) override;
+  void missing(SampleIndex first, std::uint64_t count, std::string_view reason) override;
+  void trigger(const messages::Trigger& trigger) override;
+  bool holdsTriggers() const override { return true; }
+  void end() override;
+  const std::optional<std::string>& failure() const override { return failure_; }
+
+ private:
+  void declare(const messages::Descriptor& descriptor);
+  void tellDelay(const messages::DelayInForce& delay, std::uint64_t time_ns);
+  void put(McapFile::Id channel, std::uint64_t time_ns, const CdrMessage& message);
+
+  const TableJob& job_;
+  std::ostream& standard_;
+  std::optional<Output> output_;
+  std::optional<McapFile> file_;
+  std::optional<std::string> failure_;
+  std::vector<Scale> scales_;
+  std::optional<std::uint64_t> delay_told_;  // number of the result
+  McapFile::Id samples_{}, gaps_{}, triggers_{}, delays_{};
+  std::uint64_t newest_ns_{};
+};
+
+}  // namespace probebox::command

@@ -1,0 +1,305 @@
+#include "tools/probebox/view/answers.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <utility>
+
+#include "firmware/procedure/methods/methods.hpp"
+#include "tools/case/quantities.hpp"
+#include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/kept_report.hpp"
+#include "tools/probebox/commands/kept_result.hpp"
+#include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/comparison.hpp"
+#include "tools/probebox/text/report.hpp"
+#include "tools/probebox/text/report_kept_result.hpp"
+#include "tools/report/page.hpp"
+
+namespace probebox::view {
+namespace {
+
+using command::describe;
+using command::ExitStatus;
+using Answer = Desk::Answer;
+
+Json list(const auto& texts) {
+  Json all = Json::array();
+  for (const auto& text : texts) all.push_back(std::string_view{text});
+  return all;
+}
+
+Json needsOf(const procedure::LiveMethod& method) {
+  Json all = Json::array();
+  for (const auto* fact : method.needs) {
+    if (!fact->place.empty()) all.push_back(std::string_view{fact->place});
+  }
+  if (method.finds_a_place) all.push_back("the delay in force, and axes that are referenced");
+  return all;
+}
+
+// The options that have an effect, with their usual values. Zero is the method's own choice.
+Json optionsOf(const procedure::LiveMethod& method) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const auto& usual = method.usual;
+  Json all = Json::object();
+  if (usual.speed_count > 0 && method.kind == procedure::Kind::touch) {
+    Json speeds = Json::array();
+    for (std::size_t k = 0; k < usual.speed_count; ++k) speeds.push_back(usual.speeds_mm_s[k]);
+    all["speeds_mm_s"] = speeds;
+  }
+  const auto add = [&](const char* name, double value) {
+    if (value != 0) all[name] = value;
+  };
+  add("overtravel_mm", usual.overtravel_mm);
+  add("clearance_mm", usual.clearance_mm);
+  add("approach_deg", usual.approach_rad * kDegrees);
+  add("arc_deg", usual.arc_rad * kDegrees);
+  add("angles", usual.angles);
+  add("balls", usual.balls);
+  if (method.takes_tool) all["tool"] = 1;
+  if (method.takes_axis) all["axis"] = "X";
+  if (method.measuresBOrC()) all["axis"] = "C";
+  return all;
+}
+
+// A request of the page: an object, or nothing.
+nlohmann::json read(const std::string& body) {
+  auto parsed = nlohmann::json::parse(body, nullptr, false);
+  return parsed.is_object() ? parsed : nlohmann::json::object();
+}
+
+double numberIn(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+// A count of the page; 0 for what no such number can be.
+template <class T>
+T countIn(const nlohmann::json& object, const char* key) {
+  const double value = numberIn(object, key);
+  return value >= 0 && value <= static_cast<double>(std::numeric_limits<T>::max()) ? static_cast<T>(value) : T{0};
+}
+
+std::string textIn(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string{};
+}
+
+bool flagIn(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_boolean() && found->get<bool>();
+}
+
+std::uint8_t axisIn(const nlohmann::json& object) {
+  const auto text = textIn(object, "axis");
+  const auto found = text.size() == 1 ? std::string_view{"XYZABC"}.find(text.front()) : std::string_view::npos;
+  return found == std::string_view::npos ? 0 : static_cast<std::uint8_t>(found + 1);
+}
+
+Json quantitiesOf(const metrology::Result& result, const std::string& subject) {
+  Json all = Json::array();
+  for (const auto& quantity : casefolder::quantitiesOf(result, casefolder::rotaryAxisOf(subject))) {
+    const auto sd = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
+    const auto expanded = quantity.expanded ? Json(*quantity.expanded) : Json(nullptr);
+    all.push_back({{"key", quantity.key},
+                   {"name", quantity.label.name},
+                   {"value", quantity.value},
+                   {"sd", sd},
+                   {"expanded_k2", expanded},
+                   {"text", casefolder::withSdAndU(quantity)}});
+  }
+  return all;
+}
+
+template <class Operation>
+Answer changed(link::Client& box, Console& console, const typename Operation::Request& request) {
+  const auto answer = command::ask<Operation>(box, console, request);
+  if (!answer) return answer.error();
+  return Json{{"done", true}}.dump();
+}
+
+}  // namespace
+
+std::string methods() {
+  Json all = Json::array();
+  for (const auto* method : procedure::liveMethods()) {
+    Json finds = Json::array();
+    for (const auto& result : method->solver->results)
+      finds.push_back({{"key", std::string{result.key}}, {"about", std::string{result.about}}});
+    all.push_back({{"name", std::string{method->name()}},
+                   {"title", std::string{method->solver->title}},
+                   {"subject", std::string{method->solver->subject.name}},
+                   {"steps", std::string{method->steps}},
+                   {"finds", finds},
+                   {"unobservable", list(method->solver->unobservable)},
+                   {"needs", needsOf(*method)},
+                   {"calibrates", method->calibrates},
+                   {"options", optionsOf(*method)}});
+  }
+  return all.dump();
+}
+
+// As `probebox plan --json` says it.
+Answer forecast(const std::string& method) {
+  std::istringstream nothing;
+  std::ostringstream out, err;
+  const std::atomic<bool> never{false};
+  Console console{command::Streams{nothing, out, err, false, false, 0, never}, true};
+  command::Plan plan;
+  plan.method = method;
+  const auto status = command::run(plan, "", console);
+  if (status == ExitStatus::ok) return out.str();
+  const auto error = nlohmann::json::parse(out.str(), nullptr, false);
+  return Trouble{status, "no-forecast",
+                 error.is_object() && error.contains("what") ? error["what"].get<std::string>() : err.str()};
+}
+
+Answer results(link::Client& box, Console& console) {
+  const auto all = command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
+  if (!all) return all.error();
+  Json list = Json::array();
+  for (const auto& one : *all) {
+    Json object = describe(one);
+    object["standing"] = command::standingOf(one);
+    object["text"] = one.values.empty() ? std::string{} : command::readable(one.values.front());
+    list.push_back(std::move(object));
+  }
+  return list.dump();
+}
+
+Answer result(link::Client& box, Console& console, std::uint64_t id) {
+  const auto kept = command::keptResult(box, console, id);
+  if (!kept) return kept.error();
+  Json object = describe(kept->summary);
+  object["standing"] = command::standingOf(kept->summary);
+  object["dataset_kept"] = kept->dataset_kept;
+  if (kept->result() != nullptr) {
+    object["warnings"] = kept->result()->warnings;
+    object["quantities"] = quantitiesOf(*kept->result(), kept->summary.subject);
+  } else {
+    object["refusal"] = {{"name", kept->refusal()->name}, {"reason", kept->refusal()->reason}};
+  }
+  const auto history = command::storedTransitions(box, console, {id, "", 0});
+  if (!history) return history.error();
+  object["history"] = Json::array();
+  for (const auto& transition : *history) object["history"].push_back(describe(transition));
+  return object.dump();
+}
+
+Answer history(link::Client& box, Console& console, const std::string& subject) {
+  const auto all = command::storedTransitions(box, console, {0, subject, 0});
+  if (!all) return all.error();
+  Json list = Json::array();
+  for (const auto& transition : *all) list.push_back(describe(transition));
+  return list.dump();
+}
+
+Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
+  const auto proposed = command::keptResult(box, console, id);
+  if (!proposed) return proposed.error();
+  if (proposed->result() == nullptr) return std::string{"null"};
+  const auto in_force = command::keptInForce(box, console);
+  if (!in_force) return in_force.error();
+  const command::KeptResult* same = nullptr;
+  for (const auto& other : *in_force) {
+    if (other.summary.id != id && command::answersTheSame(other.summary, proposed->summary)) same = &other;
+  }
+  const auto& subject = proposed->summary.subject;
+  const auto compared =
+      command::comparisonOf(*proposed->result(), same == nullptr ? nullptr : same->result(),
+                            same == nullptr ? 0 : same->summary.id, casefolder::rotaryAxisOf(subject));
+  Json object = describe(compared);
+  Json changes = Json::array();
+  for (const auto& change : compared.changes) {
+    const auto in_sd = change.inSd();
+    changes.push_back({{"key", change.now.key},
+                       {"name", change.now.label.name},
+                       {"now", casefolder::withSdAndU(change.now)},
+                       {"before", change.before ? Json(casefolder::withSdAndU(*change.before)) : Json(nullptr)},
+                       {"difference", change.before ? Json(casefolder::withUnit(
+                                                          change.now.label, change.now.value - change.before->value))
+                                                    : Json(nullptr)},
+                       {"in_sd", in_sd ? Json(*in_sd) : Json(nullptr)}});
+  }
+  object["rows"] = changes;
+  object["subject"] = subject;
+  return object.dump();
+}
+
+Answer reportPage(link::Client& box, Console& console, std::uint64_t id) {
+  const auto subject = command::keptSubject(box, console, id);
+  if (!subject) return subject.error();
+  return report::page(std::span{&*subject, 1}, PROBEBOX_VERSION);
+}
+
+Answer start(link::Client& box, Console& console, const std::string& body) {
+  constexpr double kRadPerDegree = std::numbers::pi / 180;
+  const auto asked = read(body);
+  messages::StartProcedure::Request request;
+  request.method = textIn(asked, "method");
+  if (const auto speeds = asked.find("speeds_mm_s"); speeds != asked.end() && speeds->is_array()) {
+    for (const auto& speed : *speeds) request.speeds_mm_s.push_back(speed.is_number() ? speed.get<double>() : 0);
+  }
+  request.overtravel_mm = numberIn(asked, "overtravel_mm");
+  request.clearance_mm = numberIn(asked, "clearance_mm");
+  request.approach_rad = numberIn(asked, "approach_deg") * kRadPerDegree;
+  request.arc_rad = numberIn(asked, "arc_deg") * kRadPerDegree;
+  request.angles = countIn<std::uint16_t>(asked, "angles");
+  request.balls = countIn<std::uint16_t>(asked, "balls");
+  request.axis = axisIn(asked);
+  request.tool = countIn<std::uint32_t>(asked, "tool");
+  const auto answer = command::ask<messages::StartProcedure>(box, console, request);
+  if (!answer) return answer.error();
+  return Json{{"run", answer->run}}.dump();
+}
+
+Answer abortRun(link::Client& box, Console& console, const std::string& body) {
+  messages::AbortProcedure::Request request;
+  request.run = countIn<std::uint32_t>(read(body), "run");
+  return changed<messages::AbortProcedure>(box, console, request);
+}
+
+// A person who moves the machine by hand says when a step begins and ends.
+Answer mark(link::Client& box, Console& console, const std::string& body) {
+  const auto asked = read(body);
+  const auto now = command::ask<messages::ProcedureStatus>(box, console);
+  if (!now) return now.error();
+  messages::PostMarker::Request request;
+  request.procedure = now->run;
+  request.step = now->step;
+  const auto phase = textIn(asked, "phase");
+  request.phase = phase == "begin" ? messages::StepPhase::begin
+                  : phase == "end" ? messages::StepPhase::end
+                                   : messages::StepPhase::abandon;
+  request.rotary_angles_rad = now->rotary_angles_rad;
+  request.tool = now->tool;
+  request.nominal_speed_mm_s = now->nominal_speed_mm_s;
+  request.at_rest = request.phase == messages::StepPhase::begin;
+  return changed<messages::PostMarker>(box, console, request);
+}
+
+Answer accept(link::Client& box, Console& console, const std::string& body) {
+  const auto asked = read(body);
+  messages::AcceptResult::Request request;
+  request.id = countIn<std::uint64_t>(asked, "id");
+  request.by = textIn(asked, "by");
+  request.although_it_differs = flagIn(asked, "although_it_differs");
+  const auto answer = command::ask<messages::AcceptResult>(box, console, request);
+  if (!answer) return answer.error();
+  return Json{{"state", std::string{messages::nameOf(answer->state)}},
+              {"waiting_for_cut", answer->waiting_for_cut},
+              {"subject", answer->subject},
+              {"notes", answer->notes}}
+      .dump();
+}
+
+Answer rollback(link::Client& box, Console& console, const std::string& body) {
+  const auto asked = read(body);
+  messages::RollbackResult::Request request;
+  request.id = countIn<std::uint64_t>(asked, "id");
+  request.by = textIn(asked, "by");
+  return changed<messages::RollbackResult>(box, console, request);
+}
+
+}  // namespace probebox::view

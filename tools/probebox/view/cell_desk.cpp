@@ -1,0 +1,148 @@
+#include "tools/probebox/view/cell_desk.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "tools/interference/check.hpp"
+
+namespace probebox::view {
+namespace {
+
+using interference::Hit;
+
+constexpr std::size_t kMostPath = 20'000;  // corners of a path in a picture
+
+const char* nameOf(board::SolidPart part) {
+  constexpr std::array kNames{"machine", "fixture", "workpiece"};
+  return kNames[static_cast<std::size_t>(part)];
+}
+
+const char* nameOf(board::SolidShape shape) {
+  constexpr std::array kNames{"box", "cylinder", "sphere", "stl"};
+  return kNames[static_cast<std::size_t>(shape)];
+}
+
+Json describe(const board::CellSolid& solid, const std::filesystem::path& folder) {
+  Json object{{"name", solid.name},       {"part", nameOf(solid.part)},   {"shape", nameOf(solid.shape)},
+              {"size_mm", solid.size_mm}, {"radius_mm", solid.radius_mm}, {"height_mm", solid.height_mm},
+              {"at_mm", solid.at_mm},     {"turn_deg", solid.turn_deg}};
+  if (solid.shape != board::SolidShape::mesh) return object;
+  const auto mesh = interference::readStl(folder / solid.file);
+  if (!mesh) {
+    object["problem"] = mesh.error().what;
+    return object;
+  }
+  Json corners = Json::array();
+  for (const auto& triangle : mesh->triangles) {
+    for (const auto corner : triangle) {
+      for (const double value : mesh->points[corner]) corners.push_back(value);
+    }
+  }
+  object["corners_mm"] = corners;
+  return object;
+}
+
+Json describe(const board::CellTool& tool) {
+  const auto lengths = interference::lengthsOf(tool);
+  return {{"number", tool.number},
+          {"holder_radius_mm", tool.holder_radius_mm},
+          {"holder_length_mm", tool.holder_length_mm},
+          {"radius_mm", tool.radius_mm},
+          {"cutting_mm", tool.cutting_mm},
+          {"stored_length_mm", tool.length_mm},
+          {"assembled_length_mm", lengths.assembled_mm},
+          {"offset_mm", lengths.offset_mm},
+          {"measured", lengths.measured}};
+}
+
+Json describe(const Hit& hit) {
+  return {{"line", hit.line},
+          {"solid", hit.nearest.solid},
+          {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
+          {"distance_mm", std::isfinite(hit.nearest.distance_mm) ? Json(hit.nearest.distance_mm) : Json(nullptr)},
+          {"overlap_mm", hit.overlap_mm},
+          {"tip_mm", hit.tip},
+          {"on_tool_mm", hit.nearest.on_tool},
+          {"on_solid_mm", hit.nearest.on_solid}};
+}
+
+Trouble objection(std::string what) {
+  return {command::ExitStatus::usage, "refused", std::move(what)};
+}
+
+Outcome<board::CellTool, Trouble> toolOf(const std::optional<board::Cell>& cell, std::uint32_t number) {
+  if (!cell) return objection("there is no cell: start probebox view --cell cell.toml");
+  const auto found = std::ranges::find(cell->tools, number, &board::CellTool::number);
+  if (found == cell->tools.end()) return objection("the cell has no [[tool]] with number = " + std::to_string(number));
+  return *found;
+}
+
+}  // namespace
+
+Outcome<CellDesk> CellDesk::open(const std::string& path) {
+  CellDesk desk;
+  if (path.empty()) return desk;
+  std::ifstream in{path, std::ios::binary};
+  if (!in) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
+  const std::string text{std::istreambuf_iterator<char>{in}, {}};
+  auto cell = board::parseCell(text, std::filesystem::path{path}.filename().string());
+  if (!cell) return cell.error();
+  desk.cell_ = std::move(cell).value();
+  desk.folder_ = std::filesystem::path{path}.parent_path();
+  return desk;
+}
+
+std::string CellDesk::scene() const {
+  if (!cell_) return "null";
+  Json solids = Json::array(), tools = Json::array();
+  for (const auto& solid : cell_->solids) solids.push_back(describe(solid, folder_));
+  for (const auto& tool : cell_->tools) tools.push_back(describe(tool));
+  return Json{{"name", cell_->name},
+              {"program_zero_mm", cell_->program_zero_mm},
+              {"least_mm", cell_->least_mm},
+              {"solids", solids},
+              {"tools", tools}}
+      .dump();
+}
+
+Desk::Answer CellDesk::nearest(std::uint32_t number, const std::array<double, 3>& tip_mm) const {
+  const auto tool = toolOf(cell_, number);
+  if (!tool) return tool.error();
+  const auto scene = interference::Scene::open(*cell_, *tool, folder_);
+  if (!scene) return objection(scene.error().what);
+  return describe(Hit{0, tip_mm, (*scene)->nearest(tip_mm, false), 0}).dump();
+}
+
+Desk::Answer CellDesk::check(const std::string& body) const {
+  const auto asked = nlohmann::json::parse(body, nullptr, false);
+  if (!asked.is_object() || !asked.contains("tool") || !asked["tool"].is_number_unsigned() ||
+      !asked.contains("program") || !asked["program"].is_string())
+    return objection("a check needs the number of a tool and a program");
+  auto tool = toolOf(cell_, asked["tool"].get<std::uint32_t>());
+  if (!tool) return tool.error();
+  if (asked.contains("stored") && asked["stored"] == true) tool->assembled_length_mm.reset(), tool->offset_mm.reset();
+  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01);
+  if (!path) return objection(path.error().what);
+  const auto scene = interference::Scene::open(interference::withoutStock(*cell_), *tool, folder_);
+  if (!scene) return objection(scene.error().what);
+  const auto report = interference::check(*cell_, *tool, **scene, *path, {});
+  Json hits = Json::array(), corners = Json::array();
+  for (const auto& hit : report.hits) hits.push_back(describe(hit));
+  for (std::size_t k = 0; k < std::min(path->size(), kMostPath); ++k)
+    corners.push_back({{"line", (*path)[k].line}, {"rapid", (*path)[k].rapid}, {"to", (*path)[k].to}});
+  return Json{{"moves", report.moves},
+              {"path_mm", report.length_mm},
+              {"removed_mm3", report.removed_mm3},
+              {"nearest", report.nearest ? describe(*report.nearest) : Json(nullptr)},
+              {"hits", hits},
+              {"from", path->empty() ? Json(nullptr) : Json(path->front().from)},
+              {"path", corners}}
+      .dump();
+}
+
+}  // namespace probebox::view

@@ -1,0 +1,30 @@
+#pragma once
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "board/describe/cell.hpp"
+#include "tools/probebox/view/desk.hpp"
+
+namespace probebox::view {
+
+// What a page draws of a cell, and what it asks of it.
+class CellDesk {
+ public:
+  // path: of cell.toml; empty for no cell. Error: why it cannot be read.
+  static Outcome<CellDesk> open(const std::string& path);
+
+  // Solids, with the triangles of meshes, and tools with their lengths in store and as measured. Null without a cell.
+  std::string scene() const;
+  // The smallest distance of a tool whose tip is at a machine position.
+  Desk::Answer nearest(std::uint32_t tool, const std::array<double, 3>& tip_mm) const;
+  // A program (G-code) with a tool: hits, smallest distance, and the path for the picture.
+  Desk::Answer check(const std::string& body) const;
+
+ private:
+  std::optional<board::Cell> cell_;
+  std::filesystem::path folder_;
+};
+
+}  // namespace probebox::view

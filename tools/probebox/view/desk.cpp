@@ -1,0 +1,175 @@
+#include "tools/probebox/view/desk.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "tools/probebox/text/report.hpp"
+
+namespace probebox::view {
+namespace {
+
+using namespace std::chrono_literals;
+using command::describe;
+
+constexpr auto kSamples = 50ms;  // 20 pictures a second are drawn from new samples; the page moves them on in between
+constexpr auto kState = 250ms;
+constexpr double kPatience_s = 3600;  // a page is left open over lunch
+constexpr auto kAnswerPatience = 30s;
+
+Trouble linkDown() {
+  return {command::ExitStatus::no_box, "link-lost", "the link to the box is down; it is being waited for"};
+}
+
+}  // namespace
+
+Desk::Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted)
+    : events_{events},
+      console_{command::Streams{nothing_, notes_, notes_, false, false, 0, stopped_}, false},
+      listener_{*this},
+      stream_{std::move(uri),
+              {.policy = messages::Policy::live,
+               .profile = messages::Profile::fast,
+               .patience = command::inMilliseconds(kPatience_s),
+               .triggers = true},
+              listener_,
+              console_},
+      interrupted_{interrupted} {}
+
+Desk::~Desk() {
+  stopped_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+std::optional<Trouble> Desk::open() {
+  if (auto trouble = stream_.open()) return trouble;
+  thread_ = std::thread{[this] { run(); }};
+  return std::nullopt;
+}
+
+void Desk::run() {
+  while (!stopped_ && !interrupted_) {
+    if (!stream_.round()) {
+      const std::lock_guard lock{mutex_};
+      trouble_ = stream_.trouble();
+      break;
+    }
+    const auto now = link::now();
+    tellLink();
+    if (now >= next_samples_) {
+      next_samples_ = now + kSamples;
+      const auto fresh = feed_.fresh().dump();
+      if (fresh != "null") events_.put("samples", fresh);
+    }
+    if (now >= next_state_ && stream_.box() != nullptr) {
+      next_state_ = now + kState;
+      tellState();
+    }
+    answerOne();
+  }
+  // Nobody waits for ever.
+  const std::lock_guard lock{mutex_};
+  for (auto& one : asked_) one.answer.set_value(linkDown());
+  asked_.clear();
+  stopped_ = true;
+}
+
+void Desk::answerOne() {
+  std::optional<Asked> one;
+  {
+    const std::lock_guard lock{mutex_};
+    if (asked_.empty()) return;
+    one.emplace(std::move(asked_.front()));
+    asked_.erase(asked_.begin());
+  }
+  one->answer.set_value(stream_.box() == nullptr ? Answer{linkDown()} : one->question(*stream_.box(), console_));
+}
+
+Desk::Answer Desk::ask(Question question) {
+  std::future<Answer> future;
+  {
+    const std::lock_guard lock{mutex_};
+    if (stopped_) return linkDown();
+    auto& one = asked_.emplace_back(Asked{std::move(question), {}});
+    future = one.answer.get_future();
+  }
+  if (future.wait_for(kAnswerPatience) != std::future_status::ready)
+    return Trouble{command::ExitStatus::no_box, "timed-out", "the box did not answer in time"};
+  return future.get();
+}
+
+Desk::Answer Desk::window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns) {
+  return ask([=, this](link::Client&, Console&) -> Answer { return feed_.window(from_ns, to_ns, columns).dump(); });
+}
+
+void Desk::tellLink() {
+  const bool up = stream_.box() != nullptr;
+  if (link_up_ == up) return;
+  link_up_ = up;
+  events_.put("link",
+              Json{{"up", up}, {"what", up ? "" : stream_.loss()}, {"reconnections", stream_.reconnections()}}.dump());
+}
+
+// The whole state in one event: a page shows one instant, not parts of two.
+void Desk::tellState() {
+  auto& box = *stream_.box();
+  const auto status = command::ask<messages::Status>(box, console_);
+  const auto corrections = command::ask<messages::Corrections>(box, console_);
+  const auto procedure = command::ask<messages::ProcedureStatus>(box, console_);
+  messages::ListResults::Request newest;
+  newest.newest = 1;
+  const auto results = command::ask<messages::ListResults>(box, console_, newest);
+  const auto& sums = stream_.tally().atHeartbeat();
+  Json all{{"ledger",
+            {{"produced_samples", sums.produced},
+             {"received_samples", sums.received},
+             {"lost_at_source_samples", sums.lost_at_source},
+             {"lost_in_queue_samples", sums.lost_in_queue},
+             {"lost_on_link_samples", sums.lost_on_link},
+             {"balanced", stream_.tally().exact()}}},
+           {"values", feed_.newest()}};
+  if (beat_) {
+    all["clock"] = {{"state", std::string{messages::nameOf(beat_->clock_state)}}, {"sigma_ns", beat_->clock_sigma_ns}};
+    all["uptime_ms"] = beat_->uptime_ms;
+  }
+  all["status"] = status ? describe(*status) : Json(nullptr);
+  all["corrections"] = corrections ? describe(*corrections) : Json(nullptr);
+  all["procedure"] = procedure ? describe(*procedure) : Json(nullptr);
+  const bool any = results && !results->results.empty();
+  all["newest_result"] = any ? Json(results->results.back().id) : Json(nullptr);
+  all["active_results"] = status ? Json(status->active_results) : Json(nullptr);
+  events_.put("state", all.dump());
+}
+
+std::string Desk::about() {
+  const std::lock_guard lock{mutex_};
+  return about_;
+}
+
+std::optional<Trouble> Desk::trouble() const {
+  const std::lock_guard lock{mutex_};
+  return trouble_;
+}
+
+void Desk::Listener::onDescriptor(const messages::Descriptor& descriptor) {
+  desk.descriptor_ = descriptor;
+  desk.feed_.describe(descriptor);
+  auto text = describe(descriptor).dump();
+  desk.events_.put("descriptor", text);
+  const std::lock_guard lock{desk.mutex_};
+  desk.about_ = std::move(text);
+}
+
+void Desk::Listener::onBlock(const link::DecodedBlock& block) {
+  desk.feed_.describe(block.descriptor);
+  desk.feed_.add(block);
+}
+
+void Desk::Listener::onTrigger(const messages::Trigger& trigger) {
+  desk.events_.put("trigger", describe(trigger).dump());
+}
+
+void Desk::Listener::onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>&) {
+  desk.beat_ = beat;
+}
+
+}  // namespace probebox::view

@@ -1,0 +1,83 @@
+#pragma once
+#include <atomic>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tools/probebox/link/lasting_stream.hpp"
+#include "tools/probebox/view/event_log.hpp"
+#include "tools/probebox/view/live_feed.hpp"
+
+namespace probebox::view {
+
+using command::Console;
+using command::Trouble;
+
+// The one link to the box, in a thread of its own: its samples and its state become events, and whoever serves a page
+// asks through it. A link that is lost is waited for, and the page hears of it.
+class Desk {
+ public:
+  using Answer = Outcome<std::string, Trouble>;
+  using Question = std::function<Answer(link::Client&, Console&)>;
+
+  Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted);
+  ~Desk();
+
+  // Why there is no box; nothing when there is one, and everything has begun.
+  std::optional<Trouble> open();
+  // Runs in the desk's thread, between samples. Trouble where the link is down.
+  Answer ask(Question question);
+  // The samples that are kept, between two times.
+  Answer window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns);
+  // {"descriptor", "link", ...} for a page that begins.
+  std::string about();
+
+  // What ended the link for good; nothing while it goes on.
+  std::optional<Trouble> trouble() const;
+
+ private:
+  struct Asked {
+    Question question;
+    std::promise<Answer> answer;
+  };
+  struct Listener : link::StreamListener {
+    explicit Listener(Desk& owner) : desk{owner} {}
+    void onDescriptor(const messages::Descriptor& descriptor) override;
+    void onBlock(const link::DecodedBlock& block) override;
+    void onTrigger(const messages::Trigger& trigger) override;
+    void onHeartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance) override;
+    Desk& desk;
+  };
+
+  void run();
+  void answerOne();
+  void tellLink();
+  void tellState();
+
+  EventLog& events_;
+  std::istringstream nothing_;
+  std::ostringstream notes_;
+  std::atomic<bool> stopped_{false};
+  Console console_;
+  Listener listener_;
+  command::LastingStream stream_;
+  LiveFeed feed_;
+  messages::Descriptor descriptor_;
+  std::optional<messages::Heartbeat> beat_;
+  std::optional<bool> link_up_;
+  MonoTime next_samples_{}, next_state_{};
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::vector<Asked> asked_;
+  std::string about_;
+  std::optional<Trouble> trouble_;
+  const std::atomic<bool>& interrupted_;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace probebox::view

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/link/stream_reader.hpp"
+#include "tools/probebox/cli/json.hpp"
+
+namespace probebox::view {
+
+using command::Json;
+
+// Samples as strip charts need them: the minimum and the maximum of every channel in slots of 10 ms, however many
+// samples there are in one; and the samples themselves for the last seconds, to look closer.
+class LiveFeed {
+ public:
+  static constexpr std::int64_t kSlot_ns = 10'000'000;
+  static constexpr std::size_t kMostRaw = 600'000;  // samples: 6 s at 100 kS/s, with 8 channels 40 MB
+
+  void describe(const messages::Descriptor& descriptor);
+  void add(const link::DecodedBlock& block);
+
+  // The slots that were completed since the last call: {"slot_ns", "first", "low": [[...] a channel], "high"}, values
+  // in the units of the channels. Null where there are none.
+  Json fresh();
+  // The newest samples between two times, at most `columns` slots a channel: {"from_ns", "step_ns", "low", "high"}.
+  Json window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns) const;
+  // The newest value of each channel.
+  Json newest() const;
+
+ private:
+  struct Extent {
+    std::int64_t low{}, high{};
+  };
+  struct Slot {
+    std::int64_t number{};
+    std::vector<Extent> channels;
+  };
+  double scaled(std::size_t channel, std::int64_t count) const;
+
+  std::vector<double> scales_;
+  std::deque<Slot> slots_;  // the last one grows
+  std::deque<std::int64_t> times_;
+  std::vector<std::deque<std::int32_t>> raw_;  // offset from `origin_` where a channel is wider
+  std::vector<std::int64_t> origin_;
+};
+
+}  // namespace probebox::view

@@ -1,0 +1,26 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tools/probebox/view/cell_desk.hpp"
+#include "tools/probebox/view/desk.hpp"
+
+namespace probebox::view {
+
+// Serves the page on 127.0.0.1 alone, to whoever has the token. Threads of its own.
+class Server {
+ public:
+  // All of them outlive the server.
+  Server(Desk& desk, const CellDesk& cell, EventLog& events);
+  ~Server();
+
+  // port 0: a free one. The address with the token, for a browser; nothing where the port is taken.
+  std::optional<std::string> listen(unsigned port);
+
+ private:
+  struct Http;
+  std::unique_ptr<Http> http_;
+};
+
+}  // namespace probebox::view

@@ -1,0 +1,36 @@
+// Elements from nested calls. Whatever comes from the box becomes text, never markup.
+const SVG = "http://www.w3.org/2000/svg";
+
+function fill(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes ?? {})) {
+    if (value === undefined || value === null || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  for (const child of children.flat(3)) {
+    if (child === null || child === undefined || child === false) continue;
+    element.append(child instanceof Node ? child : document.createTextNode(String(child)));
+  }
+  return element;
+}
+
+export const h = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
+export const s = (tag, attributes, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
+
+// Says only what has changed, so that a screen reader is not told everything twice a second.
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export function show(element, ...children) {
+  element.replaceChildren(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+}
+
+export function table(head, rows, attributes) {
+  return h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": attributes?.label ?? "table" },
+    h("table", null,
+      h("thead", null, h("tr", null, head.map((cell) => h("th", { scope: "col", class: cell.n ? "n" : null }, cell.text ?? cell)))),
+      h("tbody", null, rows)));
+}
+
+export const cell = (text, n) => h("td", { class: n ? "n" : null }, text);

@@ -1,0 +1,223 @@
+import uPlot from "uplot";
+import { get, last, on } from "./box.js";
+import { h, say, show } from "./dom.js";
+
+const KEPT = 6000; // slots of 10 ms: a minute
+const SPANS = [5, 20, 60];
+const SERIES = ["--series1", "--series2", "--series3"];
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// The minimum and maximum of every channel in slots of 10 ms, the newest at the end.
+class Slots {
+  constructor(channels) {
+    this.times = [];
+    this.low = Array.from({ length: channels }, () => []);
+    this.high = Array.from({ length: channels }, () => []);
+  }
+  add(batch) {
+    const t = batch.slots.map((slot) => slot * batch.slot_ns * 1e-9);
+    if (this.times.length > 0 && t[0] <= this.times.at(-1) - 1) this.clear();
+    this.times.push(...t);
+    batch.low.forEach((low, c) => this.low[c].push(...low));
+    batch.high.forEach((high, c) => this.high[c].push(...high));
+    const over = this.times.length - KEPT;
+    if (over > 0) for (const column of [this.times, ...this.low, ...this.high]) column.splice(0, over);
+  }
+  clear() { for (const column of [this.times, ...this.low, ...this.high]) column.length = 0; }
+}
+
+// A chart of some channels: each a band from its minimum to its maximum.
+function chart(holder, title, channels, unit) {
+  const series = [{}];
+  const bands = [];
+  channels.forEach((channel, k) => {
+    const stroke = () => colour(SERIES[k % SERIES.length]);
+    series.push({ label: `${channel.label} max`, stroke, width: 1.5, points: { show: false } }, { label: `${channel.label} min`, stroke, width: 1.5, points: { show: false } });
+    bands.push({ series: [2 * k + 1, 2 * k + 2], fill: () => `${colour(SERIES[k % SERIES.length])}55` });
+  });
+  const axis = { stroke: () => colour("--soft"), grid: { stroke: () => colour("--grid") }, ticks: { stroke: () => colour("--grid") } };
+  return new uPlot({
+    title, width: Math.max(280, holder.clientWidth), height: 230, series, bands,
+    scales: { x: { time: false }, y: { range: (_, low, high) => { const room = Math.max((high - low) * 0.1, 1e-6); return [low - room, high + room]; } } },
+    axes: [{ ...axis, label: "s before now", labelSize: 22, labelFont: "12px sans-serif" }, { ...axis, label: unit, size: 72, labelSize: 18, labelFont: "12px sans-serif" }],
+    legend: { live: true }, cursor: { sync: { key: "probebox" }, drag: { x: true, y: false } },
+  }, series.map(() => []), holder);
+}
+
+const bar = (value, scale) => {
+  const part = Math.max(-1, Math.min(1, value / scale));
+  return `left:${part < 0 ? 50 + 50 * part : 50}%;width:${Math.abs(part) * 50}%`;
+};
+
+const scaleFor = (peak) => { let scale = 1000; for (let k = 0; scale < peak && k < 60; ++k) scale *= k % 3 === 1 ? 2.5 : 2; return scale; };
+
+function readouts() {
+  const tiles = {};
+  const tile = (key, title, wide) => {
+    const value = h("output", { class: "value", "aria-live": "off" }, "–");
+    const note = h("small", null, "");
+    tiles[key] = { value, note, box: h("section", { class: wide ? "tile wide2" : "tile" }, h("h3", null, title), value, note) };
+    return tiles[key].box;
+  };
+  return { tiles, tile };
+}
+
+export function live(main) {
+  let slots = null, channels = [], charts = [], span = 20, paused = false, armed = false, frozen = null, peak = 0, shownAt = 0;
+  const positions = h("div", { class: "readouts positions" });
+  const deflections = h("div", { class: "readouts" });
+  const { tiles, tile } = readouts();
+  const state = h("div", { class: "readouts" }, tile("clock", "Master clock"), tile("ledger", "Samples", true), tile("correction", "Correction, µm", true),
+    tile("cut", "Cut"), tile("trigger", "Last trigger", true), tile("result", "In force"));
+  const holders = [h("div", { class: "chart" }), h("div", { class: "chart" })];
+  const status = h("p", { class: "small", role: "status" });
+  const pause = h("button", { "aria-pressed": "false", onclick: () => hold(!paused) }, "Pause (space)");
+  const freeze = h("button", { "aria-pressed": "false", onclick: () => arm(!armed) }, "Freeze at trigger (f)");
+  const choose = h("select", { "aria-label": "Length of the charts", onchange: (event) => { span = Number(event.target.value); } },
+    SPANS.map((one) => h("option", { value: one, selected: one === span }, `${one} s`)));
+  show(main, h("h2", { class: "hidden" }, "Live"), positions, deflections, state,
+    h("div", { class: "bar" }, pause, freeze, choose, status), holders);
+
+  function hold(yes) {
+    paused = yes;
+    frozen = null;
+    for (const plot of charts) plot.axes[0].label = "s before now";
+    pause.setAttribute("aria-pressed", paused);
+    say(status, paused ? "Paused. Drag to look closer, double click to see all; the cursor shows values." : "");
+  }
+  function arm(yes) {
+    armed = yes;
+    freeze.setAttribute("aria-pressed", armed);
+    say(status, armed ? "Waiting for a trigger." : "");
+  }
+
+  // Told more than once: the charts go on where the channels stay.
+  let known = "";
+  function prepare(descriptor) {
+    const names = JSON.stringify(descriptor.channels);
+    if (names === known) return;
+    known = names;
+    channels = descriptor.channels.map((channel, index) => ({ ...channel, index, label: channel.name.replace(/^.*_/, "") }));
+    slots = new Slots(channels.length);
+    for (const one of charts) one.destroy();
+    const of = (kind) => channels.filter((channel) => channel.name.startsWith(kind));
+    const sets = [["Deflection", of("deflection")], ["Position", of("position")]];
+    charts = sets.map(([title, some], k) => ({ some, plot: chart(holders[k], k === 0 ? title : `${title}, as the encoders count`, some, some[0]?.unit ?? "") })).map(({ some, plot }) => Object.assign(plot, { some }));
+    const big = (channel, box) => { channel.output = h("output", { class: "value", "aria-live": "off" }, "–"); box.append(h("section", { class: "tile" }, h("h3", null, channel.name.startsWith("deflection") ? `Deflection ${channel.label}` : channel.label.toUpperCase()), channel.output, (channel.note = h("small", null, channel.unit)), channel.track)); };
+    show(positions); show(deflections);
+    for (const channel of of("position")) big(channel, positions);
+    for (const channel of of("deflection")) { channel.fill = h("span"); channel.track = h("div", { class: "track", "aria-hidden": "true" }, channel.fill); big(channel, deflections); }
+  }
+
+  function numbers() {
+    if (!slots || slots.times.length === 0) return;
+    peak = 0;
+    for (const channel of channels) if (channel.fill) peak = Math.max(peak, ...slots.high[channel.index].slice(-1000).map(Math.abs), ...slots.low[channel.index].slice(-1000).map(Math.abs));
+    const scale = scaleFor(peak);
+    for (const channel of channels) {
+      if (!channel.output) continue;
+      if (channel.machine) continue; // of the machine, by the state
+      const value = (slots.high[channel.index].at(-1) + slots.low[channel.index].at(-1)) / 2;
+      say(channel.output, channel.unit === "mm" ? value.toFixed(4) : Math.round(value).toString());
+      if (channel.fill) channel.fill.style.cssText = bar(value, scale);
+    }
+  }
+
+  // One picture: as many slots as the span holds. The time axis counts from the newest sample.
+  function draw(now) {
+    frame = requestAnimationFrame(draw);
+    if (slots === null || paused || frozen !== null) return;
+    if (now - shownAt > 100) { numbers(); shownAt = now; }
+    const end = slots.times.at(-1);
+    if (end === undefined || end === drawn) return;
+    drawn = end;
+    const from = Math.max(0, slots.times.length - Math.round(span * 100));
+    const x = slots.times.slice(from).map((t) => t - end);
+    for (const plot of charts) {
+      plot.batch(() => {
+        plot.setData([x, ...plot.some.flatMap((channel) => [slots.high[channel.index].slice(from), slots.low[channel.index].slice(from)])], false);
+        plot.setScale("x", { min: -span, max: 0 });
+      });
+    }
+  }
+
+  async function freezeAt(trigger) {
+    armed = false;
+    freeze.setAttribute("aria-pressed", "false");
+    await new Promise((done) => { setTimeout(done, 700); });
+    const at = trigger.at_ns;
+    const window_ = await get("window", { from_ns: Math.round(at - 4e8), to_ns: Math.round(at + 5e8), columns: 1800 });
+    frozen = trigger;
+    const x = window_.times_ns.map((t) => (t - at) * 1e-9);
+    for (const plot of charts) {
+      plot.axes[0].label = "s after the trigger";
+      plot.setData([x, ...plot.some.flatMap((channel) => [window_.high[channel.index], window_.low[channel.index]])]);
+    }
+    say(status, `Frozen at trigger ${trigger.number}: 0 s is its stamp. ${window_.samples_per_column === 1 ? "Every sample is drawn." : `The extremes of ${window_.samples_per_column} samples a column.`}`);
+    show(pause, "Live again (space)");
+    paused = true;
+  }
+
+  function tell(one) {
+    const c = one.corrections;
+    // Samples hold what the encoders count; where an axis is referenced, the box knows its machine position.
+    channels.filter((channel) => channel.name.startsWith("position")).forEach((channel, k) => {
+      channel.machine = c?.axes[k]?.referenced === true;
+      say(channel.note, channel.machine ? `${channel.unit}, machine` : `${channel.unit}, not referenced`);
+      if (channel.machine) say(channel.output, c.axes[k].position_mm.toFixed(4));
+    });
+    say(tiles.clock.value, one.clock?.state ?? "–");
+    tiles.clock.box.dataset.state = one.clock?.state === "locked" ? "pass" : one.clock?.state === "holdover" ? "warned" : "failed";
+    say(tiles.clock.note, one.clock ? `sigma ${Math.round(one.clock.sigma_ns)} ns` : "");
+    const l = one.ledger;
+    const lost = l.lost_at_source_samples + l.lost_in_queue_samples + l.lost_on_link_samples;
+    say(tiles.ledger.value, `${l.received_samples.toLocaleString("en")} + ${lost.toLocaleString("en")} lost`);
+    tiles.ledger.box.dataset.state = !l.balanced ? "failed" : lost > 0 ? "warned" : "pass";
+    say(tiles.ledger.note, `${l.balanced ? "exact" : "does not balance"}: source ${l.lost_at_source_samples}, queue ${l.lost_in_queue_samples}, link ${l.lost_on_link_samples}`);
+    if (c) {
+      say(tiles.correction.value, c.correction_mm.map((mm, k) => `${"XYZ"[k]} ${(mm * 1e3).toFixed(1)}`).join("  "));
+      tiles.correction.box.dataset.state = !c.valid ? "failed" : c.degraded ? "warned" : "pass";
+      show(tiles.correction.note, c.sources.map((source) => h("span", { class: `chip ${{ good: "pass", held: "warned", invalid: source.summed ? "failed" : "off" }[source.health] ?? "off"}` }, `${source.source} ${source.health}`)));
+      const holders_ = one.status?.inhibits ?? [];
+      say(tiles.cut.value, c.inhibited ? "on" : "none");
+      tiles.cut.box.dataset.state = c.inhibited ? "warned" : "";
+      say(tiles.cut.note, holders_.map((holder) => `${holder.door} ${holder.by}`).join("; "));
+    }
+    say(tiles.result.value, String(one.active_results?.length ?? "–"));
+    say(tiles.result.note, one.active_results?.length === 1 ? "result" : "results");
+  }
+
+  let frame = 0, drawn = 0;
+  const offs = [
+    on("descriptor", prepare),
+    on("samples", (batch) => { if (slots && batch.low.length === channels.length) slots.add(batch); }),
+    on("state", tell),
+    on("trigger", (trigger) => {
+      say(tiles.trigger.value, `${trigger.number}`);
+      say(tiles.trigger.note, `line ${trigger.line}: ` + trigger.position_mm.map((mm, k) => `${"XYZ"[k]} ${mm === null ? "–" : mm.toFixed(4)}`).join("  "));
+      if (armed) freezeAt(trigger).catch((error) => say(status, error.message));
+    }),
+  ];
+  const keys = (event) => {
+    if (event.target.closest("input, select, textarea, button") && event.key === " ") return;
+    if (event.key === " ") { event.preventDefault(); pause.click(); }
+    if (event.key === "f") freeze.click();
+  };
+  const unpause = () => { if (!paused) show(pause, "Pause (space)"); };
+  pause.addEventListener("click", unpause);
+  const fit = () => { for (const [k, plot] of charts.entries()) plot.setSize({ width: Math.max(280, holders[k].clientWidth), height: 230 }); };
+  addEventListener("keydown", keys);
+  addEventListener("resize", fit);
+  if (last.trigger === undefined) say(tiles.trigger.value, "none yet");
+  frame = requestAnimationFrame(draw);
+  // For the test of the frame rate and of memory.
+  window.probeboxLive = { slots: () => slots?.times.length ?? 0, isFrozen: () => frozen !== null };
+  return () => {
+    cancelAnimationFrame(frame);
+    for (const off of offs) off();
+    removeEventListener("keydown", keys);
+    removeEventListener("resize", fit);
+    for (const plot of charts) plot.destroy();
+  };
+}
