@@ -27,16 +27,8 @@ class Believed {
     in_force_.erase(subject);
     if (changed.active) in_force_[subject] = changed.active->id;
   }
-  void inhibited(const std::string& door, bool acknowledged) {
-    if (acknowledged) held_.insert(door);
-    unsure_.erase(door);
-    if (!acknowledged) unsure_.insert(door);  // in force until the box ends, and maybe longer
-  }
-  void ended(const std::string& door, bool acknowledged) {
-    if (!acknowledged) return;
-    held_.erase(door);
-    unsure_.erase(door);
-  }
+  void inhibited(const std::string& door) { held_.insert(door); }
+  void ended(const std::string& door) { held_.erase(door); }
 
   bool cutIsOn() const { return !held_.empty(); }
   std::optional<store::Id> inForce(const std::string& subject) const {
@@ -73,7 +65,6 @@ class Believed {
   std::map<std::string, store::Id> in_force_;
   std::map<std::string, store::Id> waiting_;
   std::set<std::string> held_;
-  std::set<std::string> unsure_;
 };
 
 }  // namespace probebox::campaign

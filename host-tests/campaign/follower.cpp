@@ -13,6 +13,8 @@ namespace address = modbus::address;
 constexpr double kResolution_mm = 1e-6;
 // The box serves a value for up to this long before it makes the next one.
 constexpr double kServedFor_s = 0.02;
+// T_hold of the emulated machine, and as long again as a beat and a restart of the clock may take.
+constexpr double kHeldFor_s = 7;
 
 double seconds(Nanoseconds duration) {
   return std::chrono::duration<double>{duration}.count();
@@ -33,9 +35,9 @@ std::optional<std::string> Follower::read(const published::Snapshot& snapshot, M
   image_.fill(snapshot, modbus::WordOrder::high_first);
   ++reads_;
   if (auto torn = whyTorn()) return torn;
-  if (auto beats = whyBeatsWrong(now)) return beats;
-  valid_ = (image_[address::status] & modbus::kValid) != 0;
-  if (!valid_) return std::nullopt;
+  const bool valid = (image_[address::status] & modbus::kValid) != 0;
+  if (auto beats = whyBeatsWrong(valid, now)) return beats;
+  if (!valid) return std::nullopt;
   ++valid_reads_;
   std::array<double, 3> served_mm{};
   for (std::size_t axis = 0; axis < 3; ++axis) served_mm[axis] = i32(address::correction_i32 + 2 * axis) * 1e-6;
@@ -73,13 +75,17 @@ std::optional<std::string> Follower::whyTooFast(const std::array<double, 3>& ser
   return std::nullopt;
 }
 
-// Never faster than 0.1 s a beat; and what stands still is not valid for long.
-std::optional<std::string> Follower::whyBeatsWrong(MonoTime now) {
+// Never faster than 0.1 s a beat; and corrections are not valid for longer than T_hold without a beat.
+std::optional<std::string> Follower::whyBeatsWrong(bool valid, MonoTime now) {
   const std::uint16_t beat = image_[address::heartbeat];
   if (!beat_) {
-    beat_ = Beat{.since = now, .last = beat, .beats = 0};
+    beat_ = Beat{.since = now, .moved = now, .last = beat, .beats = 0};
     return std::nullopt;
   }
+  if (beat != beat_->last || !valid) beat_->moved = now;
+  if (seconds(now - beat_->moved) > kHeldFor_s)
+    return "the corrections are valid, and the heartbeat has not moved for " +
+           std::to_string(seconds(now - beat_->moved)) + " s";
   beat_->beats += static_cast<std::uint16_t>(beat - beat_->last);
   beat_->last = beat;
   const double expected = seconds(now - beat_->since) / 0.1;

@@ -21,19 +21,18 @@ class Follower {
 
   // The box started anew: heartbeat and counters may begin anew.
   void expectRestart() { beat_.reset(); }
-  const std::array<double, 3>& joints_mm() const { return joints_mm_; }
-  bool valid() const { return valid_; }
   std::uint64_t validReads() const { return valid_reads_; }
   std::uint64_t reads() const { return reads_; }
 
  private:
   std::optional<std::string> whyTorn() const;
   std::optional<std::string> whyTooFast(const std::array<double, 3>& served_mm, MonoTime now) const;
-  std::optional<std::string> whyBeatsWrong(MonoTime now);
+  std::optional<std::string> whyBeatsWrong(bool valid, MonoTime now);
   std::int32_t i32(std::size_t address) const;
 
   struct Beat {
     MonoTime since{};
+    MonoTime moved{};
     std::uint16_t last{};
     std::uint64_t beats{};
   };
@@ -42,7 +41,6 @@ class Follower {
   std::array<double, 3> joints_mm_{};
   std::optional<MonoTime> followed_at_;  // the last time that `valid` was read
   std::optional<Beat> beat_;
-  bool valid_{};
   std::uint64_t valid_reads_{};
   std::uint64_t reads_{};
 };

@@ -192,17 +192,14 @@ void Stage::carryOn() {
 }
 
 void Stage::tendHosts() {
-  std::size_t connected = 0;
   for (auto& each : hosts_) {
     if (each.reads_again != kNever && now_ >= each.reads_again) {
       each.reads_again = kNever;
       if (each.host->connected()) each.host->stopReading(false);
     }
-    connected += each.host->connected() ? 1U : 0U;
     // A link that was cut is made again, as `probebox record` does it; not one to a box that has ended.
     if (!each.host->connected() && each.left == kNever) office_.connect(*each.host);
   }
-  if (connected == 0 && hosts_.empty()) hosts_.push_back({.host = &office_.add()});
 }
 
 void Stage::applyToHosts(const Act& act) {
@@ -273,11 +270,15 @@ void Stage::rollBack() {
 void Stage::inhibit(const Act& act) {
   const bool on = act.kind == Kind::inhibit;
   const std::string door = "modbus:/dev/ttyS" + std::to_string(act.number);
-  const bool acknowledged = !boot_->doors().setInhibit(door, on, "").has_value();
+  // A new inhibit that is not acknowledged may hold or not; one whose end is not acknowledged still holds.
+  if (boot_->doors().setInhibit(door, on, "").has_value()) {
+    changed_ = now_;
+    return;
+  }
   if (on)
-    believed_.inhibited(door, acknowledged);
+    believed_.inhibited(door);
   else
-    believed_.ended(door, acknowledged);
+    believed_.ended(door);
   changed_ = now_;
 }
 

@@ -76,6 +76,12 @@ app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> b
   return reply.value_or(app::Reply{});
 }
 
+std::optional<Error> Boot::post(const Event& said) {
+  auto refusal = desk_.post(said, office_.scenario().state(), kAll);
+  for (Event event; commands_.pop(event);) tell(event);
+  return refusal;
+}
+
 messages::ProcedureStatus::Answer Boot::procedure() {
   const auto reply = ask(messages::Operation::procedure_status);
   return messages::decode<messages::ProcedureStatus::Answer>(reply.body).value();

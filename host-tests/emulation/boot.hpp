@@ -33,6 +33,9 @@ class Boot {
     return ask(Operation::kOperation, messages::encoded(request));
   }
   messages::ProcedureStatus::Answer procedure();
+  // A marker, homing or pose from a line of the controller.
+  std::optional<Error> post(const Event& said);
+  const app::Calibrations& calibrations() const { return calibrations_; }
 
   // Starts a run by the desk; 0 when it was refused.
   std::uint32_t start(std::string_view method);

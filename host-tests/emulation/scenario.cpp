@@ -106,6 +106,18 @@ void Recorder::trigger(const box::PlacedTrigger& trigger) {
   if (also != nullptr) also->trigger(trigger);
 }
 
+// A receiver reads the encoders as often as the probe, a controller once a cycle.
+box::BoxConfig boxWith(const world::Config& config, ProbeIs probe) {
+  auto box = usualBox(config);
+  if (probe == ProbeIs::counted_with_axes)
+    for (auto& axis : box.latch.axes) axis.interval = box.latch.probe.interval;
+  if (probe == ProbeIs::stamped_axes_told) {
+    box.control_clock.rate_hz = 1e9 / static_cast<double>(ToldAxes::kCycle.count());
+    for (auto& axis : box.latch.axes) axis.interval = ToldAxes::kCycle;
+  }
+  return box;
+}
+
 // Whoever set the part up told the controller which balls stand on it.
 world::ControllerConfig controllerOf(const world::Config& config) {
   auto controller = world::controllerFromDescription(*sim().world);
@@ -121,20 +133,25 @@ class Scenario::DirectLink : public world::BoxLink {
  public:
   explicit DirectLink(Scenario& scenario) : scenario_{scenario} {}
 
+  world::BoxLink* other{};  // in the place of this one
+
   void postMarker(const Marker& marker) override {
+    if (other != nullptr) return other->postMarker(marker);
     Marker stamped = marker;
     stamped.at = scenario_.now_;
     const auto& progress = scenario_.state().procedure;
     taken_ = marker.procedure == progress.run && marker.step == progress.step;
     if (*taken_) scenario_.push(stamped);
   }
-  std::optional<bool> markerAnswer() override { return taken_; }
+  std::optional<bool> markerAnswer() override { return other != nullptr ? other->markerAnswer() : taken_; }
   void home(const world::Vector3& position_mm) override {
+    if (other != nullptr) return other->home(position_mm);
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
       scenario_.push(AxisHomed{static_cast<Axis>(axis), position_mm[axis], scenario_.now_});
   }
   void askProcedureStatus() override {}
   std::optional<world::Prompt> procedureStatus() override {
+    if (other != nullptr) return other->procedureStatus();
     const auto& progress = scenario_.state().procedure;
     world::Prompt prompt{
         .run = progress.run, .state = static_cast<world::RunState>(progress.state), .step = progress.step};
@@ -167,18 +184,47 @@ class Scenario::DirectLink : public world::BoxLink {
   std::optional<bool> taken_;
 };
 
-Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs probe)
+box::BoxConfig Scenario::boxOf() const {
+  auto box = boxWith(config_, probe_is_);
+  EmulatedEncoders::describe(encoders_are_, box);
+  return box;
+}
+
+Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs probe, EncodersAre encoders)
     : config_{config},
-      box_{std::make_unique<box::Box>(usualBox(config), recorder_)},
+      probe_is_{probe},
       world_{config, seed},
       link_{std::make_unique<DirectLink>(*this)},
       controller_{controllerOf(config), world_.machine(), *link_},
+      encoders_are_{encoders},
       now_{config.start},
       said_{config.start} {
+  box_ = std::make_unique<box::Box>(boxOf(), recorder_);
   if (probe == ProbeIs::counted) receiver_.emplace(seed);
+  if (encoders != EncodersAre::stamped) encoders_ = std::make_unique<EmulatedEncoders>(encoders, world_, config);
+  const auto counts = [this](MonoTime at) { return countsAt(at); };
+  if (probe == ProbeIs::counted_with_axes) receiver_.emplace(seed, counts);
+  if (probe == ProbeIs::stamped_axes_told) told_.emplace(seed, config.start, counts);
+}
+
+// What a receiver's counters of the encoders read at this instant, as stale as those of the world.
+std::array<std::int64_t, kLinearAxes> Scenario::countsAt(MonoTime at) {
+  const auto& encoders = config_.encoders;
+  std::array<std::int64_t, kLinearAxes> counts{};
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    const double noise_mm = std::normal_distribution{0.0, 1e-3 * encoders.noise_um}(encoder_noise_);
+    const double position_mm =
+        machine().positionAt(at, config_.delays.tau_machine_s[axis])[axis] + encoders.power_up_mm[axis] + noise_mm;
+    counts[axis] = encoders.sense[axis] * std::llround(position_mm * encoders.counts_per_mm);
+  }
+  return counts;
 }
 
 Scenario::~Scenario() = default;
+
+void Scenario::speakThrough(world::BoxLink& link) {
+  link_->other = &link;
+}
 
 void Scenario::push(const Event& event) {
   if (keeps_events_) events_.push_back(event);
@@ -188,7 +234,9 @@ void Scenario::push(const Event& event) {
 
 // On from the world, by way of the receiver where there is one.
 void Scenario::pass(Event event) {
+  if (encoders_ && encoders_->replaces(event)) return;
   if (auto* const edge = std::get_if<Edge>(&event)) {
+    latchEncoders(*edge);
     auto& line = lines_.at(static_cast<std::size_t>(edge->role)).at(edge->line);
     line.newest = edge->line_sequence;
     edge->line_sequence -= line.before;
@@ -196,9 +244,17 @@ void Scenario::pass(Event event) {
   const auto* const deflection = std::get_if<Deflection>(&event);
   if (receiver_ && deflection != nullptr) {
     receiver_->take(*deflection);
-  } else {
+  } else if (!countsComeOtherwise() || !std::holds_alternative<Count>(event)) {
     enqueue(event);
   }
+}
+
+// The counters hear the sync line itself, and not what the kernel stamps.
+void Scenario::latchEncoders(const Edge& edge) {
+  if (!encoders_ || edge.role != LineRole::sync) return;
+  const auto from = world_.trueEdge(edge.line_sequence);
+  if (!from || from->origin != world::EdgeOrigin::tick) return;
+  if (const auto tick = world_.trueTick(from->tick)) encoders_->latch(tick->at);
 }
 
 // What did not fit is declared before the next event that does, as the capture thread does it.
@@ -219,7 +275,14 @@ void Scenario::step() {
   std::array<Event, 64> batch;
   while (const std::size_t count = world_.poll(batch))
     std::for_each_n(batch.begin(), count, [this](auto& e) { pass(e); });
+  while (const std::size_t count = encoders_ ? encoders_->read(batch, now_) : 0)
+    std::for_each_n(batch.begin(), count, [this](auto& e) { enqueue(e); });
   for (Event counted; receiver_ && receiver_->next(now_, counted);) enqueue(counted);
+  while (told_) {
+    const auto told = told_->next(now_);
+    if (!told) break;
+    enqueue(*told);
+  }
   if (now_ - said_ >= kTimeAdvances) {
     push(TimeAdvanced{now_});
     said_ = now_;
@@ -279,7 +342,7 @@ void Scenario::restartBox(std::span<const Event> restored) {
   recorder_.next.reset();
   for (auto& role : lines_)
     for (auto& line : role) line.before = line.newest;
-  box_ = std::make_unique<box::Box>(usualBox(config_), recorder_);
+  box_ = std::make_unique<box::Box>(boxOf(), recorder_);
   for (const auto& event : restored) push(event);
   box_->showBeforeStart(now_);
 }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "host-tests/emulation/counted_probe.hpp"
+#include "host-tests/emulation/emulated_encoders.hpp"
+#include "host-tests/emulation/told_axes.hpp"
 
 namespace probebox::scenario {
 
@@ -57,20 +60,23 @@ procedure::Facts usualFacts();
 // The travel of its axes.
 app::MachineTravel usualTravel();
 
-// How the probe's samples reach the box: stamped by the world, or counted by a receiver.
-enum class ProbeIs { stamped, counted };
+// How samples reach the box: all stamped by the world; the probe's counted by a receiver, or by one that has the
+// encoders too; or positions told by the controller.
+enum class ProbeIs { stamped, counted, counted_with_axes, stamped_axes_told };
 
 // A world, a controller and a box on virtual time: run(5s) takes milliseconds.
 class Scenario {
  public:
   explicit Scenario(const world::Config& config = usualWorld(), std::uint64_t seed = 1,
-                    ProbeIs probe = ProbeIs::stamped);
+                    ProbeIs probe = ProbeIs::stamped, EncodersAre encoders = EncodersAre::stamped);
   ~Scenario();
 
   void run(Nanoseconds duration);
   // True when it came to be within that time.
   bool runUntil(const std::function<bool()>& done, Nanoseconds at_most);
   // The capture queue has no room for the next so many events.
+  // The controller talks to the box by this from now on. It must outlive the scenario's last run.
+  void speakThrough(world::BoxLink& link);
   void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
   // Starts a run, lets the controller do it, and solves it as the worker would.
@@ -98,6 +104,8 @@ class Scenario {
   void keepEvents(bool keep) { keeps_events_ = keep; }
   Recorder& recorder() { return recorder_; }
   CountedProbe& receiver() { return *receiver_; }
+  EmulatedEncoders& encoders() { return *encoders_; }
+  ToldAxes& controllerThatTells() { return *told_; }
   MonoTime now() const { return now_; }
   void push(const Event& event);
 
@@ -109,8 +117,13 @@ class Scenario {
  private:
   class DirectLink;
   void step();
+  std::array<std::int64_t, kLinearAxes> countsAt(MonoTime at);
+  bool countsComeOtherwise() const { return told_ || (receiver_ && receiver_->hasAxes()); }
   void pass(Event event);
+  void latchEncoders(const Edge& edge);
   void enqueue(const Event& event);
+
+  box::BoxConfig boxOf() const;
 
   // How the kernel counts the edges of a line, and how far it had got when the box was restarted.
   struct LineCount {
@@ -118,12 +131,17 @@ class Scenario {
     std::uint32_t before{};
   };
   world::Config config_;
+  ProbeIs probe_is_;
   Recorder recorder_;
   std::unique_ptr<box::Box> box_;
   world::World world_;
   std::unique_ptr<DirectLink> link_;
   world::Controller controller_;
   std::optional<CountedProbe> receiver_;
+  EncodersAre encoders_are_{};
+  std::unique_ptr<EmulatedEncoders> encoders_;
+  std::optional<ToldAxes> told_;
+  std::mt19937_64 encoder_noise_{1};
   MonoTime now_;
   MonoTime said_;
   metrology::Dataset dataset_;

@@ -17,8 +17,14 @@ Bytes stream(std::mt19937_64& random) {
   std::uint32_t first = 0;
   for (std::size_t packets = 1 + random() % 12; packets > 0; --packets) {
     const std::vector<usb_probe::Sample> samples(1 + random() % (random() % 10 == 0 ? 512 : 20));
-    std::vector<std::byte> packet(usb_probe::packetBytes(samples.size()));
-    usb_probe::encodePacket({.first = first}, samples, packet);
+    const std::size_t counters = random() % 9;  // 0: a packet of version 1
+    const std::vector<std::int64_t> counts(samples.size() * counters);
+    std::vector<usb_probe::IndexLatch> latches(random() % 17);
+    for (auto& latch : latches) latch = {.sample = first + static_cast<std::uint32_t>(random() % 30), .counter = 1};
+    std::vector<std::byte> packet(usb_probe::kMostPacketBytes);
+    packet.resize(counters == 0
+                      ? usb_probe::encodePacket({.first = first}, samples, packet)
+                      : usb_probe::encodePacket({.first = first}, samples, {counters, counts, latches}, packet));
     first += static_cast<std::uint32_t>(samples.size());
     for (const auto byte : packet) bytes.push_back(std::to_integer<std::uint8_t>(byte));
   }

@@ -53,6 +53,11 @@ struct SyncSignal {
   double doubled{};
   double spurious{};
   double lost_by_kernel{};
+  // Bursts of missing edges: length and distance are uniform between their limits; none while the distance is 0.
+  std::int64_t fewest_in_burst{20};
+  std::int64_t most_in_burst{200};
+  double burst_after_at_least_s{};
+  double burst_after_at_most_s{};
 };
 
 // An edge as stamped, and the tick that it belongs to (none for a spurious one; a bounce belongs to none either).
@@ -78,6 +83,7 @@ class SyncSource {
   std::uint64_t missing() const { return missing_; }
   std::uint64_t lostByKernel() const { return lost_by_kernel_; }
   void setDriftNs(double drift_ns) { drift_ns_ = drift_ns; }
+  void jump(double phase_ns) { phase_ns_ += phase_ns; }
 
   // Goes to the next tick and gives its edges, in the order of their stamps.
   template <class Take>
@@ -85,7 +91,8 @@ class SyncSource {
     step();
     std::array<StampedEdge, 3> edges;
     std::size_t count = 0;
-    const bool is_missing = chance(signal_.missing);
+    const bool in_burst = inBurst();
+    const bool is_missing = chance(signal_.missing) || in_burst;
     const bool is_lost = !is_missing && chance(signal_.lost_by_kernel);
     missing_ += is_missing ? 1 : 0;
     lost_by_kernel_ += is_lost ? 1 : 0;
@@ -118,6 +125,17 @@ class SyncSource {
     drift_ns_ += frequency_step_ns * normal_(random_);
     ++tick_;
   }
+  bool inBurst() {
+    if (signal_.burst_after_at_most_s <= 0) return false;
+    if (tick_ >= burst_end_) {
+      const double seconds =
+          std::uniform_real_distribution{signal_.burst_after_at_least_s, signal_.burst_after_at_most_s}(random_);
+      burst_begin_ = tick_ + std::llround(seconds * 1e9 / signal_.period_ns);
+      burst_end_ =
+          burst_begin_ + std::uniform_int_distribution{signal_.fewest_in_burst, signal_.most_in_burst}(random_);
+    }
+    return tick_ >= burst_begin_;
+  }
   bool chance(double probability) { return probability > 0 && std::bernoulli_distribution{probability}(random_); }
   Edge edgeAt(double offset_ns) const {
     return {.role = LineRole::sync,
@@ -137,30 +155,51 @@ class SyncSource {
   std::uint32_t sequence_{};
   std::uint64_t missing_{};
   std::uint64_t lost_by_kernel_{};
+  std::int64_t burst_begin_{};
+  std::int64_t burst_end_{};
 };
 
-// Posterior Cramer-Rao bound of the phase, ns, in the steady state: the information recursion of Tichavsky, Muravchik
-// and Nehorai (1998) for the two-state model, independent of the filter under test.
-inline double phaseBoundNs(const SyncSignal& signal) {
-  const double seconds = signal.period_ns * 1e-9;
-  const double phase_step = signal.phase_wander_ns_per_sqrt_s * std::sqrt(seconds);
-  const double frequency_step = signal.frequency_wander_ppb_per_sqrt_s * 1e-9 * signal.period_ns * std::sqrt(seconds);
-  const double information = (1 - signal.missing) * (1 - signal.lost_by_kernel) / signal.jitter.bound_ns2;
-  // Covariance form; a, b, c are var(phase), cov, var(drift).
-  double a = 1e12;
-  double b = 0;
-  double c = 1e6;
-  for (int i = 0; i < 200'000; ++i) {
-    const double pa = a + 2 * b + c + phase_step * phase_step;
-    const double pb = b + c;
-    const double pc = c + frequency_step * frequency_step;
+// Posterior Cramer-Rao bound of the phase, ns, tick by tick: the information recursion of Tichavsky, Muravchik and
+// Nehorai (1998) for the two-state model with known parameters, independent of the filter under test.
+class PhaseBound {
+ public:
+  explicit PhaseBound(const SyncSignal& signal) : bound_ns2_{signal.jitter.bound_ns2} {
+    const double seconds = signal.period_ns * 1e-9;
+    phase_step_ = signal.phase_wander_ns_per_sqrt_s * std::sqrt(seconds);
+    frequency_step_ = signal.frequency_wander_ppb_per_sqrt_s * 1e-9 * signal.period_ns * std::sqrt(seconds);
+  }
+
+  // The next tick, which had `edges` edges: 0, 1, or the expected share of them. Returns the variance of its phase,
+  // ns^2.
+  double step(double edges) {
+    const double information = edges / bound_ns2_;
+    const double pa = a_ + 2 * b_ + c_ + phase_step_ * phase_step_;
+    const double pb = b_ + c_;
+    const double pc = c_ + frequency_step_ * frequency_step_;
     // (P^-1 + diag(information, 0))^-1
     const double shrink = 1 / (1 + information * pa);
-    a = pa * shrink;
-    b = pb * shrink;
-    c = pc - information * pb * pb * shrink;
+    a_ = pa * shrink;
+    b_ = pb * shrink;
+    c_ = pc - information * pb * pb * shrink;
+    return a_;
   }
-  return std::sqrt(a);
+
+ private:
+  double bound_ns2_;
+  double phase_step_{};
+  double frequency_step_{};
+  // var(phase), cov, var(drift)
+  double a_{1e12};
+  double b_{};
+  double c_{1e6};
+};
+
+// In the steady state of single losses.
+inline double phaseBoundNs(const SyncSignal& signal) {
+  PhaseBound bound{signal};
+  double variance = 0;
+  for (int i = 0; i < 200'000; ++i) variance = bound.step((1 - signal.missing) * (1 - signal.lost_by_kernel));
+  return std::sqrt(variance);
 }
 
 }  // namespace probebox::support

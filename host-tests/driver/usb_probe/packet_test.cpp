@@ -97,7 +97,8 @@ TEST(Packet, NamesWhatIsWrongWithIt) {
     return decodePacket(bytes).error();
   };
   EXPECT_EQ(spoilt(0, 'p'), PacketFault::no_magic);
-  EXPECT_EQ(spoilt(4, 2), PacketFault::bad_version);
+  EXPECT_EQ(spoilt(4, 3), PacketFault::bad_version);
+  EXPECT_EQ(spoilt(4, 0), PacketFault::bad_version);
   EXPECT_EQ(spoilt(6, 0), PacketFault::bad_count);
   EXPECT_EQ(spoilt(7, 3), PacketFault::bad_count);
   EXPECT_EQ(nameOf(PacketFault::bad_version), "unknown version");
@@ -118,8 +119,115 @@ TEST(Packet, HasOneTo512SamplesAndFitsIntoItsRoom) {
   Bytes room(packetBytes(kMostSamples + 1));
   EXPECT_EQ(encodePacket({}, {}, room), 0U);
   EXPECT_EQ(encodePacket({}, someSamples(random, kMostSamples + 1), room), 0U);
-  EXPECT_EQ(encodePacket({}, someSamples(random, kMostSamples), room), kMostPacketBytes);
+  EXPECT_EQ(encodePacket({}, someSamples(random, kMostSamples), room), packetBytes(kMostSamples));
   EXPECT_EQ(encodePacket({}, someSamples(random, 4), std::span{room}.first(packetBytes(4) - 1)), 0U);
+}
+
+// A packet of version 2 with all that it may have.
+struct Axes {
+  std::vector<std::int64_t> counts;
+  std::vector<IndexLatch> latches;
+};
+
+Axes someAxes(std::mt19937_64& random, std::size_t samples, std::size_t counters) {
+  Axes axes;
+  for (std::size_t i = 0; i < samples * counters; ++i) axes.counts.push_back(static_cast<std::int64_t>(random()));
+  for (std::size_t i = random() % (kMostLatches + 1); i > 0; --i)
+    axes.latches.push_back({.sample = static_cast<std::uint32_t>(random()),
+                            .fraction = static_cast<std::uint32_t>(random()),
+                            .counter = static_cast<std::uint8_t>(random() % counters),
+                            .counts = static_cast<std::int64_t>(random())});
+  return axes;
+}
+
+Bytes packetOf(const PacketHeader& header, const std::vector<Sample>& samples, std::size_t counters, const Axes& axes) {
+  Bytes bytes(packetBytes(samples.size(), counters, axes.latches.size()));
+  EXPECT_EQ(encodePacket(header, samples, {counters, axes.counts, axes.latches}, bytes), bytes.size());
+  return bytes;
+}
+
+// Frozen: receivers in the field send these bytes.
+TEST(PacketWithCounters, IsTheseBytes) {
+  const Axes axes{{-2, 0x0102030405060708}, {{.sample = 5, .fraction = 0x80000000, .counter = 1, .counts = 7}}};
+  const auto bytes = packetOf({.run = 9, .first = 5}, {{{1, 2, 3}, status::kClipped}}, 2, axes);
+  std::string hex;
+  for (const auto byte : bytes) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    hex += kDigits[std::to_integer<std::size_t>(byte >> 4)];
+    hex += kDigits[std::to_integer<std::size_t>(byte & std::byte{15})];
+  }
+  EXPECT_EQ(hex.substr(0, hex.size() - 8),
+            "505258310209010005000000"
+            "02010000"
+            "0100000002000000030000000100"
+            "feffffffffffffff0807060504030201"
+            "0500000000000080010000000700000000000000");
+}
+
+TEST(PacketWithCounters, RoundTrips) {
+  EXPECT_TRUE(rc::check("decode(encode(x)) == x", [] {
+    std::mt19937_64 random{*rc::gen::arbitrary<std::uint64_t>()};
+    const auto samples = someSamples(random, *rc::gen::inRange<std::size_t>(1, kMostSamples + 1));
+    const auto counters = *rc::gen::inRange<std::size_t>(1, kMostCounters + 1);
+    const auto axes = someAxes(random, samples.size(), counters);
+    auto bytes = packetOf({.run = 4, .first = 99}, samples, counters, axes);
+    bytes.resize(bytes.size() + random() % 20, std::byte{0x55});
+    const auto packet = decodePacket(bytes);
+    RC_ASSERT(packet.ok());
+    RC_ASSERT(packet->more.counters == counters);
+    RC_ASSERT(packet->more.latches == axes.latches.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      RC_ASSERT(packet->sample(i) == samples[i]);
+      for (std::size_t k = 0; k < counters; ++k) RC_ASSERT(packet->count(i, k) == axes.counts[i * counters + k]);
+    }
+    for (std::size_t i = 0; i < axes.latches.size(); ++i) RC_ASSERT(packet->latch(i) == axes.latches[i]);
+  }));
+}
+
+TEST(PacketWithCounters, NamesWhatIsWrongWithIt) {
+  std::mt19937_64 random{11};
+  const auto good = packetOf({}, someSamples(random, 3), 2, someAxes(random, 3, 2));
+  for (std::size_t size = 0; size < good.size(); ++size)
+    EXPECT_EQ(decodePacket(std::span{good}.first(size)).error(), PacketFault::truncated) << size;
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    auto bytes = good;
+    bytes[bit / 8] ^= static_cast<std::byte>(1U << (bit % 8));
+    EXPECT_FALSE(decodePacket(bytes)) << bit;
+  }
+  const auto spoilt = [&](std::size_t at, int value) {
+    auto bytes = good;
+    bytes[at] = static_cast<std::byte>(value);
+    return decodePacket(bytes).error();
+  };
+  EXPECT_EQ(spoilt(12, 0), PacketFault::bad_count);
+  EXPECT_EQ(spoilt(12, 9), PacketFault::bad_count);
+  EXPECT_EQ(spoilt(13, 17), PacketFault::bad_count);
+  Bytes room(kMostPacketBytes);
+  const auto samples = someSamples(random, 2);
+  const std::vector<std::int64_t> counts(4);
+  EXPECT_EQ(encodePacket({}, samples, {0, {}, {}}, room), 0U);
+  EXPECT_EQ(encodePacket({}, samples, {9, counts, {}}, room), 0U);
+  EXPECT_EQ(encodePacket({}, samples, {3, counts, {}}, room), 0U) << "three counts a sample are six";
+  const std::vector<IndexLatch> latches(kMostLatches + 1);
+  EXPECT_EQ(encodePacket({}, samples, {2, counts, latches}, room), 0U);
+}
+
+TEST(PacketReader, FindsPacketsOfBothVersionsHoweverTheyAreCut) {
+  std::mt19937_64 random{12};
+  Bytes stream;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const auto samples = someSamples(random, 1 + random() % 20);
+    const auto bytes = i % 3 == 0 ? packetOf({.first = i}, samples)
+                                  : packetOf({.first = i}, samples, 3, someAxes(random, samples.size(), 3));
+    stream.insert(stream.end(), bytes.begin(), bytes.end());
+  }
+  for (const std::size_t piece : {1U, 3U, 11U, 13U, 15U, 17U, 64U, 512U, 1000U, 0U}) {
+    PacketReader reader;
+    const auto firsts = found(reader, stream, piece);
+    ASSERT_EQ(firsts.size(), 60U) << piece;
+    for (std::uint32_t i = 0; i < 60; ++i) EXPECT_EQ(firsts[i], i);
+    EXPECT_EQ(reader.counters().discarded_bytes, 0U);
+  }
 }
 
 TEST(PacketReader, FindsPacketsHoweverTheyAreCut) {

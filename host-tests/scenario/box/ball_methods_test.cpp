@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
@@ -70,7 +71,7 @@ TEST(LiveSpindleOffset, OfFourPosesTellsAxesAndStylusApart) {
     add(offset, *result, "offset_C_minus_A_mm", both(truth.offset), 5e-4);
     add(stylus, *result, "stylus_offset_mm", both(truth.stylus), 5e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "spindle-offset");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "spindle-offset");
   }
   offset.expectHonest();
   stylus.expectHonest();
@@ -104,7 +105,7 @@ TEST(LiveLimitedAccess, FindsTheAxisFromAnArc) {
     add(ball, *result, "radius_mm", {std::hypot(x_mm, y_mm)}, 2e-3);
     EXPECT_TRUE(result->warnings.empty());
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "centreline-stylus");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "centreline-stylus");
   }
   centre.expectHonest();
   ball.expectHonest();

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
@@ -54,7 +55,7 @@ TEST(LiveBallPlate, FindsWhereTheAxisIs) {
     const Vector3d point = shown(config, spindle.point_mm) - Vector3d{330, 200, -300};
     add(pulls, *result, "location_mm", {point.x(), point.y()}, 1e-3);
     add(pulls, *result, "tilt_rad", {-direction.y(), direction.x()}, 1e-5);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "rotary-c");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "rotary-c");
   }
   pulls.expectHonest();
 }

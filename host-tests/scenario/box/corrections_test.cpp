@@ -77,6 +77,20 @@ TEST_F(Screws, AreHeldThroughASilenceOfTheirSensors) {
   EXPECT_NEAR(leftOver_mm(0), 0, 0.6e-3);
 }
 
+TEST_F(Screws, AreCompensatedWithoutAProbeAsInEveryCut) {
+  scenario.inject(FaultKind::drop_probe, 0s, 200s);
+  scenario.run(2s);
+  ASSERT_TRUE(served().valid);
+  const auto beats = served().heartbeat;
+  for (int round = 0; round < 6; ++round) {
+    scenario.run(10s);
+    EXPECT_FALSE(served().degraded) << round;
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(leftOver_mm(axis), 0, 0.6e-3) << axis << " at " << round;
+  }
+  EXPECT_NEAR(static_cast<std::uint16_t>(served().heartbeat - beats), 600, 2);
+  EXPECT_LT(served().correction_mm[0], -0.005) << "there was something to compensate";
+}
+
 TEST_F(Screws, WhoseSensorIsSilentLetNobodyMeasure) {
   scenario.run(30s);
   // Through T_hold it is known well enough where the tool is.

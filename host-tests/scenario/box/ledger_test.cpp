@@ -123,7 +123,7 @@ TEST(Lines, CountWhatCameAndWhatTheirSequencesLeaveOut) {
 TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {
   Scenario scenario;
   scenario.run(3s);
-  scenario.inject(FaultKind::drop_probe, 0s, 2s);
+  scenario.inject(FaultKind::drop_encoders, 0s, 2s);
   scenario.run(500ms);
   const auto silent = scenario.state().snapshot.heartbeat;
   scenario.run(1s);

@@ -137,12 +137,10 @@ TEST(LiveStations, TellTheErrorsOfCFromThoseOfTheLinearAxes) {
     EXPECT_TRUE(std::get<bool>(at_few.dataset().config.at("station_correction")));
     addErrors(few_translations, few_rotations, few->value(), config, at_few);
   }
-  // One sd for X and Y of every reading, and stops that are worse than the emulated axis': up to 1.5 times too large.
-  constexpr double kLarge = 0.4;
-  translations.expectHonest(kLarge);
-  rotations.expectHonest(kLarge);
-  few_translations.expectHonest(kLarge);
-  few_rotations.expectHonest(kLarge);
+  translations.expectHonest();
+  rotations.expectHonest();
+  few_translations.expectHonest();
+  few_rotations.expectHonest();
 }
 
 TEST(LiveStations, AreWhatSuchAMachineNeeds) {

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -66,7 +67,7 @@ TEST(LivePlateOnB, TellsTheErrorsOfTheTableAtEveryTilt) {
     Scenario scenario{config, seed};
     const auto result = measured(scenario, procedure::kRotaryAxisErrors, aboutB(scenario, kTilts_deg));
     ASSERT_TRUE(result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "rotary-b");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "rotary-b");
     const auto& six = *result->find("six_errors");
     ASSERT_EQ(six.values.size(), 6 * kTilts_deg.size());
     for (std::size_t stop = 0; stop < kTilts_deg.size(); ++stop) {

@@ -15,10 +15,9 @@ class Pulls {
     ++count_;
   }
   // Of 20 and more independent errors the mean square leaves these limits about once in twenty; the seeds are fixed.
-  // least: smaller where an sd is known to be stated too large.
-  void expectHonest(double least = 0.5) const {
+  void expectHonest() const {
     ASSERT_GE(count_, 20);
-    EXPECT_GT(squares_ / count_, least);
+    EXPECT_GT(squares_ / count_, 0.5);
     EXPECT_LT(squares_ / count_, 1.6);
     ::testing::Test::RecordProperty("mean_square", std::to_string(squares_ / count_));
   }

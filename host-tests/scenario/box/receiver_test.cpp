@@ -116,6 +116,37 @@ TEST(Receiver, CalibrationAbsorbsTheConstantDelayOfTheWay) {
   EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0] - way_s, 5 * sd + 2e-5);
 }
 
+// With the encoders on the receiver there is no way between the two: the same calibration finds the machine's own
+// delay, whatever the way of the packets is.
+TEST(Receiver, WithTheEncodersHasADelayFixedByConstruction) {
+  Scenario scenario{usualWorld(), 5, ProbeIs::counted_with_axes};
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(5s);  // nothing has to be learned
+  const auto solved = scenario.calibrate();
+  ASSERT_TRUE(solved) << "stopped in step " << scenario.state().procedure.step;
+  ASSERT_TRUE(solved->ok()) << solved->error().reason;
+  const auto* tau = solved->value().find("tau_s");
+  const double sd = tau->standardDeviation().value();
+  EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0], 4 * sd);
+  EXPECT_GT(CountedProbe::kMedianNs * 1e-9, 6 * sd) << "the way of the packets would show";
+}
+
+TEST(Receiver, UnpluggedWithTheEncodersTakesTheirReferenceAway) {
+  auto world = usualWorld();
+  world.encoders.power_up_mm = {1, 2, 3};  // the axes have to be referenced
+  Scenario scenario{world, 8, ProbeIs::counted_with_axes};
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 30s));
+  scenario.receiver().unplug();
+  scenario.push(SourceLost{Source::probe, LossReason::disconnected, 0, scenario.now()});
+  scenario.push(SourceLost{Source::encoders, LossReason::disconnected, 0, scenario.now()});
+  scenario.run(1s);
+  EXPECT_FALSE(scenario.state().snapshot.referenced) << "nothing counts";
+  scenario.receiver().plugIn(100);
+  scenario.run(5s);
+  EXPECT_EQ(scenario.state().probe_clock.state, ClockState::locked);
+  EXPECT_TRUE(scenario.recorded().contiguous);
+}
+
 TEST(Receiver, ATouchDuringWhichTheReceiverWasGoneIsAskedForAgain) {
   Scenario scenario{usualWorld(), 6, ProbeIs::counted};
   scenario.recorder().keeps_bytes = false;

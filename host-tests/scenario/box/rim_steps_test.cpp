@@ -5,6 +5,7 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -76,7 +77,7 @@ TEST(LiveRimSteps, FindTheCentreWithTheUncertaintyThatTheyState) {
     EXPECT_NEAR(result->find("stylus_offset_mm")->values[0], stylus[0] + hangs, 2e-3);
     EXPECT_NEAR(result->find("C_shift_rad")->value(), ballFromX(config) - 0.9 * kDegree, 3e-5);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "centreline");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "centreline");
   }
   pulls.expectHonest();
 }

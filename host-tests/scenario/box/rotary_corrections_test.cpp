@@ -4,6 +4,7 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "pulls.hpp"
@@ -86,7 +87,7 @@ class TurningTable : public testing::Test {
     ASSERT_TRUE(solved) << solved.error().reason;
     store::Record record{};
     record.id = 31;
-    record.binding.subject = app::subjectOf(dataset);
+    record.binding.subject = metrology::subjectOf(dataset);
     record.content = *solved;
     const auto events = app::activationOf(record, scenario.now());
     ASSERT_TRUE(events && events->size() == kAngles + 1);

@@ -5,6 +5,7 @@
 
 #include "board/describe/parse.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/sweep.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -64,7 +65,7 @@ std::vector<double> sectorsOf(const world::Screws& screws, std::size_t axis, std
 void activate(Scenario& scenario, const metrology::Result& result) {
   store::Record record{};
   record.id = 7;
-  record.binding.subject = app::subjectOf(scenario.dataset());
+  record.binding.subject = metrology::subjectOf(scenario.dataset());
   record.content = result;
   const auto activation = app::activationOf(record, scenario.now());
   ASSERT_TRUE(activation && !activation->empty());
@@ -81,7 +82,7 @@ TEST(ScrewSweep, FindsTheFaceWithTheUncertaintyThatItStates) {
     const auto solved = scenario.calibrate(procedure::kScrewCalibration, sweepOf(static_cast<std::uint8_t>(axis + 1)));
     ASSERT_TRUE(solved) << "seed " << seed;
     ASSERT_TRUE(solved->ok()) << solved->error().reason;
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), std::string{"screw-"} + "xyz"[axis]);
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), std::string{"screw-"} + "xyz"[axis]);
     const auto& table = *solved->value().find("sector_table_um");
     ASSERT_EQ(table.values.size(), kMostScrewSectors);
     const auto truth = sectorsOf(scenario.world().screws(), axis, table.values.size());

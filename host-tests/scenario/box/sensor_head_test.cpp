@@ -8,6 +8,7 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -66,7 +67,7 @@ std::optional<metrology::Solved> calibrated(Scenario& scenario) {
 procedure::CalibratedHead accepted(const Scenario& scenario, const metrology::Result& result) {
   store::Record record{};
   record.id = 41;
-  record.binding.subject = app::subjectOf(scenario.dataset());
+  record.binding.subject = metrology::subjectOf(scenario.dataset());
   record.content = result;
   EXPECT_EQ(record.binding.subject, "sensor-head-5");
   EXPECT_TRUE(app::activationOf(record, {})->empty()) << "the core does not use it";
@@ -128,7 +129,7 @@ TEST(LiveSensorHead, IsSavedWithEveryDigitAndEveryHold) {
   const auto solved = calibrated(scenario);
   ASSERT_TRUE(solved && solved->ok());
   const auto& dataset = scenario.dataset();
-  EXPECT_EQ(app::subjectOf(dataset), "sensor-head-5");
+  EXPECT_EQ(metrology::subjectOf(dataset), "sensor-head-5");
   EXPECT_EQ(dataset.table("moves")->rows(), 13U);
   EXPECT_EQ(dataset.table("holds")->rows(), 13U);
   EXPECT_GT(dataset.table("probe")->rows(), 13U * 100U);
@@ -172,7 +173,7 @@ TEST(LiveBallPlateByHead, TellsTheErrorsOfTheAxisAtEveryAngle) {
         (e < 3 ? translations : rotations).add(six.values[6 * stop + e], truth[e], six.sd[6 * stop + e]);
       }
     }
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "rotary-c");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "rotary-c");
     if (seed == 1) expectTheSameFrom(scenario.dataset(), result);
   }
   translations.expectHonest();

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "host-tests/emulation/scenario.hpp"
@@ -80,7 +81,7 @@ TEST(LiveSwivelError, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) {
       }
     }
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "swivel-b");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "swivel-b");
   }
   across.expectHonest();
   along.expectHonest();  // where no stop of the head matters
@@ -217,7 +218,7 @@ TEST(LiveSwivelErrorByShank, SaysWhatTheControlIsOffAndByHowMuchThatMayBeWrong) 
       }
     }
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
-    EXPECT_EQ(app::subjectOf(scenario.dataset()), "swivel-b");
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "swivel-b");
   }
   across.expectHonest();
 }

@@ -6,6 +6,7 @@
 
 #include "drivers/world/random.hpp"
 #include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "measured.hpp"
@@ -139,7 +140,7 @@ TEST(LiveToolSetter, IsSavedWithEveryDigit) {
   Scenario scenario{worldOf(1, 0), 1};
   const auto solved = setOn(scenario);
   ASSERT_TRUE(solved && solved->ok());
-  EXPECT_EQ(app::subjectOf(scenario.dataset()), "tool-4") << "another tool's offset stays in force beside it";
+  EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "tool-4") << "another tool's offset stays in force beside it";
   expectTheSameFrom(scenario.dataset(), solved->value());
 }
 
@@ -221,7 +222,7 @@ TEST(LiveToolAssembly, IsSavedWithEveryDigitAndWithWhatGoesBackToTheStores) {
   Scenario scenario{worldOf(2, 0), 2};
   const auto solved = setOn(scenario, 0, procedure::kToolAssembly);
   ASSERT_TRUE(solved && solved->ok());
-  EXPECT_EQ(app::subjectOf(scenario.dataset()), "assembly-4");
+  EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "assembly-4");
   const auto also = [&](const char* key) {
     return *std::ranges::find(solved->value().also, std::string{key}, &metrology::Estimate::key);
   };

@@ -1,7 +1,10 @@
 #include "fake_answers.hpp"
 
+#include <cmath>
+
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/json/result_json.hpp"
+#include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {
@@ -248,6 +251,12 @@ Reply FakeAnswers::accept(std::span<const std::byte> body) {
   const auto request = read<messages::AcceptResult::Request>(body);
   if (options_.forbids_accepting) return no(ErrorCode::not_permitted, "accepting over a link is off; see service.toml");
   if (request.id != FakeBox::kResultId || !proposed_) return no(ErrorCode::not_found, "there is no such result");
+  const double before_s = options_.in_force_tau_s;
+  const double in_sd =
+      before_s == 0 ? 0 : std::abs(FakeBox::kTau_s - before_s) / std::hypot(FakeBox::kSd_s, FakeBox::kSd_s);
+  if (in_sd > 4 && !options_.forgets_results && !request.although_it_differs) {
+    return no(ErrorCode::differs, printed("tau differs by %.1f sd; accept it with --although-it-differs", in_sd));
+  }
   accepted_by_ = request.by;
   if (options_.cut_is_on) return ok(messages::AcceptResult::Answer{messages::ResultState::accepted, true});
   return ok(messages::AcceptResult::Answer{});

@@ -5,6 +5,7 @@
 
 #include "fake_box.hpp"
 #include "in_process.hpp"
+#include "tools/probebox/text/report_indexes.hpp"
 #include "tools/probebox/text/report_loop_back.hpp"
 
 namespace probebox::command {
@@ -45,6 +46,20 @@ TEST(LoopBackReport, FindsFaultWithAWireThatLosesOneInAHundred) {
   EXPECT_FALSE(judge(losing(5)).good);
   EXPECT_EQ(judge(losing(5)).name, "pulses-lost");
   EXPECT_THAT(judge(losing(5)).what, HasSubstr("check the wire"));
+}
+
+TEST(IndexReport, NamesAMarkThatIsSilentWhereItsAxisHasNoReference) {
+  const std::vector<messages::LineStatus> lines{{.name = "sync", .role = 0, .line = 0, .edges = 0, .lost = 0},
+                                                {.name = "index X", .role = 2, .line = 0, .edges = 0, .lost = 0},
+                                                {.name = "index Y", .role = 2, .line = 1, .edges = 0, .lost = 0},
+                                                {.name = "index Z", .role = 2, .line = 2, .edges = 3, .lost = 0}};
+  std::vector<messages::AxisStatus> axes(3);
+  axes[0].referenced = true;  // by homing
+  const auto findings = silentIndexes(lines, axes);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].name, "index-missing");
+  EXPECT_FALSE(findings[0].good);
+  EXPECT_THAT(findings[0].what, AllOf(HasSubstr("index Y has given no pulse"), HasSubstr("drive Y over its mark")));
 }
 
 Finished selftest(const FakeBox& box, const std::atomic<bool>* interrupted = nullptr) {

@@ -60,10 +60,10 @@ TEST(Exporting, WritesNoTableUnderTheNameOfAnotherFormat) {
   RuntimeDirectory directory;
   const auto recording = directory.file("scan.pbx");
   std::ofstream{recording} << probebox({"pack", "-", "-"}, "sample,x\n5,1\n6,1\n").out;
-  for (const std::string name : {"scan.mcap", "scan.xlsx", "scan.parquet"}) {
+  for (const std::string name : {"scan.mat", "scan.xlsx", "scan.parquet"}) {
     const auto refused = probebox({"export", recording, "-o", directory.file(name)});
     EXPECT_EQ(refused.status, 2);
-    EXPECT_THAT(refused.err, AllOf(HasSubstr(".csv"), HasSubstr(".npy"), HasSubstr(name)));
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(".csv"), HasSubstr(".npy"), HasSubstr(".mcap"), HasSubstr(name)));
     EXPECT_FALSE(std::filesystem::exists(directory.file(name)));
     EXPECT_EQ(probebox({"export", recording, "-o", "-", "--triggers", directory.file(name)}).status, 2);
   }

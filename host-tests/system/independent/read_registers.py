@@ -55,7 +55,7 @@ def check_word_order(m):
 
 
 def check_refusals(m):
-    assert refusal(lambda: m.registers(380, 10)) == ILLEGAL_ADDRESS
+    assert refusal(lambda: m.registers(60000, 10)) == ILLEGAL_ADDRESS
     assert refusal(lambda: m.write(5, 1)) == ILLEGAL_ADDRESS, "not marked write"
     assert refusal(lambda: m.write(128, 2)) == ILLEGAL_VALUE, "outside of its range"
     assert m.values(128, "H") == 0, "a refused write changes nothing"

@@ -52,13 +52,13 @@ TEST_F(ModbusMaster, ReadsTheSameMapByFunctionsThreeAndFour) {
   show(snapshotOf(0.1, 0.2, 0.3));
   for (const auto* const table : {"3:hex", "4:hex"}) {
     EXPECT_THAT(poll(std::string{"-r 0 -c 12 -t "} + table),
-                AllOf(HasSubstr("[0]: \t0x5042"), HasSubstr("[1]: \t0x0003"), HasSubstr("[3]: \t0xFFFF"),
+                AllOf(HasSubstr("[0]: \t0x5042"), HasSubstr("[1]: \t0x0004"), HasSubstr("[3]: \t0xFFFF"),
                       HasSubstr("[4]: \t0x004D"), HasSubstr("[11]: \t0x000C")));
   }
 }
 
 TEST_F(ModbusMaster, IsToldWhatItMayNotDo) {
-  EXPECT_THAT(poll("-r 382 -c 3 -t 4"), HasSubstr("Illegal data address"));
+  EXPECT_THAT(poll("-r 6598 -c 3 -t 4"), HasSubstr("Illegal data address"));
   EXPECT_THAT(poll("-r 5 -t 4", "1"), HasSubstr("Illegal data address"));
   EXPECT_THAT(poll("-r 128 -t 4", "2"), HasSubstr("Illegal data value"));
   EXPECT_THAT(poll("-r 0 -c 1 -t 0"), HasSubstr("Illegal function"));
@@ -87,8 +87,7 @@ TEST_F(ModbusMaster, IsAnsweredOnceWhereTheBoxHearsItself) {
 }
 
 TEST_F(ModbusMaster, IsToldOfAFunctionThatTheBoxDoesNotHave) {
-  // Read device identification, as a monitor of the bus sends it.
-  const std::vector<std::uint8_t> request{1, 43, 14, 1, 0, 0x70, 0x77};
+  const std::vector<std::uint8_t> request{1, 100, 0x01, 0xCB};
   onCable([&](serial::EmulatedCable& cable) {
     cable.inject(serial::EmulatedCable::End::a, std::as_bytes(std::span{request}));
   });

@@ -50,7 +50,9 @@ TEST_F(InstalledBox, IsWhole) {
   for (const auto* file :
        {"bin/probeboxd", "bin/probebox", "bin/probebox-usb-setup", "lib/systemd/system/probeboxd.service",
         "lib/systemd/system/probeboxd.socket", "lib/systemd/system/probebox-usb.service",
-        "lib/sysusers.d/probebox.conf", "lib/udev/rules.d/60-probeboxd.rules", "lib/udev/rules.d/70-probebox.rules"})
+        "lib/sysusers.d/probebox.conf", "lib/udev/rules.d/60-probeboxd.rules", "lib/udev/rules.d/70-probebox.rules",
+        "share/man/man1/probebox.1", "share/man/man8/probeboxd.8", "share/bash-completion/completions/probebox",
+        "share/zsh/vendor-completions/_probebox"})
     EXPECT_TRUE(fs::exists(root() / "usr" / file)) << file;
   EXPECT_EQ(access((root() / "usr/bin/probebox-usb-setup").c_str(), X_OK), 0);
 }

@@ -57,6 +57,15 @@ TEST(Quantities, SayWhenNoUncertaintyIsKnown) {
   EXPECT_EQ(withSdAndU(quantitiesOf(result)[0]), "12.5000 mm, sd 0.0010 mm, U 0.0040 mm");
 }
 
+TEST(Quantities, SayWhatIsZeroByDefinition) {
+  metrology::Result result;
+  result.estimates = {Estimate::vector("location_mm", {-0.0107, 0, 0}, {0.0003, 0.0003, 0})};
+  const auto quantities = quantitiesOf(result, "C");
+  EXPECT_EQ(withSdAndU(quantities[0]), "-10.70 um, sd 0.30 um") << "errors are read in um";
+  EXPECT_EQ(withSdAndU(quantities[1]), "0.00 um, sd 0.30 um") << "measured as zero";
+  EXPECT_EQ(withSdAndU(quantities[2]), "0 um by definition");
+}
+
 TEST(Quantities, FindTheAxisOfASubject) {
   EXPECT_EQ(rotaryAxisOf("rotary-c"), "C");
   EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), "");

@@ -152,12 +152,12 @@ TEST(CounterState, StampsRiseWhenTheLineMovesBackByMoreThanASample) {
   CounterTrial trial{signal, 9};
   ASSERT_TRUE(trial.lock());
   trial.run(5s);
-  // Nothing tells the time for a while, and the device runs 20 ppm faster meanwhile: 14 us, or three samples.
-  trial.source.setOffsetPpm(trial.source.offsetPpm() - 20);
+  // Nothing tells the time for a while, and the device runs 60 ppm faster meanwhile: 57 us, or eleven samples.
+  trial.source.setOffsetPpm(trial.source.offsetPpm() - 60);
   MonoTime last = MonoTime::min();
   double largest_step_back = 0;
   double error_before = 0;
-  const MonoTime blind_until = trial.source.now() + 700ms;
+  const MonoTime blind_until = trial.source.now() + 950ms;
   while (trial.source.now() < blind_until + 1s) {
     for (auto sample : trial.source.next()) {
       sample.event.newest = sample.event.newest && trial.source.now() > blind_until;

@@ -13,7 +13,7 @@ constexpr double kQ32 = 4294967296.0;
 TickMap anyMap() {
   const auto period_ns = *rc::gen::inRange<std::int64_t>(100'000, 10'000'000);
   const auto fraction = *rc::gen::inRange<std::int64_t>(0, std::int64_t{1} << 32);
-  return {.tick = {*rc::gen::inRange<std::int64_t>(0, std::int64_t{1} << 40)},
+  return {.tick = {*rc::gen::inRange<std::int64_t>(0, std::int64_t{1} << 39)},  // 174 years of ticks of 10 ms
           .at = monoTime(*rc::gen::inRange<std::int64_t>(0, std::int64_t{1} << 60)),
           .period_q32_ns = (period_ns << 32) + fraction};
 }

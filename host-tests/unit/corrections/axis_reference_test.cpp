@@ -206,5 +206,16 @@ TEST(AxisReference, OfAnAbsoluteEncoderIsThereFromTheStart) {
   EXPECT_DOUBLE_EQ(*reference.position_mm(), 2.5);
 }
 
+TEST(AxisReference, OfAnAbsoluteEncoderIsThereAgainWithItsFirstCount) {
+  AxisReference reference{{.by = ReferenceBy::absolute, .mm_per_count = kMmPerCount}};
+  reference.push(monoTime(1), 25'000);
+  reference.encoderLost();
+  EXPECT_FALSE(reference.referenced());
+  reference.push(monoTime(2), 95'000);  // it went on while it was unplugged
+  EXPECT_TRUE(reference.referenced());
+  EXPECT_DOUBLE_EQ(*reference.position_mm(), 9.5);
+  EXPECT_EQ(reference.lastFault(), ReferenceFault::encoder_lost);
+}
+
 }  // namespace
 }  // namespace probebox::corrections

@@ -30,6 +30,35 @@ TEST(Corrections, CarryTheDelayInForceAndTheLedger) {
   EXPECT_FALSE(corrections.state().delay.calibrated) << "rolled back to none";
 }
 
+// Told by the controller > measured > described.
+TEST(Corrections, TakeTheLengthOfAToolFromWhoKnowsItBest) {
+  CorrectionsConfig config;
+  config.tools = {.count = 1, .lengths = {{{.number = 4, .length_mm = 150}}}};
+  Corrections corrections{config};
+  auto length_mm = [&corrections, now = 0]() mutable {
+    corrections.advance(monoTime(++now), kLocked, {});
+    return corrections.state().swivel.tool_length_mm;
+  };
+  PoseTold pose{.axes = 0, .angles_rad = {}, .has_tool = true, .tool = 4, .tool_length_mm = 0, .at = {}};
+  corrections.push(pose);
+  EXPECT_EQ(length_mm(), 150) << "machine.toml";
+  corrections.push(ToolLengthActivated{.result_id = 7, .tool = 4, .length_mm = 150.25, .at = {}});
+  EXPECT_EQ(length_mm(), 150.25) << "the tool that is in the spindle already";
+  corrections.push(ToolLengthActivated{.result_id = 8, .tool = 5, .length_mm = 90, .at = {}});
+  EXPECT_EQ(length_mm(), 150.25) << "another tool";
+  pose.tool_length_mm = 151;
+  corrections.push(pose);
+  EXPECT_EQ(length_mm(), 151) << "the controller";
+  pose.tool_length_mm = 0;
+  pose.tool = 5;
+  corrections.push(pose);
+  EXPECT_EQ(length_mm(), 90) << "measured, and not described";
+  pose.tool = 4;
+  corrections.push(pose);
+  corrections.push(ToolLengthActivated{.result_id = 0, .tool = 4, .length_mm = 0, .at = {}});
+  EXPECT_EQ(length_mm(), 150) << "rolled back";
+}
+
 TEST(Corrections, AreRefusedASourceThatTheMachineDoesNotHave) {
   CorrectionsConfig config;
   config.mask = bitOf(SourceKind::screw);

@@ -99,6 +99,26 @@ TEST_F(TurningTable, StandsWhenItsEncoderJumpsOrIsUnplugged) {
   EXPECT_LE(largest_step_mm, kStep_mm);
 }
 
+// Encoders are mixed by axis: one that is unplugged takes no other's reference away, and one that lost counts is as
+// good as unplugged.
+TEST_F(TurningTable, StandsWhenItsOwnEncoderLosesCounts) {
+  startTable();
+  turnC(30);
+  run(1);
+  machine.corrections.push(SourceLost{Source::encoders, LossReason::overrun, 1, machine.now, axisBit(Axis::y)});
+  run(0.5);
+  EXPECT_TRUE(machine.snapshot().rotary[2].known);
+  EXPECT_FALSE(machine.snapshot().referenced) << "Y";
+  machine.home();
+  run(0.5);
+  EXPECT_TRUE(machine.snapshot().valid);
+  machine.corrections.push(SourceLost{Source::encoders, LossReason::overrun, 1, machine.now, axisBit(RotaryAxis::c)});
+  run(0.5);
+  EXPECT_FALSE(machine.snapshot().valid);
+  for (const auto& axis : machine.snapshot().axes) EXPECT_TRUE(axis.referenced);
+  EXPECT_FALSE(machine.snapshot().rotary[2].known);
+}
+
 TEST_F(TurningTable, IsNotReferencedWhileItTurns) {
   start();
   push(c.result(11));

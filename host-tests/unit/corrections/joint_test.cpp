@@ -116,7 +116,7 @@ TEST_F(Joint, SeesTheHeartbeatStopWithTheChain) {
   const auto beats = machine.snapshot().heartbeat;
   run(1);
   EXPECT_NEAR(machine.snapshot().heartbeat - beats, 10, 1);
-  machine.clock = false;
+  machine.encoders = false;
   run(1);
   const auto stopped = machine.snapshot().heartbeat;
   EXPECT_TRUE(machine.snapshot().degraded);
@@ -124,10 +124,59 @@ TEST_F(Joint, SeesTheHeartbeatStopWithTheChain) {
   run(2);
   EXPECT_EQ(machine.snapshot().heartbeat, stopped);
   EXPECT_FALSE(machine.snapshot().valid);
-  machine.clock = true;
+  machine.encoders = true;
   run(1);
   EXPECT_TRUE(machine.snapshot().valid);
   EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+// A probe is silent in every cut: a screw needs its reference and its sensor, and nothing else.
+TEST_F(Joint, FollowsAWarmScrewWithoutASampleOfTheProbe) {
+  machine.probe = false;
+  machine.extension_um = 50;
+  start();
+  EXPECT_TRUE(machine.snapshot().valid);
+  EXPECT_FALSE(machine.snapshot().degraded);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  const auto beats = machine.snapshot().heartbeat;
+  machine.extension_um = 80;
+  run(3);
+  EXPECT_NEAR(machine.snapshot().heartbeat - beats, 30, 1);
+  EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6);
+  EXPECT_LE(machine.snapshot().age_ms, 20U);
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, SeesNoStepWhereTheProbeOrTheClockComesAndGoes) {
+  machine.extension_um = 100;
+  start();
+  run(2);
+  for (int round = 0; round < 20; ++round) {
+    bool& gone = round % 2 == 0 ? machine.probe : machine.clock;
+    gone = false;
+    run(0.03 + 0.02 * round);
+    EXPECT_TRUE(machine.snapshot().valid) << round;
+    EXPECT_FALSE(machine.snapshot().degraded) << round;
+    machine.position_mm[0] += 1;
+    gone = true;
+    run(0.1);
+    EXPECT_NEAR(joint_mm[0], machine.wanted_x_mm(), 2e-6) << round;
+  }
+  EXPECT_LE(largest_step_mm, kStep_mm);
+}
+
+TEST_F(Joint, SeesTheHeartbeatStopAndTheValueHeldWhereNeitherSamplesNorCountsCome) {
+  machine.extension_um = 50;
+  machine.probe = false;
+  start();
+  machine.encoders = false;
+  run(0.4);
+  EXPECT_EQ(machine.snapshot().health[0], Health::held);
+  const auto beats = machine.snapshot().heartbeat;
+  run(1);
+  EXPECT_EQ(machine.snapshot().heartbeat, beats);
+  run(1.5);
+  EXPECT_FALSE(machine.snapshot().valid);
 }
 
 TEST_F(Joint, IsTakenOverFromAStandingCorrection) {

@@ -53,7 +53,7 @@ class MachineOnADesk {
     }
     if (sensor && ticks_ % 100 == 0)
       corrections.push(Drift{Axis::x, static_cast<std::int32_t>(std::lround(extension_um * 1e3)), now});
-    if (encoders && clock) corrections.tick(record, now);
+    if (encoders && clock && probe) corrections.tick(record, now);
     if (ticks_ % 10 == 0) corrections.advance(now, map(), {});
   }
   void run(double seconds) {
@@ -72,7 +72,7 @@ class MachineOnADesk {
   Vector position_mm{300, 50, -100};
   std::array<std::optional<double>, kRotaryAxes> angle_deg{};  // by encoder; nothing: no encoder, or it is silent
   double extension_um{};
-  bool sensor{true}, encoders{true}, clock{true};
+  bool sensor{true}, encoders{true}, clock{true}, probe{true};
   std::int64_t power_up{777'000};
 
  private:

@@ -170,6 +170,9 @@ const std::map<std::string_view, std::string> kNewIn12 = {
      "41c2ee5ffb67f9dac1007481b760e6f5414442be89fe49f341cdc47f816b83f8c101014394"},
     {"TRIGGER_GAP", "238d94915d4535ed8e"},
     {"abort_procedure request", "238d9491"},
+    {"tell_positions request",
+     "235d4535ed8ef204a1d58a93806249ff98071e9ca6ca035a647671a0f5b9ae3967651c75f8f32de2d863e5c4f6cdf412201a"
+     "7171b855"},
     {"tell_pose request", "230cc58d747a340042ef46bf2221dcf6c1a0c153ee0571fa4101035a6476cf58b96944d5c9c1"},
     {"propose_case request",
      "238d949101000000010026000000f403002d629930d307f741c2ee5ffb67f9dac1007481b760e6f541659705006868686868"

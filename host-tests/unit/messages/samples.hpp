@@ -104,6 +104,7 @@ void forEachMessage(auto&& call) {
   call("follow_case answer", FollowCase::Answer{});
   call("get_result request", GetResult::Request{});
   call("get_result answer", GetResult::Answer{});
+  call("tell_positions request", TellPositions::Request{});
 }
 
 }  // namespace probebox::messages

@@ -3,14 +3,17 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
+#include <regex>
 #include <sstream>
 #include <vector>
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "protocol/modbus/page.hpp"
+#include "protocol/modbus/refusals.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -59,13 +62,72 @@ TEST(RegisterMap, KeepsItsFirstBlockForEver) {
 TEST(RegisterMap, FindsAnEntryByEachOfItsAddressesAndNothingBetween) {
   for (unsigned address = 0; address < kRegisterCount + 50; ++address) {
     const Register* expected = nullptr;
+    bool begins = false;
     for (const auto& entry : registers()) {
-      if (address >= entry.address && address < entry.address + registersOf(entry.kind)) expected = &entry;
+      for (unsigned row = 0; row < entry.rows; ++row) {
+        const unsigned first = entry.address + row * entry.row_registers;
+        if (address < first || address >= first + registersOf(entry.kind)) continue;
+        EXPECT_EQ(expected, nullptr) << "two entries at " << address;
+        expected = &entry;
+        begins = address == first;
+      }
     }
-    EXPECT_EQ(covering(static_cast<std::uint16_t>(address)), expected);
-    EXPECT_EQ(find(static_cast<std::uint16_t>(address)),
-              expected != nullptr && expected->address == address ? expected : nullptr);
+    EXPECT_EQ(covering(static_cast<std::uint16_t>(address)), expected) << address;
+    EXPECT_EQ(find(static_cast<std::uint16_t>(address)), begins ? expected : nullptr) << address;
   }
+}
+
+TEST(RegisterMap, KeepsWhatWasReleasedWhereItIs) {
+  // A master of an earlier version reads these; written from the page of version 3.
+  EXPECT_EQ(find(64)->name, "X system delay");
+  EXPECT_EQ(find(128)->name, "word order");
+  EXPECT_EQ(find(157)->name, "marker: commit");
+  EXPECT_EQ(find(178)->name, "centreline result");
+  EXPECT_EQ(find(231)->name, "trigger: sequence");
+  EXPECT_EQ(find(358)->name, "ECC, sd");
+  for (const auto& entry : registers()) EXPECT_LE(entry.end(), kRegisterCount) << entry.name;
+}
+
+TEST(RegisterMap, HasARowOfSixteenRegistersForEachToolInEveryTable) {
+  for (const unsigned first : {1000U, 3000U, 5000U}) {
+    for (unsigned tool : {1U, 2U, 57U, 99U}) {
+      const auto row = static_cast<std::uint16_t>(first + 16 * (tool - 1));
+      ASSERT_NE(find(row), nullptr) << row;
+      EXPECT_EQ(find(row)->kind, Kind::f32);
+      EXPECT_EQ(find(static_cast<std::uint16_t>(row + 15))->kind, Kind::u16) << "its state";
+    }
+    EXPECT_EQ(find(static_cast<std::uint16_t>(first + 16 * 99)), nullptr);
+  }
+}
+
+TEST(RegisterMap, GivesEachRegisterAPinOfItsOwn) {
+  const auto text = mapAsJson({});
+  std::vector<std::string> pins;
+  for (std::size_t at = 0; (at = text.find("\"hal_pin\": \"", at)) != std::string::npos; ++at)
+    pins.push_back(text.substr(at, text.find('"', at + 12) - at));
+  EXPECT_EQ(pins.size(), registers().size());
+  std::ranges::sort(pins);
+  EXPECT_EQ(std::ranges::adjacent_find(pins), pins.end());
+}
+
+// The names are the solvers' own, and none of them is without a number.
+TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
+  const std::regex named{"Refusal\\{\"([a-z0-9-]+)\""};
+  std::size_t names = 0;
+  for (const auto* room : {"/firmware/metrology", "/firmware/procedure"}) {
+    for (const auto& file : std::filesystem::recursive_directory_iterator{PROBEBOX_SOURCE_DIR + std::string{room}}) {
+      if (file.path().extension() != ".cpp") continue;
+      std::ifstream source{file.path()};
+      const std::string text{std::istreambuf_iterator<char>{source}, {}};
+      for (std::sregex_iterator each{text.begin(), text.end(), named}, end; each != end; ++each, ++names) {
+        const auto name = (*each)[1].str();
+        EXPECT_NE(codeOfRefusal(name), refusal::not_in_list) << name << ": append it to protocol/modbus/refusals.cpp";
+      }
+    }
+  }
+  EXPECT_GT(names, 100U);
+  EXPECT_EQ(codeOfRefusal("arc-too-short"), 101) << "numbers never change";
+  EXPECT_EQ(codeOfRefusal(""), refusal::none);
 }
 
 TEST(RegisterMap, PutsTheHighWordFirstUnlessToldOtherwise) {
@@ -134,6 +196,17 @@ TEST(ModbusPage, IsWhatTheMapSays) {
   std::ostringstream page;
   page << file.rdbuf();
   EXPECT_EQ(page.str(), referencePage(methods)) << "stale: run cmake --build build --target modbus-page";
+}
+
+TEST(ModbusPage, ForProgramsIsWhatTheMapSays) {
+  std::vector<MethodNumber> methods;
+  for (const auto* method : procedure::liveMethods()) methods.push_back({method->number, method->name()});
+  const std::string path = PROBEBOX_SOURCE_DIR "/protocol/map.json";
+  if (std::getenv("PROBEBOX_WRITE_PAGES") != nullptr) std::ofstream{path} << mapAsJson(methods);
+  std::ifstream file{path};
+  std::ostringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(text.str(), mapAsJson(methods)) << "stale: run cmake --build build --target modbus-page";
 }
 
 }  // namespace

@@ -91,13 +91,71 @@ TEST(RtuRequests, FindOnlyWhatWasSentInALongNoise) {
 }
 
 TEST(RtuRequests, FindARequestThatFollowsNoiseWithoutAPause) {
-  // The noise begins like a write of 123 registers, which would swallow what follows.
-  Bytes line{1, 16, 0, 0, 0, 123, 246, 9, 9};
+  Bytes line{255, 0, 250, 9, 9};
   line.insert(line.end(), kReadFirstBlock.begin(), kReadFirstBlock.end());
   RtuRequests requests;
   EXPECT_THAT(requestsIn(requests, line, 100), ::testing::ElementsAre(kReadFirstBlock));
-  EXPECT_EQ(requests.skippedBytes(), 9U);
+  EXPECT_EQ(requests.skippedBytes(), 5U);
   EXPECT_EQ(requests.badFrames(), 1U);
+}
+
+// A write of 123 registers whose values spell a request: not to be done, whether its rest comes or not.
+TEST(RtuRequests, TakeNoRequestOutOfAFrameThatIsNotWhole) {
+  Bytes line{1, 16, 0, 0, 0, 123, 246, 9, 9};
+  line.insert(line.end(), kWriteTwo.begin(), kWriteTwo.end());
+  RtuRequests requests;
+  EXPECT_TRUE(requestsIn(requests, line, 100).empty());
+  requests.silence();
+  EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 8), ::testing::ElementsAre(kReadFirstBlock));
+}
+
+// An answer of unit 2 to a read, whose data are a write to unit 1.
+Bytes answerWith(const Bytes& inside, int spoilt) {
+  Bytes answer{2, 3, static_cast<std::uint8_t>(inside.size() + 3), 7};
+  answer.insert(answer.end(), inside.begin(), inside.end());
+  answer.insert(answer.end(), {8, 9});
+  answer = withCrc(answer);
+  answer.back() = static_cast<std::uint8_t>(answer.back() ^ spoilt);
+  return answer;
+}
+
+TEST(RtuRequests, TakeNoRequestOutOfTheAnswerOfAnotherUnit) {
+  for (const std::size_t piece : {std::size_t{1}, std::size_t{5}, std::size_t{100}}) {
+    RtuRequests requests;
+    EXPECT_TRUE(requestsIn(requests, answerWith(kWriteTwo, 0), piece).empty()) << piece;
+    EXPECT_THAT(requestsIn(requests, kReadFirstBlock, piece), ::testing::ElementsAre(kReadFirstBlock))
+        << "right behind";
+    EXPECT_EQ(requests.badFrames(), 0U);
+  }
+}
+
+TEST(RtuRequests, TakeNoRequestOutOfAFrameWithABadCrc) {
+  for (const std::size_t piece : {std::size_t{1}, std::size_t{5}, std::size_t{100}}) {
+    RtuRequests requests;
+    EXPECT_TRUE(requestsIn(requests, answerWith(kWriteTwo, 1), piece).empty()) << piece;
+    EXPECT_EQ(requests.badFrames(), 1U);
+    requests.silence();
+    EXPECT_THAT(requestsIn(requests, kReadFirstBlock, piece), ::testing::ElementsAre(kReadFirstBlock));
+  }
+}
+
+// Short answers and exceptions of another unit between the requests to it and to this one.
+TEST(RtuRequests, FollowATalkOfTheMasterWithOthers) {
+  const Bytes others[]{withCrc({2, 3, 2, 0, 5}), withCrc({2, 0x83, 2}), withCrc({2, 6, 0, 1, 0, 3}),
+                       withCrc({2, 16, 0, 1, 0, 3})};
+  for (const auto& other : others) {
+    const auto to_other = withCrc({2, 3, 0, 1, 0, 1});
+    Bytes line;
+    for (const auto* frame : {&to_other, &other, &kReadFirstBlock})
+      line.insert(line.end(), frame->begin(), frame->end());
+    for (const std::size_t piece : {std::size_t{1}, std::size_t{100}}) {
+      RtuRequests requests;
+      const auto found = requestsIn(requests, line, piece);
+      ASSERT_FALSE(found.empty());
+      EXPECT_EQ(found.back(), kReadFirstBlock) << int{other[1]};
+      EXPECT_EQ(requests.badFrames(), 0U) << int{other[1]};
+    }
+  }
 }
 
 // A read of the device identification, a user-defined function, a file record, one without data.
@@ -121,13 +179,15 @@ TEST(RtuRequests, TakeNoUnknownFunctionOutOfGarbageOrAnAnswer) {
     RtuRequests requests;
     Bytes behind_garbage{255};
     behind_garbage.insert(behind_garbage.end(), unknown.begin(), unknown.end());
-    EXPECT_TRUE(requestsIn(requests, behind_garbage, 100).empty()) << "nobody says where it begins";
+    const bool has_length = unknown[1] == 43 || unknown[1] == 20;
+    EXPECT_EQ(requestsIn(requests, behind_garbage, 100).empty(), !has_length) << "nobody says where it begins";
     requests.silence();
     auto damaged = unknown;
     damaged.back() ^= 1;
     EXPECT_TRUE(requestsIn(requests, damaged, 1).empty());
+    requests.silence();
     EXPECT_THAT(requestsIn(requests, kReadFirstBlock, 3), ::testing::ElementsAre(kReadFirstBlock));
-    EXPECT_EQ(requests.skippedBytes(), behind_garbage.size() + damaged.size());
+    EXPECT_EQ(requests.skippedBytes(), (has_length ? 1 : behind_garbage.size()) + damaged.size());
   }
   RtuRequests requests;
   EXPECT_TRUE(requestsIn(requests, withCrc({1, 0x83, 2}), 1).empty()) << "an exception of another unit";

@@ -65,8 +65,44 @@ TEST(WritableRegisters, RefuseByName) {
 
 TEST(WritableRegisters, RefuseToCommitAnAngleBeyondTenTurns) {
   WritableRegisters registers;
-  ASSERT_TRUE(registers.write(150, Words{0x7FFF, 0xFFFF}).ok());
+  ASSERT_TRUE(registers.write(150, Words{0x7FFF}).ok()) << "half of a value may be anything";
   EXPECT_EQ(refusalOf(registers, 157, {1}), ExceptionCode::illegal_value);
+}
+
+// 32-bit values that come in one write are looked at at once.
+TEST(WritableRegisters, RefuseAValueOutOfItsRangeWhenItIsWritten) {
+  const WritableRegisters registers;
+  for (const std::uint16_t angle : std::array<std::uint16_t, 6>{150, 152, 154, 240, 242, 244})
+    EXPECT_EQ(refusalOf(registers, angle, {0x7FFF, 0xFFFF}), ExceptionCode::illegal_value) << angle;
+  EXPECT_EQ(refusalOf(registers, 248, {0xFFFF, 0xFFFF}), ExceptionCode::illegal_value) << "a length below 0";
+  EXPECT_EQ(refusalOf(registers, 248, {0x7FFF, 0xFFFF}), ExceptionCode::illegal_value);
+}
+
+TEST(WritableRegisters, MakeAWishOfWhatWasWrittenBeforeItsCommit) {
+  WritableRegisters registers;
+  // delay-multi-speed at 5 and 20 mm/s, 0.5 mm of overtravel
+  ASSERT_TRUE(registers.write(800, Words{1, 2, 50, 200}).ok());
+  ASSERT_TRUE(registers.write(810, Words{500}).ok());
+  EXPECT_EQ(registers.wish().commit, 0);
+  ASSERT_TRUE(registers.write(834, Words{0, 0, 1, 7}).ok());
+  const auto wish = registers.wish();
+  EXPECT_EQ(wish.commit, 7);
+  EXPECT_EQ(wish.what, Wish::What::start);
+  EXPECT_EQ(wish.method, 1);
+  EXPECT_EQ(wish.options.speed_count, 2);
+  EXPECT_DOUBLE_EQ(wish.options.speeds_mm_s[1], 20.0);
+  EXPECT_DOUBLE_EQ(wish.options.overtravel_mm, 0.5);
+  EXPECT_EQ(wish.options.clearance_mm, 0) << "the method's own";
+}
+
+TEST(WritableRegisters, RefuseAWishThatIsNone) {
+  WritableRegisters registers;
+  EXPECT_EQ(refusalOf(registers, 837, {1}), ExceptionCode::illegal_value) << "it says not what";
+  ASSERT_TRUE(registers.write(836, Words{3}).ok());
+  ASSERT_TRUE(registers.write(837, Words{1}).ok());
+  EXPECT_EQ(refusalOf(registers, 837, {0}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, 836, {9, 2}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, 838, {1}), ExceptionCode::illegal_address) << "the answer is the box's";
 }
 
 TEST(WritableRegisters, ReferenceTheAxesThatWereHomed) {
@@ -101,7 +137,7 @@ TEST(WritableRegisters, TellAPoseOncePerCommit) {
   EXPECT_EQ(told.tool, 4U);
   EXPECT_NEAR(told.tool_length_mm, 120.5, 1e-9);
   EXPECT_TRUE(registers.write(250, Words{7})->empty()) << "the same number again does nothing";
-  ASSERT_TRUE(registers.write(248, Words{0xFFFF, 0xFFFF}).ok());
+  ASSERT_TRUE(registers.write(248, Words{0xFFFF}).ok());
   EXPECT_EQ(refusalOf(registers, 250, {8}), ExceptionCode::illegal_value) << "a length below zero";
 }
 

@@ -93,7 +93,7 @@ TEST(Report, HasTheNumbersOfTheSolve) {
     for (const auto& estimate : solved->estimates) {
       const bool is_short = estimate.shape != metrology::Shape::matrix && estimate.values.size() <= 3;
       for (std::size_t k = 0; k < estimate.values.size(); ++k) {
-        if (zeroByDefinition(estimate, k)) continue;
+        if (casefolder::zeroByDefinition(estimate, k)) continue;
         expected.insert(estimate.values[k]);
         if (estimate.sd.empty()) continue;
         expected.insert(2.0 * estimate.uncertainty[k]);
@@ -182,6 +182,36 @@ TEST(Report, ComparesWithTheResultInForce) {
               HasSubstr("<td>YOC</td><td class=\"n\">-13.36</td><td class=\"n\">-8.26</td><td class=\"n\">5.10</td>"
                         "<td class=\"n\">0.90</td><td class=\"n\">11</td>"));
   EXPECT_THAT(pageOf(withHistory(0)), Not(HasSubstr("in force")));
+}
+
+// A box keeps dataset and values of a result, not its residuals.
+TEST(Report, RecallsTheResidualsOfAKeptResult) {
+  for (const auto& folder : caseFolders()) {
+    const auto whole = subjectIn(folder);
+    if (whole.result() == nullptr) continue;
+    auto kept = whole;
+    std::get<metrology::Result>(kept.answer).residuals = {};
+    EXPECT_TRUE(recallResiduals(kept)) << folder;
+    EXPECT_EQ(pageOf(kept), pageOf(whole)) << folder;
+
+    auto other = kept;
+    auto& estimate = std::get<metrology::Result>(other.answer).estimates.front();
+    if (estimate.sd.empty() || !(estimate.sd.front() > 0.0)) continue;
+    std::get<metrology::Result>(other.answer).residuals = {};
+    estimate.values.front() += 0.1 * estimate.sd.front();
+    EXPECT_FALSE(recallResiduals(other)) << folder << ": another answer's residuals";
+    EXPECT_TRUE(other.result()->residuals.values.empty()) << folder;
+  }
+}
+
+TEST(Report, PromisesNoBarsWithoutReadings) {
+  for (const auto& folder : caseFolders()) {
+    auto subject = subjectIn(folder);
+    if (subject.method != "delay-multi-speed" || subject.result() == nullptr) continue;
+    EXPECT_THAT(pageOf(subject), HasSubstr("bars of U")) << folder;
+    std::get<metrology::Result>(subject.answer).residuals = {};
+    EXPECT_THAT(pageOf(subject), Not(HasSubstr("mean of the touches, bars of U"))) << folder;
+  }
 }
 
 TEST(Report, ShowsTheTrendOfTheLastTen) {

@@ -76,6 +76,16 @@ TEST(Picture, DrawsWhatIsHigherFurtherUp) {
   EXPECT_NEAR(points[0].y - points[2].y, points[2].y - points[1].y, 0.11) << "in proportion";
 }
 
+TEST(Picture, CountsInWholeNumbers) {
+  Plot plot{"", "result", ""};
+  plot.add({{-1, 0}, {0, 1}}, Look::dots);
+  EXPECT_THAT(plot.svg(), HasSubstr(">-0.8<"));
+  plot.countAcross();
+  const auto counted = plot.svg();
+  EXPECT_THAT(counted, Not(HasSubstr(">-0.8<")));
+  EXPECT_THAT(counted, HasSubstr(">-1<"));
+}
+
 TEST(Picture, LeavesOutWhatIsNotFinite) {
   const double nan = std::nan("");
   Plot plot{"title", "x", "y"};

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "firmware/app/results/subject_axis.hpp"
+#include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -20,7 +21,7 @@ store::Record recordOf(const metrology::Dataset& dataset) {
   store::Record record{};
   record.id = 12;
   record.state = store::State::proposed;
-  record.binding.subject = subjectOf(dataset);
+  record.binding.subject = metrology::subjectOf(dataset);
   if (solved) record.content = *solved;
   return record;
 }
@@ -87,7 +88,7 @@ TEST(ResultEvents, OfASpindleThatStoodStillNeverMoveTheTurningAxis) {
   EXPECT_EQ(record.binding.subject, "centreline-stylus");
   EXPECT_THAT(activationOf(record, kNow).value(), testing::IsEmpty());
   dataset.config["heights"] = std::string{"slide"};
-  record.binding.subject = subjectOf(dataset);
+  record.binding.subject = metrology::subjectOf(dataset);
   const auto refused = activationOf(record, kNow);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what, testing::HasSubstr("The spindle stood still"));
@@ -210,11 +211,14 @@ TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("centreline-limited-access"), "centreline-stylus");
   EXPECT_EQ(subjectNamed("delay-joints"), "delay-joints");
   metrology::Dataset screw{.method = "screw-calibration", .config = {{"axis", std::string{"Y"}}}, .tables = {}};
-  EXPECT_EQ(subjectOf(screw), "screw-y");
-  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
-  EXPECT_EQ(subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter") << "of no tool's number";
-  EXPECT_EQ(subjectOf({.method = "tool-assembly", .config = {{"tool_id", 12.0}}, .tables = {}}), "assembly-12");
-  EXPECT_EQ(subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}), "sensor-head-5");
+  EXPECT_EQ(metrology::subjectOf(screw), "screw-y");
+  EXPECT_EQ(metrology::subjectOf({.method = "tool-setter", .config = {{"tool", 12.0}}, .tables = {}}), "tool-12");
+  EXPECT_EQ(metrology::subjectOf({.method = "tool-setter", .config = {}, .tables = {}}), "tool-setter")
+      << "of no tool's number";
+  EXPECT_EQ(metrology::subjectOf({.method = "tool-assembly", .config = {{"tool_id", 12.0}}, .tables = {}}),
+            "assembly-12");
+  EXPECT_EQ(metrology::subjectOf({.method = "sensor-head-calibration", .config = {{"tool", 5.0}}, .tables = {}}),
+            "sensor-head-5");
   EXPECT_EQ(sensorHeadOf("sensor-head-calibration"), std::nullopt);
   EXPECT_EQ(rotaryAxisOf("rotary-axis-errors"), std::nullopt) << "the case names no axis";
 }

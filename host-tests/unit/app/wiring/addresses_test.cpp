@@ -91,10 +91,11 @@ TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
   Options options;
   options.links = {"tcp:127.0.0.1:1"};
-  options.cnc = {"modbus:/dev/null", "records:/dev/ttyS1"};
+  options.cnc = {"modbus:/dev/null", "punch:/dev/ttyS1", "tape:/dev/ttyS2,dialect=iso"};
   const auto problem = problemOf("links = [\"serial:/etc/passwd\"]", options);
   EXPECT_THAT(problem, AllOf(HasSubstr("--cnc: /dev/null: this is another device, no serial line"),
-                             HasSubstr("\n--cnc: The CNC line 'records:/dev/ttyS1' is not modbus:DEVICE"),
+                             HasSubstr("\n--cnc: The CNC line 'punch:/dev/ttyS1' is not modbus:DEVICE"),
+                             HasSubstr("'dialect=iso' is not a setting: known are dialect=g10|macro|nv"),
                              Not(HasSubstr("passwd"))));
 }
 

@@ -5,6 +5,7 @@
 
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/daemon.hpp"
+#include "firmware/app/wiring/encoder_sources.hpp"
 
 namespace probebox::app {
 namespace {
@@ -38,7 +39,7 @@ TEST(BoxConfig, IsRefusedBeforeTheStartWithARemedy) {
   options.links = {"can:0"};
   EXPECT_NE(whyRefused(options, sim)->what.find("tcp:HOST:PORT"), std::string::npos);
   options.links = {};
-  options.cnc = {"records:/dev/ttyS0"};
+  options.cnc = {"heidenhain:/dev/ttyS0"};
   EXPECT_NE(whyRefused(options, sim)->what.find("modbus:DEVICE"), std::string::npos);
   auto lines_only = sim;
   lines_only.box.devices.encoders = lines_only.box.devices.probe = "none";
@@ -69,6 +70,62 @@ TEST(BoxConfig, TakesAReceiverOnUsbWhereTheEncodersAreNone) {
   EXPECT_NE(whyRefused(Options{}, box)->what.find("usb:SERIAL"), std::string::npos);
   box.box.devices = {.encoders = "sim", .encoder_rate_hz = 1000, .probe = "usb"};
   EXPECT_NE(whyRefused(Options{}, box)->what.find("is not in this build"), std::string::npos);
+}
+
+// Each axis has the rate of its own encoder, and one without an encoder keeps no sample waiting.
+TEST(BoxConfig, MixesEncodersByAxis) {
+  auto box = *board::simDescriptions();
+  box.box.devices.encoders = "axes";
+  box.box.devices.probe = "none";
+  auto& encoders = box.box.devices.encoders_by_axis;
+  encoders[0] = board::EncoderDescription{.by = board::CounterEncoder{.device = "counter0"}, .rate_hz = 2000};
+  encoders[2] = board::EncoderDescription{.by = board::QuadratureEncoder{}, .rate_hz = 100};
+  const auto latch = boxConfig(box).latch;
+  EXPECT_EQ(latch.axes[0].interval, Nanoseconds{500'000});
+  EXPECT_EQ(latch.axes[0].interpolation, latch::Interpolation::cubic);
+  EXPECT_EQ(latch.axes[1].interval, Nanoseconds{0});
+  EXPECT_EQ(latch.axes[2].interval, Nanoseconds{10'000'000});
+  EXPECT_EQ(latch.axes[2].interpolation, latch::Interpolation::linear);
+}
+
+TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCounter) {
+  auto box = *board::simDescriptions();
+  box.box.devices.encoders = "axes";
+  box.box.devices.probe = "usb";
+  box.box.devices.drift = "none";
+  box.probe.rate_hz = 4000;
+  auto& encoders = box.box.devices.encoders_by_axis;
+  encoders[0] =
+      board::EncoderDescription{.by = board::ReceiverEncoder{.channel = 2, .has_index = true}, .rate_hz = 1000};
+  encoders[1] = board::EncoderDescription{.by = board::ControlEncoder{.counter_rate_hz = 1e6}, .rate_hz = 250};
+  EXPECT_FALSE(whyRefused(Options{}, box));
+  const auto config = boxConfig(box);
+  EXPECT_EQ(config.latch.axes[0].interval, Nanoseconds{250'000});
+  EXPECT_EQ(config.latch.axes[1].interval, Nanoseconds{4'000'000});
+  EXPECT_EQ(config.control_clock.rate_hz, 1e6);
+  EXPECT_EQ(controlAxes(box.box.devices), 2);
+  const auto wired = counterAxes(box.box.devices);
+  ASSERT_TRUE(wired[2]);
+  EXPECT_EQ(wired[2]->axis, 0);
+  EXPECT_TRUE(wired[2]->has_index);
+  EXPECT_FALSE(wired[0] || wired[1]);
+}
+
+// An analogue probe is counted as a receiver is.
+TEST(BoxConfig, CountsTheFramesOfAConverter) {
+  auto box = *board::simDescriptions();
+  box.box.devices = {.encoders = "none", .encoder_rate_hz = 1000, .probe = "iio"};
+  box.probe.rate_hz = 1000;
+  EXPECT_FALSE(whyRefused(Options{}, box));
+  EXPECT_EQ(boxConfig(box).probe_clock.rate_hz, 1000);
+  EXPECT_EQ(boxConfig(box).latch.probe.interval, Nanoseconds{1'000'000});
+}
+
+TEST(BoxConfig, OfTheBoardWithAReceiverIsOneThatTheBoxTakes) {
+  const auto board = board::loadDirectory(PROBEBOX_BOARDS "/receiver");
+  ASSERT_TRUE(board.ok()) << board.error().what;
+  const auto refused = whyRefused(Options{}, *board);
+  EXPECT_FALSE(refused) << refused->what;
 }
 
 // A jumper loses nothing, however bad the machine's own sync line is; the world's is 1 in 2000.

@@ -185,6 +185,25 @@ TEST(RotaryStack, StatesItsUncertaintyForStacksStationsAndCertificates) {
   }
 }
 
+// A ring of balls determines the errors of every angle alike. What chooses the place of the plate must not add to their
+// sd.
+TEST(RotaryStack, StationsLeaveTheSdOfAnErrorTheSameAtEveryAngle) {
+  std::mt19937_64 random{13};
+  Bench bench = randomBench(random, 1, 3);
+  bench.linear_mm = 0.01;
+  Dataset dataset = datasetOf(bench, kAll, 1e-3, 0.0, random);
+  dataset.config["station_correction"] = true;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  const auto& sd = solved->find("six_errors")->sd;
+  for (std::size_t k = 1; k < bench.angles.size(); ++k) {
+    for (std::size_t e = 0; e < 6; ++e)
+      EXPECT_NEAR(sd[6 * k + e], sd[e], 0.005 * sd[e]) << "error " << e << " at " << k;
+  }
+  // Tilts: two sets of eight heights at a radius of 120 mm.
+  EXPECT_NEAR(sd[3], 1e-3 * std::sqrt(2.0 / (4 * 120 * 120)), 0.01 * sd[3]);
+}
+
 // As where the middle of a sensor head is not known: that is no error of the axis, but looks like one of its place.
 TEST(RotaryStack, KnowsWhatAllReadingsMayBeOffByTogether) {
   std::mt19937_64 random{12};

@@ -1,0 +1,154 @@
+#include "drivers/counter/linux_counter.hpp"
+
+#include <array>
+#include <cerrno>
+#include <ctime>
+#include <gmock/gmock.h>
+#include <poll.h>
+
+#include "mock_counter.hpp"
+
+// The driver of the kernel's counter devices, on a mocked one: the same files, ioctls and events.
+namespace probebox::counter {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class LinuxCounterTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    device = makeMockCounter();
+    if (!device) GTEST_SKIP() << "no libumockdev-dev at the build";
+  }
+  std::string problem() {
+    LinuxCounter counter{described, 'X', 1ms};
+    const auto opened = counter.open();
+    EXPECT_FALSE(opened.ok());
+    return opened.ok() ? "" : opened.error().what;
+  }
+
+  std::unique_ptr<MockCounter> device;
+  board::CounterEncoder described{.device = MockCounter::kName};
+};
+
+counter_event eventOf(const counter_watch& watch, std::uint64_t value, std::uint64_t stamp_ns) {
+  counter_event event{};
+  event.timestamp = stamp_ns;
+  event.value = value;
+  event.watch = watch;
+  return event;
+}
+
+TEST_F(LinuxCounterTest, IsFoundByNameNumberOrPath) {
+  for (const auto* const name : {MockCounter::kName, "counter3", "/dev/counter3"}) {
+    described.device = name;
+    LinuxCounter counter{described, 'X', 1ms};
+    const auto opened = counter.open();
+    ASSERT_TRUE(opened.ok()) << name << ": " << opened.error().what;
+    EXPECT_EQ(opened->ceiling, 4'294'967'295U);
+  }
+  described.device = "counter9";
+  EXPECT_THAT(problem(), AllOf(HasSubstr("counter9: there is no such counter; there are counter3 (48300180.counter)"),
+                               HasSubstr("'device' in [encoder.X] of box.toml")));
+  described.device = MockCounter::kName;
+  described.count = 2;
+  EXPECT_THAT(problem(), HasSubstr("has no count2"));
+}
+
+TEST_F(LinuxCounterTest, ReadsTheCountBetweenTwoReadingsOfTheClock) {
+  LinuxCounter counter{described, 'X', 1ms};
+  ASSERT_TRUE(counter.open().ok());
+  device->set("count", "4294967290");
+  const auto first = counter.poll();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->value, 4'294'967'290U);
+  EXPECT_LE(first->before, first->after);
+  device->set("count", "7");
+  const auto second = counter.poll();
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->value, 7U);
+  EXPECT_GE(second->before, first->after);
+}
+
+TEST_F(LinuxCounterTest, IsDueByItsTimer) {
+  LinuxCounter counter{described, 'X', 1ms};
+  ASSERT_TRUE(counter.open().ok());
+  pollfd waiting{counter.descriptor(), POLLIN, 0};
+  ASSERT_EQ(poll(&waiting, 1, 5000), 1);
+  EXPECT_TRUE(counter.isDue({}));
+  EXPECT_TRUE(counter.poll());
+}
+
+TEST_F(LinuxCounterTest, RefusesADeviceThatIsSetUpForSomethingElse) {
+  device->set("enable", "0");
+  EXPECT_THAT(problem(), AllOf(HasSubstr("is not enabled: echo 1 > /sys/bus/counter/devices/counter3/count0/enable"),
+                               HasSubstr("udev rule")));
+  device->set("enable", "1");
+  device->set("function", "increase");
+  EXPECT_THAT(problem(), HasSubstr("counts pulses, and no direction"));
+  device->set("function", "quadrature x4");
+  device->set("count_mode", "range limit");
+  EXPECT_THAT(problem(), HasSubstr("stops at its ends"));
+}
+
+TEST_F(LinuxCounterTest, AsksForTheEventsThatLatchAndForTheIndex) {
+  device->set("capture_component_id", "5");
+  described.latched_by = board::LatchedBy::capture;
+  described.latch_channel = 2;
+  described.latched_value = board::LatchedValue::capture;
+  described.has_index = true;
+  described.index_channel = 1;
+  LinuxCounter counter{described, 'X', 1ms};
+  ASSERT_TRUE(counter.open().ok());
+  const auto watches = device->watches();
+  ASSERT_EQ(watches.size(), 2U);
+  EXPECT_EQ(watches[0].event, COUNTER_EVENT_CAPTURE);
+  EXPECT_EQ(watches[0].channel, 2);
+  EXPECT_EQ(watches[0].component.type, COUNTER_COMPONENT_EXTENSION);
+  EXPECT_EQ(watches[0].component.id, 5);
+  EXPECT_EQ(watches[1].event, COUNTER_EVENT_INDEX);
+  EXPECT_EQ(watches[1].component.type, COUNTER_COMPONENT_COUNT);
+  device->push(eventOf(watches[0], 1234, 1'000'000));
+  device->push(eventOf(watches[1], 9, 1'500'000));
+  auto failed = eventOf(watches[0], 0, 2'000'000);
+  failed.status = EIO;
+  device->push(failed);
+  std::array<CounterEvent, 8> events;
+  ASSERT_EQ(counter.readEvents(events), 3U);
+  EXPECT_EQ(events[0].what, Happened::latched);
+  EXPECT_EQ(events[0].value, 1234U);
+  EXPECT_EQ(toNs(events[0].at), 1'000'000);
+  EXPECT_EQ(events[1].what, Happened::index);
+  EXPECT_EQ(toNs(events[1].at), 1'500'000);
+  EXPECT_FALSE(events[2].is_valid);
+  EXPECT_EQ(counter.readEvents(events), 0U);
+}
+
+TEST_F(LinuxCounterTest, SaysWhichKeyAsksForAnEventThatTheDeviceDoesNotReport) {
+  described.latched_by = board::LatchedBy::change_of_state;
+  device->refuseWatches(EINVAL);
+  EXPECT_THAT(problem(),
+              AllOf(HasSubstr("does not report this event"), HasSubstr("'latched_by'"), HasSubstr("[encoder.X]")));
+  device->refuseWatches(0);
+  described.latched_value = board::LatchedValue::capture;
+  EXPECT_THAT(problem(), HasSubstr("write latched_value = \"count\""));
+}
+
+TEST_F(LinuxCounterTest, IsGoneAndComesBack) {
+  described.has_index = true;
+  LinuxCounter counter{described, 'X', 1ms};
+  ASSERT_TRUE(counter.open().ok());
+  device->unplug();
+  std::array<CounterEvent, 8> events;
+  EXPECT_FALSE(counter.poll());
+  EXPECT_FALSE(counter.readEvents(events));
+  EXPECT_FALSE(counter.open().ok());
+  device->plugIn();
+  EXPECT_TRUE(counter.open().ok());
+  EXPECT_TRUE(counter.poll());
+}
+
+}  // namespace
+}  // namespace probebox::counter

@@ -1,0 +1,9 @@
+#include "mock_counter.hpp"
+
+namespace probebox::counter {
+
+std::unique_ptr<MockCounter> makeMockCounter() {
+  return nullptr;
+}
+
+}  // namespace probebox::counter

@@ -1,0 +1,132 @@
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "drivers/usb_probe/decode.hpp"
+#include "drivers/usb_probe/emulator.hpp"
+#include "host-tests/support/no_alloc.hpp"
+
+// Packets of version 2: axis counts and index latches on the sample counter of the deflections.
+namespace probebox::usb_probe {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr MonoTime kStart = monoTime(1'000'000'000);
+constexpr MonoTime kArrived = monoTime(5'000'000'000);
+constexpr std::uint8_t kX = 0, kZ = 2, kC = 5;
+
+// Counter 0 is Z, 2 is X with its index, 3 is C; 1 is not wired.
+CounterAxes wiring() {
+  CounterAxes axes{};
+  axes[0] = {kZ, false};
+  axes[2] = {kX, true};
+  axes[3] = {kC, false};
+  return axes;
+}
+
+EmulatedReceiver receiver(std::size_t counters, std::uint32_t first = 0) {
+  return EmulatedReceiver{{.rate_hz = 1000, .samples_a_packet = 4, .first_counter = first, .counters = counters},
+                          [](Nanoseconds t) {
+                            return std::array<Micrometres, 3>{Micrometres{toSeconds(t)}, {}, {}};
+                          },
+                          kStart,
+                          [](Nanoseconds t) {
+                            std::array<std::int64_t, kMostCounters> counts{};
+                            for (std::size_t i = 0; i < counts.size(); ++i)
+                              counts[i] = static_cast<std::int64_t>(i + 1) * 1'000'000'000'000 + t.count() / 1000;
+                            return counts;
+                          }};
+}
+
+std::vector<Event> decoded(ReceiverDecoder& decoder, std::span<const std::byte> transfer, std::size_t room = 256) {
+  std::vector<Event> all;
+  std::vector<Event> events(room);
+  decoder.begin(transfer, kArrived, true);
+  while (const std::size_t count = decoder.read(transfer, events))
+    all.insert(all.end(), events.begin(), events.begin() + static_cast<std::ptrdiff_t>(count));
+  EXPECT_TRUE(decoder.idle());
+  return all;
+}
+
+TEST(AxisCounters, FollowTheDeflectionOfTheirSampleWithTheSameNumber) {
+  auto device = receiver(4, 0xffff'fffe);
+  ReceiverDecoder decoder{wiring()};
+  for (const std::size_t room : {1U, 2U, 3U, 64U}) {
+    const auto taken = device.samples();
+    const auto packet = device.packet(device.nextPacketAt());
+    const auto events = decoded(decoder, packet, room);
+    ASSERT_EQ(events.size(), 8U);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const auto& deflection = std::get<CountedDeflection>(events[2 * i]);
+      const auto& axes = std::get<CountedAxes>(events[2 * i + 1]);
+      EXPECT_EQ(axes.counter, static_cast<std::uint32_t>(0xffff'fffe + taken + i));
+      EXPECT_EQ(axes.counter, deflection.counter);
+      EXPECT_EQ(deflection.newest, i == 3);
+      EXPECT_EQ(axes.axes, 1U << kX | 1U << kZ | 1U << kC);
+      const auto us = static_cast<std::int64_t>(1000 * (taken + i));
+      EXPECT_EQ(axes.counts[kZ], 1'000'000'000'000 + us);
+      EXPECT_EQ(axes.counts[kX], 3'000'000'000'000 + us);
+      EXPECT_EQ(axes.counts[kC], 4'000'000'000'000 + us);
+      EXPECT_EQ(axes.faults, 0);
+    }
+  }
+  EXPECT_EQ(decoder.axisCounters(), 4U);
+}
+
+TEST(AxisCounters, OfAReceiverWithoutWiredAxesAreLeftOut) {
+  auto device = receiver(4);
+  ReceiverDecoder decoder;
+  device.pulse(2, kStart + 1'500us);
+  EXPECT_EQ(decoded(decoder, device.packet(device.nextPacketAt())).size(), 4U);
+}
+
+TEST(AxisCounters, SayWhichOfThemLostCounts) {
+  auto device = receiver(4);
+  ReceiverDecoder decoder{wiring()};
+  device.breakWire(2);
+  device.breakWire(1);
+  const auto events = decoded(decoder, device.packet(device.nextPacketAt()));
+  EXPECT_EQ(std::get<CountedAxes>(events[1]).faults, 1U << kX);
+}
+
+TEST(IndexLatches, ComeBetweenTheSamplesThatTheyLieBetween) {
+  auto device = receiver(4, 100);
+  ReceiverDecoder decoder{wiring()};
+  device.pulse(2, kStart + 1'250us);
+  device.pulse(0, kStart + 1'500us);  // its index is not used
+  device.pulse(2, kStart + 3'750us);
+  const auto events = decoded(decoder, device.packet(device.nextPacketAt()));
+  ASSERT_EQ(events.size(), 10U);
+  const auto& between = std::get<CountedIndex>(events[4]);
+  EXPECT_EQ(between.counter, 101U);
+  EXPECT_NEAR(std::ldexp(between.fraction, -32), 0.25, 1e-9);
+  EXPECT_EQ(between.axis, kX);
+  EXPECT_EQ(between.counts, 3'000'000'001'250);
+  EXPECT_EQ(std::get<CountedDeflection>(events[5]).counter, 102U);
+  const auto& last = std::get<CountedIndex>(events[9]);
+  EXPECT_EQ(last.counter, 103U);
+  EXPECT_NEAR(std::ldexp(last.fraction, -32), 0.75, 1e-9);
+  // One that came with the packet after: before its first sample.
+  device.packet(device.nextPacketAt());
+  device.pulse(2, kStart + 7'500us);
+  const auto later = decoded(decoder, device.packet(device.nextPacketAt()));
+  EXPECT_EQ(std::get<CountedIndex>(later[0]).counter, 107U);
+  EXPECT_EQ(std::get<CountedDeflection>(later[1]).counter, 108U);
+}
+
+TEST(AxisCounters, TakeNoMemory) {
+  auto device = receiver(4);
+  ReceiverDecoder decoder{wiring()};
+  device.pulse(2, kStart + 1'250us);
+  auto packet = device.packet(device.nextPacketAt());
+  std::array<Event, 64> events;
+  const support::NoAlloc guard;
+  decoder.begin(packet, kArrived, true);
+  EXPECT_EQ(decoder.read(packet, events), 9U);
+  EXPECT_EQ(guard.allocations(), 0U);
+}
+
+}  // namespace
+}  // namespace probebox::usb_probe

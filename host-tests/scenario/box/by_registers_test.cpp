@@ -1,0 +1,203 @@
+#include <cmath>
+#include <gmock/gmock.h>
+
+#include "firmware/app/cnc/wishes.hpp"
+#include "firmware/modbus/register_image.hpp"
+#include "firmware/modbus/writable_registers.hpp"
+#include "host-tests/emulation/boot.hpp"
+#include "host-tests/emulation/register_link.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+
+// A controller that knows nothing but registers runs calibrations, accepts them, and the corrections follow.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+namespace address = modbus::address;
+
+enum : std::uint16_t { kStart = 1, kAbort = 2, kAccept = 3 };
+enum : std::uint16_t { kDelayMultiSpeed = 1, kCentreline = 7, kSpindleOffset2x2 = 11 };
+
+// The box's side of one Modbus line, as CncLine and ModbusServer put it together, without the line.
+class LineOfTheBox {
+ public:
+  LineOfTheBox(Office& office, Boot& boot) : office_{office}, boot_{boot} {}
+
+  Registers registers() {
+    return {[this](std::uint16_t first, std::size_t count) { return read(first, count); },
+            [this](std::uint16_t first, std::span<const std::uint16_t> values) { return write(first, values); }};
+  }
+  // The line was unplugged, or the box restarted.
+  void restart() { writable_.restart(); }
+
+ private:
+  std::vector<std::uint16_t> read(std::uint16_t first, std::size_t count) {
+    const auto& snapshot = office_.scenario().state().snapshot;
+    published::LineState line;
+    line.boots = 1;
+    line.wish = wishes_.state(snapshot.calibration_run);
+    image_.fill(snapshot, line, boot_.inForce().served(), modbus::WordOrder::high_first);
+    writable_.show(image_.registers());
+    const auto words = std::as_const(image_).registers().subspan(first, count);
+    return {words.begin(), words.end()};
+  }
+  bool write(std::uint16_t first, std::span<const std::uint16_t> values) {
+    auto changed = writable_;
+    const auto events = changed.write(first, values);
+    if (!events) return false;
+    for (const auto& event : *events) {
+      if (boot_.post(event)) return false;
+    }
+    const bool wishes = changed.wish().commit != writable_.wish().commit;
+    writable_ = changed;
+    if (wishes) wishes_.make(writable_.wish());
+    return true;
+  }
+  void ask(messages::Operation operation, const std::vector<std::byte>& body,
+           const std::function<void(app::Reply)>& then) {
+    if (operation != messages::Operation::accept_result) return then(boot_.ask(operation, body));
+    // The worker's part of the desk.
+    const auto request = messages::decode<messages::AcceptResult::Request>(body).value();
+    const auto accepted = boot_.inForce().accept(request.id, request.by, request.although_it_differs);
+    if (accepted) return then(app::ok(messages::AcceptResult::Answer{}));
+    then(app::refused(messages::ErrorCode::wrong_state, accepted.error().what));
+  }
+
+  Office& office_;
+  Boot& boot_;
+  modbus::WritableRegisters writable_;
+  modbus::RegisterImage image_;
+  app::Wishes wishes_{"controller at line 1",
+                      [this](messages::Operation operation, const std::vector<std::byte>& body,
+                             const std::function<void(app::Reply)>& then) { ask(operation, body, then); }};
+};
+
+// A line at whose end nobody is.
+class DeadLink : public world::BoxLink {
+ public:
+  void postMarker(const Marker&) override {}
+  std::optional<bool> markerAnswer() override { return std::nullopt; }
+  void home(const world::Vector3&) override {}
+  void askProcedureStatus() override {}
+  std::optional<world::Prompt> procedureStatus() override { return std::nullopt; }
+};
+
+class ByRegisters : public testing::Test {
+ protected:
+  ByRegisters() {
+    for (const auto& event : boot_.restored()) office_.scenario().push(event);
+    office_.scenario().speakThrough(controller_);
+    boot_.run(5s);
+  }
+
+  // Makes a request and returns its outcome: 2 done, 3 refused.
+  unsigned ask(std::uint16_t what, std::uint32_t of = 0) {
+    const auto commit = controller_.value(address::wish_commit) + 1;
+    EXPECT_TRUE(controller_.write(address::wish_of, {of * 1.0, what * 1.0, commit}));
+    boot_.run(200ms);
+    EXPECT_EQ(controller_.value(address::wish_answered), commit);
+    return number(address::wish_outcome);
+  }
+  unsigned start(std::uint16_t method) {
+    EXPECT_TRUE(controller_.write(address::wish_method, {method * 1.0, 0}));
+    return ask(kStart);
+  }
+  unsigned number(std::uint16_t at) { return static_cast<unsigned>(controller_.value(at)); }
+  // Waits for the end of a run; the number of its result, 0 when there is none.
+  unsigned result() {
+    for (int second = 0; second < 900; ++second) {
+      boot_.run(1s);
+      boot_.solve();
+      const auto state = number(address::step_state);
+      if (state >= 4) break;
+    }
+    boot_.run(200ms);
+    EXPECT_EQ(number(address::step_state), 4U) << "proposed; refusal " << number(address::calibration_refusal);
+    return number(address::calibration_result);
+  }
+  void calibrate(std::uint16_t method) {
+    ASSERT_EQ(start(method), 2U) << "refusal " << number(address::wish_refusal);
+    const auto id = result();
+    ASSERT_NE(id, 0U);
+    EXPECT_EQ(number(address::calibration_state), 2U);
+    ASSERT_EQ(ask(kAccept, id), 2U) << "refusal " << number(address::wish_refusal);
+    EXPECT_EQ(number(address::calibration_state), 3U) << "in force, and said so";
+  }
+
+  const support::TemporaryFolder folder_;
+  Office office_;
+  Boot boot_{office_, folder_.file("results.db")};
+  LineOfTheBox line_{office_, boot_};
+  RegisterLink controller_{line_.registers()};
+};
+
+TEST_F(ByRegisters, AWholeCalibrationIsRunAcceptedAndFollowed) {
+  calibrate(kDelayMultiSpeed);
+  EXPECT_EQ(number(address::status) & modbus::kDelayCalibrated, unsigned{modbus::kDelayCalibrated});
+  const double tau_ms = controller_.value(address::delay_f32), sd_ms = controller_.value(address::delay_sd_f32);
+  EXPECT_GT(sd_ms, 0);
+  EXPECT_NEAR(tau_ms, 1e3 * office_.scenario().truth().tau_s[0], 5 * sd_ms);
+
+  // Both axes, then the centreline from the tip: the box adds the stylus' offset.
+  calibrate(kSpindleOffset2x2);
+  EXPECT_EQ(number(412), controller_.value(412)) << "its number is shown";
+  EXPECT_EQ(number(415) & 1U, 1U) << "in force";
+  EXPECT_NE(controller_.value(400), 0) << "C less A along X";
+  const auto stylus = boot_.newestProposed();
+  ASSERT_TRUE(stylus) << "the offset of the stylus, from the same readings";
+  ASSERT_EQ(ask(kAccept, static_cast<std::uint32_t>(stylus->id)), 2U);
+  EXPECT_EQ(number(5015) & 1U, 1U) << "stylus 1 is in force";
+  calibrate(kCentreline);
+  EXPECT_EQ(number(address::status) & modbus::kCentrelineCalibrated, unsigned{modbus::kCentrelineCalibrated});
+  office_.scenario().push(SourcesEnabled{.mask = 8, .at = office_.scenario().now()});
+  boot_.run(20s);
+  EXPECT_EQ(number(address::status) & modbus::kValid, unsigned{modbus::kValid});
+  const auto& assumed = office_.scenario().box().state().snapshot.centreline;
+  ASSERT_TRUE(assumed.has_z);
+  EXPECT_NE(controller_.value(address::correction_f32), 0) << "the correction follows the turning axis";
+}
+
+TEST_F(ByRegisters, ARequestIsDoneOnceHoweverOftenItIsWritten) {
+  ASSERT_EQ(start(kDelayMultiSpeed), 2U);
+  const auto run = number(address::wish_number);
+  const auto commit = controller_.value(address::wish_commit);
+  EXPECT_EQ(number(address::step_run), run);
+  EXPECT_TRUE(controller_.write(address::wish_of, {0, 1, commit}));
+  boot_.run(1s);
+  EXPECT_EQ(number(address::wish_number), run);
+  EXPECT_EQ(number(address::wish_outcome), 2U);
+  EXPECT_EQ(start(kDelayMultiSpeed), 3U) << "another request: the run is in progress";
+  EXPECT_EQ(number(address::wish_refusal), 4U) << "busy";
+  EXPECT_EQ(ask(kAbort, run), 2U);
+  EXPECT_EQ(number(address::step_state), 6U);
+}
+
+TEST_F(ByRegisters, RefusalsHaveTheirCode) {
+  EXPECT_EQ(start(999), 3U);
+  EXPECT_EQ(number(address::wish_refusal), 5U) << "no such method";
+  EXPECT_EQ(start(kCentreline), 3U);
+  EXPECT_EQ(number(address::wish_refusal), 7U) << "no delay is in force";
+  EXPECT_EQ(ask(kAccept, 12345), 3U);
+  EXPECT_NE(number(address::wish_refusal), 0U);
+  EXPECT_EQ(ask(kAbort), 3U) << "no run is in progress";
+}
+
+// A controller that dies in mid-step: the next one reads where the run is, gives the step up and goes on.
+TEST_F(ByRegisters, AMasterThatDiesInMidStepLeavesARunThatGoesOn) {
+  ASSERT_EQ(start(kDelayMultiSpeed), 2U);
+  ASSERT_TRUE(office_.scenario().runUntil(
+      [this] { return number(address::step_state) == 2 && number(address::step_number) >= 3; }, 60s));
+  // All that it had written is gone with it, and the next one begins with other numbers.
+  DeadLink dead;
+  office_.scenario().speakThrough(dead);
+  boot_.run(15s);
+  EXPECT_LE(number(address::step_state), 2U) << "the run waits";
+  line_.restart();
+  RegisterLink next{line_.registers()};
+  office_.scenario().speakThrough(next);
+  const auto id = result();
+  EXPECT_NE(id, 0U);
+}
+
+}  // namespace
+}  // namespace probebox::scenario

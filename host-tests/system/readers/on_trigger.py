@@ -1,0 +1,43 @@
+"""`record --on-trigger`: the history, the trigger and what follows, as a recording that is whole.
+
+Usage: on_trigger.py PROBEBOXD PROBEBOX
+"""
+import json
+import subprocess
+import sys
+
+from captured import box, record, recording, table, touching
+
+
+def main(probeboxd, probebox):
+    with box(probeboxd) as (uri, folder):
+        nothing = subprocess.run([probebox, "-u", uri, "record", "-o", str(folder / "none.pbx"), "--on-trigger", "--for", "1"],
+                                 capture_output=True, text=True)
+        assert nothing.returncode == 1 and "no trigger came" in nothing.stderr, nothing
+        assert not (folder / "none.pbx").exists(), "an empty recording is left behind"
+
+        with touching(probebox, uri):
+            told = json.loads(record(probebox, uri, folder / "cut.pbx", "--on-trigger", "--before", "1.5", "--after", "0.7"))
+        assert told["balanced"] and told["end_known"] and told["received_triggers"] >= 1, told
+        verified = subprocess.run([probebox, "verify", str(folder / "cut.pbx")], capture_output=True, text=True)
+        assert verified.returncode == 0, verified.stdout + verified.stderr
+        samples, triggers = table(probebox, folder / "cut.pbx", folder)
+        assert len(samples) == told["received_samples"]
+        at, first, last = (int(t) for t in (triggers[0]["at_ns"], samples[0]["time_ns"], samples[-1]["time_ns"]))
+        before, after = (at - first) * 1e-9, (last - at) * 1e-9
+        assert 1.5 <= before < 2.5, f"{before} s of history"
+        assert 0.7 <= after < 1.7, f"{after} s after the trigger"
+
+        # From a recording: the same trigger, with less around it.
+        again = folder / "again.pbx"
+        subprocess.run([probebox, "-u", f"file:{folder / 'cut.pbx'}", "record", "-o", str(again), "--on-trigger", "--before",
+                        "0.3", "--after", "0.1"], check=True, capture_output=True)
+        subprocess.run([probebox, "verify", str(again)], check=True, capture_output=True)
+        less, same = table(probebox, again, folder)
+        assert same[0] == triggers[0] and len(less) < len(samples)
+        assert at - int(less[0]["time_ns"]) >= 300_000_000
+        print(f"{before:.2f} s before and {after:.2f} s after trigger {triggers[0]['number']}, {len(samples)} samples")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,83 @@
+"""The generated reader for Python against `probebox export` and `pack`. Usage: with_numpy.py PROBEBOXD PROBEBOX READERS
+
+Status 77 where no python3 has NumPy.
+"""
+import math
+import random
+import subprocess
+import sys
+
+from captured import box, recording, skip, table
+
+
+def scan(count):
+    """What stands still, steps, wanders, jumps and goes around in a circle with noise: every predictor."""
+    random.seed(11)
+    wander = 0
+    for k in range(count):
+        wander += random.randint(-3, 3)
+        jump = 2**40 if random.random() < 0.01 else 0
+        yield k, 4, 250 * k, wander, wander + jump, round(3e5 * math.cos(k / 60) + random.gauss(0, 30)), round(2e8 + 2e7 * math.sin(k / 60))
+
+
+def check_codings(probebox, read, folder):
+    rows = list(scan(3000))
+    names = ["flags", "line", "wander", "jumps", "circle", "far"]
+    (folder / "scan.csv").write_text(
+        "sample," + ",".join(names) + "\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    for profile in ("raw", "fast"):
+        for batch in (64, 256, 700):
+            subprocess.run([probebox, "pack", "--force", "--profile", profile, "--frame", str(batch), str(folder / "scan.csv"),
+                            str(folder / "packed.pbx")], check=True, stdout=subprocess.DEVNULL)
+            packed = read(str(folder / "packed.pbx"))
+            assert len(packed) == len(rows)
+            for k, name in enumerate(packed.channels()):
+                assert packed[name].tolist() == [row[k + 1] for row in rows], f"{name}, {profile}, {batch} a frame"
+
+
+def check_recording(probebox, read, path, folder):
+    samples, triggers = table(probebox, path, folder)
+    scan_ = read(str(path))
+    assert scan_.damaged_frames == scan_.unreadable_blocks == 0
+    assert scan_.sample.tolist() == [int(row["sample"]) for row in samples]
+    assert scan_.time_ns.tolist() == [int(row["time_ns"]) for row in samples]
+    for name, unit in scan_.units.items():
+        column = name + "_" + unit.replace("/", "_") if unit else name
+        off = max(abs(a - float(row[column])) for a, row in zip(scan_[name], samples))
+        assert off < 1e-9 * max(1, abs(scan_[name]).max()), f"{name}: {off}"
+    assert [t["number"] for t in scan_.triggers] == [int(row["number"]) for row in triggers]
+    for trigger, row in zip(scan_.triggers, triggers):
+        if row["x_mm"]:  # empty where the axis was not referenced yet
+            assert trigger["position_mm"][0] == float(row["x_mm"])
+    assert scan_.descriptor["board"] == "sim" and scan_.heartbeats[-1]["streaming"] is False
+    return len(samples)
+
+
+def check_damage(read, path, folder):
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0x01
+    (folder / "damaged.pbx").write_bytes(data)
+    whole, damaged = read(str(path)), read(str(folder / "damaged.pbx"))
+    assert 1 <= damaged.damaged_frames <= 2 and len(damaged) <= len(whole)
+
+
+def main(probeboxd, probebox, readers):
+    sys.path.insert(0, readers)
+    import probebox as reader
+
+    with box(probeboxd) as (uri, folder):
+        check_codings(probebox, reader.read, folder)
+        path = recording(probebox, uri, folder)
+        count = check_recording(probebox, reader.read, path, folder)
+        check_damage(reader.read, path, folder)
+        print(f"{count} samples as `export` has them")
+
+
+if __name__ == "__main__":
+    try:
+        import numpy
+    except ImportError:
+        if sys.executable == "/usr/bin/python3" or subprocess.run(["/usr/bin/python3", "-c", "import numpy"], capture_output=True).returncode:
+            skip("no python3 has NumPy (apt-get install python3-numpy)")
+        sys.exit(subprocess.run(["/usr/bin/python3", "-B", *sys.argv]).returncode)
+    main(*sys.argv[1:])

@@ -1,0 +1,258 @@
+// The text faces at one end of an emulated cable, a control that prints and reads at the other.
+#include <array>
+#include <fcntl.h>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mutex>
+#include <optional>
+#include <termios.h>
+#include <thread>
+#include <unistd.h>
+
+#include "drivers/io/descriptor.hpp"
+#include "drivers/serial/emulator.hpp"
+#include "firmware/app/cnc/text_server.hpp"
+
+namespace probebox::app {
+namespace {
+
+using testing::HasSubstr;
+
+class TextOnCable : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("probebox-text-" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    auto cable = serial::EmulatedCable::open(folder_ / "box", folder_ / "cnc");
+    ASSERT_TRUE(cable.ok()) << cable.error().what;
+    cable_.emplace(std::move(cable).value());
+    cable_thread_ = std::jthread{[this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        const std::lock_guard lock{cable_mutex_};
+        cable_->pump(std::chrono::milliseconds{2});
+      }
+    }};
+    control_ = io::Descriptor{open((folder_ / "cnc").c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK)};
+    ASSERT_GE(control_.get(), 0);
+    termios raw{};
+    tcgetattr(control_.get(), &raw);
+    cfmakeraw(&raw);
+    tcsetattr(control_.get(), TCSANOW, &raw);
+  }
+
+  void TearDown() override {
+    if (server_) server_->stop();
+    server_thread_ = {};
+    cable_thread_ = {};
+    cable_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  // face: without the device, such as "tape:" and ",dialect=macro".
+  void serve(const std::string& face, const std::string& settings = "") {
+    auto options = parseTextOptions(face + (folder_ / "box").string() + settings);
+    ASSERT_TRUE(options.has_value());
+    ASSERT_TRUE(options->ok()) << options->error().what;
+    server_ = std::make_unique<TextServer>(**options, faces());
+    server_thread_ = std::jthread{[this] { server_->run(); }};
+  }
+
+  void print(std::string_view text) {
+    while (!text.empty()) {
+      const auto wrote = write(control_.get(), text.data(), text.size());
+      if (wrote > 0) text.remove_prefix(static_cast<std::size_t>(wrote));
+    }
+  }
+  // What has come until it contains the words; with a generous end.
+  std::string heardUntil(const std::string& words) {
+    for (int i = 0; i < 3000 && heard_.find(words) == std::string::npos; ++i) drain();
+    return heard_;
+  }
+  void drain() {
+    std::array<char, 1024> buffer{};
+    const auto got = read(control_.get(), buffer.data(), buffer.size());
+    if (got > 0)
+      heard_.append(buffer.data(), static_cast<std::size_t>(got));
+    else
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  static bool eventually(const std::function<bool()>& condition) {
+    for (int i = 0; i < 3000; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
+    return false;
+  }
+  std::vector<Event> taken() {
+    const std::lock_guard lock{mutex_};
+    return taken_;
+  }
+  std::string reports() {
+    const std::lock_guard lock{mutex_};
+    return reports_;
+  }
+  void show(const published::Snapshot& snapshot) {
+    const std::lock_guard lock{mutex_};
+    snapshot_ = snapshot;
+  }
+  void onCable(const std::function<void(serial::EmulatedCable&)>& act) {
+    const std::lock_guard lock{cable_mutex_};
+    act(*cable_);
+  }
+
+  std::unique_ptr<TextServer> server_;
+  std::string heard_;
+  std::atomic<bool> refuses_{};
+  std::atomic<int> positions_{};
+
+ private:
+  TextServer::Faces faces() {
+    return {.snapshot =
+                [this] {
+                  const std::lock_guard lock{mutex_};
+                  return snapshot_;
+                },
+            .take = [this](const Event& event) -> std::optional<Error> {
+              if (refuses_) return Error{"no run waits for it"};
+              const std::lock_guard lock{mutex_};
+              taken_.push_back(event);
+              return std::nullopt;
+            },
+            .report =
+                [this](const std::string& text) {
+                  const std::lock_guard lock{mutex_};
+                  reports_ += text + "\n";
+                },
+            .reached = [this](const tape::Positions&) { ++positions_; }};
+  }
+
+  std::filesystem::path folder_;
+  std::optional<serial::EmulatedCable> cable_;
+  std::mutex cable_mutex_, mutex_;
+  published::Snapshot snapshot_;
+  std::vector<Event> taken_;
+  std::string reports_;
+  io::Descriptor control_;
+  std::jthread cable_thread_, server_thread_;
+};
+
+published::Snapshot some() {
+  published::Snapshot s;
+  s.valid = true;
+  s.correction_mm = {-0.0125, 0.25, 0};
+  s.sequence = 42;
+  s.calibration_run = 9;
+  return s;
+}
+
+TEST_F(TextOnCable, ARecordIsPolled) {
+  show(some());
+  serve("records:");
+  print("STATUS\r\n");
+  EXPECT_THAT(heardUntil("\n"), HasSubstr("X-0.0125 Y+0.2500 Z+0.0000 S1 N42 A0*"));
+  server_->stop();
+  EXPECT_EQ(server_->counters().sent, 1U) << "nothing but what was asked for";
+}
+
+TEST_F(TextOnCable, RecordsAreStreamedWithoutAsking) {
+  show(some());
+  serve("records:", ",every=20");
+  ASSERT_TRUE(eventually([this] { return server_->counters().sent >= 5; }));
+  heardUntil("N42");
+  auto changed = some();
+  changed.sequence = 43;
+  show(changed);
+  EXPECT_THAT(heardUntil("N43"), HasSubstr("N43"));
+}
+
+TEST_F(TextOnCable, ATapeIsReadOnRequestAndByAReaderThatStarts) {
+  show(some());
+  serve("tape:", ",dialect=macro,first=600");
+  print("CORRECTIONS\r\n");
+  EXPECT_THAT(heardUntil("#604="), HasSubstr("%\r\n#600=1\r\n#601=42\r\n#602=-0.0125\r\n"));
+  heard_.clear();
+  print("\x11");
+  EXPECT_THAT(heardUntil("#604="), HasSubstr("#602=-0.0125"));
+}
+
+TEST_F(TextOnCable, LinesOfDprntBecomeMarkersOfThePresentRun) {
+  show(some());
+  serve("tape:");
+  print("\x12%\r\nBEGIN   0*A    0.000*B    0.000*C   90.000*T   1*F  15.000\r\nEND   0\r\nX  1.5000\r\n%\r\n\x14");
+  ASSERT_TRUE(eventually([this] { return taken().size() == 2 && positions_ == 1; }));
+  EXPECT_EQ(std::get<Marker>(taken()[0]).procedure, 9U);
+  EXPECT_EQ(std::get<Marker>(taken()[1]).phase, MarkerPhase::end);
+  EXPECT_EQ(server_->counters().answered, 3U);
+  EXPECT_EQ(server_->counters().sent, 0U) << "a control that prints does not listen";
+}
+
+TEST_F(TextOnCable, BadInputIsRefusedByNameAndWhatFollowsIsTaken) {
+  serve("records:");
+  print("BEGIN3 C\r\nHELLO\r\nCUT1\r\n");
+  const auto heard = heardUntil("OK");
+  EXPECT_THAT(heard, HasSubstr("ERR bad-number: "));
+  EXPECT_THAT(heard, HasSubstr("ERR unknown-line: "));
+  EXPECT_THAT(reports(), HasSubstr("'HELLO' was refused (unknown-line)"));
+  EXPECT_EQ(server_->counters().refused, 2U);
+}
+
+TEST_F(TextOnCable, WhatTheBoxDoesNotTakeIsRefused) {
+  serve("records:");
+  refuses_ = true;
+  print("BEGIN3\r\n");
+  EXPECT_THAT(heardUntil("\n"), HasSubstr("ERR not-now: no run waits for it"));
+}
+
+TEST_F(TextOnCable, NothingIsSentWhileTheControlHoldsItBack) {
+  show(some());
+  serve("tape:");
+  print(
+      "\x13"
+      "CORRECTIONS\r\n");
+  ASSERT_TRUE(eventually([this] { return server_->counters().sent == 1; }));
+  // Whoever sent in spite of XOFF has done it by now: one answer takes far less than the reply to the next request.
+  print("STATUS\r\n");
+  ASSERT_TRUE(eventually([this] { return server_->counters().sent == 2; }));
+  for (int i = 0; i < 40; ++i) drain();
+  EXPECT_EQ(heard_, "");
+  print("\x11");
+  EXPECT_THAT(heardUntil("*"), HasSubstr("G10 L2 P0 X-0.0125 Y0.2500 Z0.0000"));
+}
+
+TEST_F(TextOnCable, ALineThatWasUnpluggedIsServedAgain) {
+  show(some());
+  serve("records:", ",every=20");
+  heardUntil("N42");
+  onCable([](auto& cable) { cable.unplug(serial::EmulatedCable::End::a); });
+  ASSERT_TRUE(eventually([this] { return reports().find("the line was closed") != std::string::npos; }));
+  onCable([](auto& cable) { ASSERT_TRUE(cable.plug(serial::EmulatedCable::End::a).ok()); });
+  ASSERT_TRUE(eventually([this] { return server_->counters().reopened == 1; }));
+  const auto before = server_->counters().sent;
+  EXPECT_TRUE(eventually([&] { return server_->counters().sent > before; }));
+}
+
+TEST(TextOptions, HaveTheUsualSettingsOfTheirKindOfLine) {
+  const auto tape = *parseTextOptions("tape:/dev/ttyS1,dialect=nv,first=7,offset=3,reader=all");
+  ASSERT_TRUE(tape.ok());
+  EXPECT_EQ(serial::describe((*tape).line.settings), "9600 7E2");
+  EXPECT_TRUE((*tape).flow);
+  EXPECT_EQ((*tape).form.first, 7);
+  EXPECT_EQ((*tape).usual, tape::Ask::all);
+  const auto records = *parseTextOptions("records:/dev/ttyS1,baud=38400,parity=none");
+  ASSERT_TRUE(records.ok());
+  EXPECT_EQ(serial::describe((*records).line.settings), "38400 8N1");
+  EXPECT_FALSE((*records).flow);
+  EXPECT_FALSE(parseTextOptions("modbus:/dev/ttyS1"));
+}
+
+TEST(TextOptions, AreRefusedByName) {
+  for (const char* text : {"tape:/dev/ttyS1,dialect=iso", "tape:/dev/ttyS1,offset=10", "tape:/dev/ttyS1,every=100",
+                           "records:/dev/ttyS1,every=5", "records:/dev/ttyS1,dialect=g10", "records:"}) {
+    const auto options = *parseTextOptions(text);
+    EXPECT_FALSE(options.ok()) << text;
+  }
+}
+
+}  // namespace
+}  // namespace probebox::app

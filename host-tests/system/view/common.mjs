@@ -1,0 +1,106 @@
+// An emulated box, `probebox view` on it, and a browser.
+import { spawn } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+export const [, , probeboxd, probebox, web, screens] = process.argv;
+export const PATIENCE = 240_000;
+const require = createRequire(join(web, "package.json"));
+const children = [];
+export const folder = mkdtempSync(join(tmpdir(), "probebox-view-"));
+mkdirSync(screens, { recursive: true });
+
+export function check(holds, what) {
+  if (!holds) throw new Error(what);
+}
+
+export async function until(what, holds) {
+  for (const end = Date.now() + PATIENCE; Date.now() < end; await new Promise((r) => setTimeout(r, 50))) {
+    const answer = await holds();
+    if (answer) return answer;
+  }
+  throw new Error(`not in time: ${what}`);
+}
+
+export function start(command, words, environment = {}) {
+  const child = spawn(command, words, { env: { ...process.env, ...environment }, stdio: ["ignore", "pipe", "pipe"] });
+  child.text = "";
+  child.stdout.on("data", (data) => { child.text += data; });
+  child.stderr.on("data", (data) => { child.text += data; });
+  child.ended = new Promise((done) => { child.on("exit", (status) => { child.status = status; done(status); }); });
+  children.push(child);
+  return child;
+}
+
+export async function stop(child, signal = "SIGINT") {
+  if (child.status === undefined && child.exitCode === null) child.kill(signal);
+  return child.ended;
+}
+
+export async function box(name = "box", port = 0) {
+  const home = join(folder, name);
+  mkdirSync(home, { recursive: true });
+  const daemon = start(probeboxd, ["--board", "sim", "--state", join(home, "state"), "--link", `tcp:127.0.0.1:${port}`], { PROBEBOX_RENDEZVOUS: home });
+  const path = join(home, `${daemon.pid}.uri`);
+  daemon.uri = await until("the box listens", () => existsSync(path) && /tcp:\S+/.exec(readFileSync(path, "utf8"))?.[0]);
+  return daemon;
+}
+
+export async function view(uri, ...more) {
+  const server = start(probebox, ["--json", "-u", uri, "view", ...more]);
+  const line = await until("the page is served", () => {
+    if (server.status !== undefined) throw new Error(server.text);
+    return /\{.*"address".*\}/.exec(server.text)?.[0];
+  });
+  server.address = JSON.parse(line).address;
+  return server;
+}
+
+export async function browser() {
+  const path = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((one) => existsSync(one));
+  if (path === undefined) {
+    console.log("Skipped: chromium is not installed (apt-get install chromium)");
+    process.exit(77);
+  }
+  const { chromium } = require("playwright-core");
+  return chromium.launch({ executablePath: path, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+}
+
+// A page of its own; whatever goes wrong in it ends the test, and so does a request to anywhere else.
+export async function open(chromium, address, options = {}) {
+  const context = await chromium.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  const page = await context.newPage();
+  page.faults = [];
+  page.on("pageerror", (error) => page.faults.push(String(error)));
+  page.on("console", (message) => { if (message.type() === "error" && !/Failed to load resource/.test(message.text())) page.faults.push(message.text()); });
+  page.on("request", (request) => { if (!/^(http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url())) page.faults.push(`asks ${request.url()}`); });
+  page.setDefaultTimeout(PATIENCE);
+  await page.goto(address);
+  return page;
+}
+
+export const picture = (page, name) => page.screenshot({ path: join(screens, `${name}.png`), fullPage: true });
+
+// axe-core runs in the page by the debugger's door: its own policy lets no other script in.
+export async function accessible(page, where) {
+  await page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8"));
+  const found = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] }));
+  check(found.violations.length === 0, `${where}: ${JSON.stringify(found.violations.map((one) => [one.id, one.nodes.slice(0, 3).map((node) => [node.html.slice(0, 160), node.failureSummary])]), null, 1)}`);
+}
+
+export async function run(test) {
+  let status = 1;
+  try {
+    await test();
+    status = 0;
+  } catch (error) {
+    console.log(error.stack ?? error);
+  } finally {
+    for (const child of children) await stop(child, "SIGTERM");
+    rmSync(folder, { recursive: true, force: true });
+  }
+  process.exit(status);
+}
+export const write = (name, text) => { const path = join(folder, name); writeFileSync(path, text); return path; };

@@ -1,0 +1,202 @@
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <string>
+
+#include "board/describe/encoder_checks.hpp"
+#include "board/describe/parse.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+#include "machine_with.hpp"
+
+// [encoder.AXIS]: how each axis is read, mixed by axis; slips are refused by file, line and remedy.
+namespace probebox::board {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::string_view kCounterX = "[encoder.X]\nkind = \"counter\"\ndevice = \"counter0\"\n";
+constexpr std::string_view kLinesC =
+    "[encoder.C]\nkind = \"quadrature\"\na = { chip = \"gpiochip0\", line = 20 }\nb = { chip = \"gpiochip0\", line = "
+    "21 }\n";
+
+// A box whose encoders are described by axis; the first line of `encoders` is line 15.
+std::string boxText(std::string_view encoders, std::string_view devices = "axes", std::string_view more = "") {
+  return "[box]\nboard_name = \"b\"\nserial_number = \"7\"\n[sync]\nchip = \"gpiochip0\"\nline = 4\n"
+         "period_ns = 1_000_000\n[devices]\nencoders = \"" +
+         std::string{devices} + "\"\nencoder_rate_hz = 500\nprobe = \"none\"\n# encoders\n#\n#\n" +
+         std::string{encoders} + std::string{more};
+}
+Box boxWith(std::string_view encoders, std::string_view more = "") {
+  auto box = parseBox(boxText(encoders, "axes", more), "box.toml");
+  EXPECT_TRUE(box.ok()) << box.error().what;
+  return box.ok() ? *box : Box{};
+}
+std::string problemOf(const std::string& text) {
+  const auto box = parseBox(text, "box.toml");
+  EXPECT_FALSE(box.ok()) << text;
+  return box.ok() ? "" : box.error().what;
+}
+std::string with(std::string_view axis_text, std::string_view more) {
+  return std::string{axis_text} + std::string{more} + "\n";
+}
+
+TEST(Encoders, AreMixedByAxis) {
+  const auto box =
+      boxWith(with(kCounterX, "count = 1\nbits = 16\nrate_hz = 2000\nindex = true") + std::string{kLinesC});
+  const auto& encoders = box.devices.encoders_by_axis;
+  ASSERT_TRUE(encoders[0] && encoders[5]);
+  EXPECT_FALSE(encoders[1] || encoders[2] || encoders[3] || encoders[4]);
+  const auto& counter = std::get<CounterEncoder>(encoders[0]->by);
+  EXPECT_EQ(counter.device, "counter0");
+  EXPECT_EQ(counter.count, 1);
+  EXPECT_EQ(counter.bits, 16);
+  EXPECT_EQ(counter.latched_by, LatchedBy::polling);
+  EXPECT_TRUE(tellsIndex(*encoders[0]));
+  EXPECT_EQ(encoders[0]->rate_hz, 2000);
+  EXPECT_EQ(encoders[0]->line, 16U);
+  const auto& lines = std::get<QuadratureEncoder>(encoders[5]->by);
+  EXPECT_EQ(lines.a.name, "encoder C a");
+  EXPECT_EQ(std::get<unsigned>(lines.b.line), 21U);
+  EXPECT_EQ(encoders[5]->rate_hz, 500) << "that of [devices]";
+  EXPECT_EQ(kindOf(*encoders[5]), "quadrature");
+}
+
+TEST(Encoders, ThatTheSyncLineLatchesHaveItsRate) {
+  const auto box = boxWith(with(kCounterX, "latched_by = \"capture\"\nlatched_value = \"capture\"\nlatch_channel = 2"));
+  EXPECT_EQ(box.devices.encoders_by_axis[0]->rate_hz, 1000);
+  EXPECT_EQ(std::get<CounterEncoder>(box.devices.encoders_by_axis[0]->by).latch_channel, 2);
+  EXPECT_THAT(problemOf(boxText(with(kCounterX, "latched_by = \"index\"\nrate_hz = 100"))),
+              AllOf(HasSubstr("box.toml:19: 'encoder.X.rate_hz'"), HasSubstr("1000 Hz"), HasSubstr("remove it")));
+  EXPECT_THAT(problemOf(boxText(with(kCounterX, "latched_by = \"index\"\nindex = true"))),
+              HasSubstr("box.toml:19: 'encoder.X.index' = true, and the sync line latches on the same index input"));
+}
+
+// The axis counters of a receiver, which need one.
+std::string receiverBox(std::string_view encoders) {
+  auto text = boxText(encoders);
+  return text.replace(text.find("probe = \"none\""), 14, "probe = \"usb\"");
+}
+
+TEST(Encoders, OfAReceiverHaveAChannelEachAndTheRateOfItsSamples) {
+  const auto box = parseBox(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 3\nindex = true\n"), "box.toml");
+  ASSERT_TRUE(box.ok()) << box.error().what;
+  const auto& encoder = box->devices.encoders_by_axis[0];
+  ASSERT_TRUE(encoder);
+  EXPECT_EQ(std::get<ReceiverEncoder>(encoder->by).channel, 3);
+  EXPECT_TRUE(tellsIndex(*encoder));
+  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 8\n")),
+              HasSubstr("box.toml:17: 'encoder.X.channel' = 8 is out of its range: give a value from 0 to 7"));
+  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\n")),
+              HasSubstr("missing key 'encoder.X.channel'"));
+  EXPECT_THAT(problemOf(receiverBox("[encoder.X]\nkind = \"receiver\"\nchannel = 0\nrate_hz = 100\n")),
+              AllOf(HasSubstr("box.toml:18: 'encoder.X.rate_hz'"), HasSubstr("probe.toml: remove it")));
+}
+
+TEST(Encoders, OfTheControllerAreNumberedByOneCounter) {
+  const std::string axis = "kind = \"control\"\nrate_hz = 250\ncounter_rate_hz = 1e6\n";
+  const auto box = boxWith("[encoder.X]\n" + axis + "[encoder.C]\n" + axis);
+  const auto& encoder = box.devices.encoders_by_axis[5];
+  ASSERT_TRUE(encoder);
+  EXPECT_EQ(encoder->rate_hz, 250);
+  EXPECT_TRUE(encoder->is_absolute);
+  EXPECT_EQ(std::get<ControlEncoder>(encoder->by).counter_rate_hz, 1e6);
+  const auto usual = boxWith("[encoder.X]\nkind = \"control\"\nrate_hz = 250\n");
+  EXPECT_EQ(std::get<ControlEncoder>(usual.devices.encoders_by_axis[0]->by).counter_rate_hz, 250);
+  EXPECT_THAT(problemOf(boxText("[encoder.X]\n" + axis + "[encoder.Y]\nkind = \"control\"\nrate_hz = 250\n")),
+              AllOf(HasSubstr("'encoder.Y'"), HasSubstr("one counter"), HasSubstr("write the same")));
+}
+
+TEST(Encoders, AndDevicesMustAgree) {
+  EXPECT_THAT(problemOf(boxText("")), AllOf(HasSubstr("'encoder' is not there"), HasSubstr("describe each axis")));
+  EXPECT_THAT(problemOf(boxText(kCounterX, "none")),
+              AllOf(HasSubstr("box.toml:15: 'encoder' is there"), HasSubstr("write encoders = \"axes\"")));
+  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"receiver\"\n")), HasSubstr("needs a receiver on USB"));
+}
+
+TEST(Encoders, AreRefusedWhereTheyCannotBeRead) {
+  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"conter\"\n")), HasSubstr("did you mean \"counter\"?"));
+  EXPECT_THAT(problemOf(boxText("[encoder.X]\nkind = \"counter\"\n")),
+              HasSubstr("box.toml:15: missing key 'encoder.X.device'"));
+  EXPECT_THAT(problemOf(boxText(with(kCounterX, "bits = 4"))), HasSubstr("give a value from 8 to 64"));
+  EXPECT_THAT(problemOf(boxText("[encoder.V]\nkind = \"control\"\n")),
+              AllOf(HasSubstr("'encoder.V' is a secondary axis (ISO 841)"), HasSubstr("remove it")));
+  EXPECT_THAT(problemOf(boxText(with(kLinesC, "absolute = true"))), HasSubstr("A and B only count: remove it"));
+  EXPECT_THAT(problemOf(boxText(with(kCounterX, "") + "[encoder.Y]\nkind = \"counter\"\ndevice = \"counter0\"\n")),
+              HasSubstr("box.toml:19: 'encoder.Y' reads what [encoder.X] reads: give it a 'device' or a 'count'"));
+}
+
+TEST(Encoders, ThatCountLinesNeedTwoFreeOnesOfOneChip) {
+  auto text = std::string{kLinesC};
+  text.replace(text.find("line = 21"), 9, "line = 4");
+  EXPECT_THAT(problemOf(boxText(text)), HasSubstr("of \"encoder C b\" is that of \"sync\""));
+  text = kLinesC;
+  text.replace(text.rfind("gpiochip0"), 9, "gpiochip1");
+  EXPECT_THAT(problemOf(boxText(text)),
+              AllOf(HasSubstr("'encoder.C.b' is on the chip \"gpiochip1\""), HasSubstr("take two lines of one chip")));
+}
+
+TEST(Encoders, HaveOneIndexInputAtMost) {
+  const std::string index = "[[index]]\naxis = \"X\"\nchip = \"gpiochip0\"\nline = 9\n";
+  EXPECT_THAT(problemOf(boxText(with(kCounterX, "index = true"), "axes", index)),
+              HasSubstr("[[index]] has a line for X too: keep the one that the mark is wired to"));
+  EXPECT_THAT(problemOf(boxText("[encoder.B]\nkind = \"counter\"\ndevice = \"c\"\nindex = true\n")),
+              HasSubstr("rotary axes are not referenced by a mark"));
+}
+
+std::vector<std::string> problemsWith(std::string_view encoders, std::string_view machine) {
+  auto described = machineWith(machine);
+  EXPECT_TRUE(described.ok()) << described.error().what;
+  return encoderProblems(boxWith(encoders), "box.toml", *described, "machine.toml");
+}
+
+TEST(Encoders, AgreeWithTheMachine) {
+  constexpr std::string_view kTurningC =
+      "[rotary_axis.C]\nangle_from = \"encoder\"\ncounts_per_deg = 10\nsense = 1\nmaximum_speed_deg_s = 360\n";
+  EXPECT_THAT(problemsWith(std::string{kCounterX} + std::string{kLinesC}, kTurningC), IsEmpty());
+  EXPECT_THAT(problemsWith(kCounterX, kTurningC),
+              ElementsAre(AllOf(HasSubstr("machine.toml: '[rotary_axis.C]' has angle_from = \"encoder\""),
+                                HasSubstr("[encoder.C]: add it there"))));
+  EXPECT_THAT(problemsWith(kLinesC, ""),
+              ElementsAre(AllOf(HasSubstr("box.toml:16: 'encoder.C' is read for nothing"),
+                                HasSubstr("add [rotary_axis.C] with angle_from = \"encoder\" to machine.toml"))));
+}
+
+// 1000 counts/mm at 1000 mm/s are 32 768 counts in 33 ms.
+TEST(Encoders, AreReadOftenEnoughToTellATurnOfTheCounter) {
+  EXPECT_THAT(problemsWith(with(kCounterX, "bits = 16\nrate_hz = 400"), ""), IsEmpty());
+  EXPECT_THAT(problemsWith(with(kCounterX, "bits = 16\nrate_hz = 200"), ""),
+              ElementsAre(AllOf(HasSubstr("box.toml:16: 'encoder.X' wraps after 16 bits"), HasSubstr("in 32.768 ms"),
+                                HasSubstr("read it at 306 Hz or more"))));
+  EXPECT_THAT(problemsWith(with(kCounterX, "bits = 32\nrate_hz = 1"), ""), IsEmpty()) << "2147 s";
+  EXPECT_THAT(
+      problemsWith(
+          "[encoder.Y]\nkind = \"quadrature\"\na = { chip = \"g\", line = 1 }\nb = { chip = \"g\", line = 2 }\n", ""),
+      ElementsAre(AllOf(HasSubstr("'encoder.Y' follows 5000 edges/s, and its axis may make 1000000"),
+                        HasSubstr("lower 'maximum_speed_mm_s' in [axis.Y] of machine.toml"))));
+}
+
+TEST(Encoders, AreReferencedAsTheMachineSays) {
+  constexpr std::string_view kAbsoluteC =
+      "[rotary_axis.C]\nangle_from = \"encoder\"\ncounts_per_deg = 10\nsense = 1\nreference = \"absolute\"\n";
+  constexpr std::string_view kCounterC = "[encoder.C]\nkind = \"counter\"\ndevice = \"counter1\"\n";
+  EXPECT_THAT(problemsWith(kCounterC, kAbsoluteC), ElementsAre(AllOf(HasSubstr("box.toml:16: 'encoder.C' only counts"),
+                                                                     HasSubstr("write absolute = true"))));
+  EXPECT_THAT(problemsWith(with(kCounterC, "absolute = true"), kAbsoluteC), IsEmpty());
+}
+
+TEST(Encoders, NeedAnIndexWhereTheMachineIsReferencedByIt) {
+  auto machine = machineWith("");
+  ASSERT_TRUE(machine.ok());
+  machine->axes[0].reference = {.by = ReferenceBy::index, .has_index = true};
+  const auto problems = [&](const Box& box) { return encoderProblems(box, "box.toml", *machine, "machine.toml"); };
+  EXPECT_THAT(problems(boxWith(kCounterX)), ElementsAre(AllOf(HasSubstr("box.toml:16: 'encoder.X' has no index input"),
+                                                              HasSubstr("add an [[index]] line with axis = \"X\""))));
+  EXPECT_THAT(problems(boxWith(with(kCounterX, "index = true"))), IsEmpty());
+  EXPECT_THAT(problems(boxWith(kCounterX, "[[index]]\naxis = \"X\"\nchip = \"gpiochip0\"\nline = 9\n")), IsEmpty());
+}
+
+}  // namespace
+}  // namespace probebox::board

@@ -1,0 +1,164 @@
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <string>
+
+#include "board/describe/parse.hpp"
+#include "host-tests/support/temporary_folder.hpp"
+
+// Sensors on converters: what box.toml says of them, and what it refuses.
+namespace probebox::board {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::string kProbe = R"([probe_adc]
+device = "ad7606-8"
+trigger = "sync-trigger"
+channels = ["voltage0", "voltage1", "voltage2"]
+um_per_unit = [0.2, 0.2, -0.2]
+zero_unit = [0, 0, 2500]
+)";
+const std::string kScrew = R"([[drift]]
+axis = "X"
+device = "ads1115"
+channel = "voltage0"
+um_per_unit = 0.5
+)";
+
+std::string boxToml(const std::string& probe, const std::string& drift, const std::string& sections) {
+  return R"([box]
+board_name = "bench"
+serial_number = "1"
+[sync]
+chip = "gpiochip0"
+line = 0
+period_ns = 1_000_000
+[devices]
+encoders = "none"
+encoder_rate_hz = 1000
+probe = ")" +
+         probe + "\"\ndrift = \"" + drift + "\"\n" + sections;  // the first section is in line 13
+}
+
+std::string problemOf(const std::string& text) {
+  const auto box = parseBox(text, "box.toml");
+  EXPECT_FALSE(box.ok());
+  return box.ok() ? "" : box.error().what;
+}
+
+std::string exchanged(std::string text, std::string_view from, std::string_view to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+std::string probeProblem(std::string_view from, std::string_view to) {
+  return problemOf(boxToml("iio", "none", exchanged(kProbe, from, to)));
+}
+std::string screwProblem(std::string_view from, std::string_view to) {
+  return problemOf(boxToml("none", "iio", exchanged(kScrew, from, to)));
+}
+
+TEST(Sensors, AreReadAsDescribed) {
+  const auto box = parseBox(boxToml("iio", "iio", kProbe + kScrew + R"([[drift]]
+axis = "Z"
+device = "ad7606-8"
+channel = "voltage5"
+um_per_unit = -4
+buffered = true
+rate_hz = 2000
+)"),
+                            "box.toml");
+  ASSERT_TRUE(box.ok()) << box.error().what;
+  EXPECT_EQ(box->devices.probe, "iio");
+  EXPECT_EQ(box->devices.drift, "iio");
+  const auto& probe = box->sensors.probe;
+  ASSERT_TRUE(probe);
+  EXPECT_EQ(probe->device, "ad7606-8");
+  EXPECT_EQ(probe->trigger, "sync-trigger");
+  EXPECT_EQ(probe->channels[1], "voltage1");
+  EXPECT_EQ(probe->um_per_unit[2], -0.2);
+  EXPECT_EQ(probe->zero_unit[2], 2500);
+  const auto& drift = box->sensors.drift;
+  ASSERT_EQ(drift.size(), 2U);
+  EXPECT_EQ(drift[0].axis, 0);
+  EXPECT_EQ(drift[0].channel, "voltage0");
+  EXPECT_EQ(drift[0].um_per_unit, 0.5);
+  EXPECT_FALSE(drift[0].buffered);
+  EXPECT_EQ(drift[0].rate_hz, 10);
+  EXPECT_EQ(drift[1].axis, 2);
+  EXPECT_TRUE(drift[1].buffered);
+  EXPECT_EQ(drift[1].rate_hz, 2000);
+}
+
+TEST(Sensors, GoWithTheirWordInDevices) {
+  EXPECT_THAT(problemOf(boxToml("iio", "none", "")),
+              AllOf(HasSubstr("box.toml:11: 'devices.probe' = \"iio\" needs"), HasSubstr("add [probe_adc]")));
+  EXPECT_THAT(problemOf(boxToml("none", "iio", "")),
+              AllOf(HasSubstr("box.toml:12: 'devices.drift' = \"iio\" needs"), HasSubstr("add a [[drift]]")));
+  EXPECT_THAT(problemOf(boxToml("none", "none", kProbe)),
+              AllOf(HasSubstr("box.toml:13: 'probe_adc' is read with probe = \"iio\""), HasSubstr("or remove")));
+  EXPECT_THAT(problemOf(boxToml("none", "none", kScrew)),
+              AllOf(HasSubstr("box.toml:13: 'drift' is read with drift = \"iio\""), HasSubstr("or remove")));
+  EXPECT_THAT(problemOf(boxToml("iio", "ads1115", kProbe)),
+              AllOf(HasSubstr("box.toml:12: 'devices.drift' = \"ads1115\" is not known"), HasSubstr("\"iio\"")));
+}
+
+TEST(Sensors, AreRefusedWithLineAndRemedy) {
+  EXPECT_THAT(screwProblem("channel =", "chanel ="), HasSubstr("box.toml:16: unknown key 'drift.chanel'"));
+  EXPECT_THAT(screwProblem("\"voltage0\"", "\"in_voltage0_raw\""),
+              AllOf(HasSubstr("box.toml:16: 'drift.channel'"), HasSubstr("in_voltage0_raw in sysfs is \"voltage0\"")));
+  EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0"),
+              AllOf(HasSubstr("box.toml:17: 'drift.um_per_unit' = 0"), HasSubstr("write how many um")));
+  EXPECT_THAT(screwProblem("\"X\"", "\"W\""), HasSubstr("box.toml:14: 'drift.axis' = \"W\" is not known"));
+  EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0.5\nrate_hz = 1000"),
+              HasSubstr("'drift.rate_hz' = 1000 is out of its range: give a value from 1 to 100"));
+  EXPECT_THAT(screwProblem("um_per_unit = 0.5", "um_per_unit = 0.5\nbuffered = true"),
+              HasSubstr("missing key 'drift.rate_hz'"));
+  EXPECT_THAT(probeProblem(", \"voltage2\"]", "]"), HasSubstr("box.toml:16: 'probe_adc.channels' needs three names"));
+  EXPECT_THAT(probeProblem("\"voltage2\"", "\"voltage1\""),
+              AllOf(HasSubstr("box.toml:16: 'probe_adc.channels' = \"voltage1\" of \"ad7606-8\" is read for another"),
+                    HasSubstr("give each a channel of its own")));
+  EXPECT_THAT(probeProblem("\"voltage2\"", "\"Voltage2\""), HasSubstr("is not the name of a channel"));
+}
+
+TEST(Sensors, OneChannelOrAxisIsNotReadTwice) {
+  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + exchanged(kScrew, "voltage0", "voltage1"))),
+              HasSubstr("box.toml:19: 'drift.axis' = \"X\" has a [[drift]] already"));
+  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + exchanged(kScrew, "\"X\"", "\"Y\""))),
+              HasSubstr("box.toml:21: 'drift.channel' = \"voltage0\" of \"ads1115\" is read for another sensor"));
+  const auto other_rate = exchanged(exchanged(kScrew, "\"X\"", "\"Y\""), "voltage0\"", "voltage1\"\nrate_hz = 20");
+  EXPECT_THAT(problemOf(boxToml("none", "iio", kScrew + other_rate)), HasSubstr("write the same for both"));
+}
+
+// A vendor's example is one that a box takes.
+TEST(Boards, WithAReceiverAreDescribedWhole) {
+  const auto board = loadDirectory(BOARDS "/receiver");
+  ASSERT_TRUE(board.ok()) << board.error().what;
+  EXPECT_EQ(board->box.devices.probe, "usb");
+  EXPECT_EQ(board->box.devices.drift, "iio");
+  for (const std::size_t axis : {0U, 1U, 2U, 5U})
+    EXPECT_EQ(kindOf(board->box.devices.encoders_by_axis.at(axis).value()), "receiver") << axis;
+}
+
+// Two files that must agree.
+TEST(Sensors, OfAScrewThatMachineTomlDoesNotDescribeAreRefused) {
+  const support::TemporaryFolder folder;
+  for (const char* const name : {"box.toml", "machine.toml", "probe.toml", "service.toml"}) {
+    std::ostringstream text;
+    text << std::ifstream{std::string{BOARDS "/receiver/"} + name}.rdbuf();
+    auto changed = text.str();
+    if (const auto screw = changed.find("[screw.Z]"); screw != std::string::npos)
+      changed.erase(screw, changed.find("# The rotary table") - screw);
+    std::ofstream{folder.file(name)} << changed;
+  }
+  const auto board = loadDirectory(folder.path());
+  ASSERT_FALSE(board.ok());
+  EXPECT_THAT(board.error().what, AllOf(HasSubstr("[[drift]] has axis = \"Z\""), HasSubstr("has no [screw.Z]"),
+                                        HasSubstr("or remove the sensor")));
+}
+
+}  // namespace
+}  // namespace probebox::board

@@ -1,0 +1,259 @@
+// Programs are read back by an interpreter of the test's own and compared with the plan that they were made from.
+#include "tools/gcode/program.hpp"
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <sstream>
+
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+#include "interpreter.hpp"
+#include "tools/gcode/unroll.hpp"
+
+namespace probebox::gcode {
+namespace {
+
+using Eigen::Vector3d;
+using procedure::Feature;
+using procedure::Kind;
+
+constexpr double kRounding_mm = 0.0006;
+constexpr double kSafe_mm = 90;
+
+Setting setting() {
+  Setting setting;
+  setting.at_mm = {1, -2, 3};
+  setting.balls_mm = {{40, 0, 20}, {-30, 10, 35}, {-10, -30, 30}, {20, 20, 25}};
+  setting.c_axis_mm = {0.5, 0.25, 0};
+  setting.table_axis_mm = Vector3d{0, 0, -50};
+  setting.ball_diameter_mm = 25;
+  setting.gap_mm = 26;
+  setting.setter_width_mm = 16;
+  setting.stylus_diameter_mm = 6;
+  setting.tool_diameter_mm = 10;
+  setting.safe_z_mm = kSafe_mm;
+  return setting;
+}
+
+struct Case {
+  const procedure::LiveMethod* method{};
+  ProcedureOptions options{};
+};
+
+std::vector<Case> cases() {
+  ProcedureOptions three;
+  three.angles = 3;
+  ProcedureOptions tool;
+  tool.tool = 4;
+  ProcedureOptions tilted;
+  tilted.b_count = 3;
+  tilted.b_angles_rad = {-0.3, 0, 0.3};
+  tilted.b_axis = {1, 0, 0};
+  ProcedureOptions sweep;
+  sweep.axis = 2;
+  sweep.travel_mm = 40;
+  sweep.speed_count = 1;
+  sweep.speeds_mm_s[0] = 5;
+  return {{&procedure::kDelayMultiSpeed, {}}, {&procedure::kDelayPlates, {}},        {&procedure::kDelayInOut, {}},
+          {&procedure::kDelayNonNormal, {}},  {&procedure::kCentreline, three},      {&procedure::kToolSetter, tool},
+          {&procedure::kTablePivot, tilted},  {&procedure::kScrewCalibration, sweep}};
+}
+
+procedure::Plan planOf(const Case& c) {
+  procedure::Plan plan;
+  EXPECT_FALSE(whyRefused(*c.method, c.options, 2)) << whyRefused(*c.method, c.options, 2)->what;
+  fill(plan, *c.method, c.options);
+  EXPECT_GT(plan.step_count, 0U);
+  return plan;
+}
+
+std::string written(const Case& c, const Dialect& dialect, Marks marks = Marks::lines) {
+  const auto blocks = unroll(planOf(c), setting());
+  EXPECT_TRUE(blocks) << blocks.error().what;
+  if (!blocks) return {};
+  return program(*blocks, setting(), {std::string{c.method->name()}, "probebox calibrate", "zero"}, dialect, marks);
+}
+
+Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+// Centre of what a step touches, worked out here.
+Vector3d centreOf(const procedure::Step& step) {
+  const Setting given = setting();
+  if (step.feature != Feature::part_ball) return given.at_mm;
+  const auto& angles = step.touch.rotary_angles_rad;
+  const Eigen::Rotation2Dd about_c{angles[2]};
+  Vector3d ball = given.balls_mm[step.touch.ball - 1U];
+  ball.head<2>() = given.c_axis_mm.head<2>() + about_c * (ball.head<2>() - given.c_axis_mm.head<2>());
+  if (step.b_moves != procedure::BMoves::table) return ball;
+  const double below = given.table_axis_mm->z(), s = std::sin(angles[1]), c = std::cos(angles[1]);
+  const double y = ball.y(), z = ball.z() - below;
+  return {ball.x(), c * y - s * z, below + s * y + c * z};
+}
+
+Vector3d surfaceOf(const procedure::Step& step) {
+  const Vector3d n = vectorOf(step.touch.outward_normal);
+  if (step.feature == Feature::plates) return centreOf(step) - 10 * n;
+  if (step.feature != Feature::tool_setter) return centreOf(step) + 15.5 * n;
+  const bool tool = step.touch.tool != 0;
+  const double beside = 8 + (tool ? 5 : 3), above = 8 + (tool ? 0 : 3);
+  return centreOf(step) + Vector3d{beside * n.x(), beside * n.y(), above * n.z()};
+}
+
+void expectAt(const Reached& reached, const Vector3d& where) {
+  EXPECT_LT((vectorOf(reached.at_mm) - where).cwiseAbs().maxCoeff(), kRounding_mm)
+      << vectorOf(reached.at_mm).transpose() << " is not " << where.transpose();
+}
+
+// Between begin and end: in to the overtravel, a dwell unless it goes in and out, and back to where the retract ends.
+void expectTouch(const Part& run, const procedure::Step& step, const SentMark& begin, const SentMark& end) {
+  const Vector3d surface = surfaceOf(step), retract = vectorOf(step.touch.retract_direction);
+  ASSERT_EQ(end.after, begin.after + 2);
+  expectAt(run.moves[begin.after - 1], surface + step.clearance_mm * retract);
+  expectAt(run.moves[begin.after], surface - step.overtravel_mm * retract);
+  expectAt(run.moves[begin.after + 1], surface + (step.clearance_mm + procedure::kRunOut_mm) * retract);
+  const bool dwells = std::ranges::find(run.dwells, begin.after + 1) != run.dwells.end();
+  EXPECT_EQ(dwells, step.kind == Kind::touch);
+  for (const std::size_t move : {begin.after, begin.after + 1})
+    EXPECT_NEAR(run.moves[move].feed_mm_min, 60 * step.touch.retract_speed_mm_s, 0.01);
+}
+
+void expectSweep(const Part& run, const procedure::Step& step, const SentMark& begin, const SentMark& end) {
+  ASSERT_EQ(end.after, begin.after + 1);
+  const Vector3d from = vectorOf(run.moves[begin.after - 1].at_mm);
+  expectAt(run.moves[begin.after], from + step.touch.travel_mm * vectorOf(step.touch.outward_normal));
+}
+
+TEST(Program, ReachesWhatThePlanAsksForInEveryDialect) {
+  for (const auto name : dialectNames()) {
+    for (const auto& c : cases()) {
+      SCOPED_TRACE(std::string{name} + " " + std::string{c.method->name()});
+      const auto plan = planOf(c);
+      const auto read = interpret(written(c, *dialectNamed(name)));
+      EXPECT_THAT(read.unknown, testing::IsEmpty());
+      EXPECT_TRUE(read.ended);
+      ASSERT_EQ(read.parts.size(), 3U);
+      const Part& run = read.parts[2];
+      ASSERT_EQ(run.marks.size(), 2 * plan.step_count);
+      for (std::size_t i = 0; i < plan.step_count; ++i) {
+        const auto &begin = run.marks[2 * i], &end = run.marks[2 * i + 1];
+        EXPECT_TRUE(begin.begin && !end.begin && begin.step == i && end.step == i);
+        EXPECT_NEAR(begin.speed_mm_s, plan.steps[i].touch.retract_speed_mm_s, 1e-3);
+        for (std::size_t axis = 0; axis < 3 && plan.steps[i].turns; ++axis) {
+          const double wanted_deg = plan.steps[i].touch.rotary_angles_rad[axis] * 180 / std::numbers::pi;
+          EXPECT_NEAR(begin.angles_deg[axis], wanted_deg, 1e-3);
+          EXPECT_NEAR(run.moves[begin.after].angles_deg[axis], wanted_deg, 1e-3);
+        }
+        if (plan.steps[i].kind == Kind::sweep) {
+          expectSweep(run, plan.steps[i], begin, end);
+        } else {
+          expectTouch(run, plan.steps[i], begin, end);
+        }
+      }
+    }
+  }
+}
+
+TEST(Program, MovesNothingBeforeTheOperatorStartsIt) {
+  for (const auto name : dialectNames()) {
+    const auto read = interpret(written(cases()[0], *dialectNamed(name)));
+    EXPECT_TRUE(read.parts[0].moves.empty()) << name;
+  }
+}
+
+TEST(Program, KeepsTheDryRunAboveTheSafeHeightAndSendsNoMarks) {
+  for (const auto& c : cases()) {
+    SCOPED_TRACE(c.method->name());
+    const auto read = interpret(written(c, fanuc()));
+    const Part &dry = read.parts[1], &run = read.parts[2];
+    ASSERT_EQ(dry.moves.size(), run.moves.size());
+    EXPECT_TRUE(dry.marks.empty());
+    for (std::size_t i = 0; i < dry.moves.size(); ++i) {
+      EXPECT_GE(dry.moves[i].at_mm[2], kSafe_mm - kRounding_mm);
+      // The same way over the table.
+      if (i == 0) continue;
+      EXPECT_NEAR(dry.moves[i].at_mm[0], run.moves[i].at_mm[0], kRounding_mm);
+      EXPECT_NEAR(dry.moves[i].at_mm[1], run.moves[i].at_mm[1], kRounding_mm);
+    }
+  }
+}
+
+TEST(Program, HasNoFeedAboveTheLimitAndNoRapidOfALinearAxis) {
+  for (const auto& c : cases()) {
+    for (const auto& part : interpret(written(c, linuxcnc())).parts) {
+      for (const auto& move : part.moves) {
+        EXPECT_FALSE(move.rapid);
+        EXPECT_GT(move.feed_mm_min, 0);
+        EXPECT_LE(move.feed_mm_min, setting().most_mm_min);
+      }
+    }
+  }
+}
+
+double distanceToSegment(const Vector3d& point, const Vector3d& a, const Vector3d& b) {
+  const double length = (b - a).squaredNorm();
+  const double share = length == 0 ? 0 : std::clamp((point - a).dot(b - a) / length, 0.0, 1.0);
+  return (a + share * (b - a) - point).norm();
+}
+
+// Between steps nothing comes nearer to the ball than the clearance of a step.
+TEST(Program, TraversesAroundWhatItTouches) {
+  for (const auto& c : {cases()[0], cases()[3], cases()[4], cases()[6]}) {
+    SCOPED_TRACE(c.method->name());
+    const auto plan = planOf(c);
+    const auto read = interpret(written(c, siemens()));
+    const Part& run = read.parts[2];
+    for (std::size_t i = 1; i < plan.step_count; ++i) {
+      const std::size_t from = run.marks[2 * i - 1].after - 1, to = run.marks[2 * i].after - 1;
+      for (std::size_t move = from; move < to; ++move) {
+        const bool turned = run.moves[move].angles_deg != run.moves[move + 1].angles_deg;
+        const Vector3d a = vectorOf(run.moves[move].at_mm), b = vectorOf(run.moves[move + 1].at_mm);
+        const bool before = run.moves[move + 1].angles_deg == run.moves[from].angles_deg;
+        const Vector3d centre = centreOf(plan.steps[before || turned ? i - 1 : i]);
+        EXPECT_GT(distanceToSegment(centre, a, b), 15.5 + 0.25) << "before step " << i;
+      }
+    }
+  }
+}
+
+TEST(Program, StopsForAPersonWhereTheControlPrintsNothing) {
+  const auto plan = planOf(cases()[0]);
+  const auto read = interpret(written(cases()[0], haas(), Marks::stops));
+  EXPECT_EQ(read.parts.size(), 3 + 2 * plan.step_count);
+  for (const auto& part : read.parts) EXPECT_TRUE(part.marks.empty());
+}
+
+TEST(Program, SaysWhetherItsDialectWasRunOnAControl) {
+  for (const auto name : dialectNames()) {
+    const std::string text = written(cases()[0], *dialectNamed(name));
+    EXPECT_THAT(text, testing::HasSubstr(name == "linuxcnc" ? "RS274" : "NOT RUN ON A CONTROL"));
+    EXPECT_THAT(text, testing::HasSubstr("THE BOX ONLY ADVISES"));
+    std::istringstream lines{text};
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 96U) << line;
+  }
+}
+
+TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
+  const auto whyNot = [](const Case& c, const Setting& with) {
+    const auto blocks = unroll(planOf(c), with);
+    return blocks ? std::string{} : blocks.error().what;
+  };
+  Setting no_height = setting(), no_sphere = setting(), low = setting(), slow = setting(), no_ball = setting();
+  no_height.safe_z_mm.reset();
+  no_sphere.ball_diameter_mm.reset();
+  low.safe_z_mm = 20;
+  slow.most_mm_min = 1000;
+  no_ball.balls_mm.clear();
+  EXPECT_THAT(whyNot(cases()[0], no_height), testing::HasSubstr("--safe-z"));
+  EXPECT_THAT(whyNot(cases()[0], no_sphere), testing::HasSubstr("--sphere"));
+  EXPECT_THAT(whyNot(cases()[0], low), testing::HasSubstr("larger"));
+  EXPECT_THAT(whyNot(cases()[0], slow), testing::HasSubstr("--most-feed"));
+  EXPECT_THAT(whyNot(cases()[4], no_ball), testing::HasSubstr("--ball"));
+  EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()), testing::HasSubstr("loop program"));
+}
+
+}  // namespace
+}  // namespace probebox::gcode

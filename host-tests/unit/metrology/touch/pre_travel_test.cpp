@@ -1,0 +1,148 @@
+#include "firmware/metrology/touch/pre_travel.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include "firmware/metrology/touch/switched_touch.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using Eigen::Vector3d;
+using testing::AllOf;
+using testing::Gt;
+using testing::HasSubstr;
+using testing::Lt;
+
+constexpr double kSpeed_mm_s = 5;
+constexpr double kRadius_mm = 15;
+
+// A touch-trigger probe that drives onto a sphere and back; its switch repeats to `scatter_mm`.
+struct Probe {
+  double mean_mm{0.010}, cosine_mm{0.003}, sine_mm{-0.002}, along_mm{0.004};
+  double late_s{0.0006};
+  double scatter_mm{};
+
+  double preTravel(const Vector3d& n) const {
+    const double across = std::hypot(n.x(), n.y()), around = std::atan2(n.y(), n.x());
+    return across * (mean_mm + cosine_mm * std::cos(3 * around) + sine_mm * std::sin(3 * around)) +
+           along_mm * std::abs(n.z());
+  }
+};
+
+Vector3d directionAt(double around_deg, double up_deg) {
+  const double around = around_deg * std::numbers::pi / 180, up = up_deg * std::numbers::pi / 180;
+  return {std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)};
+}
+
+// Twelve sides at the equator and six at 45 degrees; the top; from below as well where the holder allows it.
+std::vector<Vector3d> directions(bool from_below) {
+  std::vector<Vector3d> all;
+  for (int k = 0; k < 12; ++k) all.push_back(directionAt(30 * k, 0));
+  for (int k = 0; k < 6; ++k) all.push_back(directionAt(60 * k + 10, 45));
+  all.push_back({0, 0, 1});
+  for (int k = 0; from_below && k < 6; ++k) all.push_back(directionAt(60 * k, -30));
+  return all;
+}
+
+Dataset touched(const Probe& probe, const std::vector<Vector3d>& sides, const Vector3d& centre,
+                std::uint64_t seed = 1) {
+  std::mt19937_64 random{seed};
+  std::normal_distribution<double> normal;
+  auto machine = Table::withColumns("machine", kMachineColumns);
+  auto touches = Table::withColumns("touches", kTouchesColumns);
+  auto edges = Table::withColumns("edges", kEdgesColumns);
+  constexpr double kOutside_mm = 0.5, kInside_mm = 0.5, kDwell_s = 0.1;
+  constexpr double kTurn_s = (kOutside_mm + kInside_mm) / kSpeed_mm_s;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const auto number = static_cast<double>(i);
+    const Vector3d& n = sides[i];
+    for (int k = 0; k < 500 * (2 * kTurn_s + kDwell_s); ++k) {
+      const double t = k / 500.0;
+      const double in = std::min(t, kTurn_s), out = std::max(0.0, t - kTurn_s - kDwell_s);
+      const Vector3d at = centre + (kRadius_mm + kOutside_mm - kSpeed_mm_s * (in - out)) * n;
+      machine.append({number, t, at.x(), at.y(), at.z()});
+    }
+    touches.append({number, n.x(), n.y(), n.z(), n.x(), n.y(), n.z(), kSpeed_mm_s});
+    // The same way in and out: the scatter is that of the reading.
+    const double way_mm = probe.preTravel(n) + probe.scatter_mm * normal(random);
+    edges.append({number, (kOutside_mm + way_mm) / kSpeed_mm_s + probe.late_s,
+                  2 * kTurn_s + kDwell_s - (kOutside_mm + way_mm) / kSpeed_mm_s + probe.late_s});
+  }
+  Dataset dataset{.method = "pre-travel", .config = {}, .tables = {machine, touches, edges}};
+  dataset.config["effective_diameter_mm"] = 2 * kRadius_mm;
+  return dataset;
+}
+
+TEST(PreTravel, FindsMeanLobesAndTheWayAlongTheStylus) {
+  const Vector3d centre{100, -50, -200};
+  const Probe probe;
+  const auto result = solvePreTravel(touched(probe, directions(true), centre));
+  ASSERT_TRUE(result) << result.error().reason;
+  const auto& found = result->find("pre_travel_mm")->values;
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_NEAR(found[0], probe.mean_mm, 1e-6);
+  EXPECT_NEAR(found[1], probe.cosine_mm, 1e-6);
+  EXPECT_NEAR(found[2], probe.sine_mm, 1e-6);
+  EXPECT_NEAR(found[3], probe.along_mm, 1e-6);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(result->find("centre_mm")->values[static_cast<std::size_t>(axis)], centre[axis], 1e-6);
+  EXPECT_NEAR(result->find("switch_late_s")->value(), probe.late_s, 1e-9);
+}
+
+// Without touches from below the way along the stylus is in the height of the centre, and the answer says so.
+TEST(PreTravel, NamesWhatTouchesFromAboveLeaveOpen) {
+  const Probe probe;
+  const auto result = solvePreTravel(touched(probe, directions(false), Vector3d::Zero()));
+  ASSERT_TRUE(result) << result.error().reason;
+  const auto& found = result->find("pre_travel_mm")->values;
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_NEAR(found[0], probe.mean_mm, 5e-6);
+  EXPECT_NEAR(result->find("centre_mm")->values[2], -probe.along_mm, 5e-6);
+  EXPECT_THAT(result->unobservable, testing::Contains(HasSubstr("along the stylus")));
+}
+
+TEST(PreTravel, HasTheUncertaintyThatItStates) {
+  constexpr int kRuns = 200;
+  double pulls = 0;
+  Probe probe;
+  probe.scatter_mm = 5e-4;
+  for (int run = 0; run < kRuns; ++run) {
+    auto dataset = touched(probe, directions(true), Vector3d::Zero(), static_cast<std::uint64_t>(run) + 1);
+    dataset.config["sigma_mm"] = probe.scatter_mm;
+    const auto result = solvePreTravel(dataset);
+    ASSERT_TRUE(result) << result.error().reason;
+    const auto& found = *result->find("pre_travel_mm");
+    const std::array<double, 4> truth{probe.mean_mm, probe.cosine_mm, probe.sine_mm, probe.along_mm};
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const double pull = (found.values[k] - truth[k]) / found.sd[k];
+      pulls += pull * pull / (4 * kRuns);
+    }
+  }
+  // Chi-square of about 800 degrees of freedom: 99.9 % within 0.17.
+  EXPECT_THAT(pulls, AllOf(Gt(0.83), Lt(1.17)));
+}
+
+TEST(PreTravel, RefusesDirectionsThatLeaveALobeOpen) {
+  auto sides = directions(false);
+  sides.erase(sides.begin() + 12, sides.begin() + 18);  // those at 45 degrees
+  sides.erase(sides.begin() + 3, sides.begin() + 5);
+  const auto result = solvePreTravel(touched({}, sides, Vector3d::Zero()));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().name, "few-directions");
+  EXPECT_THAT(result.error().reason, HasSubstr("90 degrees"));
+}
+
+TEST(PreTravel, WarnsOfASphereThatCannotHaveThatSize) {
+  auto dataset = touched({.scatter_mm = 1e-4}, directions(true), Vector3d::Zero());
+  dataset.config["effective_diameter_mm"] = 2 * kRadius_mm - 0.1;
+  const auto result = solvePreTravel(dataset);
+  ASSERT_TRUE(result) << result.error().reason;
+  EXPECT_THAT(result->warnings, testing::Contains(HasSubstr("effective_diameter_mm")));
+}
+
+}  // namespace
+}  // namespace probebox::metrology
