@@ -98,7 +98,7 @@ std::size_t answerLength(std::span<const std::uint8_t> bytes) {
 bool contradictsItself(std::span<const std::uint8_t> bytes) {
   const bool writes = bytes.size() > 6 && (bytes[1] == 15 || bytes[1] == 16);
   if (!writes) return false;
-  const unsigned values = bytes[4] << 8 | bytes[5];
+  const unsigned values = unsigned{bytes[4]} << 8 | bytes[5];
   return bytes[6] != (bytes[1] == 16 ? 2 * values : (values + 7) / 8);
 }
 
