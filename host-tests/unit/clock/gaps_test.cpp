@@ -54,13 +54,14 @@ TEST(Gaps, BoundIsWhatAFilterThatIsToldEverythingReaches) {
   EXPECT_NEAR(std::sqrt(squares / bounds), 1, 0.06);
 }
 
+// Under sanitizers one world of three minutes stands for six of seven: it holds few independent errors of the phase.
 TEST(Gaps, EstimateIsCloseToTheBoundAndItsSigmaHonest) {
   double mean = 0;
   for (const auto& signal : fourCases()) {
     const GapAccuracy accuracy = accuracyOverGaps(withGaps(signal), kShort ? 1 : 6, 120, kShort ? 180 : 420);
-    EXPECT_THAT(accuracy.ratio(), AllOf(Gt(0.85), Lt(kShort ? 1.6 : 1.15)));
-    EXPECT_THAT(std::sqrt(accuracy.pull), AllOf(Gt(kShort ? 0.7 : 0.9), Lt(kShort ? 1.5 : 1.1)));
-    EXPECT_THAT(std::sqrt(accuracy.pull_in_gaps), AllOf(Gt(0.7), Lt(kShort ? 1.6 : 1.25)));
+    EXPECT_THAT(accuracy.ratio(), AllOf(Gt(kShort ? 0.5 : 0.85), Lt(kShort ? 1.6 : 1.15)));
+    EXPECT_THAT(std::sqrt(accuracy.pull), AllOf(Gt(kShort ? 0.5 : 0.9), Lt(kShort ? 1.6 : 1.1)));
+    EXPECT_THAT(std::sqrt(accuracy.pull_in_gaps), AllOf(Gt(kShort ? 0.5 : 0.7), Lt(kShort ? 1.6 : 1.25)));
     EXPECT_EQ(accuracy.shifted, 0);
     EXPECT_EQ(accuracy.epochs, 1U);
     mean += accuracy.ratio() / 4;
