@@ -144,7 +144,7 @@ std::string fieldLists(const Language& language) {
   const auto operations = [&]<class... Op>() { (all.operation<Op>(), ...); };
   operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
                         Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
-                        LoopBack, TellPose, ProposeCase, FollowCase, GetResult>();
+                        LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions>();
   return all.text();
 }
 
