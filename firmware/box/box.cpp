@@ -234,7 +234,7 @@ void Box::on(const CountedAxes& counted) {
 
 void Box::on(const CountedIndex& index) {
   if (index.axis >= kLinearAxes + kRotaryAxes) return;
-  const auto at = probe_clock_.timeAfter(index.run, index.counter, index.fraction);
+  const auto at = probe_clock_.timeAfter({index.run, index.counter, false, index.at}, index.fraction);
   if (!at) return;  // without a time there is no reference; the next pulse gives it
   // No row of a touch: the other axes have no count at this moment.
   if (index.axis < kLinearAxes) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 
 namespace probebox::clock {
@@ -182,24 +181,30 @@ void CounterClock::passTo(MonoTime at) {
 std::optional<CounterStamp> CounterClock::stamp(MonoTime arrived) {
   if (state_ != ClockState::locked && state_ != ClockState::holdover) return std::nullopt;
   const std::int64_t ahead = index_ - filter().tick().index;
-  const Nanoseconds tolerance{std::llround(std::max(kEarliestSpreads * tracked_.jitter().spreadNs(), kEarliestNs))};
   MonoTime at = filter().timeOf(ahead);
-  if (at > arrived + tolerance || at + tolerance < given_) return std::nullopt;
+  if (at > arrived + tolerance() || at + tolerance() < given_) return std::nullopt;
   at = std::max(at, given_ + Nanoseconds{1});
   given_ = at;
   return CounterStamp{at, sigmaNs(ahead)};
 }
 
-std::optional<MonoTime> CounterClock::timeAfter(std::uint8_t run, std::uint32_t counter, std::uint32_t fraction) {
+std::optional<MonoTime> CounterClock::timeAfter(const CounterReading& sample, std::uint32_t fraction) {
   constexpr std::int32_t kNear = 4096;  // samples: the longest packets, and more
   const bool has_time = state_ == ClockState::locked || state_ == ClockState::holdover;
-  if (!has_time || !last_ || last_->run != run) return std::nullopt;
-  const auto since = static_cast<std::int32_t>(counter - last_->counter);
-  if (std::abs(since) > kNear) return std::nullopt;
+  if (!has_time || !last_ || last_->run != sample.run) return std::nullopt;
+  const auto since = static_cast<std::int32_t>(sample.counter - last_->counter);
+  if (since > kNear || since < -kNear) return std::nullopt;
   const std::int64_t ahead = index_ + since - filter().tick().index;
   const double part_ns = std::ldexp(static_cast<double>(fraction), -32) * period_ns_;
-  given_ = std::max(filter().timeOf(ahead) + Nanoseconds{std::llround(part_ns)}, given_ + Nanoseconds{1});
+  const MonoTime at = filter().timeOf(ahead) + Nanoseconds{std::llround(part_ns)};
+  if (at > sample.at + tolerance()) return std::nullopt;
+  given_ = std::max(at, given_ + Nanoseconds{1});
   return given_;
+}
+
+// By which a stamp may be later than its arrival.
+Nanoseconds CounterClock::tolerance() const {
+  return Nanoseconds{std::llround(std::max(kEarliestSpreads * tracked_.jitter().spreadNs(), kEarliestNs))};
 }
 
 double CounterClock::offsetPpm() const {

@@ -75,9 +75,9 @@ class CounterClock {
     return push(CounterReading{sample.run, sample.counter, sample.newest, sample.at});
   }
 
-  // When something happened that the device latched `fraction` x 2^-32 of a period after the sample `counter`, one of
-  // the last ones; later than every stamp before. nullopt when its time is not certain enough.
-  std::optional<MonoTime> timeAfter(std::uint8_t run, std::uint32_t counter, std::uint32_t fraction);
+  // When something happened that the device latched `fraction` x 2^-32 of a period after this sample, one of the last
+  // ones; later than every stamp before. nullopt when its time is not certain enough, or after its arrival.
+  std::optional<MonoTime> timeAfter(const CounterReading& sample, std::uint32_t fraction);
 
   // Reports that time passed without a sample.
   void advance(MonoTime now);
@@ -107,6 +107,7 @@ class CounterClock {
 
   void follow(const CounterReading& sample);
   bool fitsTime(std::uint32_t step, Nanoseconds passed) const;
+  Nanoseconds tolerance() const;
   void observe(MonoTime arrived);
   void startOn(const ArrivalLine::Line& line);
   void settle();

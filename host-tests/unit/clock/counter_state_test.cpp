@@ -196,6 +196,35 @@ TEST(CounterState, ACounterThatStandsStillBeginsAnewWithEverySample) {
   }
 }
 
+TEST(CounterState, TimesWhatTheDeviceLatchedBetweenTwoSamples) {
+  CounterTrial trial{CounterSignal{}, 24};
+  ASSERT_TRUE(trial.lock());
+  trial.run(1s);
+  const auto transfer = trial.source.next();
+  std::optional<clock::CounterStamp> last;
+  for (const auto& sample : transfer) last = trial.clock.push(sample.event);
+  ASSERT_TRUE(last);
+  const auto& event = transfer.back().event;
+  const auto half = trial.clock.timeAfter({event.run, event.counter, false, event.at}, 0x8000'0000U);
+  ASSERT_TRUE(half);
+  EXPECT_NEAR(static_cast<double>((*half - last->at).count()), 250'000, 100) << "half of a period at 2 kHz";
+  const auto other_run = static_cast<std::uint8_t>(event.run + 1);
+  EXPECT_FALSE(trial.clock.timeAfter({other_run, event.counter, false, event.at}, 0));
+}
+
+// A receiver that numbers a latch wrongly must not silence the probe for as long.
+TEST(CounterState, ALatchThatIsLaterThanItsArrivalHasNoTimeAndTakesNoneFromTheSamples) {
+  CounterTrial trial{CounterSignal{}, 25};
+  ASSERT_TRUE(trial.lock());
+  trial.run(1s);
+  const auto transfer = trial.source.next();
+  for (const auto& sample : transfer) trial.clock.push(sample.event);
+  const auto& event = transfer.back().event;
+  for (const std::uint32_t ahead : {100U, 4000U, 0x8000'0000U})
+    EXPECT_FALSE(trial.clock.timeAfter({event.run, event.counter + ahead, false, event.at}, 0)) << ahead;
+  EXPECT_GT(stampedWell(trial, 1s), 1900U);
+}
+
 TEST(CounterState, JudgesTheFrequencyByTheTrueNominalPeriod) {
   // 3333.333 ns: a whole nanosecond less is 100 ppm.
   CounterSignal signal;
