@@ -21,7 +21,7 @@ class Unwrap {
   Count push(std::uint64_t raw, MonoTime at) {
     const std::uint64_t value = range_ == 0 ? raw : raw % range_;
     const bool goes_on = has_last_ && at - at_ <= longest_unread_;
-    count_ = goes_on ? count_ + shorterWay(value) : static_cast<std::int64_t>(value);
+    count_ = static_cast<std::int64_t>(goes_on ? static_cast<std::uint64_t>(count_) + shorterWay(value) : value);
     has_last_ = true;
     at_ = at;
     value_ = value;
@@ -30,9 +30,10 @@ class Unwrap {
   bool hasLast() const { return has_last_; }
 
  private:
-  std::int64_t shorterWay(std::uint64_t value) const {
+  // Modulo 2^64: down is a large number.
+  std::uint64_t shorterWay(std::uint64_t value) const {
     const std::uint64_t up = value >= value_ || range_ == 0 ? value - value_ : range_ - (value_ - value);
-    return static_cast<std::int64_t>(range_ != 0 && up > range_ / 2 ? up - range_ : up);
+    return range_ != 0 && up > range_ / 2 ? up - range_ : up;
   }
 
   std::uint64_t range_;

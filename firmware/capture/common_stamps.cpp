@@ -3,6 +3,16 @@
 #include <cmath>
 
 namespace probebox::capture {
+namespace {
+
+// Counts may wrap around, and so does their difference.
+std::int64_t between(std::int64_t a, std::int64_t b, double share) {
+  const auto from = static_cast<std::uint64_t>(a);
+  const auto way = static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(b) - from));
+  return static_cast<std::int64_t>(from + static_cast<std::uint64_t>(std::llround(share * way)));
+}
+
+}  // namespace
 
 CommonStamps::CommonStamps(const std::array<Nanoseconds, kLinearAxes>& interval) : interval_{interval} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
@@ -52,7 +62,7 @@ CommonStamps::Found CommonStamps::find(std::size_t axis, MonoTime at, Row& row) 
   if (after == track.first() || 2 * (b.at - track.at(after - 1).at) > 5 * interval_[axis]) return Found::missing;
   const Point& a = track.at(after - 1);
   const double share = static_cast<double>((at - a.at).count()) / static_cast<double>((b.at - a.at).count());
-  row.counts[axis] = a.counts + std::llround(share * static_cast<double>(b.counts - a.counts));
+  row.counts[axis] = between(a.counts, b.counts, share);
   return Found::found;
 }
 

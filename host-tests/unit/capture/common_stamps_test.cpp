@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <vector>
 
 // Axes that are read one by one, brought to common stamps.
@@ -68,6 +69,18 @@ TEST_F(Stamps, AreNotGuessedOverAGap) {
   EXPECT_EQ(rows.size(), 99U - 6U);
   for (const auto& row : rows)
     EXPECT_NEAR(static_cast<double>(row.counts[1]), static_cast<double>(countsAt(1, row.at)), 1);
+}
+
+TEST_F(Stamps, FollowACountThatWrapsAround) {
+  constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kFirst = std::numeric_limits<std::int64_t>::min();
+  stamps = CommonStamps{{1ms, 0ms, 1ms}};
+  stamps.push({Axis::x, 0, kLast - 9, monoTime(0)}, 0);
+  stamps.push({Axis::z, 0, 0, monoTime(500'000)}, 0);
+  stamps.push({Axis::x, 1, kFirst + 10, monoTime(1'000'000)}, 0);
+  const auto row = stamps.next();
+  ASSERT_TRUE(row);
+  EXPECT_EQ(row->counts[0], kFirst) << "half of the way of 20 counts";
 }
 
 TEST_F(Stamps, DoNotWaitForAnAxisWithoutAnEncoder) {
