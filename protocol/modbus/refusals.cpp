@@ -186,7 +186,10 @@ std::span<const RefusalCode> refusalCodes() {
 
 std::uint16_t codeOfRefusal(std::string_view name) {
   if (name.empty()) return refusal::none;
-  const auto found = std::ranges::find(kOfSolvers, name);
+  // A name that ends with a dash stands for those that go on behind it: "constant-distance".
+  const auto found = std::ranges::find_if(kOfSolvers, [&](std::string_view known) {
+    return name == known || (known.ends_with('-') && name.starts_with(known));
+  });
   if (found == kOfSolvers.end()) return refusal::not_in_list;
   return static_cast<std::uint16_t>(refusal::of_solver + (found - kOfSolvers.begin()));
 }

@@ -127,6 +127,8 @@ TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
   }
   EXPECT_GT(names, 100U);
   EXPECT_EQ(codeOfRefusal("arc-too-short"), 101) << "numbers never change";
+  EXPECT_EQ(codeOfRefusal("constant-distance"), 122) << "what does not change is a part of the name";
+  EXPECT_EQ(codeOfRefusal("constant-radius"), 122);
   EXPECT_EQ(codeOfRefusal(""), refusal::none);
 }
 
