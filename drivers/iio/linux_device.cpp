@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <system_error>
@@ -111,7 +112,7 @@ Outcome<double> LinuxDevice::number(std::string_view attribute) const {
   if (!text) return text.error();
   double value = 0;
   const auto [end, code] = std::from_chars(text->data(), text->data() + text->size(), value);
-  if (code != std::errc{} || end != text->data() + text->size())
+  if (code != std::errc{} || end != text->data() + text->size() || !std::isfinite(value))
     return Error{(folder_ / attribute).string() + ": \"" + *text + "\" is not a number"};
   return value;
 }
