@@ -76,8 +76,8 @@ app::Reply Boot::ask(messages::Operation operation, std::span<const std::byte> b
   return reply.value_or(app::Reply{});
 }
 
-std::optional<Error> Boot::post(const Event& said) {
-  auto refusal = desk_.post(said, office_.scenario().state(), kAll);
+std::optional<Error> Boot::take(std::span<const Event> said) {
+  auto refusal = desk_.take(said, "modbus:line 1", office_.scenario().state(), kAll);
   for (Event event; commands_.pop(event);) tell(event);
   return refusal;
 }

@@ -33,8 +33,8 @@ class Boot {
     return ask(Operation::kOperation, messages::encoded(request));
   }
   messages::ProcedureStatus::Answer procedure();
-  // A marker, homing or pose from a line of the controller.
-  std::optional<Error> post(const Event& said);
+  // Markers, homings, poses and cuts from a line of the controller: all of them or none.
+  std::optional<Error> take(std::span<const Event> said);
   const app::Calibrations& calibrations() const { return calibrations_; }
 
   // Starts a run by the desk; 0 when it was refused.

@@ -48,7 +48,7 @@ CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBu
               }},
       server_{options,
               {.snapshot = [this] { return toBeServed(); },
-               .take = [this](const Event& event) { return take(event); },
+               .take = [this](std::span<const Event> said) { return take(said); },
                .report = [](const std::string& text) { logWarning(text); },
                .kept =
                    [this] {
@@ -102,10 +102,8 @@ published::LineState CncLine::lineState() {
           .features = features_};
 }
 
-bool CncLine::take(const Event& event) {
-  const auto* cut = std::get_if<CutInhibit>(&event);
-  const auto error =
-      cut != nullptr ? with_.desk.setInhibit(door_, cut->active, may_) : with_.desk.post(event, states_.newest(), may_);
+bool CncLine::take(std::span<const Event> said) {
+  const auto error = with_.desk.take(said, door_, states_.newest(), may_);
   if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
   return !error;
 }

@@ -41,7 +41,7 @@ class CncLine {
   std::uint64_t rounds() const { return server_.rounds(); }
 
  private:
-  bool take(const Event& event);
+  bool take(std::span<const Event> said);
   bool keep(modbus::WordOrder order);
   const published::Snapshot& toBeServed();
   published::LineState lineState();

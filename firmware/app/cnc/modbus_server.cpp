@@ -235,8 +235,7 @@ void ModbusServer::write(const modbus::Request& request) {
   if (changed.wordOrder() != order && !faces_.keep(changed.wordOrder()))
     return refuse(request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
   // What the box does not want leaves no trace, so that the same request may be tried again.
-  for (const auto& event : *outcome) {
-    if (faces_.take(event)) continue;
+  if (!outcome->empty() && !faces_.take(*outcome)) {
     if (changed.wordOrder() != order) faces_.keep(order);
     return refuse(request, MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE);
   }

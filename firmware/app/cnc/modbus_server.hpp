@@ -49,7 +49,7 @@ class ModbusServer {
   // All of these are called on the thread of run().
   struct Faces {
     std::function<published::Snapshot()> snapshot;   // what the next answer shows, as a whole
-    std::function<bool(const Event&)> take;          // what a write asks; false refuses it; the stamp is the receiver's
+    std::function<bool(std::span<const Event>)> take;  // what a write asks; false refuses all of it; without stamps
     std::function<void(const std::string&)> report;  // the line was lost, or is back
     std::function<Kept()> kept;                      // as it holds now for this line
     std::function<bool(modbus::WordOrder)> keep;     // true: it is on the disk

@@ -16,10 +16,15 @@ TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBu
       door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
       server_{options,
               {.snapshot = [this] { return toBeServed(); },
-               .take = [this](const Event& event) { return take(event); },
+               .take = [this](const tape::Said& said) { return desk_.take(said, door_, states_.newest(), may_); },
+               .run = [this] { return states_.newest().snapshot.calibration_run; },
                .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
                .reached = [this](const tape::Positions& reached) { compare(reached); },
-               .round = [this] { warnings_.look(time_.now()); }}} {}
+               .round =
+                   [this] {
+                     warnings_.look(time_.now());
+                     reached_.look(time_.now());
+                   }}} {}
 
 TextLine::~TextLine() {
   server_.stop();
@@ -38,11 +43,6 @@ published::Snapshot TextLine::toBeServed() {
   return snapshot;
 }
 
-std::optional<Error> TextLine::take(const Event& event) {
-  if (const auto* cut = std::get_if<CutInhibit>(&event)) return desk_.setInhibit(door_, cut->active, may_);
-  return desk_.post(event, states_.newest(), may_);
-}
-
 // A control's own display beside the box's encoders, in the log: they differ by the correction and by lost counts.
 void TextLine::compare(const tape::Positions& reached) {
   const auto& axes = states_.newest().snapshot.axes;
@@ -54,7 +54,7 @@ void TextLine::compare(const tape::Positions& reached) {
                   axes[i].referenced ? "" : "not referenced, ", axes[i].position_mm);
     text += words.data();
   }
-  logInfo(text);
+  reached_.warn(time_.now(), text);
 }
 
 }  // namespace probebox::app

@@ -30,7 +30,6 @@ class TextLine {
 
  private:
   published::Snapshot toBeServed();
-  std::optional<Error> take(const Event& event);
   void compare(const tape::Positions& reached);
 
   board::Access may_;
@@ -41,6 +40,7 @@ class TextLine {
   std::string door_;  // in the book
   TimeSource time_;
   LimitedWarning warnings_{std::chrono::seconds{10}};
+  LimitedWarning reached_{std::chrono::seconds{1}, logInfo};
   TextServer server_;
   std::thread thread_;
 };

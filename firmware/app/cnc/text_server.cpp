@@ -117,11 +117,11 @@ void TextServer::take(const tape::Session::Line& line) {
   answer("OK\r\n");
 }
 
-std::optional<tape::Refused> TextServer::said(const tape::Said& events) {
-  for (Event event : events) {
-    if (auto* marker = std::get_if<Marker>(&event)) marker->procedure = faces_.snapshot().calibration_run;
-    if (const auto why = faces_.take(event)) return tape::Refused{"not-now", why->what};
+std::optional<tape::Refused> TextServer::said(tape::Said events) {
+  for (auto& event : events) {
+    if (auto* marker = std::get_if<Marker>(&event)) marker->procedure = faces_.run();
   }
+  if (const auto why = faces_.take(events)) return tape::Refused{"not-now", why->what};
   return std::nullopt;
 }
 

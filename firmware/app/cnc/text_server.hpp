@@ -53,7 +53,8 @@ class TextServer {
   // All of these are called on the thread of run().
   struct Faces {
     std::function<published::Snapshot()> snapshot;        // what the next record or tape shows
-    std::function<std::optional<Error>(Event)> take;      // why a marker, homing, pose or cut was refused
+    std::function<std::optional<Error>(const tape::Said&)> take;  // all of a line or nothing; why it was refused
+    std::function<std::uint32_t()> run;                           // present run, for markers
     std::function<void(const std::string&)> report;       // the line was lost, or is back; a line that was refused
     std::function<void(const tape::Positions&)> reached;  // the control has reported positions
     std::function<void()> round{};
@@ -73,7 +74,7 @@ class TextServer {
   void wait();
   void receive();
   void take(const tape::Session::Line& line);
-  std::optional<tape::Refused> said(const tape::Said& events);
+  std::optional<tape::Refused> said(tape::Said events);
   void show(tape::Ask ask);
   void answer(const std::string& text);
   void refuse(const tape::Refused& refused, std::string_view line);

@@ -128,24 +128,38 @@ Reply ControlDesk::takeMarker(const board::Access& may, std::span<const std::byt
   return ok(messages::Nothing{});
 }
 
-std::optional<Error> ControlDesk::post(Event said, const box::State& state, const board::Access& may) {
+std::optional<Error> ControlDesk::whyNot(const Event& said, const box::State& state, const board::Access& may) const {
   if (const auto right = rightFor(said); !(may.*right.flag)) return Error{notPermitted(right.key).text};
-  const MonoTime now = with_.time.now();
-  if (const auto* marker = std::get_if<Marker>(&said)) {
-    if (auto error = whyStray(*marker, state)) return error;
-  }
-  if (const auto* homed = std::get_if<AxisHomed>(&said)) {
-    if (auto error = whyOutside(*homed, with_.travel)) return error;
-    if (auto error = whyNotHomed(*homed, state)) return error;
-  }
-  std::visit([now](auto& event) { event.at = now; }, said);
+  if (const auto* marker = std::get_if<Marker>(&said)) return whyStray(*marker, state);
+  const auto* homed = std::get_if<AxisHomed>(&said);
+  if (homed == nullptr) return std::nullopt;
+  if (auto error = whyOutside(*homed, with_.travel)) return error;
+  return whyNotHomed(*homed, state);
+}
+
+std::optional<Error> ControlDesk::post(Event said, const box::State& state, const board::Access& may) {
+  if (auto error = whyNot(said, state, may)) return error;
+  std::visit([now = with_.time.now()](auto& event) { event.at = now; }, said);
   if (!with_.commands.push(said)) return Error{"The box is busy: send it again."};
   return std::nullopt;
 }
 
-std::optional<Error> ControlDesk::setInhibit(const std::string& door, bool active, const board::Access& may) {
-  if (!may.allow_inhibit) return Error{notPermitted("allow_inhibit").text};
-  return with_.doors.setInhibit(door, active, "");
+std::optional<Error> ControlDesk::take(std::span<const Event> said, const std::string& door, const box::State& state,
+                                       const board::Access& may) {
+  for (const auto& event : said) {
+    if (auto error = whyNot(event, state, may)) return error;
+  }
+  // A cut first: the disk may still refuse it.
+  for (const auto& event : said) {
+    const auto* cut = std::get_if<CutInhibit>(&event);
+    if (cut == nullptr) continue;
+    if (auto error = with_.doors.setInhibit(door, cut->active, "")) return error;
+  }
+  for (const auto& event : said) {
+    if (std::holds_alternative<CutInhibit>(event)) continue;
+    if (auto error = post(event, state, may)) return error;
+  }
+  return std::nullopt;
 }
 
 Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte> body, const box::State& state) {
@@ -156,17 +170,14 @@ Reply ControlDesk::homeAxes(const board::Access& may, std::span<const std::byte>
     return refused(ErrorCode::malformed, why->what);
   if (!std::ranges::all_of(request->position_mm, [](double mm) { return std::isfinite(mm); }))
     return refused(ErrorCode::malformed, "The position of a homed axis is not a number: give it in mm.");
-  // All of them, or none.
-  std::vector<AxisHomed> homed;
+  std::vector<Event> homed;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     if ((unsigned{request->axes} >> axis & 1U) == 0) continue;
-    homed.push_back({.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}});
-    if (const auto error = whyOutside(homed.back(), with_.travel)) return refused(ErrorCode::refused, error->what);
-    if (const auto error = whyNotHomed(homed.back(), state)) return refused(ErrorCode::wrong_state, error->what);
+    const AxisHomed one{.axis = static_cast<Axis>(axis), .position_mm = request->position_mm[axis], .at = {}};
+    if (const auto error = whyOutside(one, with_.travel)) return refused(ErrorCode::refused, error->what);
+    homed.emplace_back(one);
   }
-  for (const auto& axis : homed) {
-    if (const auto error = post(axis, state, may)) return refused(ErrorCode::wrong_state, error->what);
-  }
+  if (const auto error = take(homed, {}, state, may)) return refused(ErrorCode::wrong_state, error->what);
   if (!request->by.empty()) logInfo("axes homed by " + request->by);
   return ok(messages::Nothing{});
 }

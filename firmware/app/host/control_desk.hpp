@@ -44,7 +44,7 @@ struct LinkVitals {
 
 // Answers requests of hosts and the CNC. Questions about the state are answered at once; requests that need the store
 // or take time go to the worker, which answers through `reply_later`. Used by the thread of the links, except for
-// post().
+// take().
 class ControlDesk {
  public:
   struct Colleagues {
@@ -69,12 +69,11 @@ class ControlDesk {
   std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,
                               const LinkVitals& vitals);
 
-  // Takes a marker, a homed axis or a cut from the controller, from any thread; sets the stamp. `may`: what the
-  // controller may do. Returns why it was refused; nullopt when it was taken.
-  std::optional<Error> post(Event said, const box::State& state, const board::Access& may);
-
-  // Any thread, which waits for the disk: a line of the CNC says that a cut is on, or over.
-  std::optional<Error> setInhibit(const std::string& door, bool active, const board::Access& may);
+  // Takes markers, homed axes, poses and cuts from the controller, from any thread: all of them or none. Sets the stamps.
+  // Waits for the disk where a cut begins or ends; `door`: whose cut it is. `may`: what the controller may do. Returns
+  // why they were refused; nullopt when they were taken.
+  std::optional<Error> take(std::span<const Event> said, const std::string& door, const box::State& state,
+                            const board::Access& may);
 
  private:
   Reply answer(const board::Access& may, const stream::PendingRequest& request, const box::State& state,
@@ -91,6 +90,8 @@ class ControlDesk {
   void followLoops(const procedure::Progress& progress);
   std::string procedureInWords(const box::State& state) const;
   std::string whereItStands(std::uint64_t result) const;
+  std::optional<Error> whyNot(const Event& said, const box::State& state, const board::Access& may) const;
+  std::optional<Error> post(Event said, const box::State& state, const board::Access& may);
   std::optional<Reply> askWorker(const Caller& caller, const stream::PendingRequest& request);
 
   Identity identity_;

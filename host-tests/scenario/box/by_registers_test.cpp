@@ -45,9 +45,7 @@ class LineOfTheBox {
     auto changed = writable_;
     const auto events = changed.write(first, values);
     if (!events) return false;
-    for (const auto& event : *events) {
-      if (boot_.post(event)) return false;
-    }
+    if (boot_.take(*events)) return false;
     const bool wishes = changed.wish().commit != writable_.wish().commit;
     writable_ = changed;
     if (wishes) wishes_.make(writable_.wish());

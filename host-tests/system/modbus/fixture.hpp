@@ -105,10 +105,12 @@ class ModbusOnCable : public ::testing::Test {
               const std::lock_guard lock{mutex_};
               return snapshot_;
             },
-            [this](const Event& event) {
+            [this](std::span<const Event> said) {
               const std::lock_guard lock{mutex_};
-              const auto* marker = std::get_if<Marker>(&event);
-              if (markers_allowed_ && marker != nullptr) markers_.push_back(*marker);
+              for (const auto& event : said) {
+                const auto* marker = std::get_if<Marker>(&event);
+                if (markers_allowed_ && marker != nullptr) markers_.push_back(*marker);
+              }
               return markers_allowed_.load();
             },
             [](const std::string&) {},

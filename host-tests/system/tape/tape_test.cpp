@@ -113,12 +113,13 @@ class TextOnCable : public ::testing::Test {
                   const std::lock_guard lock{mutex_};
                   return snapshot_;
                 },
-            .take = [this](const Event& event) -> std::optional<Error> {
+            .take = [this](const tape::Said& said) -> std::optional<Error> {
               if (refuses_) return Error{"no run waits for it"};
               const std::lock_guard lock{mutex_};
-              taken_.push_back(event);
+              taken_.insert(taken_.end(), said.begin(), said.end());
               return std::nullopt;
             },
+            .run = [] { return 9U; },
             .report =
                 [this](const std::string& text) {
                   const std::lock_guard lock{mutex_};
@@ -142,7 +143,6 @@ published::Snapshot some() {
   s.valid = true;
   s.correction_mm = {-0.0125, 0.25, 0};
   s.sequence = 42;
-  s.calibration_run = 9;
   return s;
 }
 

@@ -1,0 +1,74 @@
+#include "firmware/app/host/control_desk.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host-tests/support/temporary_folder.hpp"
+
+// What a line of the controller says is done as a whole or not at all.
+namespace probebox::app {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr board::Access kAll{
+    .allow_marker = true, .allow_homing = true, .allow_inhibit = true, .allow_calibrate = true, .allow_accept = true};
+constexpr const char* kDoor = "modbus:/dev/ttyS1";
+
+class Desk : public testing::Test {
+ protected:
+  std::optional<Error> take(const std::vector<Event>& said) { return desk_.take(said, kDoor, state_, kAll); }
+  std::size_t taken() {
+    std::size_t count = 0;
+    for (Event event; commands_.pop(event);) ++count;
+    return count;
+  }
+  void standStill(Axis axis) { state_.snapshot.axes.at(static_cast<std::size_t>(axis)).can_be_homed = true; }
+
+  box::State state_;
+
+  const support::TemporaryFolder folder_;
+  TimeSource time_;
+  Counters counters_;
+  SourceTable sources_;
+  CommandQueue commands_;
+  StateBuffer states_;
+  CoreView core_{states_};
+  Calibrations calibrations_{store::Store::openAnyhow(folder_.file("results.db")),
+                             {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = {}},
+                             {},
+                             [] { return MonoTime{}; },
+                             [](std::span<const Event>) { return std::optional<Error>{}; },
+                             [](const Event&) { return true; }};
+  DoorBook doors_{folder_.file("doors"), [](bool) { return true; }};
+  StandingKeeper standing_{folder_.file("served"), {}, [](const Event&) {}};
+  ResultsDesk results_{calibrations_, core_, doors_};
+  LoopBackDesk loop_back_{std::nullopt, nullptr};
+  Worker worker_{[] {}};
+  ControlDesk desk_{{"board", "0", {}},
+                    {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, doors_, standing_, counters_,
+                     sources_, [] { return std::vector<messages::CncLineStatus>{}; }},
+                    [](const Reply&) {}};
+};
+
+TEST_F(Desk, HomesAllAxesOfALineOrNone) {
+  standStill(Axis::x);
+  const std::vector<Event> said{AxisHomed{Axis::x, 10, {}}, AxisHomed{Axis::y, 20, {}}};
+  const auto refused = take(said);
+  ASSERT_TRUE(refused) << "Y moves";
+  EXPECT_THAT(refused->what, HasSubstr("axis Y"));
+  EXPECT_EQ(taken(), 0U);
+  standStill(Axis::y);
+  EXPECT_FALSE(take(said));
+  EXPECT_EQ(taken(), 2U);
+}
+
+TEST_F(Desk, BeginsNoCutWithAMarkerThatBelongsToNoRun) {
+  EXPECT_TRUE(take({CutInhibit{.active = true, .at = {}}, Marker{.procedure = 1}}));
+  EXPECT_FALSE(doors_.inhibits(kDoor));
+  EXPECT_FALSE(take({CutInhibit{.active = true, .at = {}}}));
+  EXPECT_TRUE(doors_.inhibits(kDoor));
+}
+
+}  // namespace
+}  // namespace probebox::app
