@@ -35,6 +35,7 @@ class Session {
   std::span<const std::byte> toSend() const;
   void sent(std::size_t bytes);
   bool stopped() const { return stopped_; }
+  bool waits() const { return !outgoing_.empty(); }  // something has not been sent yet
   // After a line that was closed: what came and what waited is of before.
   void restart();
 

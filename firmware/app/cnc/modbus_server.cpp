@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "drivers/io/descriptor.hpp"
-#include "drivers/serial/linux_serial.hpp"
 #include "firmware/modbus/identification.hpp"
 
 namespace probebox::app {
@@ -23,8 +22,6 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 constexpr serial::Settings kUsual{19200, serial::Parity::even, 8, 1};
-constexpr milliseconds kFirstBackOff{50};
-constexpr milliseconds kLongestBackOff{2000};
 // Longer than the pauses of a USB adapter (16 ms), shorter than any master's time-out.
 constexpr milliseconds kSilence{50};
 constexpr milliseconds kIdle{1000};
@@ -99,71 +96,35 @@ ModbusServer::ModbusServer(ModbusOptions options, Faces faces)
     : options_{std::move(options)},
       faces_{std::move(faces)},
       library_{std::make_unique<Library>(options_)},
-      back_off_{kFirstBackOff} {}
+      line_{options_.line, faces_.report} {}
 
 ModbusServer::~ModbusServer() = default;
 
-Outcome<bool> ModbusServer::open() {
-  auto pipe = serial::openSerial(options_.line.path, options_.line.settings);
-  if (!pipe) return pipe.error();
-  pipe_ = std::move(pipe).value();
-  return true;
-}
-
-void ModbusServer::stop() {
-  stopped_ = true;
-  wake_up_.notify();
-}
-
 void ModbusServer::run() {
-  while (!stopped_) {
-    ++rounds_;
-    if (!opened()) {
-      wake_up_.wait(back_off_);
-      back_off_ = std::min(2 * back_off_, kLongestBackOff);
-      continue;
-    }
-    std::array<pollfd, 2> waits{pollfd{pipe_->descriptor(), POLLIN, 0}, pollfd{wake_up_.descriptor(), POLLIN, 0}};
-    const auto timeout = requests_.pending() || echo_.awaiting() ? kSilence : kIdle;
-    const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
-    if (ready == 0) silence();
-    if (faces_.round) faces_.round();
-    if (ready > 0 && waits[0].revents != 0) receive();
-    bad_frames_ = requests_.badFrames();
-    skipped_bytes_ = requests_.skippedBytes();
-  }
-  pipe_.reset();
+  line_.run([this] { serveOnce(); });
 }
 
-bool ModbusServer::opened() {
-  if (pipe_) return true;
-  const auto good = open();
-  if (!good) {
-    if (!was_lost_) faces_.report(good.error().what + "; trying again until it is there");
-    was_lost_ = true;
-    return false;
-  }
-  if (was_lost_) {
-    ++reopened_;
-    faces_.report(options_.line.path + ": the line is back");
-  }
-  was_lost_ = false;
-  return true;
+void ModbusServer::serveOnce() {
+  std::array<pollfd, 2> waits{pollfd{line_.pipe()->descriptor(), POLLIN, 0}, pollfd{line_.wakeUp(), POLLIN, 0}};
+  const auto timeout = requests_.pending() || echo_.awaiting() ? kSilence : kIdle;
+  const int ready = poll(waits.data(), waits.size(), static_cast<int>(timeout.count()));
+  if (ready == 0) silence();
+  if (faces_.round) faces_.round();
+  if (ready > 0 && waits[0].revents != 0) receive();
+  bad_frames_ = requests_.badFrames();
+  skipped_bytes_ = requests_.skippedBytes();
 }
 
 void ModbusServer::lost() {
-  pipe_.reset();
+  line_.lost();
   silence();
   writable_.restart();
-  was_lost_ = true;
-  faces_.report(options_.line.path + ": the line was closed; opening it again");
 }
 
 void ModbusServer::receive() {
   std::array<std::byte, modbus::kMaxFrameBytes> buffer{};
-  const auto got = pipe_->read(buffer);
-  // Only a line that says something has really come back.
-  if (got.bytes > 0) back_off_ = kFirstBackOff;
+  const auto got = line_.pipe()->read(buffer);
+  if (got.bytes > 0) line_.heard();
   const auto now = std::chrono::steady_clock::now();
   if (got.bytes > 0 && now - std::exchange(heard_at_, now) > kSilence) silence();
   const auto [held, rest] = echo_.strip(std::span{buffer}.first(got.bytes));
@@ -272,13 +233,13 @@ void ModbusServer::send(int built, std::atomic<std::uint64_t>& counter) {
 }
 
 void ModbusServer::transmit(std::span<const std::uint8_t> bytes, bool built, std::atomic<std::uint64_t>& counter) {
-  const bool whole = built && (bytes.empty() || pipe_->write(std::as_bytes(bytes)).bytes == bytes.size());
+  const bool whole = built && (bytes.empty() || line_.pipe()->write(std::as_bytes(bytes)).bytes == bytes.size());
   echo_.sent(bytes);
   ++(whole ? counter : unsent_);
 }
 
 ModbusCounters ModbusServer::counters() const {
-  return {answered_, refused_, bad_frames_, skipped_bytes_, unsent_, reopened_};
+  return {answered_, refused_, bad_frames_, skipped_bytes_, unsent_, line_.reopened()};
 }
 
 }  // namespace probebox::app

@@ -8,9 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
-#include "firmware/app/threads/wake_up.hpp"
+#include "firmware/app/cnc/lasting_line.hpp"
 #include "firmware/modbus/line_echo.hpp"
 #include "firmware/modbus/register_image.hpp"
 #include "firmware/modbus/rtu_requests.hpp"
@@ -63,19 +62,19 @@ class ModbusServer {
   ~ModbusServer();
 
   // Opens the line, to report a wrong device or setting at the start. run() opens it if this was not called.
-  Outcome<bool> open();
+  Outcome<bool> open() { return line_.open(); }
 
   void run();
-  void stop();  // from any thread; run() returns at once
+  void stop() { line_.stop(); }  // from any thread; run() returns at once
 
   ModbusCounters counters() const;
   // Increases while run() works, with or without traffic.
-  std::uint64_t rounds() const { return rounds_; }
+  std::uint64_t rounds() const { return line_.rounds(); }
 
  private:
   struct Library;
 
-  bool opened();
+  void serveOnce();
   void receive();
   void lost();
   void serve(std::span<const std::byte> bytes);
@@ -92,23 +91,17 @@ class ModbusServer {
   const ModbusOptions options_;
   const Faces faces_;
   std::unique_ptr<Library> library_;
-  std::unique_ptr<io::BytePipe> pipe_;
-  std::chrono::milliseconds back_off_{};
+  LastingLine line_;
   std::chrono::steady_clock::time_point heard_at_{};
-  bool was_lost_{};
 
   modbus::LineEcho echo_;
   modbus::RtuRequests requests_;
   modbus::RegisterImage image_;
   modbus::WritableRegisters writable_;
 
-  WakeUp wake_up_;
-  std::atomic<bool> stopped_{};
-  std::atomic<std::uint64_t> rounds_{};
   std::atomic<std::uint64_t> answered_{};
   std::atomic<std::uint64_t> refused_{};
   std::atomic<std::uint64_t> unsent_{};
-  std::atomic<std::uint64_t> reopened_{};
   std::atomic<std::uint64_t> bad_frames_{};
   std::atomic<std::uint64_t> skipped_bytes_{};
 };

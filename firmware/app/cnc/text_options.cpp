@@ -70,6 +70,14 @@ constexpr const char* kTapeKeys =
     "dialect=g10|macro|nv, first=1 to 60000, offset=0 to 9, reader=corrections|centreline|delay|all, answers=yes|no, "
     "flow=yes|no";
 
+// In which the line can send a record.
+std::chrono::milliseconds shortestPeriod(const serial::Settings& settings) {
+  constexpr unsigned kLongestRecord = 60;  // characters
+  const unsigned bits =
+      1 + settings.data_bits + (settings.parity != serial::Parity::none ? 1 : 0) + settings.stop_bits;
+  return std::chrono::milliseconds{(kLongestRecord * bits * 1000 + settings.baud - 1) / settings.baud};
+}
+
 Outcome<TextOptions> parse(std::string_view text, TextOptions options, const serial::Settings& usual) {
   std::string line;
   for (std::size_t at = 0; at <= text.size();) {
@@ -85,6 +93,10 @@ Outcome<TextOptions> parse(std::string_view text, TextOptions options, const ser
   auto address = serial::parseAddress(line, usual);
   if (!address) return address.error();
   options.line = std::move(address).value();
+  if (const auto least = shortestPeriod(options.line.settings); options.every.count() > 0 && options.every < least)
+    return Error{"every=" + std::to_string(options.every.count()) + " is shorter than a record takes at " +
+                 serial::describe(options.line.settings) + ": write every=" + std::to_string(least.count()) +
+                 " or more, or a higher baud"};
   return options;
 }
 

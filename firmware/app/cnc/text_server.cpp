@@ -5,16 +5,12 @@
 #include <poll.h>
 #include <utility>
 
-#include "drivers/serial/linux_serial.hpp"
-
 namespace probebox::app {
 namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr milliseconds kFirstBackOff{50};
-constexpr milliseconds kLongestBackOff{2000};
 constexpr milliseconds kIdle{1000};
 
 }  // namespace
@@ -23,50 +19,21 @@ TextServer::TextServer(TextOptions options, Faces faces)
     : options_{std::move(options)},
       faces_{std::move(faces)},
       session_{options_.flow, options_.line.settings.data_bits == 7},
-      back_off_{kFirstBackOff} {}
-
-void TextServer::stop() {
-  stopped_ = true;
-  wake_up_.notify();
-}
+      line_{options_.line, faces_.report} {}
 
 void TextServer::run() {
-  while (!stopped_) {
-    ++rounds_;
-    if (!opened()) {
-      wake_up_.wait(back_off_);
-      back_off_ = std::min(2 * back_off_, kLongestBackOff);
-      continue;
-    }
-    wait();
-    if (faces_.round) faces_.round();
-    if (pipe_) flush();
-  }
-  pipe_.reset();
+  line_.run([this] { serveOnce(); });
 }
 
-bool TextServer::opened() {
-  if (pipe_) return true;
-  auto pipe = serial::openSerial(options_.line.path, options_.line.settings);
-  if (!pipe) {
-    if (!was_lost_) faces_.report(pipe.error().what + "; trying again until it is there");
-    was_lost_ = true;
-    return false;
-  }
-  pipe_ = std::move(pipe).value();
-  if (was_lost_) {
-    ++reopened_;
-    faces_.report(options_.line.path + ": the line is back");
-  }
-  was_lost_ = false;
-  return true;
+void TextServer::serveOnce() {
+  wait();
+  if (faces_.round) faces_.round();
+  if (line_.pipe() != nullptr) flush();
 }
 
 void TextServer::lost() {
-  pipe_.reset();
+  line_.lost();
   session_.restart();
-  was_lost_ = true;
-  faces_.report(options_.line.path + ": the line was closed; opening it again");
 }
 
 // For bytes, for room, for the next record of a stream, or for the end.
@@ -76,22 +43,22 @@ void TextServer::wait() {
   if (streams && now >= next_record_) {
     // After a stall the stream goes on at its rate.
     next_record_ = std::max(next_record_ + options_.every, now);
-    show(tape::Ask::status);
+    sendRecord();
     flush();
-    if (!pipe_) return;
+    if (line_.pipe() == nullptr) return;
   }
   const auto due = std::chrono::ceil<milliseconds>(next_record_ - now);
   const auto patience = streams ? std::clamp(due, milliseconds{0}, kIdle) : kIdle;
   const bool waits = !session_.toSend().empty();
-  std::array<pollfd, 2> on{pollfd{pipe_->descriptor(), static_cast<short>(POLLIN | (waits ? POLLOUT : 0)), 0},
-                           pollfd{wake_up_.descriptor(), POLLIN, 0}};
+  std::array<pollfd, 2> on{pollfd{line_.pipe()->descriptor(), static_cast<short>(POLLIN | (waits ? POLLOUT : 0)), 0},
+                           pollfd{line_.wakeUp(), POLLIN, 0}};
   if (poll(on.data(), on.size(), static_cast<int>(patience.count())) > 0 && (on[0].revents & ~POLLOUT) != 0) receive();
 }
 
 void TextServer::receive() {
   std::array<std::byte, 512> buffer{};
-  const auto got = pipe_->read(buffer);
-  if (got.bytes > 0) back_off_ = kFirstBackOff;
+  const auto got = line_.pipe()->read(buffer);
+  if (got.bytes > 0) line_.heard();
   std::span<const std::byte> rest = std::span{buffer}.first(got.bytes);
   while (!rest.empty()) {
     rest = rest.subspan(session_.push(rest));
@@ -125,6 +92,14 @@ std::optional<tape::Refused> TextServer::said(tape::Said events) {
   return std::nullopt;
 }
 
+// A line that has not taken the last record gets no further ones: they would be old when it does.
+void TextServer::sendRecord() {
+  if (session_.waits())
+    ++unsent_;
+  else
+    show(tape::Ask::status);
+}
+
 void TextServer::show(tape::Ask ask) {
   const bool took = session_.send(tape::tape(faces_.snapshot(), ask, options_.form));
   ++(took ? sent_ : unsent_);
@@ -144,7 +119,7 @@ void TextServer::refuse(const tape::Refused& refused, std::string_view line) {
 
 void TextServer::flush() {
   while (!session_.toSend().empty()) {
-    const auto wrote = pipe_->write(session_.toSend());
+    const auto wrote = line_.pipe()->write(session_.toSend());
     session_.sent(wrote.bytes);
     if (wrote.state == io::PipeState::closed) return lost();
     if (wrote.bytes == 0) return;
@@ -152,7 +127,7 @@ void TextServer::flush() {
 }
 
 TextCounters TextServer::counters() const {
-  return {answered_, refused_, sent_, unsent_, reopened_};
+  return {answered_, refused_, sent_, unsent_, line_.reopened()};
 }
 
 }  // namespace probebox::app

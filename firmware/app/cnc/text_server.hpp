@@ -3,14 +3,12 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "drivers/io/byte_pipe.hpp"
 #include "drivers/serial/settings.hpp"
-#include "firmware/app/threads/wake_up.hpp"
+#include "firmware/app/cnc/lasting_line.hpp"
 #include "firmware/published/snapshot.hpp"
 #include "firmware/tape/report.hpp"
 #include "firmware/tape/session.hpp"
@@ -63,18 +61,19 @@ class TextServer {
   TextServer(TextOptions options, Faces faces);
 
   void run();
-  void stop();  // from any thread; run() returns at once
+  void stop() { line_.stop(); }  // from any thread; run() returns at once
 
   TextCounters counters() const;
-  std::uint64_t rounds() const { return rounds_; }
+  std::uint64_t rounds() const { return line_.rounds(); }
 
  private:
-  bool opened();
+  void serveOnce();
   void lost();
   void wait();
   void receive();
   void take(const tape::Session::Line& line);
   std::optional<tape::Refused> said(tape::Said events);
+  void sendRecord();
   void show(tape::Ask ask);
   void answer(const std::string& text);
   void refuse(const tape::Refused& refused, std::string_view line);
@@ -83,19 +82,13 @@ class TextServer {
   const TextOptions options_;
   const Faces faces_;
   tape::Session session_;
-  std::unique_ptr<io::BytePipe> pipe_;
-  std::chrono::milliseconds back_off_{};
+  LastingLine line_;
   std::chrono::steady_clock::time_point next_record_{};
-  bool was_lost_{};
 
-  WakeUp wake_up_;
-  std::atomic<bool> stopped_{};
-  std::atomic<std::uint64_t> rounds_{};
   std::atomic<std::uint64_t> answered_{};
   std::atomic<std::uint64_t> refused_{};
   std::atomic<std::uint64_t> sent_{};
   std::atomic<std::uint64_t> unsent_{};
-  std::atomic<std::uint64_t> reopened_{};
 };
 
 }  // namespace probebox::app

@@ -157,7 +157,7 @@ TEST_F(TextOnCable, ARecordIsPolled) {
 
 TEST_F(TextOnCable, RecordsAreStreamedWithoutAsking) {
   show(some());
-  serve("records:", ",every=20");
+  serve("records:", ",every=20,baud=115200");
   ASSERT_TRUE(eventually([this] { return server_->counters().sent >= 5; }));
   heardUntil("N42");
   auto changed = some();
@@ -220,9 +220,26 @@ TEST_F(TextOnCable, NothingIsSentWhileTheControlHoldsItBack) {
   EXPECT_THAT(heardUntil("*"), HasSubstr("G10 L2 P0 X-0.0125 Y0.2500 Z0.0000"));
 }
 
+TEST_F(TextOnCable, AStreamThatTheControlHeldBackGoesOnWithPresentValues) {
+  show(some());
+  serve("records:", ",every=20,baud=115200,flow=yes");
+  heardUntil("N42");
+  print("\x13");
+  ASSERT_TRUE(eventually([this] { return server_->counters().unsent >= 5; }));
+  auto changed = some();
+  changed.sequence = 43;
+  show(changed);
+  heard_.clear();
+  print("\x11");
+  const auto heard = heardUntil("N43");
+  std::size_t old = 0;
+  for (auto at = heard.find("N42"); at != std::string::npos; at = heard.find("N42", at + 1)) ++old;
+  EXPECT_LT(old, 50U) << "those under way; a queue would hold hundreds";
+}
+
 TEST_F(TextOnCable, ALineThatWasUnpluggedIsServedAgain) {
   show(some());
-  serve("records:", ",every=20");
+  serve("records:", ",every=20,baud=115200");
   heardUntil("N42");
   onCable([](auto& cable) { cable.unplug(serial::EmulatedCable::End::a); });
   ASSERT_TRUE(eventually([this] { return reports().find("the line was closed") != std::string::npos; }));
@@ -252,6 +269,14 @@ TEST(TextOptions, AreRefusedByName) {
     const auto options = *parseTextOptions(text);
     EXPECT_FALSE(options.ok()) << text;
   }
+}
+
+TEST(TextOptions, KnowHowFastALineIs) {
+  const auto slow = *parseTextOptions("records:/dev/ttyS1,every=20");
+  ASSERT_FALSE(slow.ok());
+  EXPECT_THAT(slow.error().what, HasSubstr("at 19200 8E1: write every=35 or more"));
+  EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=35")->ok());
+  EXPECT_TRUE(parseTextOptions("records:/dev/ttyS1,every=20,baud=38400")->ok());
 }
 
 }  // namespace
