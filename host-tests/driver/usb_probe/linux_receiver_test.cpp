@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <ctime>
 #include <filesystem>
 #include <gmock/gmock.h>
 #include <iterator>
-#include <poll.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 
-#include "drivers/usb_probe/emulator.hpp"
-#include "host-tests/mock_usb/mock_bus.hpp"
+#include "receiver_on_bus.hpp"
 
 // The real driver and the real libusb on a mocked bus; without umockdev these tests skip.
 namespace probebox::usb_probe {
@@ -21,67 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
-using usb::MockBus;
-
-const MockBus::Device kReceiver{.path = "1-3",
-                                .address = 7,
-                                .serial_number = "RX-7",
-                                .product = "receiver",
-                                .interface_class = usb::kReceiver,
-                                .endpoints = {MockBus::kSamplesIn}};
-
-MonoTime kernelNow() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return monoTime(std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec);
-}
-
-class Receiver : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!bus_) GTEST_SKIP() << "the real libusb is not tested: install libumockdev-dev and configure again";
-  }
-
-  void send(std::span<const std::byte> bytes) { bus_->send("1-3", MockBus::kSamplesIn, bytes); }
-  // The next packets of the device, in one write each or all in one.
-  std::vector<std::byte> packets(int count) {
-    std::vector<std::byte> all;
-    for (int i = 0; i < count; ++i) {
-      const auto packet = device_.packet(device_.nextPacketAt());
-      all.insert(all.end(), packet.begin(), packet.end());
-    }
-    return all;
-  }
-
-  std::vector<Event> read(LinuxReceiver& source, std::size_t room = 256) {
-    std::vector<Event> events(room);
-    events.resize(source.read(events, now_ += 1ms));
-    return events;
-  }
-  std::vector<CountedDeflection> samples(LinuxReceiver& source, std::size_t room = 256) {
-    std::vector<CountedDeflection> all;
-    for (auto events = read(source, room); !events.empty(); events = read(source, room)) {
-      for (const auto& event : events) all.push_back(std::get<CountedDeflection>(event));
-    }
-    return all;
-  }
-  // Until it has heard of a plug; how long that takes is of no interest here.
-  void waitUntil(LinuxReceiver& source, auto&& done) {
-    for (int round = 0; round < 100 && !done(); ++round) {
-      pollfd watched{source.descriptor(), POLLIN, 0};
-      ::poll(&watched, 1, 1000);
-      for (const auto& event : read(source)) told_.push_back(event);
-    }
-    ASSERT_TRUE(done()) << source.problem();
-  }
-  bool connected() { return bus_->claimed("1-3"); }
-
-  std::unique_ptr<MockBus> bus_ = usb::makeMockBus();
-  EmulatedReceiver device_{
-      {.samples_a_packet = 4}, [](Nanoseconds) { return std::array<Micrometres, 3>{}; }, monoTime(0)};
-  std::vector<Event> told_;
-  MonoTime now_ = monoTime(1'000'000'000'000);
-};
 
 TEST_F(Receiver, GivesSamplesStampedWhenTheirTransferCameBack) {
   bus_->plug(kReceiver);
@@ -300,75 +236,6 @@ TEST_F(Receiver, OfAnotherVersionIsSaid) {
   send(packets(1));
   EXPECT_EQ(samples(source).size(), 4U);
   EXPECT_EQ(source.problem(), "");
-}
-
-// A receiver with three axis counters; X is wired to the first and C to the third.
-class ReceiverWithCounters : public Receiver {
- protected:
-  void SetUp() override {
-    Receiver::SetUp();
-    device_ = EmulatedReceiver{{.samples_a_packet = 4, .counters = 3},
-                               [](Nanoseconds) { return std::array<Micrometres, 3>{}; },
-                               monoTime(0),
-                               [](Nanoseconds) {
-                                 return std::array<std::int64_t, kMostCounters>{11, 22, 33};
-                               }};
-    axes_[0] = {.axis = 0, .has_index = true};
-    axes_[2] = {.axis = 5, .has_index = false};
-  }
-  CounterAxes axes_{};
-};
-
-TEST_F(ReceiverWithCounters, GivesCountsOfWiredAxesWithTheirSamples) {
-  bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
-  read(source);
-  send(packets(1));
-  const auto events = read(source);
-  ASSERT_EQ(events.size(), 8U);
-  for (std::uint32_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(std::get<CountedDeflection>(events[2 * i]).counter, i);
-    const auto& counted = std::get<CountedAxes>(events[2 * i + 1]);
-    EXPECT_EQ(counted.counter, i);
-    EXPECT_EQ(counted.axes, 0b100001);
-    EXPECT_EQ(counted.counts[0], 11);
-    EXPECT_EQ(counted.counts[5], 33);
-  }
-  EXPECT_EQ(source.problem(), "");
-}
-
-TEST_F(ReceiverWithCounters, TellsOnceThatItWentWithItsEncoders) {
-  bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
-  read(source);
-  for (int cycle = 0; cycle < 2; ++cycle) {
-    send(packets(1));
-    bus_->unplug("1-3");
-    std::vector<Event> events;
-    for (int round = 0; round < 5; ++round) {
-      for (const auto& event : read(source)) events.push_back(event);
-    }
-    ASSERT_EQ(events.size(), 10U) << cycle;
-    EXPECT_EQ(std::get<SourceLost>(events[8]).source, Source::probe);
-    const auto& encoders = std::get<SourceLost>(events[9]);
-    EXPECT_EQ(encoders.source, Source::encoders);
-    EXPECT_EQ(encoders.axes, 0b100001);
-    auto again = kReceiver;
-    again.address = static_cast<std::uint8_t>(8 + cycle);
-    bus_->plug(again);
-    waitUntil(source, [&] { return connected(); });
-  }
-}
-
-TEST_F(ReceiverWithCounters, NamesAnAxisWhoseCounterItDoesNotSend) {
-  axes_[5] = {.axis = 1, .has_index = false};
-  bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
-  read(source);
-  send(packets(1));
-  read(source);
-  EXPECT_THAT(source.problem(), AllOf(HasSubstr("it sends 3 axis counters, and [encoder.Y] of box.toml reads number 5"),
-                                      HasSubstr("correct 'channel'")));
 }
 
 TEST_F(Receiver, WithoutABulkInEndpointIsRefused) {
