@@ -1,9 +1,7 @@
 #include "firmware/app/cnc/cnc_lines.hpp"
 
 #include <pthread.h>
-#include <string_view>
 
-#include "firmware/app/log/log.hpp"
 #include "protocol/modbus/refusals.hpp"
 
 namespace probebox::app {
@@ -26,17 +24,8 @@ published::KnownFeatures knownFeatures(const procedure::Facts& facts) {
 
 }  // namespace
 
-Outcome<ModbusOptions> CncLine::parse(const std::string& text) {
-  constexpr std::string_view kModbus = "modbus:";
-  if (!std::string_view{text}.starts_with(kModbus))
-    return Error{"The CNC line '" + text +
-                 "' is not modbus:DEVICE[,baud=19200][,parity=even][,unit=1], records:DEVICE[,every=100] or "
-                 "tape:DEVICE[,dialect=g10]."};
-  return parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
-}
-
 CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states,
-                 const Colleagues& colleagues)
+                 const CncColleagues& colleagues)
     : may_{may},
       states_{states},
       with_{colleagues},
@@ -69,6 +58,17 @@ CncLine::~CncLine() {
 void CncLine::start() {
   thread_ = std::thread{[this] { server_.run(); }};
   pthread_setname_np(thread_.native_handle(), "cnc");
+}
+
+messages::CncLineStatus CncLine::status() const {
+  const auto counters = server_.counters();
+  return {.name = device_,
+          .answered = counters.answered,
+          .refused = counters.refused,
+          .bad_frames = counters.bad_frames,
+          .skipped_bytes = counters.skipped_bytes,
+          .unsent = counters.unsent,
+          .reopened = counters.reopened};
 }
 
 // Written down before the answer that has it goes out.

@@ -47,13 +47,13 @@ class ModbusServer {
   };
   // All of these are called on the thread of run().
   struct Faces {
-    std::function<published::Snapshot()> snapshot;   // what the next answer shows, as a whole
+    std::function<published::Snapshot()> snapshot;     // what the next answer shows, as a whole
     std::function<bool(std::span<const Event>)> take;  // what a write asks; false refuses all of it; without stamps
-    std::function<void(const std::string&)> report;  // the line was lost, or is back
-    std::function<Kept()> kept;                      // as it holds now for this line
-    std::function<bool(modbus::WordOrder)> keep;     // true: it is on the disk
-    std::function<void()> round{};                   // after every wait, once a second at least while the line is there
-    std::function<published::LineState()> line{};    // what else the next answer shows
+    std::function<void(const std::string&)> report;    // the line was lost, or is back
+    std::function<Kept()> kept;                        // as it holds now for this line
+    std::function<bool(modbus::WordOrder)> keep;       // true: it is on the disk
+    std::function<void()> round{};                 // after every wait, once a second at least while the line is there
+    std::function<published::LineState()> line{};  // what else the next answer shows
     std::function<modbus::RegisterImage::Results()> results{};  // in force
     std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
   };

@@ -6,17 +6,16 @@
 
 namespace probebox::app {
 
-TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states, ControlDesk& desk,
-                   ServedRecord& served)
+TextLine::TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states,
+                   const CncColleagues& colleagues)
     : may_{may},
       states_{states},
-      desk_{desk},
-      served_{served},
+      with_{colleagues},
       device_{options.line.path},
       door_{(options.face == TextOptions::Face::tape ? "tape:" : "records:") + device_},
       server_{options,
               {.snapshot = [this] { return toBeServed(); },
-               .take = [this](const tape::Said& said) { return desk_.take(said, door_, states_.newest(), may_); },
+               .take = [this](const tape::Said& said) { return with_.desk.take(said, door_, states_.newest(), may_); },
                .run = [this] { return states_.newest().snapshot.calibration_run; },
                .report = [this](const std::string& text) { warnings_.warn(time_.now(), text); },
                .reached = [this](const tape::Positions& reached) { compare(reached); },
@@ -36,10 +35,21 @@ void TextLine::start() {
   pthread_setname_np(thread_.native_handle(), "cnc-text");
 }
 
+messages::CncLineStatus TextLine::status() const {
+  const auto counters = server_.counters();
+  return {.name = device_,
+          .answered = counters.answered,
+          .refused = counters.refused,
+          .bad_frames = 0,
+          .skipped_bytes = 0,
+          .unsent = counters.unsent,
+          .reopened = counters.reopened};
+}
+
 // Written down before the text that has it goes out.
 published::Snapshot TextLine::toBeServed() {
   const auto& snapshot = states_.newest().snapshot;
-  served_.note(snapshot);
+  with_.served.note(snapshot);
   return snapshot;
 }
 

@@ -50,7 +50,7 @@ class TextServer {
  public:
   // All of these are called on the thread of run().
   struct Faces {
-    std::function<published::Snapshot()> snapshot;        // what the next record or tape shows
+    std::function<published::Snapshot()> snapshot;                // what the next record or tape shows
     std::function<std::optional<Error>(const tape::Said&)> take;  // all of a line or nothing; why it was refused
     std::function<std::uint32_t()> run;                           // present run, for markers
     std::function<void(const std::string&)> report;       // the line was lost, or is back; a line that was refused

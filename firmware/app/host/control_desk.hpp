@@ -69,9 +69,9 @@ class ControlDesk {
   std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,
                               const LinkVitals& vitals);
 
-  // Takes markers, homed axes, poses and cuts from the controller, from any thread: all of them or none. Sets the stamps.
-  // Waits for the disk where a cut begins or ends; `door`: whose cut it is. `may`: what the controller may do. Returns
-  // why they were refused; nullopt when they were taken.
+  // Takes markers, homed axes, poses and cuts from the controller, from any thread: all of them or none. Sets the
+  // stamps. Waits for the disk where a cut begins or ends; `door`: whose cut it is. `may`: what the controller may do.
+  // Returns why they were refused; nullopt when they were taken.
   std::optional<Error> take(std::span<const Event> said, const std::string& door, const box::State& state,
                             const board::Access& may);
 

@@ -6,8 +6,7 @@
 #include <variant>
 
 #include "drivers/serial/linux_serial.hpp"
-#include "firmware/app/cnc/cnc_lines.hpp"
-#include "firmware/app/cnc/text_server.hpp"
+#include "firmware/app/cnc/open_cnc_face.hpp"
 
 namespace probebox::app {
 namespace {
@@ -80,10 +79,8 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
   const auto& lines = cncLinesOf(options, service);
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const auto where = options.cnc.empty() ? placeOf(service.cnc_places, k, "'cnc'") : "--cnc";
-    if (const auto text = parseTextOptions(lines[k])) {
-      text->ok() ? check.lookAtLine(where, (*text)->line) : check.refuse(where, text->error().what);
-    } else if (const auto line = CncLine::parse(lines[k])) {
-      check.lookAtLine(where, line->line);
+    if (const auto line = parseCncLine(lines[k])) {
+      check.lookAtLine(where, addressOf(*line));
     } else {
       check.refuse(where, line.error().what);
     }

@@ -11,8 +11,7 @@
 
 #include "drivers/io/rendezvous.hpp"
 #include "drivers/tcp/linux_tcp.hpp"
-#include "firmware/app/cnc/cnc_lines.hpp"
-#include "firmware/app/cnc/text_line.hpp"
+#include "firmware/app/cnc/open_cnc_face.hpp"
 #include "firmware/app/host/control_desk.hpp"
 #include "firmware/app/host/link_service.hpp"
 #include "firmware/app/log/journal.hpp"
@@ -130,7 +129,6 @@ struct Daemon::Parts {
     capture.reset();
     links.stop();
     cnc_lines.clear();
-    text_lines.clear();
     worker.stop();  // while the core still takes what it has to say
     calibrations.finishSolving(std::chrono::seconds{4});
     core.stop();
@@ -182,26 +180,7 @@ struct Daemon::Parts {
   // Asked by the links' thread, which runs only while the lines are there.
   std::vector<messages::CncLineStatus> cncLineStatus() const {
     std::vector<messages::CncLineStatus> all;
-    for (const auto& line : cnc_lines) {
-      const auto of_line = line->counters();
-      all.push_back({.name = line->device(),
-                     .answered = of_line.answered,
-                     .refused = of_line.refused,
-                     .bad_frames = of_line.bad_frames,
-                     .skipped_bytes = of_line.skipped_bytes,
-                     .unsent = of_line.unsent,
-                     .reopened = of_line.reopened});
-    }
-    for (const auto& line : text_lines) {
-      const auto of_line = line->counters();
-      all.push_back({.name = line->device(),
-                     .answered = of_line.answered,
-                     .refused = of_line.refused,
-                     .bad_frames = 0,
-                     .skipped_bytes = 0,
-                     .unsent = of_line.unsent,
-                     .reopened = of_line.reopened});
-    }
+    for (const auto& line : cnc_lines) all.push_back(line->status());
     return all;
   }
 
@@ -239,8 +218,7 @@ struct Daemon::Parts {
   Worker worker;
   ControlDesk desk;
   LinkService links;
-  std::vector<std::unique_ptr<CncLine>> cnc_lines;
-  std::vector<std::unique_ptr<TextLine>> text_lines;
+  std::vector<std::unique_ptr<CncFace>> cnc_lines;
   std::vector<std::unique_ptr<io::EventSource>> sources;
   std::unique_ptr<CaptureThread> capture;
   std::vector<std::string> uris;
@@ -294,19 +272,11 @@ Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
 
 Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
-    if (const auto face = parseTextOptions(text)) {
-      if (!face->ok()) return face->error();
-      text_lines.push_back(
-          std::make_unique<TextLine>(**face, service.accessAt(text), core.addStateReader(), desk, served));
-      continue;
-    }
-    auto options = CncLine::parse(text);
+    const auto options = parseCncLine(text);
     if (!options) return options.error();
-    options->revision = firmwareVersion();
     // A line that is not there yet is opened when it comes.
-    cnc_lines.push_back(
-        std::make_unique<CncLine>(*options, service.accessAt(text), core.addStateReader(),
-                                  CncLine::Colleagues{desk, links, doors, served, calibrations, boots}));
+    cnc_lines.push_back(openCncFace(*options, service.accessAt(text), core.addStateReader(),
+                                    {desk, links, doors, served, calibrations, boots, firmwareVersion()}));
   }
   return true;
 }
@@ -346,11 +316,9 @@ void Daemon::Parts::run() {
   core.start(worker, links_wake_up);
   links.start();
   for (const auto& line : cnc_lines) line->start();
-  for (const auto& line : text_lines) line->start();
   capture = std::make_unique<CaptureThread>(std::move(sources), time, events, core_wake_up, counters, source_table);
   std::vector<std::string> stages{"capture", "core", "published state", "links", "worker"};
-  for (const auto& line : cnc_lines) stages.push_back("CNC line " + line->device());
-  for (const auto& line : text_lines) stages.push_back("CNC line " + line->device());
+  for (const auto& line : cnc_lines) stages.push_back("CNC line " + line->status().name);
   chain.emplace(std::move(stages), real_time.now());
 }
 
@@ -358,7 +326,6 @@ Daemon::Condition Daemon::Parts::condition(Nanoseconds patience) {
   const Progress& progress = counters.progress;
   std::vector<std::uint64_t> counts{progress.capture, progress.core, progress.state, progress.links, progress.worker};
   for (const auto& line : cnc_lines) counts.push_back(line->rounds());
-  for (const auto& line : text_lines) counts.push_back(line->rounds());
   const auto finding = chain->look(counts, real_time.now(), patience);
   std::string standing_still;
   for (const auto stage : finding.standing_still)

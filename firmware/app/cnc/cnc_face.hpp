@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "firmware/app/host/control_desk.hpp"
+#include "firmware/app/host/link_service.hpp"
+#include "firmware/app/results/door_book.hpp"
+#include "firmware/app/results/served_record.hpp"
+#include "firmware/app/threads/core_thread.hpp"
+#include "protocol/messages/status.hpp"
+
+namespace probebox::app {
+
+// One serial line of a controller, served in a thread of its own, so lines do not delay each other.
+class CncFace {
+ public:
+  CncFace() = default;
+  virtual ~CncFace() = default;
+  CncFace(const CncFace&) = delete;
+  CncFace& operator=(const CncFace&) = delete;
+
+  virtual void start() = 0;
+  // Any thread:
+  virtual messages::CncLineStatus status() const = 0;
+  virtual std::uint64_t rounds() const = 0;
+};
+
+struct CncColleagues {
+  ControlDesk& desk;
+  LinkService& links;
+  DoorBook& doors;
+  ServedRecord& served;
+  const Calibrations& calibrations;
+  std::uint16_t boots{};
+  std::string revision{};  // of the firmware
+};
+
+}  // namespace probebox::app
