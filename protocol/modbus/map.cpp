@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "protocol/modbus/result_blocks.hpp"
@@ -26,10 +27,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "+1 every 0.1 s while the inputs of what is summed arrive and the corrections follow them, with or without the "
      "probe; "
      "wraps"},
-    {address::correction_i16, "X correction", i16, 0.1, "um", read,
+    {address::correction_i16, "XYZ correction", i16, 0.1, "um", read,
      "machine axes, radius; add it to the commanded position"},
-    {address::correction_i16 + 1, "Y correction", i16, 0.1, "um", read, "as X"},
-    {address::correction_i16 + 2, "Z correction", i16, 0.1, "um", read, "as X"},
     {address::correction_offset, "X correction", offset_i16, 0.1, "um", read, "register 5 + 32768"},
     {address::correction_offset + 1, "Y correction", offset_i16, 0.1, "um", read, "register 6 + 32768"},
     {address::correction_offset + 2, "Z correction", offset_i16, 0.1, "um", read, "register 7 + 32768"},
@@ -49,10 +48,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::sources_invalid, "sources invalid", u16, 1, "", read,
      "bits as in register 12: an input is missing, or in doubt for longer than the hold time"},
     {address::axes_referenced, "axes referenced", u16, 1, "", read, "bit 0 X, 1 Y, 2 Z"},
-    {address::axes_fault, "X reference fault", u16, 1, "", read,
+    {address::axes_fault, "XYZ reference fault", u16, 1, "", read,
      "last cause of a lost reference: 0 none, 1 impossible speed, 2 index at the wrong count, 3 encoder lost"},
-    {address::axes_fault + 1, "Y reference fault", u16, 1, "", read, "as X"},
-    {address::axes_fault + 2, "Z reference fault", u16, 1, "", read, "as X"},
     {address::inhibited, "inhibited", u16, 1, "", read,
      "1 during a cut, by an inhibit line or the inhibit of any line, host or person: no result comes into force"},
     {address::settled, "settled", u16, 1, "", read,
@@ -64,13 +61,9 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "again, and "
      "axes that are not absolute to be homed"},
 
-    {address::delay_f32, "X system delay", f32, 1, "ms", read,
+    {address::delay_f32, "XYZ system delay", f32, 1, "ms", read,
      "tau = t machine - t probe of the result in force; 0 and status bit 2 clear when there is none"},
-    {address::delay_f32 + 2, "Y system delay", f32, 1, "ms", read, "as X"},
-    {address::delay_f32 + 4, "Z system delay", f32, 1, "ms", read, "as X"},
-    {address::delay_sd_f32, "X system delay, sd", f32, 1, "ms", read, "standard deviation (k = 1)"},
-    {address::delay_sd_f32 + 2, "Y system delay, sd", f32, 1, "ms", read, "as X"},
-    {address::delay_sd_f32 + 4, "Z system delay, sd", f32, 1, "ms", read, "as X"},
+    {address::delay_sd_f32, "XYZ system delay, sd", f32, 1, "ms", read, "standard deviation (k = 1)"},
     {address::delay_i32, "X system delay", i32, 1, "ns", read, "the value of register 64"},
     {address::delay_i32 + 2, "Y system delay", i32, 1, "ns", read, "the value of register 66"},
     {address::delay_i32 + 4, "Z system delay", i32, 1, "ns", read, "the value of register 68"},
@@ -103,10 +96,8 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "kept "
      "over restarts of the box and an unplugged adapter"},
 
-    {address::home_position, "homing: X position", i32, 0.0001, "mm", write,
+    {address::home_position, "homing: XYZ position", i32, 0.0001, "mm", write,
      "machine position of the axis at standstill, within its travel"},
-    {address::home_position + 2, "homing: Y position", i32, 0.0001, "mm", write, "as X"},
-    {address::home_position + 4, "homing: Z position", i32, 0.0001, "mm", write, "as X"},
     {address::home_axes, "homing: axes", u16, 1, "", write, "axes to reference: bit 0 X, 1 Y, 2 Z"},
     {address::home_commit, "homing: commit", u16, 1, "", write,
      "write a number from 1 to 65535 that differs from the present one: the axes of register 136 are referenced at the "
@@ -123,9 +114,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::marker_phase, "marker: phase", u16, 1, "", write, "0 begin, 1 end, 2 abandon (the step is repeated)"},
     {address::marker_speed, "marker: nominal speed", u16, 0.1, "mm/s", write, "commanded measuring speed of the step"},
     {address::marker_tool, "marker: tool", u16, 1, "", write, "tool number, 0 for none"},
-    {address::marker_angle, "marker: A angle", i32, 0.001, "deg", write, "-3600 to 3600 degrees"},
-    {address::marker_angle + 2, "marker: B angle", i32, 0.001, "deg", write, "as A"},
-    {address::marker_angle + 4, "marker: C angle", i32, 0.001, "deg", write, "as A"},
+    {address::marker_angle, "marker: ABC angle", i32, 0.001, "deg", write, "-3600 to 3600 degrees"},
     {address::marker_at_rest, "marker: at rest", u16, 1, "", write, "1 when all axes are at standstill"},
     {address::marker_commit, "marker: commit", u16, 1, "", write,
      "write a number from 1 to 65535 that differs from the present one: registers 144 to 156 are sent as one marker. "
@@ -148,45 +137,29 @@ constexpr std::array kRegisters = std::to_array<Register>({
     {address::centreline_result, "centreline result", u32, 1, "", read,
      "number of the result in force; 0 when there is none"},
 
-    {address::screw_offset, "X screw, offset", f32, 1, "mm", read,
+    {address::screw_offset, "XYZ screw, offset", f32, 1, "mm", read,
      "correction of the screw = offset + slope (position - reference position), for controllers that compensate by "
      "position"},
-    {address::screw_offset + 2, "Y screw, offset", f32, 1, "mm", read, "as X"},
-    {address::screw_offset + 4, "Z screw, offset", f32, 1, "mm", read, "as X"},
-    {address::screw_slope, "X screw, slope", f32, 1, "mm/mm", read, "see register 192"},
-    {address::screw_slope + 2, "Y screw, slope", f32, 1, "mm/mm", read, "as X"},
-    {address::screw_slope + 4, "Z screw, slope", f32, 1, "mm/mm", read, "as X"},
-    {address::screw_reference, "X screw, reference position", f32, 1, "mm", read, "see register 192"},
-    {address::screw_reference + 2, "Y screw, reference position", f32, 1, "mm", read, "as X"},
-    {address::screw_reference + 4, "Z screw, reference position", f32, 1, "mm", read, "as X"},
-    {address::screw_extension, "X screw, extension", i16, 0.1, "um", read,
+    {address::screw_slope, "XYZ screw, slope", f32, 1, "mm/mm", read, "see register 192"},
+    {address::screw_reference, "XYZ screw, reference position", f32, 1, "mm", read, "see register 192"},
+    {address::screw_extension, "XYZ screw, extension", i16, 0.1, "um", read,
      "extension of the whole screw since it was cold; 0 without a sensor"},
-    {address::screw_extension + 1, "Y screw, extension", i16, 0.1, "um", read, "as X"},
-    {address::screw_extension + 2, "Z screw, extension", i16, 0.1, "um", read, "as X"},
-    {address::screw_fault, "X screw, sensor", u16, 1, "", read,
+    {address::screw_fault, "XYZ screw, sensor", u16, 1, "", read,
      "0 good or not fitted, 1 silent, 2 out of range, 3 unplugged"},
-    {address::screw_fault + 1, "Y screw, sensor", u16, 1, "", read, "as X"},
-    {address::screw_fault + 2, "Z screw, sensor", u16, 1, "", read, "as X"},
 
     {address::trigger_count, "triggers", u32, 1, "", read,
      "number since the box started; the registers up to 231 describe the last one"},
-    {address::trigger_position, "trigger: X position", i32, 0.00001, "mm", read,
+    {address::trigger_position, "trigger: XYZ position", i32, 0.00001, "mm", read,
      "machine position at the trigger, including the correction; 0 when its bit in register 230 is clear"},
-    {address::trigger_position + 2, "trigger: Y position", i32, 0.00001, "mm", read, "as X"},
-    {address::trigger_position + 4, "trigger: Z position", i32, 0.00001, "mm", read, "as X"},
-    {address::trigger_correction, "trigger: X correction", i32, 1, "nm", read,
+    {address::trigger_correction, "trigger: XYZ correction", i32, 1, "nm", read,
      "correction at that time: subtract it from measured positions, or it is corrected twice"},
-    {address::trigger_correction + 2, "trigger: Y correction", i32, 1, "nm", read, "as X"},
-    {address::trigger_correction + 4, "trigger: Z correction", i32, 1, "nm", read, "as X"},
     {address::trigger_state, "trigger: state", u16, 1, "", read,
      "bit 0 the correction was valid, 1 it was degraded, 4 X position known, 5 Y, 6 Z"},
     {address::trigger_sequence, "trigger: sequence", u16, 1, "", read, "register 3 at that time"},
     {address::triggers_unplaced, "triggers unplaced", u16, 1, "", read,
      "triggers without a known machine position; wraps"},
 
-    {address::pose_angle, "pose: A angle", i32, 0.0001, "deg", write, "angle of an axis that only the control knows"},
-    {address::pose_angle + 2, "pose: B angle", i32, 0.0001, "deg", write, "as A"},
-    {address::pose_angle + 4, "pose: C angle", i32, 0.0001, "deg", write, "as A"},
+    {address::pose_angle, "pose: ABC angle", i32, 0.0001, "deg", write, "angle of an axis that only the control knows"},
     {address::pose_told, "pose: told", u16, 1, "", write, "values that are valid: bit 0 A angle, 1 B, 2 C, 3 the tool"},
     {address::pose_tool, "pose: tool", u16, 1, "", write, "its number, 0 for none"},
     {address::pose_tool_length, "pose: tool length", i32, 0.0001, "mm", write,
@@ -198,21 +171,16 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "bit 0 A, 1 B, 2 C: the encoder is referenced, or the control has sent the angle"},
     {address::angles_doubtful, "angles in doubt", u16, 1, "", read,
      "bits as in register 256: no new value for too long"},
-    {address::angle, "A angle", f32, 1, "deg", read, "angle that the corrections use; 0 when it is unknown"},
-    {address::angle + 2, "B angle", f32, 1, "deg", read, "as A"},
-    {address::angle + 4, "C angle", f32, 1, "deg", read, "as A"},
+    {address::angle, "ABC angle", f32, 1, "deg", read, "angle that the corrections use; 0 when it is unknown"},
     {address::tool, "tool", u16, 1, "", read, "number of the tool in the spindle, as sent last; 0 for none"},
     {address::tool_length, "tool length", f32, 1, "mm", read, "0 when it is unknown"},
     {address::swivel_result, "swivel result", u32, 1, "", read, "number of the result in force; 0 when there is none"},
-    {address::swivel_error, "swivel, X", f32, 1, "mm", read,
+    {address::swivel_error, "swivel, XYZ", f32, 1, "mm", read,
      "contribution of the head at the present angle with the present tool; 0 unless the source is good or held"},
-    {address::swivel_error + 2, "swivel, Y", f32, 1, "mm", read, "as X"},
-    {address::swivel_error + 4, "swivel, Z", f32, 1, "mm", read, "as X"},
     {address::rotary_known, "rotary errors known", u16, 1, "", read,
      "bits as in register 256: a result in force covers the present angle"},
-    {address::rotary_result, "A axis result", u32, 1, "", read, "number of the result in force; 0 when there is none"},
-    {address::rotary_result + 2, "B axis result", u32, 1, "", read, "as A"},
-    {address::rotary_result + 4, "C axis result", u32, 1, "", read, "as A"},
+    {address::rotary_result, "ABC axis result", u32, 1, "", read,
+     "number of the result in force; 0 when there is none"},
     {address::rotary_errors, "EXA", f32, 1, "mm", read,
      "error along X of the table turned by axis A, at the present angle; 0 when its bit in register 276 is clear"},
     {address::rotary_errors + 2, "EYA", f32, 1, "mm", read, "as EXA"},
@@ -256,7 +224,7 @@ constexpr bool inOrderAndInside() {
   std::size_t free = 0;
   for (const auto& entry : kRegisters) {
     if (entry.address < free) return false;
-    free = entry.address + registersOf(entry.kind);
+    free = entry.address + (axesIn(entry.name).empty() ? 1 : 3) * registersOf(entry.kind);
   }
   return free <= 384;  // the first part of the map
 }
@@ -314,9 +282,23 @@ double countsOf(Kind kind, std::uint32_t bits) {
   return bits;
 }
 
+void append(std::vector<Register>& all, const Register& row) {
+  const auto axes = axesIn(row.name);
+  if (axes.empty()) return all.push_back(row);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    auto of_axis = row;
+    of_axis.address = static_cast<std::uint16_t>(row.address + i * registersOf(row.kind));
+    std::string name{row.name};
+    of_axis.name = kept(name.replace(name.find(axes), axes.size(), 1, axes[i]));
+    if (i > 0) of_axis.meaning = kept(std::string{"as "} + axes[0]);
+    all.push_back(of_axis);
+  }
+}
+
 std::vector<Register> everything() {
-  std::vector<Register> all{kRegisters.begin(), kRegisters.end()};
-  for (const auto& entry : procedureRegisters()) all.push_back(entry);
+  std::vector<Register> all;
+  for (const auto& row : kRegisters) append(all, row);
+  for (const auto& row : procedureRegisters()) append(all, row);
   for (const auto& entry : resultRegisters()) all.push_back(entry);
   std::ranges::sort(all, {}, &Register::address);
   return all;

@@ -9,14 +9,10 @@ using enum Kind;
 using enum Access;
 
 constexpr std::array kRegisters = std::to_array<Register>({
-    {address::setter_half_width, "setter, X half width", f32, 1, "mm", read,
+    {address::setter_half_width, "setter, XYZ half width", f32, 1, "mm", read,
      "from the middle of the tool-setting device to its faces, as machine.toml has it"},
-    {address::setter_half_width + 2, "setter, Y half width", f32, 1, "mm", read, "as X"},
-    {address::setter_half_width + 4, "setter, Z half width", f32, 1, "mm", read, "as X"},
-    {address::screw_cold_reading, "X screw, cold reading", f32, 1, "um", read,
+    {address::screw_cold_reading, "XYZ screw, cold reading", f32, 1, "um", read,
      "reading of the sensor in use that means no extension (the reference)"},
-    {address::screw_cold_reading + 2, "Y screw, cold reading", f32, 1, "um", read, "as X"},
-    {address::screw_cold_reading + 4, "Z screw, cold reading", f32, 1, "um", read, "as X"},
 
     {address::wish_method, "wish: method", u16, 1, "", write, "number of the method, see the list below"},
     {address::wish_speeds, "wish: speeds", u16, 1, "", write,
@@ -86,14 +82,10 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "4 the target of registers 896 to 901 is known, 5 the place of registers 902 to 907 is known"},
     {address::step_repeats, "step: repeats", u16, 1, "", read, "times that this step was repeated"},
     {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
-    {address::step_normal, "step: X normal", f32, 1, "", read,
+    {address::step_normal, "step: XYZ normal", f32, 1, "", read,
      "outward normal of the surface; of a jog or sweep its direction"},
-    {address::step_normal + 2, "step: Y normal", f32, 1, "", read, "as X"},
-    {address::step_normal + 4, "step: Z normal", f32, 1, "", read, "as X"},
-    {address::step_retract, "step: X retract", f32, 1, "", read,
+    {address::step_retract, "step: XYZ retract", f32, 1, "", read,
      "direction of the way out; the way in is its opposite"},
-    {address::step_retract + 2, "step: Y retract", f32, 1, "", read, "as X"},
-    {address::step_retract + 4, "step: Z retract", f32, 1, "", read, "as X"},
     {address::step_overtravel, "step: overtravel", f32, 1, "mm", read,
      "from contact on, against the retract direction"},
     {address::step_clearance, "step: clearance", f32, 1, "mm", read, "from contact to where the way in begins"},
@@ -104,20 +96,14 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "length of a jog or sweep; of a hold the distance from the ball's centre"},
     {address::step_shank, "step: shank height", f32, 1, "mm", read,
      "above the centre of the stylus' ball, where the shank touches; 0: the ball does"},
-    {address::step_angle, "step: A angle", f32, 1, "deg", read,
+    {address::step_angle, "step: ABC angle", f32, 1, "deg", read,
      "to be taken before, where bit 1 of register 858 is set; for register 150"},
-    {address::step_angle + 2, "step: B angle", f32, 1, "deg", read, "as A"},
-    {address::step_angle + 4, "step: C angle", f32, 1, "deg", read, "as A"},
-    {address::step_target, "step: X target", f32, 1, "mm", read,
+    {address::step_target, "step: XYZ target", f32, 1, "mm", read,
      "centre of the stylus' ball at contact, from the centre of the feature; where its size is not known (bit 4 of "
      "register 858 "
      "clear) 0, and the control looks for contact"},
-    {address::step_target + 2, "step: Y target", f32, 1, "mm", read, "as X"},
-    {address::step_target + 4, "step: Z target", f32, 1, "mm", read, "as X"},
-    {address::step_place, "step: X place", f32, 1, "mm", read,
+    {address::step_place, "step: XYZ place", f32, 1, "mm", read,
      "machine position of the feature's centre, where the box knows it: setter and checked ball"},
-    {address::step_place + 2, "step: Y place", f32, 1, "mm", read, "as X"},
-    {address::step_place + 4, "step: Z place", f32, 1, "mm", read, "as X"},
 });
 
 }  // namespace

@@ -12,12 +12,6 @@ constexpr std::string_view kSd = "standard deviation (k = 1)";
 constexpr std::string_view kStateMeans =
     "bit 0 a result is in force, 1 it rests on a retired result, from 4 on one for each value above that it has";
 
-// Keeps a text for as long as the program runs: registers refer to it.
-std::string_view kept(std::string text) {
-  static std::deque<std::string> texts;
-  return texts.emplace_back(std::move(text));
-}
-
 std::string_view unitOf(ValueUnit unit) {
   return unit == ValueUnit::mm ? "mm" : unit == ValueUnit::rad ? "rad" : "";
 }
@@ -79,6 +73,11 @@ void append(std::vector<Register>& all, const ToolTable& table) {
 }
 
 }  // namespace
+
+std::string_view kept(std::string text) {
+  static std::deque<std::string> texts;
+  return texts.emplace_back(std::move(text));
+}
 
 std::vector<Register> resultRegisters() {
   std::vector<Register> all;
