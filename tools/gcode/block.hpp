@@ -31,9 +31,9 @@ struct Turn {
 struct TakeTool {
   std::uint32_t number{};
 };
-// Keeps the tip in place while a head swivels.
+// Keeps the tip in place while a head swivels, from here until it is switched off.
 struct TipControl {
-  std::uint32_t tool{};
+  std::uint32_t tool{};  // whose length counts; 0 switches it off
 };
 struct Wait {
   double s{};

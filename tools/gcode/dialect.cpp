@@ -22,7 +22,7 @@ std::string decimal(double value) {
 std::string plain(std::string_view text) {
   std::string all;
   for (const char c : text) {
-    if (c == '(' || c == ')' || c == '[' || c == ']' || c == '%' || c == ';') {
+    if (c == '(' || c == ')' || c == '[' || c == ']' || c == '%' || c == ';' || c == '"') {
       all += ' ';
     } else if (c >= ' ' && c <= '~') {
       all += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));

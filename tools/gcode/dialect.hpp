@@ -35,7 +35,7 @@ class Dialect {
   virtual std::string turn(const Turn& turn) const;
   virtual std::vector<std::string> take(const TakeTool& tool) const;
   // Empty where the control has none.
-  virtual std::string tipControl(const TipControl& tool) const = 0;
+  virtual std::string tipControl(const TipControl& tip) const = 0;
   virtual std::string wait(double s) const;
   virtual std::vector<std::string> stop(std::string_view text) const;
   virtual std::vector<std::string> mark(const Mark& mark) const = 0;
@@ -53,7 +53,7 @@ const Dialect& haas();
 
 // With three decimals and a decimal point, and no "-0.000".
 std::string decimal(double value);
-// Pure ASCII that every control's comment may hold: capital letters, no brackets.
+// Pure ASCII that every control's comment or message may hold: capital letters, no brackets, no quotation marks.
 std::string plain(std::string_view text);
 // "BEGIN 3" or "END 3", as firmware/tape reads it.
 std::string nameOf(const Mark& mark);

@@ -24,7 +24,9 @@ class Fanuc final : public MacroB {
     if (marks == Marks::stops) return {"G64", "M30", "%"};
     return {"PCLOS", "G64", "M30", "%"};
   }
-  std::string tipControl(const TipControl& tool) const override { return "G43.4 H" + std::to_string(tool.tool); }
+  std::string tipControl(const TipControl& tip) const override {
+    return tip.tool == 0 ? "G49" : "G43.4 H" + std::to_string(tip.tool);
+  }
   std::vector<std::string> mark(const Mark& mark) const override { return printed(mark, {"G53"}); }
 };
 

@@ -18,7 +18,9 @@ class Haas final : public MacroB {
     return {"G17 G21 G40 G80", "G54 G90 G94 G61", "G103 P1"};
   }
   std::vector<std::string> end(Marks) const override { return {"G103", "G64", "M30", "%"}; }
-  std::string tipControl(const TipControl&) const override { return "G234"; }
+  std::string tipControl(const TipControl& tip) const override {
+    return tip.tool == 0 ? "G49" : "G234 H" + std::to_string(tip.tool);
+  }
   std::vector<std::string> mark(const Mark& mark) const override { return printed(mark, {";", ";"}); }
 };
 

@@ -52,6 +52,9 @@ std::optional<Error> whyUnknown(const Step& step, const Setting& setting) {
   if (movesOneAxis(step)) return std::nullopt;
   if (step.touch.shank_height_mm > 0)
     return Error{"A run by the shank has its heights from machine.toml: use the loop program, which asks the box."};
+  if (step.b_moves == procedure::BMoves::head && step.touch.tool == 0 && setting.probe_tool == 0)
+    return missing("whose length keeps the tip in place while the head swivels",
+                   "--probe-tools NUMBER, the tool that carries the probe");
   const bool by_tool = step.feature == Feature::tool_setter && step.touch.tool != 0;
   if (!by_tool && !setting.stylus_diameter_mm) return missing("the stylus ball", "--stylus MM, its diameter");
   if (by_tool && !setting.tool_diameter_mm) return missing("the tool's width", "--tool-diameter MM");
@@ -83,7 +86,7 @@ Place placeOf(const Step& step, const Setting& setting) {
   }
   const Vector3d centre = step.feature == Feature::part_ball ? ballOf(step, setting) : setting.at_mm;
   // A sensor head comes over its ball from above.
-  if (step.kind == procedure::Kind::hold) return {Place::Shape::gap, centre, 0, {}};
+  if (step.kind == procedure::Kind::hold) return {Place::Shape::gap, centre, 0, Vector3d::Zero()};
   const double met_mm = (*setting.ball_diameter_mm + *setting.stylus_diameter_mm) / 2;
   return {Place::Shape::round, centre, met_mm + setting.keep_off_mm, Vector3d::Constant(met_mm)};
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct Setting {
   Eigen::Vector3d b_axis{Eigen::Vector3d::UnitX()};    // its direction, right-handed
   std::optional<double> ball_diameter_mm, gap_mm, setter_width_mm;  // of the features
   std::optional<double> stylus_diameter_mm, tool_diameter_mm;       // of what touches them
+  std::uint32_t probe_tool{};                                       // that carries the probe; 0: not known
   std::optional<double> safe_z_mm;                                  // above everything
   double keep_off_mm{5};                                            // distance of traverses from a surface
   double traverse_mm_min{1500};

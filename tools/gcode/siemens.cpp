@@ -19,8 +19,8 @@ class Siemens final : public Dialect {
   std::vector<std::string> start(Marks marks, std::string_view) const override {
     std::vector<std::string> lines{"G17 G71 G40", "G54 G90 G94 G60"};
     if (marks == Marks::lines) {
-      lines.emplace_back("EXTOPEN(PB_ERR,\"/dev/v24\",\"APP\")");
-      lines.emplace_back("IF PB_ERR<>0 SETAL(65000)");
+      lines.emplace_back("EXTOPEN(PB_ERR,\"/dev/v24\",\"SYN\",\"EXCL\",\"APP\")");
+      addCheck(lines);
     }
     return lines;
   }
@@ -33,18 +33,24 @@ class Siemens final : public Dialect {
     if (tool.number == 0) return {comment("THE PROBE IS IN THE SPINDLE, ITS LENGTH OFFSET ACTIVE")};
     return {"T" + std::to_string(tool.number), "M6", "D1"};
   }
-  std::string tipControl(const TipControl&) const override { return "TRAORI"; }
+  std::string tipControl(const TipControl& tip) const override { return tip.tool == 0 ? "TRAFOOF" : "TRAORI"; }
   std::string wait(double s) const override { return "G4 F" + decimal(s); }
   std::vector<std::string> stop(std::string_view text) const override {
     return {"MSG(\"" + plain(text) + "\")", "M0", "MSG()"};
   }
   std::vector<std::string> mark(const Mark& mark) const override {
     const auto& [a, b, c] = mark.angles_deg;
-    return {"STOPRE",
-            "WRITE(PB_ERR,\"/dev/v24\",\"" + nameOf(mark) + std::to_string(mark.step) + " A" + decimal(a) + " B" +
-                decimal(b) + " C" + decimal(c) + " T" + std::to_string(mark.tool) + " F" + decimal(mark.speed_mm_s) +
-                "\")",
-            "IF PB_ERR<>0 SETAL(65000)"};
+    std::vector<std::string> lines{"STOPRE", "WRITE(PB_ERR,\"/dev/v24\",\"" + nameOf(mark) + std::to_string(mark.step) +
+                                                 " A" + decimal(a) + " B" + decimal(b) + " C" + decimal(c) + " T" +
+                                                 std::to_string(mark.tool) + " F" + decimal(mark.speed_mm_s) + "\")"};
+    addCheck(lines);
+    return lines;
+  }
+
+ private:
+  // A block each: an alarm behind IF in its own block is no language of this control.
+  static void addCheck(std::vector<std::string>& lines) {
+    lines.insert(lines.end(), {"IF PB_ERR<>0", "SETAL(65000)", "ENDIF"});
   }
 };
 

@@ -51,12 +51,15 @@ std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting)
   return std::nullopt;
 }
 
-// Where everything would collide with the safe height.
-std::optional<Error> whyTooLow(const Place& place, const Setting& setting) {
-  const double top_mm = place.centre_mm.z() + 1.2 * place.keep_out_mm;
+// Refuses a safe height that the way round a feature, or the step itself, goes beyond.
+std::optional<Error> whyTooLow(const Step& step, const Place& place, const Setting& setting) {
+  const double surface_mm = surfaceOf(step, place, setting).z();
+  const double beyond_mm = (step.clearance_mm + procedure::kRunOut_mm) * step.touch.retract_direction[2];
+  const double top_mm = std::max(place.centre_mm.z() + 1.2 * place.keep_out_mm,
+                                 step.kind == Kind::hold ? surface_mm : surface_mm + beyond_mm);
   if (*setting.safe_z_mm > top_mm) return std::nullopt;
   return Error{"--safe-z has to be above " + std::to_string(std::lround(std::ceil(top_mm))) +
-               " mm, where the program goes round a feature: give a larger one."};
+               " mm, which the way round a feature or a step of the run reaches: give a larger one."};
 }
 
 // Writes the blocks of one run.
@@ -79,11 +82,12 @@ class Unroller {
         continue;
       }
       const Place place = placeOf(step, setting_);
-      if (auto error = whyTooLow(place, setting_)) return *error;
+      if (auto error = whyTooLow(step, place, setting_)) return *error;
       reach(step, place);
       measure(step, place);
     }
     rise();
+    endTipControl();
     dropStandstills();
     return std::move(blocks_);
   }
@@ -136,18 +140,34 @@ class Unroller {
 
   void change(const Step& step) {
     if (!started_ || step.touch.tool != tool_) {
+      endTipControl();
       tool_ = step.touch.tool;
       blocks_.push_back(TakeTool{tool_});
-      if (step.b_moves == procedure::BMoves::head) blocks_.push_back(TipControl{tool_});
+      if (step.b_moves == procedure::BMoves::head) beginTipControl();
     }
     if (step.touch.mount != mount_ && step.touch.mount > 1)
       blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + std::to_string(step.touch.mount)});
     mount_ = step.touch.mount;
-    if (step.turns && (!started_ || step.touch.rotary_angles_rad != angles_rad_)) {
-      angles_rad_ = step.touch.rotary_angles_rad;
-      if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{degrees(angles_rad_), used_});
-    }
+    if (step.turns && (!started_ || step.touch.rotary_angles_rad != angles_rad_)) turnTo(step.touch.rotary_angles_rad);
     started_ = true;
+  }
+
+  void turnTo(const std::array<double, 3>& angles_rad) {
+    angles_rad_ = angles_rad;
+    if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{degrees(angles_rad_), used_});
+  }
+
+  void beginTipControl() {
+    blocks_.push_back(TipControl{tool_ != 0 ? tool_ : setting_.probe_tool});
+    tip_control_ = true;
+  }
+
+  // Upright first: without tip control, coordinates are of the tip only there.
+  void endTipControl() {
+    if (!tip_control_) return;
+    turnTo({});
+    blocks_.push_back(TipControl{});
+    tip_control_ = false;
   }
 
   Vector3d beginOf(const Step& step, const Place& place) const {
@@ -198,6 +218,7 @@ class Unroller {
   std::optional<Place> near_;
   Vector3d here_{Vector3d::Constant(std::nan(""))};
   bool started_{};
+  bool tip_control_{};
   std::uint32_t tool_{};
   std::uint16_t mount_{};
   std::array<double, 3> angles_rad_{};

@@ -119,6 +119,19 @@ TEST(CommandLine, HomesAxesAtPositions) {
   EXPECT_THAT(complaint("home X"), HasSubstr("such as X=120.5"));
 }
 
+// A program with such a number would move a machine there.
+TEST(CommandLine, WritesNoProgramWithWhatIsNoNumberOrPlace) {
+  const std::string gcode = "gcode delay-multi-speed --dialect linuxcnc -o a.ngc ";
+  for (const std::string option :
+       {"--safe-z nan", "--safe-z inf", "--safe-z 1e9", "--at 0,nan,0", "--c-axis inf,0,0", "--table-axis 0,0,1e300",
+        "--ball 1,2,inf", "--tilts 0,nan", "--tilts 400", "--probe-tools 0", "--head-tool -1", "--sphere nan"}) {
+    const auto name = option.substr(0, option.find(' '));
+    EXPECT_THAT(complaint(gcode + option), AllOf(HasSubstr(name), HasSubstr("is not"))) << option;
+  }
+  for (const std::string device : {"ttyS1", "/dev/tty(S1)", "/dev/x;M3"})
+    EXPECT_THAT(complaint(gcode + "--tape " + device), HasSubstr("is not the path of a device")) << device;
+}
+
 TEST(CommandLine, TakesNoNameThatForgesAHistory) {
   using Words = std::vector<std::string>;
   for (const auto& name : {std::string{" "}, std::string{"Ada\n18 active by Bob"}, std::string{"Ada\u202Eboss"}}) {

@@ -13,7 +13,7 @@ class Control {
   void take(const std::string& raw) {
     if (printed(raw) || raw.empty() || raw == "%" || raw == ";" || raw[0] == ';' || raw[0] == '%') return;
     static const std::regex kPassed{
-        R"(POPEN|PCLOS|STOPRE|TRAORI|MSG\(.*\)|DEF INT PB_ERR|EXT(OPEN|CLOSE)\(.*\)|IF PB_ERR<>0 SETAL\(65000\)|\(.*\))"};
+        R"(POPEN|PCLOS|STOPRE|TRAORI|TRAFOOF|MSG\("[^"]*"\)|MSG\(\)|DEF INT PB_ERR|EXTOPEN\(PB_ERR,"[^"]*","SYN","EXCL","APP"\)|EXTCLOSE\(PB_ERR,"[^"]*"\)|IF PB_ERR<>0|SETAL\(65000\)|ENDIF|\(.*\))"};
     if (std::regex_match(raw, kPassed)) return;
     static const std::regex kAssignment{R"(#(\d+)=(-?[\d.]+))"};
     std::smatch parts;

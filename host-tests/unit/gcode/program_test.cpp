@@ -236,6 +236,73 @@ TEST(Program, SaysWhetherItsDialectWasRunOnAControl) {
   }
 }
 
+Case headPivot() {
+  ProcedureOptions swivelled;
+  swivelled.b_count = 3;
+  swivelled.b_angles_rad = {0, 0.4, 0.8};
+  swivelled.b_axis = {0, 1, 0};
+  return {&procedure::kHeadPivot, swivelled};
+}
+
+std::string headProgram(const Case& c, const Dialect& dialect) {
+  Setting with = setting();
+  with.probe_tool = 7;
+  const auto blocks = unroll(planOf(c), with);
+  EXPECT_TRUE(blocks) << blocks.error().what;
+  return blocks ? program(*blocks, with, {"head", "probebox calibrate", "zero"}, dialect, Marks::lines) : std::string{};
+}
+
+// A length of zero would swivel the head about the spindle's nose, and the tip into the part.
+TEST(Program, KeepsTheTipInPlaceByTheLengthOfTheProbesTool) {
+  using testing::HasSubstr;
+  const auto fanucs = headProgram(headPivot(), fanuc());
+  EXPECT_THAT(fanucs, testing::AllOf(HasSubstr("\nG43.4 H7\n"), testing::Not(HasSubstr("H0"))));
+  EXPECT_THAT(headProgram(headPivot(), haas()), HasSubstr("\nG234 H7\n"));
+  EXPECT_THAT(headProgram(headPivot(), siemens()), HasSubstr("\nTRAORI\n"));
+}
+
+// Upright, and before a tool is changed and the program ends.
+TEST(Program, EndsTipControlWithTheHeadUpright) {
+  using testing::HasSubstr;
+  ProcedureOptions two = headPivot().options;
+  two.tool_count = 2;
+  two.tools = {3, 4};
+  const auto text = headProgram({&procedure::kSwivelError, two}, fanuc());
+  EXPECT_THAT(text, HasSubstr("B0.000\nG49\nT4 M6\nG43 H4\nG43.4 H4\n"));
+  EXPECT_THAT(text, HasSubstr("B0.000\nG49\nPCLOS\n"));
+  EXPECT_THAT(headProgram(headPivot(), siemens()), HasSubstr("B0.000\nTRAFOOF\nEXTCLOSE"));
+}
+
+Case headCalibration() {
+  ProcedureOptions options;
+  options.head_tool = 9;
+  options.head_range_mm = 5;
+  return {&procedure::kSensorHeadCalibration, options};
+}
+
+// Between holds at one ball nothing rises to the safe height.
+TEST(Program, StaysAtTheBallBetweenHolds) {
+  const auto plan = planOf(headCalibration());
+  const auto read = interpret(written(headCalibration(), fanuc()));
+  ASSERT_EQ(read.parts.size(), 3U);
+  const Part& run = read.parts[2];
+  ASSERT_EQ(run.marks.size(), 2 * plan.step_count);
+  for (std::size_t i = run.marks.front().after; i < run.marks.back().after; ++i)
+    EXPECT_LT(run.moves[i].at_mm[2], setting().at_mm.z() + 3) << i;
+}
+
+TEST(Unroll, RefusesASafeHeightThatAStepReaches) {
+  Setting low = setting();
+  low.safe_z_mm = low.at_mm.z() + 1;  // holds are up to 2 mm above the ball's middle
+  const auto blocks = unroll(planOf(headCalibration()), low);
+  ASSERT_FALSE(blocks);
+  EXPECT_THAT(blocks.error().what, testing::HasSubstr("--safe-z has to be above 5 mm"));
+}
+
+TEST(Dialect, PutsNothingIntoATextThatWouldEndIt) {
+  EXPECT_EQ(plain("a (b) \"c\" [d]; e%"), "A  B   C   D   E ");
+}
+
 TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
   const auto whyNot = [](const Case& c, const Setting& with) {
     const auto blocks = unroll(planOf(c), with);
@@ -252,6 +319,7 @@ TEST(Unroll, RefusesByNameWhatTheProgramWouldHaveToKnow) {
   EXPECT_THAT(whyNot(cases()[0], low), testing::HasSubstr("larger"));
   EXPECT_THAT(whyNot(cases()[0], slow), testing::HasSubstr("--most-feed"));
   EXPECT_THAT(whyNot(cases()[4], no_ball), testing::HasSubstr("--ball"));
+  EXPECT_THAT(whyNot(headPivot(), setting()), testing::HasSubstr("--probe-tools"));
   EXPECT_THAT(whyNot({&procedure::kCentrelineBySteps, {}}, setting()), testing::HasSubstr("loop program"));
 }
 

@@ -8,6 +8,8 @@
 
 namespace probebox::command {
 
+inline constexpr double kFurthest_mm = 100'000;
+
 // "10,-20.5,30".
 inline CLI::Validator point() {
   const auto check = [](std::string& text) {
@@ -16,7 +18,7 @@ inline CLI::Validator point() {
     for (std::size_t from = 0; from <= text.size(); ++numbers) {
       const std::size_t comma = std::min(text.find(',', from), text.size());
       double value = 0;
-      good = good && readsAs(text.substr(from, comma - from), value) && std::isfinite(value);
+      good = good && readsAs(text.substr(from, comma - from), value) && std::abs(value) <= kFurthest_mm;
       from = comma + 1;
     }
     return good && numbers == 3 ? std::string{} : text + " is not a point in mm, such as 10,-20.5,30";
@@ -27,7 +29,11 @@ inline CLI::Validator point() {
 // Where a program has to know the machine. Only run_commands.hpp includes this.
 inline void declareProgram(CLI::App* gcode, Gcode& options) {
   const auto add_point = [&](const char* name, std::vector<double>& value, const char* what) {
-    gcode->add_option(name, value, what)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+    gcode->add_option(name, value, what)
+        ->delimiter(',')
+        ->expected(3)
+        ->check(between(-kFurthest_mm, kFurthest_mm))
+        ->type_name("X,Y,Z");
   };
   const auto add_mm = [&](const char* name, auto& value, const char* what, const char* unit = "MM") {
     gcode->add_option(name, value, what)->check(positive())->type_name(unit);
@@ -47,9 +53,12 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
   gcode
       ->add_option("--tape", options.tape,
                    "serial line to the box as the control names it, for linuxcnc; default: /dev/ttyS1")
+      ->check(device())
       ->type_name("DEVICE");
   gcode->add_flag("--force", options.force, "overwrite existing files");
-  gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")->type_name("MM");
+  gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")
+      ->check(between(-kFurthest_mm, kFurthest_mm))
+      ->type_name("MM");
   add_point("--at", options.at_mm, "centre of sphere, gap or setter in the work offset; default: 0,0,0");
   gcode->add_option("--ball", options.balls_mm, "where a ball of the part is at C = 0; once for each ball")
       ->expected(1)
@@ -63,11 +72,15 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->capture_default_str();
   gcode->add_option("--tilts", options.tilts_deg, "angles of B, as tilts_deg of machine.toml has them")
       ->delimiter(',')
+      ->check(between(-360, 360))
       ->type_name("DEGREES");
   gcode->add_option("--probe-tools", options.probe_tools, "tools that carry the probe, as machine.toml numbers them")
       ->delimiter(',')
+      ->check(wholeNumber())
       ->type_name("NUMBERS");
-  gcode->add_option("--head-tool", options.head_tool, "tool number of the sensor head")->type_name("NUMBER");
+  gcode->add_option("--head-tool", options.head_tool, "tool number of the sensor head")
+      ->check(wholeNumber())
+      ->type_name("NUMBER");
   add_mm("--sphere", options.sphere_mm, "diameter of the sphere or ball");
   add_mm("--gap", options.gap_mm, "distance of the plates");
   add_mm("--setter", options.setter_mm, "width of the tool-setting device");

@@ -1,9 +1,12 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "protocol/units/wording.hpp"
 
@@ -49,6 +52,30 @@ inline CLI::Validator positive() {
     return good ? std::string{} : text + " is not a number above 0, such as 12.5";
   };
   return CLI::Validator{check, "", "positive number"};
+}
+
+// CLI11 by itself takes nan and inf.
+inline CLI::Validator between(double least, double most) {
+  const auto check = [=](std::string& text) {
+    double value = 0;
+    const bool good = readsAs(text, value) && value >= least && value <= most;
+    return good ? std::string{}
+                : text + " is not a number from " + std::to_string(std::lround(least)) + " to " +
+                      std::to_string(std::lround(most));
+  };
+  return CLI::Validator{check, "", "number"};
+}
+
+// "/dev/ttyS1", in words that a program may hold.
+inline CLI::Validator device() {
+  const auto check = [](std::string& text) {
+    const auto usual = [](unsigned char c) {
+      return std::isalnum(c) != 0 || std::string_view{"/._:-"}.find(static_cast<char>(c)) != std::string_view::npos;
+    };
+    const bool good = text.starts_with('/') && std::ranges::all_of(text, usual);
+    return good ? std::string{} : text + " is not the path of a device, such as /dev/ttyS1";
+  };
+  return CLI::Validator{check, "", "device"};
 }
 
 // "X=120.5".

@@ -50,6 +50,7 @@ gcode::Setting settingOf(const Gcode& options) {
   setting.setter_width_mm = options.setter_mm;
   setting.stylus_diameter_mm = options.stylus_mm;
   setting.tool_diameter_mm = options.tool_diameter_mm;
+  if (!options.probe_tools.empty()) setting.probe_tool = options.probe_tools.front();
   setting.safe_z_mm = options.safe_z_mm;
   setting.traverse_mm_min = std::min(options.traverse_mm_min, options.most_mm_min);
   setting.near_mm_min = std::min(setting.near_mm_min, setting.traverse_mm_min);
@@ -62,13 +63,13 @@ procedure::Facts factsOf(const Gcode& options) {
   procedure::Facts facts = plan::factsOf({}, options.tool.value_or(0));
   const auto describe = [&](procedure::BFacts& b) {
     b.axis = options.b_axis == "Y" ? std::array<double, 3>{0, 1, 0} : std::array<double, 3>{1, 0, 0};
-    b.count = std::min(options.tilts_deg.size(), kMostBAngles);
+    b.count = options.tilts_deg.size();
     for (std::size_t i = 0; i < b.count; ++i) b.angles_rad[i] = options.tilts_deg[i] * std::numbers::pi / 180;
   };
   describe(*facts.tilting_table);
   describe(facts.swivel_head->b);
   if (!options.probe_tools.empty()) {
-    facts.probe_tools.count = std::min(options.probe_tools.size(), kMostProbeTools);
+    facts.probe_tools.count = options.probe_tools.size();
     std::copy_n(options.probe_tools.begin(), facts.probe_tools.count, facts.probe_tools.numbers.begin());
   }
   if (options.head_tool) facts.sensor_head->tool = *options.head_tool;
@@ -92,6 +93,16 @@ std::optional<Trouble> whyNotGiven(const Gcode& options, const procedure::Plan& 
                    " has no code that keeps the tip in place while a head swivels: use the "
                    "loop program");
   }
+  return std::nullopt;
+}
+
+// What a run has no room for. Left out silently, the program would measure less than was asked for.
+std::optional<Trouble> whyTooMany(const Gcode& options) {
+  const auto objection = [](const char* option, std::size_t most) {
+    return usage(std::string{option} + ": a run has up to " + std::to_string(most) + " of them: omit some");
+  };
+  if (options.tilts_deg.size() > kMostBAngles) return objection("--tilts", kMostBAngles);
+  if (options.probe_tools.size() > kMostProbeTools) return objection("--probe-tools", kMostProbeTools);
   return std::nullopt;
 }
 
@@ -125,12 +136,16 @@ struct Written {
 Outcome<Written, Trouble> unrolled(const Gcode& options) {
   const auto method = methodOf(options);
   if (!method) return method.error();
+  if (auto trouble = whyTooMany(options)) return *trouble;
   const auto wanted = wantedOf(**method, options);
   const auto completed = plan::completed(wanted, factsOf(options));
   if (!completed) return Trouble{ExitStatus::failed, completed.error().name, completed.error().reason};
   procedure::Plan plan;
   procedure::fill(plan, **method, *completed);
   const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
+  if (!options.tape.empty() && &dialect != &gcode::linuxcnc())
+    return usage("--tape names the line to the box for linuxcnc alone: omit it; comments of the program name that of " +
+                 options.dialect);
   if (auto trouble = whyNotGiven(options, plan, dialect)) return *trouble;
   const auto setting = settingOf(options);
   const auto blocks = gcode::unroll(plan, setting);
