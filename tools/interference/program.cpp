@@ -13,10 +13,12 @@ namespace probebox::interference {
 namespace {
 
 constexpr double kMmPerInch = 25.4;
+constexpr double kFurthest = 1e5;  // of a word that is a place, mm or inch
 
 struct Words {
   std::map<char, double> values;
   std::vector<int> g;  // times 10: G38.2 is 382
+  std::vector<double> m;
 };
 
 Error objection(std::size_t line, const std::string& what) {
@@ -47,15 +49,22 @@ Outcome<Words> wordsOf(const std::string& text, std::size_t line) {
     }
     if (at < text.size() && text[at] == '+') ++at;
     double value = 0;
-    const auto [end, fault] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-    if (std::isalpha(static_cast<unsigned char>(letter)) == 0 || fault != std::errc{})
+    const auto [end, fault] =
+        std::from_chars(text.data() + at, text.data() + text.size(), value, std::chars_format::fixed);
+    // from_chars takes INF and NAN for numbers. Behind a number, E would be an exponent.
+    const bool word = std::isalpha(static_cast<unsigned char>(letter)) != 0 && letter != 'E';
+    if (!word || fault != std::errc{} || !std::isfinite(value))
       return objection(line,
                        "'" + text.substr(at - 1, 12) + "' is no word with a number: write out variables and calls");
+    if (std::string_view{"GTXYZIJ"}.find(letter) != std::string_view::npos && std::abs(value) > kFurthest)
+      return objection(line, "'" + text.substr(at - 1, 12) + "' is further than any machine reaches: correct it");
     at = static_cast<std::size_t>(end - text.data());
     if (letter == 'G') {
       words.g.push_back(static_cast<int>(std::lround(value * 10)));
-    } else {
-      words.values[letter] = value;
+    } else if (letter == 'M') {
+      words.m.push_back(value);
+    } else if (!words.values.emplace(letter, value).second) {
+      return objection(line, std::string{"a second word "} + letter + ": remove one");
     }
   }
   return words;
@@ -63,13 +72,18 @@ Outcome<Words> wordsOf(const std::string& text, std::size_t line) {
 
 class Reader {
  public:
-  explicit Reader(double tolerance_mm) : tolerance_mm_{tolerance_mm} {}
+  Reader(double tolerance_mm, std::uint32_t tool) : tolerance_mm_{tolerance_mm}, tool_{tool} {}
 
   std::optional<Error> read(const std::string& text, std::size_t line) {
     const auto words = wordsOf(text, line);
     if (!words) return words.error();
     for (const int g : words->g) {
       if (auto error = take(g, line)) return error;
+    }
+    const auto chosen = words->values.find('T');
+    if (chosen != words->values.end()) chosen_tool_ = chosen->second;
+    for (const double m : words->m) {
+      if (auto error = machine(m, line)) return error;
     }
     return move(*words, line);
   }
@@ -99,10 +113,21 @@ class Reader {
     }
     // Without effect on the path of the tip: plane XY, no compensation, feed modes, offsets that the cell states,
     // dwell.
-    constexpr std::array kHarmless{40, 170, 400, 430, 490, 540, 610, 640, 800, 911, 940, 950, 970};
+    constexpr std::array kHarmless{40, 170, 400, 430, 490, 540, 610, 611, 640, 800, 911, 940, 950, 970};
     if (std::ranges::find(kHarmless, g) != kHarmless.end()) return std::nullopt;
     return objection(line, "G" + std::to_string(g / 10) + (g % 10 != 0 ? "." + std::to_string(g % 10) : "") +
                                " is not understood: write the path with G0 to G3 in the plane XY");
+  }
+
+  std::optional<Error> machine(double m, std::size_t line) const {
+    constexpr std::array kCalls{96.0, 97.0, 98.0, 99.0, 198.0};
+    const auto number = std::to_string(std::lround(m));
+    if (std::ranges::find(kCalls, m) != kCalls.end())
+      return objection(line, "M" + number + " goes on in another program: write its blocks out here");
+    if (m == 6 && chosen_tool_ && *chosen_tool_ != tool_)
+      return objection(line, "tool " + std::to_string(std::lround(*chosen_tool_)) + " is taken, and tool " +
+                                 std::to_string(tool_) + " is checked: check the blocks of each tool by themselves");
+    return std::nullopt;
   }
 
   std::optional<Error> move(const Words& words, std::size_t line) {
@@ -143,6 +168,7 @@ class Reader {
   std::optional<Error> arcTo(const Point& to, const Words& words, std::size_t line) {
     if (words.values.contains('R') || words.values.contains('K'))
       return objection(line, "an arc by R or K: write it with I and J, the middle from its beginning");
+    if (words.values.contains('P')) return objection(line, "an arc of several turns (P): write each turn by itself");
     const auto given = [&](char letter) {
       const auto word = words.values.find(letter);
       return word == words.values.end() ? 0 : word->second * unit_mm_;
@@ -173,6 +199,8 @@ class Reader {
   Point at_{};
   std::array<bool, 3> known_{};
   double tolerance_mm_;
+  std::uint32_t tool_;
+  std::optional<double> chosen_tool_;  // by the last T
   double unit_mm_{1};
   bool relative_{};
   int motion_{-1};
@@ -181,8 +209,8 @@ class Reader {
 
 }  // namespace
 
-Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm) {
-  Reader reader{tolerance_mm};
+Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm, std::uint32_t tool) {
+  Reader reader{tolerance_mm, tool};
   for (std::size_t line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
     if (const auto error = reader.read(bare(text.substr(0, end)), line)) return *error;

@@ -1,4 +1,5 @@
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -26,7 +27,10 @@ bool readBinary(const std::string& bytes, Mesh& mesh) {
     std::array<float, 12> values{};  // normal, three corners
     std::memcpy(values.data(), bytes.data() + kHead + kTriangle * k, sizeof values);
     std::array<Point, 3> corners;
-    for (std::size_t i = 0; i < 9; ++i) corners[i / 3][i % 3] = double{values[3 + i]};
+    for (std::size_t i = 0; i < 9; ++i) {
+      if (!std::isfinite(values[3 + i])) return false;  // no distance could be measured to it
+      corners[i / 3][i % 3] = double{values[3 + i]};
+    }
     add(mesh, corners);
   }
   return true;
@@ -50,6 +54,8 @@ bool readText(const std::string& text, Mesh& mesh) {
 }  // namespace
 
 Outcome<Mesh> readStl(const std::filesystem::path& path) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown)) return Error{path.string() + ": is a folder; name an STL file"};
   std::ifstream in{path, std::ios::binary};
   if (!in) return Error{path.string() + ": cannot be read (" + std::strerror(errno) + ")"};
   const std::string bytes{std::istreambuf_iterator<char>{in}, {}};

@@ -224,14 +224,25 @@ def check_stl(probebox, folder):
     (folder / "jaw.stl").write_text("solid nothing\nendsolid\n")
     status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, 0)))
     assert status == 2 and "no STL file" in said, said
+    nan = struct.pack("<12fH", 0, 0, 0, *[math.nan] * 9, 0)
+    (folder / "jaw.stl").write_bytes(bytes(80) + struct.pack("<I", 1) + nan)
+    status, _, said = run(probebox, folder, cell([mesh]), at((0, 0, 0)))
+    assert status == 2 and "no STL file" in said, said
 
 
 def check_refusals(probebox, folder):
     refused = {"G0 X0 Y0 Z0\nG81 X1 Z-5 R2\n": "line 2: G81", "G0 X0 Y0 Z0\nG1 A10\n": "line 2: a word A", "G0 X0 Y0 Z0\nG1 X#1\n": "line 2",
-               "X1\n": "line 1", "G0 X0 Y0 Z0\nG2 X10 I2\n": "line 2: the end of the arc", "G0 X0\n": "nothing moves"}
+               "X1\n": "line 1", "G0 X0 Y0 Z0\nG1 XINF\n": "line 2: 'XINF'", "G0 X0 Y0 Z0\nG1 Znan\n": "line 2: 'ZNAN'",
+               "G0 X0 Y0 Z0\nG1 X1E2\n": "line 2: 'E2'", "G0 X0 Y0 Z0\nG1 X1 X2\n": "line 2: a second word X", "G0 X0 Y0 Z0\nG1 X9999999999\n": "line 2: 'X9999999999' is further",
+               "G0 X0 Y0 Z0\nM98 P100\n": "line 2: M98", "G0 X0 Y0 Z0\nM99\n": "line 2: M99", "G0 X0 Y0 Z0\nG2 X0 Y0 I5 P3\n": "line 2: an arc of several turns",
+               "T4 M6\nG0 X0 Y0 Z0\nT7\nG0 X1\nM6\n": "line 5: tool 7 is taken, and tool 4 is checked", "G0 X0 Y0 Z0\nG2 X10 I2\n": "line 2: the end of the arc", "G0 X0\n": "nothing moves"}
     for program, words in refused.items():
         status, _, said = run(probebox, folder, cell([BOX]), program)
         assert status == 2 and words in said, (program, status, said)
+    status, told, said = run(probebox, folder, cell([BOX]), "G17 G21 G40 G54 G90 G94 G61.1\nT4 M6\nG43 H4\nG0 X0 Y0 Z0\nX1\nM30\n")
+    assert status == 0 and told["moves"] == 1, (status, told, said)
+    done = subprocess.run([probebox, "interference", "--cell", str(folder), "--tool", "4", "--gcode", str(folder / "part.ngc")], capture_output=True, text=True)
+    assert done.returncode == 2 and "is a folder" in done.stderr, done
     for description, words in ((cell([BOX, BOX]), "is there twice"), (cell([{**BOX, "shape": "cone"}]), "cone"), (cell([BOX]).replace("number = 4", "number = 5"), "no [[tool]]"),
                                (cell([{**BOX, "colour": "red"}]), "colour"), (cell([BOX], {"cutting_mm": 59}), "cutting_mm")):
         status, _, said = run(probebox, folder, description, at((0, 0, 0)))

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "tools/interference/check.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/hit_report.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -24,6 +24,9 @@ Outcome<std::string, Trouble> contentOf(const std::string& path, Console& consol
   std::ifstream file{path, std::ios::binary};
   if (path != "-" && !file)
     return Trouble{ExitStatus::usage, "unreadable-input", path + ": cannot be read (" + std::strerror(errno) + ")"};
+  std::error_code unknown;
+  if (path != "-" && std::filesystem::is_directory(path, unknown))
+    return Trouble{ExitStatus::usage, "unreadable-input", path + ": is a folder; name a file in it"};
   auto& in = path == "-" ? console.in() : file;
   return std::string{std::istreambuf_iterator<char>{in}, {}};
 }
@@ -36,6 +39,7 @@ struct Job {
 };
 
 Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
+  if (options.cell == "-") return usage("--cell has to be a file: its solids may name others beside it");
   const auto text = contentOf(options.cell, console);
   if (!text) return text.error();
   auto cell = board::parseCell(*text, std::filesystem::path{options.cell}.filename().string());
@@ -45,7 +49,7 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
     return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
   const auto program = contentOf(options.program, console);
   if (!program) return program.error();
-  auto path = interference::readProgram(*program, kChord_mm);
+  auto path = interference::readProgram(*program, kChord_mm, options.tool);
   if (!path) return Trouble{ExitStatus::usage, "unreadable-input", options.program + ": " + path.error().what};
   if (path->empty())
     return Trouble{ExitStatus::usage, "unreadable-input",
@@ -53,17 +57,6 @@ Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   Job job{std::move(cell).value(), *tool, std::move(path).value()};
   if (options.stored) job.tool.assembled_length_mm.reset(), job.tool.offset_mm.reset();
   return job;
-}
-
-Json describe(const Hit& hit) {
-  return {{"line", hit.line},
-          {"solid", hit.nearest.solid},
-          {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
-          {"distance_mm", hit.nearest.distance_mm},
-          {"overlap_mm", hit.overlap_mm},
-          {"tip_mm", hit.tip},
-          {"on_tool_mm", hit.nearest.on_tool},
-          {"on_solid_mm", hit.nearest.on_solid}};
 }
 
 std::string placeOf(const Point& at) {
@@ -78,7 +71,7 @@ std::string line(const Hit& hit) {
          hit.nearest.solid + ", " + how + ", tip at " + placeOf(hit.tip);
 }
 
-Json describe(const Job& job, const interference::Lengths& lengths, const interference::Report& report) {
+Json summary(const Job& job, const interference::Lengths& lengths, const interference::Report& report) {
   Json hits = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
   return {{"cell", job.cell.name},
@@ -115,6 +108,17 @@ void tell(const Job& job, const interference::Lengths& lengths, const interferen
 
 }  // namespace
 
+Json describe(const Hit& hit) {
+  return {{"line", hit.line},
+          {"solid", hit.nearest.solid},
+          {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
+          {"distance_mm", hit.nearest.distance_mm},
+          {"overlap_mm", hit.overlap_mm},
+          {"tip_mm", hit.tip},
+          {"on_tool_mm", hit.nearest.on_tool},
+          {"on_solid_mm", hit.nearest.on_solid}};
+}
+
 ExitStatus run(const Interference& options, const std::string&, Console& console) {
   const auto job = jobOf(options, console);
   if (!job) return console.fail(job.error());
@@ -125,7 +129,7 @@ ExitStatus run(const Interference& options, const std::string&, Console& console
   settings.step_mm = options.step_mm;
   const auto report = interference::check(job->cell, job->tool, **scene, job->path, settings);
   if (console.json()) {
-    console.object(describe(*job, (*scene)->lengths(), report));
+    console.object(summary(*job, (*scene)->lengths(), report));
   } else {
     tell(*job, (*scene)->lengths(), report, console);
   }
