@@ -245,6 +245,13 @@ TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   EXPECT_EQ(at(box, {"report", "17", "-o", directory.file("c.html")}).status, 4);
 }
 
+TEST(StoredResults, AreReportedAfterARefusedRunAboutTheSame) {
+  const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s, .refused_before = true}};
+  RuntimeDirectory directory;
+  const auto kept = at(box, {"report", "4711", "-o", directory.file("page.html")});
+  EXPECT_EQ(kept.status, 0) << kept.err;
+}
+
 TEST(GoingBack, NamesTheSubjectThatWasMeant) {
   const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
   EXPECT_THAT(at(box, {"rollback", "dealy", "--by", "Ada"}).err, HasSubstr("did you mean delay?"));

@@ -193,6 +193,7 @@ Reply FakeAnswers::results(std::span<const std::byte> body) const {
     if (list.results.size() == kMostInOne) return list.more = true, ok(list);
     list.results.push_back({.id = id, .state = messages::ResultState::retired, .method = "delay-multi-speed"});
   }
+  if (options_.refused_before && after < refusedOne().id) list.results.push_back(refusedOne());
   if (options_.in_force_tau_s != 0 && after < oneInForce().id) list.results.push_back(oneInForce());
   if (proposed_ && after < FakeBox::kResultId) list.results.push_back(proposedOne());
   return ok(list);
@@ -221,10 +222,24 @@ messages::ResultSummary FakeAnswers::oneInForce() const {
   return r;
 }
 
+messages::ResultSummary FakeAnswers::refusedOne() const {
+  auto r = proposedOne();
+  r.id = FakeBox::kResultId - 2;
+  r.state = messages::ResultState::refused;
+  r.accepted_by.clear();
+  r.values.clear();
+  return r;
+}
+
 // Documents in pieces of 100 bytes; the dataset of the older one is no longer kept.
 Reply FakeAnswers::kept(std::span<const std::byte> body) const {
   constexpr std::size_t kPiece = 100;
   const auto request = read<messages::GetResult::Request>(body);
+  if (options_.refused_before && request.id == refusedOne().id) {
+    const auto text = json::toJson(metrology::Refusal{"single-speed", "all touches have one speed"});
+    return ok(messages::GetResult::Answer{
+        .summary = refusedOne(), .dataset_kept = false, .total_bytes = text.size(), .offset = 0, .bytes = text});
+  }
   const bool is_proposed = request.id == FakeBox::kResultId && proposed_;
   if (!is_proposed && (request.id != oneInForce().id || options_.in_force_tau_s == 0))
     return no(ErrorCode::not_found, "there is no such result");

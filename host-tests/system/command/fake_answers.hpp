@@ -47,6 +47,7 @@ class FakeAnswers {
   Reply kept(std::span<const std::byte> body) const;
   messages::ResultSummary proposedOne() const;
   messages::ResultSummary oneInForce() const;
+  messages::ResultSummary refusedOne() const;
 
   static constexpr unsigned kSteps = 3;
   // 7 is what a start answers, and 6 what somebody else has going on.

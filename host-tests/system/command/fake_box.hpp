@@ -27,6 +27,7 @@ struct FakeBoxOptions {
   bool endless{};                      // its lists say the same for ever, with more to come
   unsigned older_results{};            // stored ones with the ids 1, 2, ...
   double in_force_tau_s{};             // of a result in force before; 0: there is none
+  bool refused_before{};               // its first run was refused
   bool forgets_results{};              // its firmware cannot show what it keeps
   bool line_inhibits{};                // an inhibit line of the box is active
 };

@@ -15,8 +15,12 @@ namespace {
 Outcome<report::Earlier, Trouble> earlierOne(link::Client& box, Console& console, std::uint64_t id) {
   auto kept = keptResult(box, console, id);
   if (!kept) return kept.error();
-  return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc,
-                         std::get<metrology::Result>(std::move(kept->content))};
+  auto* result = std::get_if<metrology::Result>(&kept->content);
+  if (result == nullptr)
+    return Trouble{
+        ExitStatus::failed, "unreadable-result",
+        "the box lists result " + std::to_string(id) + " with values and keeps a refusal; update its firmware"};
+  return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc, std::move(*result)};
 }
 
 // The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
@@ -27,7 +31,9 @@ Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, c
   report::Before before;
   std::vector<std::uint64_t> earlier;
   for (const auto& other : *all) {
-    if (other.id == summary.id || !answersTheSame(other, summary)) continue;
+    // A refused run is about the same subject and has no values.
+    const bool refused = other.state == messages::ResultState::refused;
+    if (other.id == summary.id || refused || !answersTheSame(other, summary)) continue;
     if (other.id < summary.id) earlier.push_back(other.id);
     if (other.state != messages::ResultState::active) continue;
     auto in_force = earlierOne(box, console, other.id);
