@@ -106,6 +106,17 @@ def check_page(probebox, uri):
     os.killpg(terminal.process.pid, signal.SIGWINCH)
     larger = terminal.until(r"(.*\n){39} q quit")
     assert place(larger, "LIVE")[2] > 110
+    for rows, columns in ((24, 20), (3, 80), (1, 1), (10, 26)):
+        terminal.resize(rows, columns)
+        os.killpg(terminal.process.pid, signal.SIGWINCH)
+        terminal.feed(0.5)
+        assert terminal.process.poll() is None, f"{rows} rows of {columns} columns end it"
+    terminal.resize(20, 70)
+    os.killpg(terminal.process.pid, signal.SIGWINCH)
+    terminal.until("too small: 80 columns and 24 rows")
+    terminal.resize(24, 80)
+    os.killpg(terminal.process.pid, signal.SIGWINCH)
+    terminal.until("LIVE(.|\n)*q quit")
     terminal.press("q")
     assert terminal.end() == 0
     return page

@@ -127,7 +127,6 @@ class ScreenWatch {
     state.sums = stream_.tally().atHeartbeat();
     state.balanced = stream_.tally().exact();
     state.reconnections = stream_.reconnections();
-    state.restarts = stream_.tally().restarts();
     state.link_up = stream_.box() != nullptr;
     state.held = held_;
     if (auto said = notes_.str(); !said.empty()) {

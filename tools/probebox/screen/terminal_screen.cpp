@@ -23,10 +23,6 @@ ScreenSize sizeOf(int descriptor) {
   return {size.ws_row, size.ws_col};
 }
 
-bool fits(ScreenSize size) {
-  return size.rows >= kSmallestScreen.rows && size.columns >= kSmallestScreen.columns;
-}
-
 bool wantsColour() {
   const char* no_colour = std::getenv("NO_COLOR");
   return no_colour == nullptr || *no_colour == '\0';
@@ -63,7 +59,7 @@ struct TerminalScreen::Curses {
 };
 
 std::unique_ptr<TerminalScreen> TerminalScreen::open() {
-  if (isatty(STDIN_FILENO) != 1 || isatty(STDOUT_FILENO) != 1 || !fits(sizeOf(STDOUT_FILENO))) return nullptr;
+  if (isatty(STDIN_FILENO) != 1 || isatty(STDOUT_FILENO) != 1 || !sizeOf(STDOUT_FILENO).fits()) return nullptr;
   const char* type = std::getenv("TERM");
   if (type == nullptr || std::strcmp(type, "dumb") == 0) return nullptr;
   std::unique_ptr<TerminalScreen> screen{new TerminalScreen};
@@ -101,24 +97,20 @@ ScreenSize TerminalScreen::size() const {
 
 void TerminalScreen::draw(std::span<const Span> page) {
   werase(stdscr);
-  if (!fits(size())) {
-    mvaddnstr(0, 0, "This screen is too small: 80 columns and 24 rows are needed.", getmaxx(stdscr));
-  } else {
-    for (const auto& span : page) {
-      attrset(static_cast<int>(curses_->attributes(span.style)));
-      // By columns, not bytes: what is too long ends at the edge.
-      wmove(stdscr, static_cast<int>(span.row), static_cast<int>(span.column));
-      const auto room = getmaxx(stdscr) - static_cast<int>(span.column);
-      std::wstring wide(span.text.size() + 1, L'\0');
-      const auto length = std::mbstowcs(wide.data(), span.text.c_str(), wide.size());
-      if (length == static_cast<std::size_t>(-1)) {
-        addnstr(span.text.c_str(), room);
-      } else {
-        addnwstr(wide.data(), static_cast<int>(std::min(length, static_cast<std::size_t>(room))));
-      }
+  for (const auto& span : page) {
+    attrset(static_cast<int>(curses_->attributes(span.style)));
+    // By columns, not bytes: what is too long ends at the edge.
+    wmove(stdscr, static_cast<int>(span.row), static_cast<int>(span.column));
+    const auto room = getmaxx(stdscr) - static_cast<int>(span.column);
+    std::wstring wide(span.text.size() + 1, L'\0');
+    const auto length = std::mbstowcs(wide.data(), span.text.c_str(), wide.size());
+    if (length == static_cast<std::size_t>(-1)) {
+      addnstr(span.text.c_str(), room);
+    } else {
+      addnwstr(wide.data(), static_cast<int>(std::min(length, static_cast<std::size_t>(room))));
     }
-    attrset(static_cast<int>(A_NORMAL));
   }
+  attrset(static_cast<int>(A_NORMAL));
   refresh();
 }
 

@@ -11,7 +11,7 @@ namespace probebox::command {
 // (https://no-color.org); attributes such as bold remain.
 class TerminalScreen {
  public:
-  // Nothing where input or output is no terminal, its type is not known, or it is smaller than kSmallestScreen.
+  // Nothing where input or output is no terminal, its type is not known, or it is too small.
   static std::unique_ptr<TerminalScreen> open();
   ~TerminalScreen();
   TerminalScreen(const TerminalScreen&) = delete;

@@ -91,7 +91,7 @@ bool isDeflection(const WatchState::Channel& channel) {
 }
 
 std::string axisOf(const std::string& name) {
-  return name.substr(name.rfind('_') + 1);
+  return shownLines(name.substr(name.rfind('_') + 1));
 }
 
 void positions(Page& page, const WatchState& state) {
@@ -108,7 +108,7 @@ void positions(Page& page, const WatchState& state) {
         state.corrections && number < state.corrections->axes.size() ? &state.corrections->axes[number] : nullptr;
     const bool referenced = known != nullptr && known->referenced;
     page.put(5, column + 2,
-             printed("%+12.4f %s", referenced ? known->position_mm : channel.value, channel.unit.c_str()),
+             printed("%+12.4f %s", referenced ? known->position_mm : channel.value, shownLines(channel.unit).c_str()),
              referenced ? Style::strong : Style::warned);
     column += 22;
     ++number;
@@ -212,7 +212,7 @@ void deflections(Page& page, const WatchState& state) {
   for (const auto& channel : state.channels) {
     if (!isDeflection(channel) || row + each > page.size().rows - kRowsBelow + 1) continue;
     page.put(row, 3, axisOf(channel.name), Style::soft);
-    page.put(row, 5, printed("%+11.0f %s", channel.value, channel.unit.c_str()), Style::strong);
+    page.put(row, 5, printed("%+11.0f %s", channel.value, shownLines(channel.unit).c_str()), Style::strong);
     page.put(row, kValueWidth, bar(channel.value / scale, page.size().columns - kValueWidth - 3, page.utf8()),
              std::abs(channel.value) > scale ? Style::bad : Style::good);
     history(page, channel, row + 1, each - 1, scale);
@@ -271,6 +271,8 @@ void events(Page& page, const WatchState& state) {
 }  // namespace
 
 std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8) {
+  // A terminal may shrink at any time, and everything below counts on its room.
+  if (!size.fits()) return {{0, 0, "This screen is too small: 80 columns and 24 rows are needed."}};
   Page page{size, utf8};
   title(page, state);
   clockAndSamples(page, state);

@@ -25,9 +25,9 @@ struct Span {
 struct ScreenSize {
   std::size_t rows{};
   std::size_t columns{};
-  friend bool operator==(const ScreenSize&, const ScreenSize&) = default;
+  // The page has a place for everything from 24 rows of 80 columns on.
+  bool fits() const { return rows >= 24 && columns >= 80; }
 };
-inline constexpr ScreenSize kSmallestScreen{24, 80};
 
 // All that `watch` shows. Absent is what has not come yet.
 struct WatchState {
@@ -44,7 +44,6 @@ struct WatchState {
   SampleTally::Sums sums;
   bool balanced{true};
   std::uint64_t reconnections{};
-  std::uint64_t restarts{};
   MonoTime newest{};  // sample
   std::optional<messages::Trigger> trigger;
   std::optional<messages::Corrections::Answer> corrections;
@@ -56,7 +55,7 @@ struct WatchState {
   std::string note;  // the last thing that happened to the link
 };
 
-// The page for a screen of at least kSmallestScreen. Every number stays at its place. utf8: bars may be drawn with
+// The page for a screen that fits, or what it needs. Every number stays at its place. utf8: bars may be drawn with
 // blocks.
 std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8);
 
