@@ -39,5 +39,17 @@ def main(probeboxd, probebox):
         print(f"{before:.2f} s before and {after:.2f} s after trigger {triggers[0]['number']}, {len(samples)} samples")
 
 
+def check_lost_link(probeboxd, probebox):
+    """One trouble, by its name, when the box goes away before any trigger."""
+    with box(probeboxd) as (uri, folder):
+        waiting = subprocess.Popen([probebox, "-u", uri, "--json", "record", "-o", str(folder / "lost.pbx"), "--on-trigger", "--patience", "1"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        subprocess.run([probebox, "-u", uri, "watch", "--for", "3"], check=True, capture_output=True)
+    said, _ = waiting.communicate()
+    told = [json.loads(line) for line in said.splitlines()]
+    assert waiting.returncode == 3 and [one.get("error") for one in told] == ["link-lost"], (waiting.returncode, said)
+
+
 if __name__ == "__main__":
     main(*sys.argv[1:])
+    check_lost_link(*sys.argv[1:])

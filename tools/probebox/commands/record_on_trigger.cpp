@@ -86,7 +86,8 @@ ExitStatus fromBox(const Record& options, const link::Uri& uri, Console& console
   if (const auto trouble = stream.open()) return console.fail(*trouble);
   while (!window.over() && !console.interrupted() && !(options.seconds && seconds() >= *options.seconds)) {
     if (!stream.round()) {
-      conclude(options, window, seconds(), console);
+      // Without a trigger there is no recording to speak of: what ended the link is all there is to say.
+      if (window.window().trigger()) conclude(options, window, seconds(), console);
       return console.interrupted() ? ExitStatus::interrupted : console.fail(*stream.trouble());
     }
     const auto& trigger = window.window().trigger();
