@@ -15,7 +15,8 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 bool takesMethod(const CLI::App& command) {
-  return command.get_name() == "calibrate" || command.get_name() == "plan";
+  const auto& name = command.get_name();
+  return name == "calibrate" || name == "plan" || name == "gcode";
 }
 
 std::string longNames(const CLI::App& command) {

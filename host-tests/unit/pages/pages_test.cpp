@@ -51,6 +51,13 @@ TEST(ManPage, HasEveryCommandWithItsOptions) {
   });
 }
 
+TEST(ManPage, HasAnExampleOfEveryCommand) {
+  withCommand([](const CLI::App& app) {
+    for (const auto* command : commandsOf(app))
+      EXPECT_THAT(exampleOf(*command), AllOf(HasSubstr("probebox "), HasSubstr(command->get_name())));
+  });
+}
+
 TEST(ManPage, IsOneOfTheDaemonToo) {
   CLI::App daemon;
   app::Options options;
@@ -69,6 +76,7 @@ TEST(BashCompletion, OffersCommandsOptionsChoicesAndMethods) {
   EXPECT_THAT(offered("record --f"), AllOf(HasSubstr("--for"), HasSubstr("--force")));
   EXPECT_EQ(offered("record --policy l"), " live\n");
   EXPECT_EQ(offered("--json calibrate delay-m"), " delay-multi-speed\n");
+  EXPECT_EQ(offered("gcode delay-d"), " delay-dwell\n");
 }
 
 TEST(ZshCompletion, HasEveryCommandAndQuotesTheirTexts) {
