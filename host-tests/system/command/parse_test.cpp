@@ -132,6 +132,19 @@ TEST(CommandLine, WritesNoProgramWithWhatIsNoNumberOrPlace) {
     EXPECT_THAT(complaint(gcode + "--tape " + device), HasSubstr("is not the path of a device")) << device;
 }
 
+// A step that is no number would pass over every hit.
+TEST(CommandLine, NamesTheRangeOfANumber) {
+  const std::string check = "interference --cell cell.toml --gcode part.ngc ";
+  for (const auto* step : {"nan", "0", "inf", "11"})
+    EXPECT_THAT(complaint(check + "--tool 4 --step " + step), HasSubstr("from 0.01 to 10")) << step;
+  for (const auto* tool : {"0", "100", "4.5", "-1"})
+    EXPECT_THAT(complaint(check + "--tool " + tool), HasSubstr("a whole number from 1 to 99")) << tool;
+  for (const auto* port : {"70000", "abc", "-1"})
+    EXPECT_THAT(complaint(std::string{"view --port "} + port), HasSubstr("a whole number from 0 to 65535")) << port;
+  for (const auto* seconds : {"nan", "601", "-1"})
+    EXPECT_THAT(complaint(std::string{"record -o a --on-trigger --before "} + seconds), HasSubstr("from 0 to 600"));
+}
+
 TEST(CommandLine, TakesNoNameThatForgesAHistory) {
   using Words = std::vector<std::string>;
   for (const auto& name : {std::string{" "}, std::string{"Ada\n18 active by Bob"}, std::string{"Ada\u202Eboss"}}) {

@@ -108,6 +108,7 @@ class CommandLine {
                      "description of machine, fixture, workpiece and tools, for the pictures of tools")
         ->type_name("FILE");
     view->add_option("--port", view_.port, "where the page is served on 127.0.0.1; 0 takes a free port")
+        ->check(wholeBetween(0, 65535))
         ->type_name("NUMBER")
         ->capture_default_str();
     auto* corrections = commands_.add("corrections", "show the corrections that a CNC reads now",
@@ -139,7 +140,7 @@ class CommandLine {
                                         "wait for a trigger and write only what was before and after it");
     const auto add_length = [&](const char* name, double& value_s, const char* help) {
       record->add_option(name, value_s, help)
-          ->check(CLI::Range(0.0, 600.0))
+          ->check(between(0, 600))
           ->type_name("SECONDS")
           ->needs(on_trigger)
           ->capture_default_str();

@@ -40,13 +40,13 @@ class RunCommands {
         ->type_name("FILE");
     check->add_option("--tool", interference_.tool, "number of its [[tool]]")
         ->required()
-        ->check(positive())
+        ->check(wholeBetween(1, 99))
         ->type_name("NUMBER");
     check->add_option("--gcode", interference_.program, "the program; - is the standard input")
         ->required()
         ->type_name("FILE");
     check->add_option("--step", interference_.step_mm, "a hit that is deeper than this is never passed over, mm")
-        ->check(CLI::Range(0.01, 10.0))
+        ->check(between(0.01, 10))
         ->type_name("MM")
         ->capture_default_str();
     check->add_flag("--stored", interference_.stored, "use the lengths in store in place of the measured ones");

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -54,14 +55,24 @@ inline CLI::Validator positive() {
   return CLI::Validator{check, "", "positive number"};
 }
 
-// CLI11 by itself takes nan and inf.
+// CLI::Range takes nan.
 inline CLI::Validator between(double least, double most) {
   const auto check = [=](std::string& text) {
     double value = 0;
+    if (readsAs(text, value) && value >= least && value <= most) return std::string{};
+    std::ostringstream said;
+    said << text << " is not a number from " << least << " to " << most;
+    return said.str();
+  };
+  return CLI::Validator{check, "", "number"};
+}
+
+inline CLI::Validator wholeBetween(std::uint64_t least, std::uint64_t most) {
+  const auto check = [=](std::string& text) {
+    std::uint64_t value = 0;
     const bool good = readsAs(text, value) && value >= least && value <= most;
     return good ? std::string{}
-                : text + " is not a number from " + std::to_string(std::lround(least)) + " to " +
-                      std::to_string(std::lround(most));
+                : text + " is not a whole number from " + std::to_string(least) + " to " + std::to_string(most);
   };
   return CLI::Validator{check, "", "number"};
 }
