@@ -126,7 +126,7 @@ Desk::Answer CellDesk::check(const std::string& body) const {
   auto tool = toolOf(cell_, asked["tool"].get<std::uint32_t>());
   if (!tool) return tool.error();
   if (asked.contains("stored") && asked["stored"] == true) tool->assembled_length_mm.reset(), tool->offset_mm.reset();
-  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01);
+  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool->number);
   if (!path) return objection(path.error().what);
   const auto scene = interference::Scene::open(interference::withoutStock(*cell_), *tool, folder_);
   if (!scene) return objection(scene.error().what);
