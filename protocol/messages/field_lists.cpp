@@ -1,9 +1,11 @@
 // Writes a reader in another language: `field_lists LANGUAGE TEMPLATE` prints the template with the field lists of
 // every message in the place of the line @FIELD_LISTS@. LANGUAGE: lua or python.
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -71,6 +73,7 @@ class FieldLists {
     std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
     add<M>(name);
     messages_ += entry(std::to_string(static_cast<unsigned>(M::kType)), quoted(name));
+    written_.insert(nameOf(M::kType));
   }
   template <class Op>
   void operation() {
@@ -78,6 +81,20 @@ class FieldLists {
     add<typename Op::Request>(name + "_request");
     add<typename Op::Answer>(name + "_answer");
     operations_ += entry(std::to_string(static_cast<unsigned>(Op::kOperation)), quoted(name));
+    written_.insert(nameOf(Op::kOperation));
+  }
+
+  // A message without fields of its own.
+  void exempt(std::string_view name) { written_.insert(name); }
+  // Names of this enumeration that no reader would know.
+  template <class Enum>
+  std::string missing() const {
+    std::string all;
+    for (std::underlying_type_t<Enum> number = 1; nameOf(static_cast<Enum>(number)) != kUnknown; ++number) {
+      const auto name = nameOf(static_cast<Enum>(number));
+      if (!written_.contains(name)) all += " " + std::string{name};
+    }
+    return all;
   }
 
   std::string text() const {
@@ -128,12 +145,16 @@ class FieldLists {
     }
   }
 
+  static constexpr std::string_view kUnknown = "unknown";
+
   const Language& in_;
   std::map<std::string, std::string> structures_;
+  std::set<std::string_view> written_;  // messages and operations
   std::string messages_;
   std::string operations_;
 };
 
+// Ends the build where a message or operation is not listed here.
 std::string fieldLists(const Language& language) {
   FieldLists all{language};
   all.add<frame::Header>("frame_header");
@@ -145,6 +166,11 @@ std::string fieldLists(const Language& language) {
   operations.operator()<Status, PostMarker, StartProcedure, ProcedureStatus, AbortProcedure, ListResults, AcceptResult,
                         Corrections, GetDataset, RollbackResult, ResultHistory, SetInhibit, HomeAxes, EnableSources,
                         LoopBack, TellPose, ProposeCase, FollowCase, GetResult, TellPositions>();
+  all.exempt(nameOf(MessageType::samples));  // its payload is a block of protocol/codec
+  if (const auto missing = all.missing<MessageType>() + all.missing<Operation>(); !missing.empty()) {
+    std::cerr << "protocol/messages/field_lists.cpp does not list" << missing << "\n";
+    std::exit(1);
+  }
   return all.text();
 }
 
