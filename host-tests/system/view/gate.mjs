@@ -1,6 +1,6 @@
 // Who is let in: foreign origins, wrong tokens, other names of this computer.
 import { request } from "node:http";
-import { box, check, run, view } from "./common.mjs";
+import { box, check, run, view, write } from "./common.mjs";
 
 const ask = (address, path, { method = "GET", headers = {}, body } = {}) => new Promise((done, fail) => {
   const url = new URL(address);
@@ -12,6 +12,62 @@ const ask = (address, path, { method = "GET", headers = {}, body } = {}) => new 
   asked.on("error", (error) => (path === "/api/events" ? done({ status: 200, headers: {}, text: "" }) : fail(error)));
   asked.end(body);
 });
+
+const CELL = `
+[cell]
+name = "lengths"
+[[solid]]
+name = "plate"
+part = "fixture"
+shape = "box"
+size_mm = [10, 200, 10]
+at_mm = [20, 0, 5]
+[[tool]]
+number = 4
+holder_radius_mm = 20
+holder_length_mm = 62
+radius_mm = 6
+length_mm = 58
+cutting_mm = 30
+`;
+
+// A request in the name of the page itself.
+async function asPage(server) {
+  const url = new URL(server.address);
+  const entered = await ask(server.address, `/?token=${url.searchParams.get("token")}`);
+  const Cookie = entered.headers["set-cookie"][0].split(";")[0];
+  return async (path, body) => {
+    const answer = await ask(server.address, path, body === undefined ? { headers: { Cookie } } : { method: "POST", headers: { Cookie, Origin: `http://${url.host}` }, body: JSON.stringify(body) });
+    return { status: answer.status, told: JSON.parse(answer.text) };
+  };
+}
+
+// What is no number is refused by its key, and a step is marked only while it is the one that the page shows.
+async function refusesWhatItCannotRead(server) {
+  const page = await asPage(server);
+  const wrong = [["/api/start", { method: "delay-multi-speed", overtravel_mm: null }, /overtravel_mm/], ["/api/start", { method: "delay-multi-speed", speeds_mm_s: [5, null] }, /speeds_mm_s/],
+    ["/api/start", { method: "delay-multi-speed", angles: 70000 }, /angles/], ["/api/start", { method: "delay-multi-speed", angles: 2.5 }, /angles/], ["/api/start", { method: "delay-multi-speed", axis: "Q" }, /axis/],
+    ["/api/mark", { phase: "Begin", run: 0, step: 0 }, /phase/], ["/api/mark", { phase: "abandon", run: 99, step: 0 }, /look at the step/], ["/api/accept", { id: 1, by: "Ada", although_it_differs: "yes" }, /although_it_differs/]];
+  for (const [path, body, words] of wrong) {
+    const { status, told } = await page(path, body);
+    check(status >= 400 && status < 500 && words.test(told.what), `${path} ${JSON.stringify(body)}: ${status} ${told.what}`);
+  }
+}
+
+// The holder of a tool that is 8 mm shorter than cell.toml says is 8 mm nearer.
+async function checksWithMeasuredLengths(server) {
+  const page = await asPage(server);
+  const near = async (more) => (await page(`/api/nearest?tool=4&x=0&y=0&z=-42${more}`)).told;
+  const stored = await near(""), measured = await near("&length=50&dx=0&dy=0");
+  check(Math.abs(stored.distance_mm - 6) < 1e-3 && stored.tool_part === "holder", JSON.stringify(stored));
+  check(measured.distance_mm === 0 && measured.tool_part === "holder", JSON.stringify(measured));
+  const program = "G0 X0 Y0 Z20\nZ-42\n";
+  const hits = async (more) => (await page("/api/check", { tool: 4, program, ...more })).told.hits.length;
+  const short = { measured: { assembled_mm: 50, offset_mm: [0, 0] } };
+  check((await hits({})) === 0 && (await hits(short)) === 1 && (await hits({ ...short, stored: true })) === 0, "the measured lengths count in a check");
+  for (const bad of ["&length=nan&dx=0&dy=0", "&length=12&dx=0&dy=0", "&length=50&dx=99&dy=0"]) check((await page(`/api/nearest?tool=4&x=0&y=0&z=0${bad}`)).status === 400, bad);
+  check((await page("/api/nearest?tool=4&x=nan&y=0&z=0")).status === 400, "a place that is no number");
+}
 
 run(async () => {
   const daemon = await box();
@@ -64,5 +120,8 @@ run(async () => {
     }
   }
   check((await ask(server.address, "/api/about", { headers: { Cookie } })).status === 200, "it still serves");
+  await refusesWhatItCannotRead(server);
+  const celled = await view(daemon.uri, "--cell", write("lengths.toml", CELL));
+  if (!/built without FCL/.test((await (await asPage(celled))("/api/nearest?tool=4&x=0&y=0&z=0")).told.what ?? "")) await checksWithMeasuredLengths(celled);
   console.log(`${Object.keys(refused).length} strangers refused`);
 });

@@ -14,6 +14,7 @@
 #include "tools/probebox/text/comparison.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
+#include "tools/probebox/view/page_request.hpp"
 #include "tools/report/page.hpp"
 
 namespace probebox::view {
@@ -61,40 +62,6 @@ Json optionsOf(const procedure::LiveMethod& method) {
   if (method.takes_axis) all["axis"] = "X";
   if (method.measuresBOrC()) all["axis"] = "C";
   return all;
-}
-
-// A request of the page: an object, or nothing.
-nlohmann::json read(const std::string& body) {
-  auto parsed = nlohmann::json::parse(body, nullptr, false);
-  return parsed.is_object() ? parsed : nlohmann::json::object();
-}
-
-double numberIn(const nlohmann::json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
-}
-
-// A count of the page; 0 for what no such number can be.
-template <class T>
-T countIn(const nlohmann::json& object, const char* key) {
-  const double value = numberIn(object, key);
-  return value >= 0 && value <= static_cast<double>(std::numeric_limits<T>::max()) ? static_cast<T>(value) : T{0};
-}
-
-std::string textIn(const nlohmann::json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string{};
-}
-
-bool flagIn(const nlohmann::json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_boolean() && found->get<bool>();
-}
-
-std::uint8_t axisIn(const nlohmann::json& object) {
-  const auto text = textIn(object, "axis");
-  const auto found = text.size() == 1 ? std::string_view{"XYZABC"}.find(text.front()) : std::string_view::npos;
-  return found == std::string_view::npos ? 0 : static_cast<std::uint8_t>(found + 1);
 }
 
 Json quantitiesOf(const metrology::Result& result, const std::string& subject) {
@@ -235,43 +202,58 @@ Answer reportPage(link::Client& box, Console& console, std::uint64_t id) {
 
 Answer start(link::Client& box, Console& console, const std::string& body) {
   constexpr double kRadPerDegree = std::numbers::pi / 180;
-  const auto asked = read(body);
+  PageRequest asked{body};
   messages::StartProcedure::Request request;
-  request.method = textIn(asked, "method");
-  if (const auto speeds = asked.find("speeds_mm_s"); speeds != asked.end() && speeds->is_array()) {
-    for (const auto& speed : *speeds) request.speeds_mm_s.push_back(speed.is_number() ? speed.get<double>() : 0);
-  }
-  request.overtravel_mm = numberIn(asked, "overtravel_mm");
-  request.clearance_mm = numberIn(asked, "clearance_mm");
-  request.approach_rad = numberIn(asked, "approach_deg") * kRadPerDegree;
-  request.arc_rad = numberIn(asked, "arc_deg") * kRadPerDegree;
-  request.angles = countIn<std::uint16_t>(asked, "angles");
-  request.balls = countIn<std::uint16_t>(asked, "balls");
-  request.axis = axisIn(asked);
-  request.tool = countIn<std::uint32_t>(asked, "tool");
+  request.method = asked.text("method");
+  request.speeds_mm_s = asked.numbers("speeds_mm_s");
+  request.overtravel_mm = asked.number("overtravel_mm");
+  request.clearance_mm = asked.number("clearance_mm");
+  request.approach_rad = asked.number("approach_deg") * kRadPerDegree;
+  request.arc_rad = asked.number("arc_deg") * kRadPerDegree;
+  request.angles = asked.count<std::uint16_t>("angles");
+  request.balls = asked.count<std::uint16_t>("balls");
+  request.axis = asked.axis();
+  request.tool = asked.count<std::uint32_t>("tool");
+  if (auto trouble = asked.trouble()) return *trouble;
   const auto answer = command::ask<messages::StartProcedure>(box, console, request);
   if (!answer) return answer.error();
   return Json{{"run", answer->run}}.dump();
 }
 
 Answer abortRun(link::Client& box, Console& console, const std::string& body) {
+  PageRequest asked{body};
   messages::AbortProcedure::Request request;
-  request.run = countIn<std::uint32_t>(read(body), "run");
+  request.run = asked.count<std::uint32_t>("run");
+  if (auto trouble = asked.trouble()) return *trouble;
   return changed<messages::AbortProcedure>(box, console, request);
 }
 
-// A person who moves the machine by hand says when a step begins and ends.
+// A person who moves the machine by hand says when a step begins and ends: the one that the page shows, which another
+// hand may have ended meanwhile.
 Answer mark(link::Client& box, Console& console, const std::string& body) {
-  const auto asked = read(body);
+  PageRequest asked{body};
+  const auto phase = asked.text("phase");
+  const auto run = asked.count<std::uint32_t>("run");
+  const auto step = asked.count<std::uint32_t>("step");
+  if (auto trouble = asked.trouble()) return *trouble;
+  messages::PostMarker::Request request;
+  if (phase == "begin") {
+    request.phase = messages::StepPhase::begin;
+  } else if (phase == "end") {
+    request.phase = messages::StepPhase::end;
+  } else if (phase == "abandon") {
+    request.phase = messages::StepPhase::abandon;
+  } else {
+    return Trouble{ExitStatus::usage, "refused", "phase has to be begin, end or abandon"};
+  }
   const auto now = command::ask<messages::ProcedureStatus>(box, console);
   if (!now) return now.error();
-  messages::PostMarker::Request request;
+  if (now->run != run || now->step != step)
+    return Trouble{ExitStatus::failed, "not-now",
+                   "the box is at step " + std::to_string(now->step + 1) + " of run " + std::to_string(now->run) +
+                       " by now: look at the step and press again"};
   request.procedure = now->run;
   request.step = now->step;
-  const auto phase = textIn(asked, "phase");
-  request.phase = phase == "begin" ? messages::StepPhase::begin
-                  : phase == "end" ? messages::StepPhase::end
-                                   : messages::StepPhase::abandon;
   request.rotary_angles_rad = now->rotary_angles_rad;
   request.tool = now->tool;
   request.nominal_speed_mm_s = now->nominal_speed_mm_s;
@@ -280,11 +262,12 @@ Answer mark(link::Client& box, Console& console, const std::string& body) {
 }
 
 Answer accept(link::Client& box, Console& console, const std::string& body) {
-  const auto asked = read(body);
+  PageRequest asked{body};
   messages::AcceptResult::Request request;
-  request.id = countIn<std::uint64_t>(asked, "id");
-  request.by = textIn(asked, "by");
-  request.although_it_differs = flagIn(asked, "although_it_differs");
+  request.id = asked.count<std::uint64_t>("id");
+  request.by = asked.text("by");
+  request.although_it_differs = asked.flag("although_it_differs");
+  if (auto trouble = asked.trouble()) return *trouble;
   const auto answer = command::ask<messages::AcceptResult>(box, console, request);
   if (!answer) return answer.error();
   return Json{{"state", std::string{messages::nameOf(answer->state)}},
@@ -295,10 +278,11 @@ Answer accept(link::Client& box, Console& console, const std::string& body) {
 }
 
 Answer rollback(link::Client& box, Console& console, const std::string& body) {
-  const auto asked = read(body);
+  PageRequest asked{body};
   messages::RollbackResult::Request request;
-  request.id = countIn<std::uint64_t>(asked, "id");
-  request.by = textIn(asked, "by");
+  request.id = asked.count<std::uint64_t>("id");
+  request.by = asked.text("by");
+  if (auto trouble = asked.trouble()) return *trouble;
   return changed<messages::RollbackResult>(box, console, request);
 }
 

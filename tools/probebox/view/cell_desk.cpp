@@ -8,11 +8,12 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "tools/interference/check.hpp"
+#include "tools/probebox/commands/hit_report.hpp"
 
 namespace probebox::view {
 namespace {
 
+using command::describe;
 using interference::Hit;
 
 constexpr std::size_t kMostPath = 20'000;  // corners of a path in a picture
@@ -60,17 +61,6 @@ Json describe(const board::CellTool& tool) {
           {"measured", lengths.measured}};
 }
 
-Json describe(const Hit& hit) {
-  return {{"line", hit.line},
-          {"solid", hit.nearest.solid},
-          {"tool_part", std::string{interference::nameOf(hit.nearest.part)}},
-          {"distance_mm", std::isfinite(hit.nearest.distance_mm) ? Json(hit.nearest.distance_mm) : Json(nullptr)},
-          {"overlap_mm", hit.overlap_mm},
-          {"tip_mm", hit.tip},
-          {"on_tool_mm", hit.nearest.on_tool},
-          {"on_solid_mm", hit.nearest.on_solid}};
-}
-
 Trouble objection(std::string what) {
   return {command::ExitStatus::usage, "refused", std::move(what)};
 }
@@ -80,6 +70,30 @@ Outcome<board::CellTool, Trouble> toolOf(const std::optional<board::Cell>& cell,
   const auto found = std::ranges::find(cell->tools, number, &board::CellTool::number);
   if (found == cell->tools.end()) return objection("the cell has no [[tool]] with number = " + std::to_string(number));
   return *found;
+}
+
+// As cell.toml is judged.
+std::optional<Trouble> take(board::CellTool& tool, const Measured& measured) {
+  const bool good = measured.assembled_mm >= tool.cutting_mm && measured.assembled_mm <= 1000 &&
+                    std::abs(measured.offset_mm[0]) <= 10 && std::abs(measured.offset_mm[1]) <= 10;
+  if (!good)
+    return objection("the measured length " + std::to_string(measured.assembled_mm) +
+                     " mm, or its offset, does not fit tool " + std::to_string(tool.number) +
+                     " of the cell: correct its cutting_mm, or measure again");
+  tool.assembled_length_mm = measured.assembled_mm;
+  tool.offset_mm = measured.offset_mm;
+  return std::nullopt;
+}
+
+std::optional<Measured> measuredIn(const nlohmann::json& asked) {
+  const auto found = asked.find("measured");
+  if (found == asked.end() || !found->is_object()) return std::nullopt;
+  const auto number = [](const nlohmann::json& value) {
+    return value.is_number() ? value.get<double>() : std::nan("");
+  };
+  const auto offset = found->value("offset_mm", nlohmann::json::array());
+  if (!offset.is_array() || offset.size() != 2) return Measured{std::nan(""), {}};
+  return Measured{number(found->value("assembled_mm", nlohmann::json{})), {number(offset[0]), number(offset[1])}};
 }
 
 }  // namespace
@@ -110,9 +124,15 @@ std::string CellDesk::scene() const {
       .dump();
 }
 
-Desk::Answer CellDesk::nearest(std::uint32_t number, const std::array<double, 3>& tip_mm) const {
-  const auto tool = toolOf(cell_, number);
+Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measured>& measured,
+                               const std::array<double, 3>& tip_mm) const {
+  auto tool = toolOf(cell_, number);
   if (!tool) return tool.error();
+  if (measured) {
+    if (auto trouble = take(*tool, *measured)) return *trouble;
+  }
+  if (!std::ranges::all_of(tip_mm, [](double mm) { return std::abs(mm) <= 1e5; }))
+    return objection("x, y and z have to be machine positions, mm");
   const auto scene = interference::Scene::open(*cell_, *tool, folder_);
   if (!scene) return objection(scene.error().what);
   return describe(Hit{0, tip_mm, (*scene)->nearest(tip_mm, false), 0}).dump();
@@ -125,6 +145,9 @@ Desk::Answer CellDesk::check(const std::string& body) const {
     return objection("a check needs the number of a tool and a program");
   auto tool = toolOf(cell_, asked["tool"].get<std::uint32_t>());
   if (!tool) return tool.error();
+  if (const auto measured = measuredIn(asked)) {
+    if (auto trouble = take(*tool, *measured)) return *trouble;
+  }
   if (asked.contains("stored") && asked["stored"] == true) tool->assembled_length_mm.reset(), tool->offset_mm.reset();
   const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool->number);
   if (!path) return objection(path.error().what);

@@ -1,6 +1,7 @@
 #pragma once
+#include <array>
+#include <cstdint>
 #include <filesystem>
-#include <mutex>
 #include <optional>
 #include <string>
 
@@ -8,6 +9,12 @@
 #include "tools/probebox/view/desk.hpp"
 
 namespace probebox::view {
+
+// Lengths that the page has from a result of the box, in place of those in cell.toml.
+struct Measured {
+  double assembled_mm{};              // L3
+  std::array<double, 2> offset_mm{};  // W1
+};
 
 // What a page draws of a cell, and what it asks of it.
 class CellDesk {
@@ -18,8 +25,10 @@ class CellDesk {
   // Solids, with the triangles of meshes, and tools with their lengths in store and as measured. Null without a cell.
   std::string scene() const;
   // The smallest distance of a tool whose tip is at a machine position.
-  Desk::Answer nearest(std::uint32_t tool, const std::array<double, 3>& tip_mm) const;
-  // A program (G-code) with a tool: hits, smallest distance, and the path for the picture.
+  Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
+                       const std::array<double, 3>& tip_mm) const;
+  // {"tool", "program", "measured": {"assembled_mm", "offset_mm"}, "stored"}: hits, smallest distance, and the path for
+  // the picture.
   Desk::Answer check(const std::string& body) const;
 
  private:

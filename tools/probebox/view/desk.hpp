@@ -30,7 +30,8 @@ class Desk {
 
   // Why there is no box; nothing when there is one, and everything has begun.
   std::optional<Trouble> open();
-  // Runs in the desk's thread, between samples. Trouble where the link is down.
+  // Runs in the desk's thread, between samples; what it refers to is not used after the answer. Trouble where the link
+  // is down, or the box was busy for too long: then it is never run.
   Answer ask(Question question);
   // The samples that are kept, between two times.
   Answer window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns);
@@ -42,6 +43,7 @@ class Desk {
 
  private:
   struct Asked {
+    std::uint64_t number{};
     Question question;
     std::promise<Answer> answer;
   };
@@ -55,7 +57,7 @@ class Desk {
   };
 
   void run();
-  void answerOne();
+  bool answerOne();
   void tellLink();
   void tellState();
 
@@ -74,6 +76,7 @@ class Desk {
 
   mutable std::mutex mutex_;  // guards what follows
   std::vector<Asked> asked_;
+  std::uint64_t questions_{};
   std::string about_;
   std::optional<Trouble> trouble_;
   const std::atomic<bool>& interrupted_;

@@ -1,6 +1,7 @@
 #include "tools/probebox/view/server.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <httplib.h>
 #include <thread>
@@ -129,7 +130,10 @@ struct Server::Http {
     server.Get("/api/cell", [this](const auto&, auto& response) { response.set_content(cell.scene(), kJson); });
     server.Get("/api/nearest", [this](const auto& request, auto& response) {
       const auto mm = [&](const char* name) { return std::strtod(request.get_param_value(name).c_str(), nullptr); };
-      give(response, cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), {mm("x"), mm("y"), mm("z")}));
+      std::optional<Measured> measured;
+      if (request.has_param("length")) measured = Measured{mm("length"), {mm("dx"), mm("dy")}};
+      give(response,
+           cell.nearest(static_cast<std::uint32_t>(numberIn(request, "tool")), measured, {mm("x"), mm("y"), mm("z")}));
     });
     server.Post("/api/check",
                 [this](const auto& request, auto& response) { give(response, cell.check(request.body)); });
@@ -176,6 +180,9 @@ Server::Server(Desk& desk, const CellDesk& cell, EventLog& events)
 
 Server::~Server() {
   http_->events.end();
+  // A server that has not begun yet would not hear of it.
+  for (int k = 0; k < 1000 && http_->thread.joinable() && !http_->server.is_running(); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
   http_->server.stop();
   if (http_->thread.joinable()) http_->thread.join();
 }

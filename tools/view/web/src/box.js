@@ -39,5 +39,5 @@ export function begin() {
     events.addEventListener(kind, (event) => tell(kind, JSON.parse(event.data)));
   events.onopen = () => tell("server", true);
   events.onerror = () => tell("server", false);
-  get("about").then((descriptor) => tell("descriptor", descriptor));
+  get("about").then((descriptor) => { if (descriptor !== null) tell("descriptor", descriptor); }).catch(() => {}); // the events tell it too
 }

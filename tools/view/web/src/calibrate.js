@@ -25,7 +25,7 @@ function forecast(plan) {
 }
 
 export function calibrate(main) {
-  let methods = [], chosen = null, plan = null, began = null, run = 0, drawnStep = "", shownResult = 0, alive = true;
+  let methods = [], chosen = null, plan = null, began = null, run = 0, step = 0, drawnStep = "", shownResult = 0, alive = true;
   const list = h("ul", { class: "methods", "aria-label": "Methods" });
   const detail = h("section", { class: "panel", "aria-live": "off" });
   const running = h("section", { class: "panel hidden", "aria-label": "Calibration in progress" });
@@ -37,8 +37,8 @@ export function calibrate(main) {
   const title = h("h3"), said = h("p", { role: "alert", class: "said" });
   const act = async (path, body) => { try { await post(path, body); say(said, ""); } catch (error) { say(said, error.message); } };
   show(running, title, h("div", { class: "columns even" }, picture, h("div", null, prompt, meter, left,
-    h("div", { class: "bar" }, h("button", { onclick: () => act("mark", { phase: "begin" }) }, "Step begins"), h("button", { onclick: () => act("mark", { phase: "end" }) }, "Step ends"),
-      h("button", { onclick: () => act("mark", { phase: "abandon" }) }, "Repeat step"), h("button", { class: "danger", onclick: () => act("abort", { run }) }, "Abort")),
+    h("div", { class: "bar" }, h("button", { onclick: () => act("mark", { phase: "begin", run, step }) }, "Step begins"), h("button", { onclick: () => act("mark", { phase: "end", run, step }) }, "Step ends"),
+      h("button", { onclick: () => act("mark", { phase: "abandon", run, step }) }, "Repeat step"), h("button", { class: "danger", onclick: () => act("abort", { run }) }, "Abort")),
     h("p", { class: "small" }, "Where the controller runs the program, it says by itself when a step begins and ends."), said)), h("h4", null, "Readings"), readings);
   let taken = [];
 
@@ -96,6 +96,7 @@ export function calibrate(main) {
     running.classList.toggle("hidden", !going);
     if (going) {
       if (p.run !== run) { run = p.run; taken = []; began = performance.now(); }
+      step = p.step;
       say(title, `${p.method}: ${p.state === "solving" ? "solving" : `step ${p.step + 1} of ${p.steps}`}`);
       say(prompt, p.prompt);
       meter.value = p.steps > 0 ? p.step / p.steps : 0;

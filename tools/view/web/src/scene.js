@@ -76,8 +76,13 @@ export class Picture {
     this.controls.update();
     this.draw();
   }
+  // A geometry stays in the graphics memory until it is disposed of.
+  empty(group) {
+    for (const one of group.children) { one.geometry.dispose(); one.material.dispose(); }
+    group.clear();
+  }
   setTool(tool) {
-    this.tool.clear();
+    this.empty(this.tool);
     const part = (geometry, name) => this.tool.add(new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: colour(name), roughness: 0.5, metalness: 0.2 })));
     const long = tool.assembled_length_mm;
     part(upright(tool.radius_mm, 0, tool.cutting_mm), "--series2");
@@ -91,7 +96,7 @@ export class Picture {
     this.draw();
   }
   showPair(nearest, hit) {
-    this.pair.clear();
+    this.empty(this.pair);
     for (const mesh of this.solids.values()) mesh.material.emissive?.set(0);
     const solid = this.solids.get(nearest.solid);
     if (hit && solid) solid.material.emissive.copy(colour("--failed")).multiplyScalar(0.8);
@@ -105,7 +110,7 @@ export class Picture {
     this.draw();
   }
   showPath(report, zero) {
-    this.path.clear();
+    this.empty(this.path);
     if (report.from === null) return;
     let before = new THREE.Vector3(...report.from);
     const points = { true: [], false: [] };

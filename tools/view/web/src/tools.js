@@ -70,7 +70,8 @@ export function tools(main) {
     if (performance.now() - asked < 900) return;
     asked = performance.now();
     try {
-      const nearest = await get("nearest", { tool: tool.number, x: position[0], y: position[1], z: position[2] });
+      const lengths_ = { length: tool.assembled_length_mm, dx: tool.offset_mm[0], dy: tool.offset_mm[1] };
+      const nearest = await get("nearest", { tool: tool.number, ...lengths_, x: position[0], y: position[1], z: position[2] });
       tellNearest(nearest, "Where the machine stands now: ");
     } catch (error) {
       near.className = "verdict warned";
@@ -88,7 +89,8 @@ export function tools(main) {
     event.preventDefault();
     say(said, "");
     try {
-      const report = await post("check", { tool: tool.number, program: program.value, stored: stored.checked });
+      const measured_ = { assembled_mm: tool.assembled_length_mm, offset_mm: tool.offset_mm };
+      const report = await post("check", { tool: tool.number, program: program.value, measured: measured_, stored: stored.checked });
       follow = false;
       picture.showPath(report, scene.program_zero_mm);
       const rows = report.hits.slice(0, 50).map((hit) => h("tr", { tabindex: 0, onclick: () => { picture.moveTool(hit.tip_mm); tellNearest(hit, `Line ${hit.line}: `); } }, cell(hit.line, true), cell(hit.tool_part), cell(hit.solid), cell(hit.overlap_mm > 0 ? `${hit.overlap_mm.toFixed(3)} deep` : hit.distance_mm.toFixed(3), true)));
