@@ -26,7 +26,8 @@ struct LoopBack {
 };
 
 // Sources of data: "sim" (the emulated machine) or "none"; encoders also "axes" (each as `encoders_by_axis` says), a
-// probe also "usb", "usb:SERIAL" or "iio" (sensors.probe), drift also "iio" (sensors.drift).
+// probe also "usb", "usb:SERIAL", "iio" (sensors.probe) or "trigger" (edges of a [[trigger]] alone), drift also "iio"
+// (sensors.drift).
 struct Devices {
   std::string encoders;
   double encoder_rate_hz{};  // how often all axes are latched, unless one has a rate of its own

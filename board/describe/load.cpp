@@ -87,14 +87,42 @@ void checkTravel(const Reader& reader, const World& world, const Machine& machin
   }
 }
 
+std::string namesOf(const std::vector<GpioLine>& lines) {
+  std::string names;
+  for (const auto& line : lines) names += (names.empty() ? "\"" : ", \"") + line.name + "\"";
+  return names;
+}
+
 // The device that tools are set on: its line is the vendor's, what it measures the integrator's.
 void checkToolSetter(const Reader& reader, const Box& box, const Machine& machine, Error& error) {
   if (!machine.tool_setter || lineOfToolSetter(box, machine)) return;
-  std::string names;
-  for (const auto& line : box.triggers) names += (names.empty() ? "\"" : ", \"") + line.name + "\"";
+  const auto names = namesOf(box.triggers);
   error.what += (error.what.empty() ? "" : "\n") + nameOf(reader, "machine.toml") + ": 'tool_setter.trigger' is \"" +
                 machine.tool_setter->trigger + "\", and " + nameOf(reader, "box.toml") +
                 " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names);
+}
+
+// A touch-trigger probe: kind and line stand in two files that must agree, and the emulated machine has to have it.
+void checkProbeSwitch(const Reader& reader, const Descriptions& all, Error& error) {
+  const auto problem = [&](const std::string& text) { error.what += (error.what.empty() ? "" : "\n") + text; };
+  const std::string box = nameOf(reader, "box.toml"), probe = nameOf(reader, "probe.toml");
+  const auto& device = all.box.devices.probe;
+  if (!all.probe.by_switch) {
+    if (device == "trigger")
+      problem(box + ": 'devices.probe' is \"trigger\", and " + probe +
+              " describes a scanning probe: write kind = \"trigger\" there, or name the probe's receiver here");
+    if (all.world && all.world->touch_trigger)
+      problem(nameOf(reader, "world.toml") + ": [touch_trigger] is fitted, and " + probe +
+              " describes a scanning probe: write kind = \"trigger\" there, or remove the section");
+    return;
+  }
+  if (device != "trigger" && device != "sim")
+    problem(probe + ": 'probe.kind' is \"trigger\", and 'devices.probe' in " + box + " is \"" + device +
+            "\": write \"trigger\" there, or kind = \"scanning\" here");
+  if (lineOfProbeSwitch(all.box, all.probe)) return;
+  const auto names = namesOf(all.box.triggers);
+  problem(probe + ": 'probe.trigger' is \"" + all.probe.by_switch->trigger + "\", and " + box +
+          " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names));
 }
 
 // A sensor without a screw would be read for nothing.
@@ -108,6 +136,18 @@ void checkDrift(const Reader& reader, const Box& box, const Machine& machine, Er
   }
 }
 
+// The emulated machine has the probe that is described, with a usual switch where world.toml has none.
+WorldTouchTrigger usualTouchTrigger(const ProbeSwitch& described) {
+  return {.pre_travel_mm = 0.008,
+          .lobe_mm = 0.002,
+          .axial_mm = 0.003,
+          .hysteresis_mm = 0.0005,
+          .repeatability_um = described.repeatability_um,
+          .late_s = 0.0006,
+          .chatter_probability = 0.05,
+          .chatter_s = 0.0008};
+}
+
 Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   Descriptions all;
   World world;
@@ -119,8 +159,11 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
   if (emulated) {
     good &= take(reader, "world.toml", parseWorld, world, error);
     if (good) checkTravel(reader, world, all.machine, error);
+    if (good && all.probe.by_switch && !world.touch_trigger)
+      world.touch_trigger = usualTouchTrigger(*all.probe.by_switch);
     all.world = std::move(world);
   }
+  if (good) checkProbeSwitch(reader, all, error);
   if (good) checkToolSetter(reader, all.box, all.machine, error);
   if (good) checkDrift(reader, all.box, all.machine, error);
   if (good)
@@ -162,12 +205,23 @@ std::optional<Error> whyNoFolder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine) {
-  if (!machine.tool_setter) return std::nullopt;
+namespace {
+
+std::optional<std::uint8_t> triggerNamed(const Box& box, const std::string& name) {
   for (std::size_t i = 0; i < box.triggers.size(); ++i) {
-    if (box.triggers[i].name == machine.tool_setter->trigger) return static_cast<std::uint8_t>(i);
+    if (box.triggers[i].name == name) return static_cast<std::uint8_t>(i);
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine) {
+  return machine.tool_setter ? triggerNamed(box, machine.tool_setter->trigger) : std::nullopt;
+}
+
+std::optional<std::uint8_t> lineOfProbeSwitch(const Box& box, const Probe& probe) {
+  return probe.by_switch ? triggerNamed(box, probe.by_switch->trigger) : std::nullopt;
 }
 
 Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory, const std::filesystem::path& overrides) {

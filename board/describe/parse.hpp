@@ -32,6 +32,8 @@ Outcome<World> parseWorld(std::string_view text, std::string_view file_name);
 
 // Finds the trigger that the tool-setting device is wired to; nothing without a device or without its trigger.
 std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine);
+// The same of a touch-trigger probe.
+std::optional<std::uint8_t> lineOfProbeSwitch(const Box& box, const Probe& probe);
 
 // Reads box.toml, machine.toml, probe.toml, service.toml and, where there is one, world.toml. A file that `overrides`
 // (--config) has too is read from there instead. Reads ordinary files only, and not more of them than a description

@@ -76,7 +76,8 @@ Devices devicesOf(Section section) {
   devices.probe = section.text("probe");
   const bool named = devices.probe.starts_with(kReceiver) && devices.probe.size() > kReceiver.size();
   if (!named)
-    devices.probe = std::array{"none", "sim", "usb", "iio"}[section.choice("probe", {"none", "sim", "usb", "iio"})];
+    devices.probe = std::array{"none", "sim", "usb", "iio",
+                               "trigger"}[section.choice("probe", {"none", "sim", "usb", "iio", "trigger"})];
   devices.drift = std::array{"none", "sim", "iio"}[section.choice("drift", {"none", "sim", "iio"}, 0)];
   const bool comparable = section.good("encoders") && section.good("probe");
   if (comparable && emulated != (devices.probe == "sim"))
@@ -84,7 +85,8 @@ Devices devicesOf(Section section) {
                     "= " + inQuotes(devices.probe) + " does not go with encoders = \"" + devices.encoders +
                         "\": write \"sim\" for both (the emulated machine); or encoders = \"axes\" (each as "
                         "[encoder.AXIS] says) or \"none\" with probe = \"none\", \"usb\" (a receiver on USB), "
-                        "\"usb:SERIAL\" (the one with that serial number) or \"iio\" (a converter, [probe_adc])");
+                        "\"usb:SERIAL\" (the one with that serial number), \"iio\" (a converter, [probe_adc]) or "
+                        "\"trigger\" (a touch-trigger probe)");
   if (section.good("drift") && section.good("encoders") && devices.drift == "sim" && !emulated)
     section.problem("drift", "= \"sim\" needs the emulated machine: write \"none\" or \"iio\", or encoders = \"sim\"");
   section.finish();

@@ -15,16 +15,33 @@ bool singular(const Matrix3& m) {
   return !(std::abs(determinant) > 1e-6 * size);
 }
 
+void readChannels(Section& section, Probe& probe) {
+  probe.rate_hz = section.number("rate_hz", {10, 1e6});
+  probe.noise_um = section.number("noise_um", {1e-4, 1000});
+  probe.gain = section.matrix("gain", {-1000, 1000});
+  if (section.good("gain") && singular(probe.gain))
+    section.problem("gain", "has no inverse, so the probe would not feel one direction: measure it again");
+  for (const auto* key : {"trigger", "repeatability_um"})
+    if (section.has(key)) section.problem(key, "is of a touch-trigger probe: write kind = \"trigger\", or remove it");
+}
+
+void readSwitch(Section& section, Probe& probe) {
+  probe.gain = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  probe.rate_hz = 1000;
+  probe.by_switch = ProbeSwitch{.trigger = section.text("trigger"),
+                                .repeatability_um = section.number("repeatability_um", {1e-4, 1000})};
+  for (const auto* key : {"rate_hz", "noise_um", "gain"})
+    if (section.has(key))
+      section.problem(key, "is of a scanning probe: remove it, because a touch-trigger probe has no channels");
+}
+
 Probe readProbe(Section& root) {
   Probe probe;
   auto section = root.section("probe");
   probe.serial_number = section.text("serial_number");
-  probe.rate_hz = section.number("rate_hz", {10, 1e6});
-  probe.noise_um = section.number("noise_um", {1e-4, 1000});
+  const bool is_trigger = section.choice("kind", {"scanning", "trigger"}, 0) == 1;
+  is_trigger ? readSwitch(section, probe) : readChannels(section, probe);
   probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
-  probe.gain = section.matrix("gain", {-1000, 1000});
-  if (section.good("gain") && singular(probe.gain))
-    section.problem("gain", "has no inverse, so the probe would not feel one direction: measure it again");
   section.finish();
 
   auto stylus = root.section("stylus");

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <optional>
 #include <string>
 
 // Describes the probe and its stylus, from the maker or from the last qualification (probe.toml).
@@ -12,8 +13,16 @@ struct Certificate {
   std::string date;  // ISO 8601, metadata only
 };
 
+// The switch of a touch-trigger probe.
+struct ProbeSwitch {
+  std::string trigger;        // name of its [[trigger]] in box.toml
+  double repeatability_um{};  // k = 1, of the depth at which it opens or closes
+};
+
 struct Probe {
   std::string serial_number;
+  // Of a touch-trigger probe, which has no channels: gain, rate and noise below are then those of no probe.
+  std::optional<ProbeSwitch> by_switch;
   Matrix3 gain{};     // mm of deflection in machine axes per mm of channels a, b, c: (A3)
   double rate_hz{};   // nominal sample rate
   double noise_um{};  // standard deviation (k = 1) of one sample of one channel

@@ -107,7 +107,8 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       control_clock_{config.control_clock},
       latch_{config.latch},
       common_stamps_{{config.latch.axes[0].interval, config.latch.axes[1].interval, config.latch.axes[2].interval}},
-      procedure_{config.methods, config.capture, config.mm_per_count},
+      procedure_{config.methods, config.capture, config.mm_per_count,
+                 config.probe_switch_line ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning},
       corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.
@@ -164,7 +165,10 @@ void Box::on(const Edge& edge) {
     state_.lost.line_edges += missing;
     latch_.push(edge);
     corrections_.push(edge);
-    if (edge.role == LineRole::trigger && edge.line == config_.tool_setter_line) procedure_.push(edge);
+    if (edge.role == LineRole::trigger && edge.line == config_.tool_setter_line)
+      procedure_.push(edge, capture::SwitchOf::tool_setter);
+    if (edge.role == LineRole::trigger && edge.line == config_.probe_switch_line)
+      procedure_.push(edge, capture::SwitchOf::probe);
     return;
   }
   state_.lost.sync_edges += missing;

@@ -34,6 +34,9 @@ struct DriftRow {
 // Numbers that a method attaches to its steps and reads from the recording; no other code reads them.
 using MethodNote = std::array<double, 3>;
 
+// The device whose edges tell contact and release of a touch by edges.
+enum class SwitchOf : std::uint8_t { tool_setter, probe };
+
 // What the procedure asked for in one step: nominal outward normal, retract direction and speed, pose. All touches with
 // the same `reading` are of one ball at one pose.
 struct TouchRequest {
@@ -48,13 +51,15 @@ struct TouchRequest {
   // Along the outward normal: travel of a jog without contact, or distance of a hold from the centre; 0 for a touch.
   double travel_mm{};
   bool sweeps{};           // turns the screw of the axis along the normal: its sensor is read, and no probe
-  bool by_edges{};         // the tool-setting device tells the contact, and no probe
+  bool by_edges{};         // a switch tells the contact, and no samples of a probe
   bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
   double head_range_mm{};  // range of its sensors, +- this value
   // Height of the contact above the centre of the stylus ball when the shank touches; 0 when the ball touches.
   double shank_height_mm{};
   std::uint16_t mount{};  // how the part is put on the table, from 1; 0: as it is
   MethodNote note{};
+  SwitchOf switch_of{};  // for a touch by edges
+  bool swivels{};        // B turns the probe, and not the part
 };
 
 // One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,

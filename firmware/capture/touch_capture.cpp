@@ -51,6 +51,15 @@ const char* explain(TouchFault fault) {
     case TouchFault::no_edges:
       return "the tool-setting device gave no edge at contact and at release: check its cable, and [tool_setter] "
              "trigger in machine.toml";
+    case TouchFault::no_trigger:
+      return "the probe's switch gave no edge at contact and at release: check that the probe is switched on, its "
+             "cable, and [probe] trigger in probe.toml";
+    case TouchFault::still_deflected:
+      return "the probe's switch was open before the touch began: move off the surface until the stylus is seated, and "
+             "check that the probe re-arms";
+    case TouchFault::triggered_twice:
+      return "the probe's switch opened twice in one touch: touch once, without vibration, and come off the surface by "
+             "the clearance";
   }
   return "";
 }
@@ -74,6 +83,8 @@ void TouchCapture::begin(const TouchRequest& request) {
                  .drift_end = 0};
   row_kept_ = MonoTime::min();
   fault_ = TouchFault::none;
+  const bool of_probe = request.by_edges && request.switch_of == SwitchOf::probe;
+  if (of_probe && level_[static_cast<std::size_t>(SwitchOf::probe)] == Level::active) note(TouchFault::still_deflected);
   axes_in_row_ = 0;
   running_ = true;
 }
@@ -117,12 +128,15 @@ void TouchCapture::push(const SourceLost& lost) {
   if (running_ && needs(lost.source)) note(TouchFault::source_lost);
 }
 
-void TouchCapture::push(const Edge& edge) {
-  if (!running_ || !touch_.request.by_edges) return;
+void TouchCapture::push(const Edge& edge, SwitchOf of) {
+  level_[static_cast<std::size_t>(of)] = edge.level;
+  if (!running_ || !touch_.request.by_edges || touch_.request.switch_of != of) return;
   if (edge.level == Level::inactive) {
     touch_.release = edge.at;
   } else if (!touch_.contact) {
     touch_.contact = edge.at;
+  } else if (of == SwitchOf::probe && touch_.release && edge.at - *touch_.release > kBounce) {
+    note(TouchFault::triggered_twice);
   }
 }
 
@@ -142,13 +156,17 @@ TouchFault TouchCapture::end(const TickMap& map) {
   if (touch_.machine_end - touch_.machine_begin < kFewestRows) note(TouchFault::no_machine_rows);
   if (needs(Source::drift) && touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
   if (needs(Source::probe) && touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
-  const bool told = touch_.contact && touch_.release && *touch_.contact < *touch_.release;
-  if (touch_.request.by_edges && !told) note(TouchFault::no_edges);
+  if (touch_.request.by_edges) note(edgeFault());
   if (touch_.request.holds && !stoodStill()) note(TouchFault::moved);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);
   return fault_;
+}
+
+TouchFault TouchCapture::edgeFault() const {
+  if (touch_.contact && touch_.release && *touch_.contact < *touch_.release) return TouchFault::none;
+  return touch_.request.switch_of == SwitchOf::probe ? TouchFault::no_trigger : TouchFault::no_edges;
 }
 
 bool TouchCapture::stoodStill() const {

@@ -26,11 +26,17 @@ enum class TouchFault : std::uint8_t {
   wrong_tool,
   head_out_of_range,
   moved,
+  no_trigger,
+  still_deflected,
+  triggered_twice,
 };
 const char* explain(TouchFault fault);
 
 // A screw turns slowly, for minutes: positions at this interval are enough for interpolation.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
+
+// Edges of a switch within this time are bounces of one contact; later ones are another contact.
+inline constexpr Nanoseconds kBounce = std::chrono::milliseconds{20};
 
 // Position tolerance of a machine at standstill: servo and encoder noise together.
 inline constexpr double kStill_mm = 0.02;
@@ -51,8 +57,9 @@ class TouchCapture {
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);
-  // Edges of the tool-setting device. When they bounce, the first edge is the contact and the last one the release.
-  void push(const Edge& edge);
+  // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact
+  // and the last one the release.
+  void push(const Edge& edge, SwitchOf of = SwitchOf::tool_setter);
   TouchFault end(const TickMap& map);  // keeps the touch only if it returns no fault
   void abandon();
 
@@ -65,12 +72,14 @@ class TouchCapture {
   void note(TouchFault fault);
   bool needs(Source source) const;
   bool stoodStill() const;
+  TouchFault edgeFault() const;
 
   Recording recording_;
   std::array<double, kLinearAxes> mm_per_count_;
   Touch touch_;
   bool running_{};
   TouchFault fault_{};
+  std::array<Level, 2> level_{Level::inactive, Level::inactive};  // of each switch, after its newest edge
   MachineRow row_;
   MonoTime row_kept_{};  // the last one of a sweep
   std::uint8_t axes_in_row_{};

@@ -52,6 +52,10 @@ box::BoxConfig usualBox(const world::Config& config) {
     box.mm_per_count[i] = config.encoders.sense[i] / config.encoders.counts_per_mm;
   box.corrections = app::correctionsConfig(sim().machine);
   box.tool_setter_line = board::lineOfToolSetter(sim().box, sim().machine);
+  if (config.touch_trigger.fitted) {
+    box.latch.probe.interval = {};
+    box.probe_switch_line = std::uint8_t{0};
+  }
   for (std::size_t i = 0; i < kLinearAxes; ++i) {
     auto& reference = box.corrections.references[i];
     reference.mm_per_count = box.mm_per_count[i];
@@ -200,6 +204,8 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
       now_{config.start},
       said_{config.start} {
   box_ = std::make_unique<box::Box>(boxOf(), recorder_);
+  if (config.touch_trigger.fitted)
+    facts.trigger_probe = procedure::TriggerProbe{.repeatability_mm = 1e-3 * config.touch_trigger.repeatability_um};
   if (probe == ProbeIs::counted) receiver_.emplace(seed);
   if (encoders != EncodersAre::stamped) encoders_ = std::make_unique<EmulatedEncoders>(encoders, world_, config);
   const auto counts = [this](MonoTime at) { return countsAt(at); };

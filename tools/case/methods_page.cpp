@@ -28,7 +28,10 @@ void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_
   std::string told = method.finds_a_place ? "a delay in force" : "";
   if (option == " --head") told = "a result about `sensor-head` in force";
   std::string places;
-  const auto add = [&](std::string_view place) { (places += places.empty() ? "machine.toml " : ", ") += place; };
+  const auto add = [&](std::string_view place) {
+    const bool names_file = place.find(".toml") != std::string_view::npos;
+    (places += places.empty() ? (names_file ? "" : "machine.toml ") : ", ") += place;
+  };
   for (const auto* fact : method.needs) {
     if (option != " --shank" || !fact->shank_replaces) add(fact->place);
   }

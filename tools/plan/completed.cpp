@@ -27,6 +27,9 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   if (by == procedure::ReadBy::shank) {
     if (const auto why = procedure::whyNoShank(*method, facts)) return badOption(*why);
   }
+  if (facts.trigger_probe) {
+    if (const auto why = procedure::whyUnready(*method, facts, true, by)) return Refusal{"not-forecast", why->what};
+  }
   if (turns != 0 && !method->takes_axis) {
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }

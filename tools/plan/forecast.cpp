@@ -113,7 +113,7 @@ double firstSd(const Forecast& forecast) {
 }
 
 Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
-  const auto options = completed(wanted, factsOf(set_up, wanted.options.tool));
+  const auto options = completed(wanted, factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool));
   if (!options) return options.error();
   Forecast forecast{
       .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
@@ -144,7 +144,7 @@ Outcome<std::vector<Forecast>, Refusal> proposals(const Wanted& wanted, const Se
   std::optional<Refusal> first;
   bool any = false;
   for (const auto& candidate : candidates(wanted)) {
-    const auto options = completed(candidate, factsOf(set_up, candidate.options.tool));
+    const auto options = completed(candidate, factsOf(withProbeFor(*candidate.method, set_up), candidate.options.tool));
     if (options && shortestDuration(*candidate.method, *options, set_up) > time_s) {
       any = true;
       continue;

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
 // Holds the assumptions of a forecast: noise of the streams, stated features, and the motion of the machine.
 namespace probebox::plan {
@@ -10,6 +11,9 @@ struct SetUp {
   double machine_noise_um{0.5};  // standard deviation (k = 1) of one position
   double probe_rate_hz{2000};
   double probe_noise_um{0.4};  // the same, of one channel
+  // Of the depth at which a touch-trigger probe switches (k = 1); nothing: the probe scans.
+  std::optional<double> switch_repeatability_um{};
+  double sd_pre_travel_um{0.15};  // of each part of its pre-travel in force
 
   double sphere_diameter_mm{25};  // of the datum sphere, and of a ball of the part
   double gap_mm{26};              // between the plates

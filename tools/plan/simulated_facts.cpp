@@ -1,7 +1,10 @@
 #include "tools/plan/simulated_facts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "firmware/procedure/methods/needs.hpp"
 
 namespace probebox::plan {
 namespace {
@@ -59,7 +62,22 @@ procedure::SensorHead sensorHead(const SetUp& set_up) {
   return head;
 }
 
+procedure::TriggerProbe triggerProbe(const SetUp& set_up) {
+  procedure::PreTravel pre_travel{.result_id = 1, .parts_mm = {}, .covariance = {}};
+  const double sd_mm = 1e-3 * set_up.sd_pre_travel_um;
+  for (std::size_t part = 0; part < procedure::PreTravel::kParts; ++part)
+    pre_travel.covariance[part][part] = sd_mm * sd_mm;
+  return {.repeatability_mm = 1e-3 * *set_up.switch_repeatability_um, .pre_travel = pre_travel};
+}
+
 }  // namespace
+
+SetUp withProbeFor(const procedure::LiveMethod& method, SetUp set_up) {
+  constexpr double kUsual_um = 0.5;
+  const bool needs_switch = std::ranges::find(method.needs, &procedure::kTriggerProbe) != method.needs.end();
+  if (needs_switch && !set_up.switch_repeatability_um) set_up.switch_repeatability_um = kUsual_um;
+  return set_up;
+}
 
 Eigen::Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
   const double at_rad = 2 * std::numbers::pi / 3 * (number - 1);
@@ -93,6 +111,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
                   .sd_mm = 0,
                   .holder = procedure::HolderFacts{.number = 1, .length_mm = 62, .sd_mm = set_up.sd_holder_mm}}};
   facts.sensor_head = sensorHead(set_up);
+  if (set_up.switch_repeatability_um) facts.trigger_probe = triggerProbe(set_up);
   return facts;
 }
 

@@ -87,14 +87,21 @@ bool SimulatedRecording::touch(const procedure::Step& step) {
     fits = machineRow(t, position) && fits;
   });
   if (step.touch.by_edges) {
-    const double depth_mm = normal(set_up_.setter_repeatability_um * 1e-3);
-    touch.contact = at(now_s_ + contact.contactTime(depth_mm));
-    touch.release = at(now_s_ + contact.releaseTime(depth_mm));
+    switches(touch, contact);
   } else {
     sample(set_up_.probe_rate_hz, contact.duration(),
            [&](double t) { fits = probeRow(t, contact.deflection(t) + noise(set_up_.probe_noise_um)) && fits; });
   }
   return end(touch, contact.duration()) && fits;
+}
+
+// A setting device switches at one depth in and out; the switch of a probe opens and closes each by itself.
+void SimulatedRecording::switches(capture::Touch& touch, const Contact& contact) {
+  const bool of_probe = touch.request.switch_of == capture::SwitchOf::probe;
+  const double sd_mm = 1e-3 * (of_probe ? *set_up_.switch_repeatability_um : set_up_.setter_repeatability_um);
+  const double in_mm = normal(sd_mm), out_mm = of_probe ? normal(sd_mm) : in_mm;
+  touch.contact = at(now_s_ + contact.contactTime(in_mm));
+  touch.release = at(now_s_ + contact.releaseTime(out_mm));
 }
 
 // The head stands still beside the middle of a ball, and its sensors show by how much.

@@ -12,6 +12,8 @@
 
 namespace probebox::plan {
 
+class Contact;
+
 // Simulates the recording of the steps of a run.
 class SimulatedRecording {
  public:
@@ -28,6 +30,7 @@ class SimulatedRecording {
   capture::Touch begin(const procedure::Step& step) const;
   bool end(capture::Touch touch, double duration_s);
   bool touch(const procedure::Step& step);
+  void switches(capture::Touch& touch, const Contact& contact);
   bool hold(const procedure::Step& step);
   bool sweep(const procedure::Step& step);
   bool machineRow(double t, const Eigen::Vector3d& position);

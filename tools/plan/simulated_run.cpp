@@ -21,11 +21,14 @@ std::string axisOf(const metrology::Dataset& dataset) {
 
 }  // namespace
 
-SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up,
+SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& asked,
                           std::uint64_t seed) {
+  const SetUp set_up = withProbeFor(method, asked);
+  const auto probe = set_up.switch_repeatability_um ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning;
   const procedure::Facts facts = factsOf(set_up, options.tool);
   const auto plan = std::make_unique<procedure::Plan>();  // large
   procedure::fill(*plan, method, options);
+  procedure::takeReadings(*plan, probe);
   SimulatedRecording run{set_up, facts, seed};
   procedure::RunDataset measured;
   for (std::size_t step = 0; step < plan->step_count;) {
@@ -39,7 +42,10 @@ SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOp
     // A run whose steps follow from its readings goes on.
     const auto next = procedure::nextLoop(method, run.recording(), run.scales(), facts, measured);
     if (!next) continue;
-    if (const auto loops = method.loops.after(plan->loops, *next)) procedure::fill(*plan, method, options, *loops);
+    if (const auto loops = method.loops.after(plan->loops, *next)) {
+      procedure::fill(*plan, method, options, *loops);
+      procedure::takeReadings(*plan, probe);
+    }
   }
   if (measured.refusal) return {*measured.refusal, run.duration(), plan->step_count};
   // The box states when it measured for the stores; any time does here.

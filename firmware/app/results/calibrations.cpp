@@ -187,6 +187,7 @@ procedure::Facts Calibrations::factsNow() const {
   procedure::Facts facts = facts_;
   if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
   const auto measured = in_force_.measuredFacts();
+  if (facts.trigger_probe) facts.trigger_probe->pre_travel = measured.pre_travel;
   if (auto& ball = facts.checked_ball) {
     if (measured.ball_xy_mm)
       ball->accepted_x_mm = (*measured.ball_xy_mm)[0], ball->accepted_y_mm = (*measured.ball_xy_mm)[1];

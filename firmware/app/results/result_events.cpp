@@ -222,11 +222,27 @@ std::optional<std::uint32_t> numberBehind(std::string_view prefix, std::string_v
   return error == std::errc{} && end == digits.data() + digits.size() ? std::optional{number} : std::nullopt;
 }
 
+// Of two parts of one key; nothing where the result states none.
+std::optional<double> covarianceOf(const metrology::Result& result, std::string_view key, std::size_t i,
+                                   std::size_t k) {
+  if (!result.covariance) return std::nullopt;
+  const auto& [components, values] = *result.covariance;
+  const auto placeOf = [&](std::size_t part) {
+    const auto name = std::string{key} + "[" + std::to_string(part) + "]";
+    return static_cast<std::size_t>(std::ranges::find(components, name) - components.begin());
+  };
+  const std::size_t row = placeOf(i), column = placeOf(k), size = components.size();
+  if (row == size || column == size || values.size() != size * size) return std::nullopt;
+  return values[row * size + column];
+}
+
 std::string named(const store::Record& record) {
   return "Result " + std::to_string(record.id);
 }
 
 }  // namespace
+
+constexpr std::string_view kPreTravelSubject = "pre-travel";
 
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
@@ -239,6 +255,24 @@ Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record)
     head.sd[i / 3][i % 3] = matrix->sdOf(i);
   }
   return head;
+}
+
+Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
+  const metrology::Result* result = record.result();
+  if (result == nullptr) return Error{named(record) + " is a refusal."};
+  constexpr std::string_view kKey = "pre_travel_mm";
+  constexpr auto kParts = procedure::PreTravel::kParts;
+  if (const auto* found = result->find(kKey); found != nullptr && found->values.size() == kParts - 1)
+    return Error{named(record) +
+                 " has no pre-travel along the stylus: touch the sphere from below its equator as well."};
+  const auto parts = valuesOf(*result, kKey, kParts);
+  if (!parts) return parts.error();
+  procedure::PreTravel found{.result_id = record.id, .parts_mm = {}, .covariance = {}};
+  std::ranges::copy(parts->values, found.parts_mm.begin());
+  for (std::size_t i = 0; i < kParts; ++i)
+    for (std::size_t k = 0; k < kParts; ++k)
+      found.covariance[i][k] = covarianceOf(*result, kKey, i, k).value_or(i == k ? parts->sdOf(i) * parts->sdOf(i) : 0);
+  return found;
 }
 
 std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
@@ -265,6 +299,11 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
     // The worker follows it, and the core hears nothing of it.
     const auto head = calibratedHeadOf(record);
     if (!head) return head.error();
+    return std::vector<Event>{};
+  }
+  if (subject == kPreTravelSubject) {
+    const auto found = preTravelOf(record);
+    if (!found) return found.error();
     return std::vector<Event>{};
   }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);

@@ -27,6 +27,10 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
 // Reads the calibration of a sensor head from its result. Errors name what is missing.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
 
+// Reads the pre-travel of a touch-trigger probe from its result. Errors name what is missing.
+Outcome<procedure::PreTravel> preTravelOf(const store::Record& record);
+extern const std::string_view kPreTravelSubject;
+
 // Event that deactivates a subject.
 std::optional<Event> noneInForce(std::string_view subject, MonoTime now);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "firmware/app/results/result_events.hpp"
+
 namespace probebox::app {
 namespace {
 
@@ -20,6 +22,9 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     if (x != nullptr && y != nullptr) facts.ball_xy_mm = {x->value(), y->value()};
     if (const auto* ball = result->find("ball_centre_mm"); ball != nullptr && ball->values.size() == 3)
       facts.ball_z_mm = ball->values[2];
+  }
+  if (record.binding.subject == kPreTravelSubject) {
+    if (const auto found = preTravelOf(record)) facts.pre_travel = *found;
   }
   if (record.binding.subject != "setter") return;
   const auto* setter = result->find("setter_mm");
@@ -42,6 +47,7 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
   if (described.checked_ball) unlessMeasured("check", ValueSource::description);
   if (described.tool_setter)
     unlessMeasured("setter", described.tool_setter->accepted_mm ? ValueSource::description : ValueSource::unknown);
+  if (described.trigger_probe) unlessMeasured(std::string{kPreTravelSubject}, ValueSource::unknown);
   if (described.sensor_head)
     unlessMeasured("sensor-head-" + std::to_string(described.sensor_head->tool), ValueSource::unknown);
   return values;

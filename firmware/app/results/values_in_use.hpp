@@ -18,6 +18,7 @@ struct MeasuredFacts {
   std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
   std::optional<std::array<double, 3>> setter_mm;   // at the first B that was read
   double sd_setter_mm{};                            // largest of its coordinates, k = 1; 0: not stated
+  std::optional<procedure::PreTravel> pre_travel;   // of a touch-trigger probe
 };
 
 // A subject, and the result in force about it.
@@ -26,7 +27,7 @@ struct InForceAbout {
   store::Id id{};
 };
 
-// Adds what a result in force says about the checked ball or the setting device.
+// Adds what a result in force says about the checked ball, the setting device or the pre-travel.
 void addFacts(const store::Record& record, MeasuredFacts& facts);
 
 // Every value that the descriptions or results give, by the name of its subject, with its source.

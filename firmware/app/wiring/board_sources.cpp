@@ -64,13 +64,14 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions) {
         "box.toml asks for the emulated machine (sim), but its folder has no world.toml: add one, such as the one in "
         "board/sim."};
   }
-  const bool knows_probe = devices.probe == "none" || countsSamples(devices);
+  const bool knows_probe = devices.probe == "none" || devices.probe == "trigger" || countsSamples(devices);
   const bool knows_encoders = devices.encoders == "none" || devices.encoders == "axes";
   if (knows_encoders && knows_probe) return whyUnsupportedEncoders(devices);
   return Error{"box.toml, [devices]: encoders = \"" + devices.encoders + "\" with probe = \"" + devices.probe +
                "\" is not in this build. It has: both \"sim\" (the emulated machine); or encoders \"none\" or "
                "\"axes\" (each as [encoder.AXIS] says) with probe \"none\", \"usb\" (a receiver on USB), "
-               "\"usb:SERIAL\" (the one with that serial number) or \"iio\" (a converter, [probe_adc])."};
+               "\"usb:SERIAL\" (the one with that serial number), \"iio\" (a converter, [probe_adc]) or \"trigger\" (a "
+               "touch-trigger probe)."};
 }
 
 std::optional<std::string> receiverOf(const board::Devices& devices) {

@@ -17,7 +17,7 @@ namespace {
 
 // Zero for a device that is not fitted: its channels are 0 and nobody waits for it.
 Nanoseconds interval(const std::string& device, double rate_hz) {
-  return device == "none" ? Nanoseconds{} : Nanoseconds{std::llround(1e9 / rate_hz)};
+  return device == "none" || device == "trigger" ? Nanoseconds{} : Nanoseconds{std::llround(1e9 / rate_hz)};
 }
 
 // Encoders that are latched together have one rate; others have one each, and a coarse count has no use for a curve
@@ -123,7 +123,8 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   if (countsSamples(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
   if (const auto rate_hz = controlCounterRate(devices)) config.control_clock.rate_hz = *rate_hz;
   config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
-  config.latch.probe = {.interval = interval(devices.probe, descriptions.probe.rate_hz),
+  const bool scans = !descriptions.probe.by_switch;
+  config.latch.probe = {.interval = scans ? interval(devices.probe, descriptions.probe.rate_hz) : Nanoseconds{},
                         .interpolation = latch::Interpolation::linear};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     config.latch.axes[axis] = encoderOf(devices, descriptions.probe.rate_hz, axis);
@@ -133,6 +134,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   config.counts_have_own_stamps = devices.encoders == "axes";
   config.corrections = correctionsConfig(descriptions.machine);
   config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
+  config.probe_switch_line = board::lineOfProbeSwitch(descriptions.box, descriptions.probe);
   config.block_samples = descriptions.service.stream.block_samples;
   return config;
 }
@@ -188,6 +190,11 @@ std::optional<procedure::SensorHead> sensorHead(const board::Machine& machine) {
                                .sd_centre_offset_mm = described->sd_centre_offset_mm.value_or(0)};
 }
 
+std::optional<procedure::TriggerProbe> triggerProbe(const board::Probe& probe) {
+  if (!probe.by_switch) return std::nullopt;
+  return procedure::TriggerProbe{.repeatability_mm = 1e-3 * probe.by_switch->repeatability_um};
+}
+
 procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   const auto& machine = descriptions.machine;
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
@@ -205,7 +212,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
           .probe_shank = probeShank(machine),
           .tool_setter = toolSetter(machine),
           .tools = toolFacts(machine),
-          .sensor_head = sensorHead(machine)};
+          .sensor_head = sensorHead(machine),
+          .trigger_probe = triggerProbe(descriptions.probe)};
 }
 
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version) {

@@ -29,14 +29,6 @@ constexpr double kBelow = -0.2;     // component along the stylus of a touch tha
 constexpr double kAcross = 0.5;     // component across the stylus of a touch that tells the lobes
 constexpr double kWidestGap = 0.9;  // rad; three lobes have a maximum or minimum every 1.05 rad
 
-// Weights of the parts of the pre-travel in direction n: mean across the stylus, cosine and sine of its three lobes,
-// and the part along the stylus, which is Z.
-Eigen::RowVector4d partsAt(const Vector3d& n) {
-  const double across = std::hypot(n.x(), n.y());
-  const double around_rad = std::atan2(n.y(), n.x());
-  return {across, across * std::cos(3 * around_rad), across * std::sin(3 * around_rad), std::abs(n.z())};
-}
-
 struct Sphere {
   std::vector<SwitchedTouch> touches;
   double radius_mm{};  // effective
@@ -50,7 +42,7 @@ Linearised modelAt(const Sphere& sphere, const VectorXd& parameters, double sigm
   for (Index row = 0; row < rows; ++row) {
     const Vector3d from_centre = sphere.touches[static_cast<std::size_t>(row)].at_mm - parameters.head<3>();
     const Vector3d n = from_centre.normalized();
-    const RowVectorXd parts = partsAt(n).head(sphere.parts);
+    const RowVectorXd parts = preTravelParts(n).head(sphere.parts);
     at.residuals[row] = (from_centre.norm() - sphere.radius_mm + parts.dot(parameters.tail(sphere.parts))) / sigma_mm;
     at.jacobian.row(row) << -n.transpose() / sigma_mm, parts / sigma_mm;
   }
@@ -94,6 +86,12 @@ Estimate lateness(const std::vector<SwitchedTouch>& touches) {
 }
 
 }  // namespace
+
+Eigen::RowVector4d preTravelParts(const Vector3d& n) {
+  const double across = std::hypot(n.x(), n.y());
+  const double around_rad = std::atan2(n.y(), n.x());
+  return {across, across * std::cos(3 * around_rad), across * std::sin(3 * around_rad), std::abs(n.z())};
+}
 
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   const auto sigma = configSigma(dataset, "sigma_mm");

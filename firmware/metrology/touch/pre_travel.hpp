@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
@@ -12,6 +14,10 @@ namespace probebox::metrology {
 // pre_travel_mm and centre_mm; also switch_late_s. Refuses: what switchedTouches and leastSquares refuse,
 // few-directions.
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset);
+
+// Weights of the parts of the pre-travel in direction n, a unit vector in the probe's own axes: mean across the stylus,
+// cosine and sine of its three lobes, and the part along the stylus, which is Z.
+Eigen::RowVector4d preTravelParts(const Eigen::Vector3d& n);
 
 extern const Method kPreTravel;
 

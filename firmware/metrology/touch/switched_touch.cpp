@@ -40,9 +40,15 @@ Line lineOver(const Positions& of, std::size_t begin, std::size_t end) {
   return fitLine(of.times.subspan(begin, end - begin), rows);
 }
 
+// Position at an edge, its velocity there, and its variance along the way.
+struct Edge {
+  Vector3d at_mm, velocity_mm_s;
+  double variance{};
+};
+
 // Where the machine stood at the edge, the delay taken out. sense: -1 on the way in, 1 on the way out.
-Outcome<Vector3d, Refusal> placeAt(double edge_s, double sense, const Positions& of, const Planned& planned,
-                                   const Vector3d& tau) {
+Outcome<Edge, Refusal> placeAt(double edge_s, double sense, const Positions& of, const Planned& planned,
+                               const Vector3d& tau) {
   const auto refuse = [&](const char* name, const std::string& what) {
     return Refusal{name, planned.name + (sense < 0 ? ", way in: " : ", way out: ") + what};
   };
@@ -71,7 +77,20 @@ Outcome<Vector3d, Refusal> placeAt(double edge_s, double sense, const Positions&
         "speed-not-constant",
         "the speed changes about the edge: approach and retract at constant speed, further beyond the surface");
   }
-  return Vector3d{line.at(edge_s) + tau.cwiseProduct(line.slope)};
+  const double from_mean_s = edge_s - line.t_mean;
+  return Edge{.at_mm = line.at(edge_s) + tau.cwiseProduct(line.slope),
+              .velocity_mm_s = line.slope,
+              .variance = variance * (1.0 / static_cast<double>(line.n) + from_mean_s * from_mean_s / line.sxx)};
+}
+
+// The mean in which a delay common to both edges cancels, also at unequal speeds.
+SwitchedTouch between(const Edge& in, const Edge& out, const Planned& planned) {
+  const double in_mm_s = -in.velocity_mm_s.dot(planned.retract), out_mm_s = out.velocity_mm_s.dot(planned.retract);
+  const double of_in = out_mm_s / (in_mm_s + out_mm_s), of_out = 1 - of_in;
+  return {.normal = planned.normal,
+          .at_mm = of_in * in.at_mm + of_out * out.at_mm,
+          .sd_mm = std::sqrt(of_in * of_in * in.variance + of_out * of_out * out.variance),
+          .late_s = (out.at_mm - in.at_mm).dot(planned.retract) / (in_mm_s + out_mm_s)};
 }
 
 }  // namespace
@@ -115,9 +134,7 @@ Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& data
     if (!in) return in.error();
     const auto out = placeAt(cell(**edges, "release_s", row), 1, positions, planned, tau);
     if (!out) return out.error();
-    found.push_back({.normal = planned.normal,
-                     .at_mm = (*in + *out) / 2,
-                     .late_s = (*out - *in).dot(planned.retract) / (2 * planned.speed_mm_s)});
+    found.push_back(between(*in, *out, planned));
     begin = end;
   }
   return found;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "firmware/metrology/dataset/pre_travel_shifts.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -147,6 +148,32 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
   return std::nullopt;
 }
 
+// Changes a whole case by what one sd of one cause changes it by.
+TypeBInput shiftInput(const std::string& suffix) {
+  const auto move = [suffix](Dataset& moved, double by) {
+    for (auto& changed : moved.tables) {
+      const Table* shift = moved.table(changed.name + suffix);
+      if (shift == nullptr) continue;
+      for (auto& column : changed.columns) {
+        const auto* by_one_sd = shift->column(column.name);
+        const std::size_t rows = by_one_sd == nullptr ? 0 : std::min(by_one_sd->size(), column.values.size());
+        for (std::size_t row = 0; row < rows; ++row) column.values[row] += by * (*by_one_sd)[row];
+      }
+    }
+  };
+  return {std::string{kPreTravelBudget}, 1, move};
+}
+
+void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
+  for (std::size_t cause = 1;; ++cause) {
+    const std::string suffix = std::string{kByPreTravel} + std::to_string(cause);
+    const bool is_there =
+        std::ranges::any_of(dataset.tables, [&](const Table& table) { return table.name.ends_with(suffix); });
+    if (!is_there) return;
+    inputs.push_back(shiftInput(suffix));
+  }
+}
+
 }  // namespace
 
 Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, const Method& method, StoreReader store) {
@@ -155,6 +182,7 @@ Outcome<std::vector<TypeBInput>, Refusal> typeBInputs(const Dataset& dataset, co
     if (auto refusal = addKnown(inputs, known, dataset, store)) return *refusal;
   }
   if (auto refusal = addTemperature(inputs, dataset, method)) return *refusal;
+  addShifts(inputs, dataset);
   return inputs;
 }
 

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "firmware/metrology/touch/ball_centre.hpp"
+#include "firmware/metrology/touch/switched_centre.hpp"
 #include "firmware/procedure/dataset/shank_readings.hpp"
+#include "firmware/procedure/dataset/switched_readings.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 
 namespace probebox::procedure {
@@ -38,11 +40,15 @@ metrology::Table centresOf(const std::vector<Reading>& readings) {
   return centres;
 }
 
-Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
-                                                     const capture::Recording& recording) {
+// The poses of the readings; their centres are still to be computed.
+struct Posed {
+  std::vector<Reading> readings;
   std::vector<std::size_t> reading_of_touch;
-  BallReadings found;
-  auto& readings = found.readings;
+};
+
+Posed posedOf(const capture::Recording& recording) {
+  Posed posed;
+  auto& [readings, reading_of_touch] = posed;
   for (const auto& touch : recording.touches()) {
     const auto& at = touch.request;
     const bool by_shank = at.shank_height_mm > 0;
@@ -58,6 +64,13 @@ Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& t
                         .note = at.note,
                         .centre = {}});
   }
+  return posed;
+}
+
+Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
+                                                     const capture::Recording& recording) {
+  auto [readings, reading_of_touch] = posedOf(recording);
+  BallReadings found;
   const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
   if (!centres) return centres.error();
   for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
@@ -72,12 +85,57 @@ Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& t
                            .at_mm = at_mm,
                            .sd_mm = sd_mm});
   }
+  found.readings = std::move(readings);
   return found;
 }
 
-std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const FinishedRun& run,
-                                              void (*tables)(metrology::Dataset&, const BallReadings&,
-                                                             const FinishedRun&)) {
+using AddTables = void (*)(metrology::Dataset&, const BallReadings&, const FinishedRun&);
+
+Outcome<BallReadings, metrology::Refusal> switchedReadings(const std::vector<metrology::SwitchedTouch>& touches,
+                                                           const FinishedRun& run) {
+  auto [readings, reading_of_touch] = posedOf(run.recording);
+  const auto centres = metrology::switchedCentres(touches, reading_of_touch, run.facts.trigger_probe->repeatability_mm);
+  if (!centres) return centres.error();
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
+  return BallReadings{std::move(readings), {}};
+}
+
+// What one sd of every cause of the pre-travel's uncertainty changes the tables of the method by.
+std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset, const FinishedRun& run,
+                                                     const std::vector<metrology::SwitchedTouch>& touches,
+                                                     AddTables tables) {
+  const auto& pre_travel = run.facts.trigger_probe->pre_travel;
+  if (!pre_travel) return std::nullopt;
+  const Eigen::Matrix4d causes = causesOf(*pre_travel);
+  for (Eigen::Index cause = 0; cause < causes.cols(); ++cause) {
+    const auto found = switchedReadings(withoutPreTravel(touches, run, causes.col(cause)), run);
+    if (!found) return found.error();
+    metrology::Dataset shifted{.method = dataset.method, .config = dataset.config, .tables = {}};
+    tables(shifted, *found, run);
+    addShifts(dataset, shifted, static_cast<std::size_t>(cause) + 1);
+  }
+  return std::nullopt;
+}
+
+// Readings of a touch-trigger probe. Its ways in and out cancel the delay, so none has to be in force.
+std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& dataset, const FinishedRun& run,
+                                                      AddTables tables) {
+  dataset.tables.push_back(posesOf(run.recording));
+  auto touches = metrology::switchedTouches(dataset, {});
+  if (!touches) return touches.error();
+  if (const auto& pre_travel = run.facts.trigger_probe->pre_travel) {
+    *touches = withoutPreTravel(*touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
+    dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
+  }
+  const auto found = switchedReadings(*touches, run);
+  if (!found) return found.error();
+  tables(dataset, *found, run);
+  if (auto refusal = addPreTravelShifts(dataset, run, *touches, tables)) return refusal;
+  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found->readings));
+  return std::nullopt;
+}
+
+std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const FinishedRun& run, AddTables tables) {
   dataset.tables.push_back(posesOf(run.recording));
   const auto& delay = run.recording.delay();
   if (delay.result_id == 0) {
@@ -97,13 +155,15 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
 }  // namespace
 
 metrology::Dataset touchesOf(const FinishedRun& run) {
+  if (readsBySwitch(run)) return capture::edgeDataset(run.recording, run.scales, std::string{run.method.name()});
   return capture::touchDataset(run.recording, run.scales, std::string{run.method.name()});
 }
 
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&)) {
   RunDataset built{touchesOf(run), {}, {}};
-  built.refusal = addReadings(built.dataset, run, tables);
+  built.refusal =
+      readsBySwitch(run) ? addSwitchedReadings(built.dataset, run, tables) : addReadings(built.dataset, run, tables);
   return built;
 }
 

@@ -45,7 +45,7 @@ Rounds roundsOf(const FinishedRun& of) {
   Rounds found{{capture::edgeDataset(recording, of.scales, std::string{of.method.name()}), {}, {}}, {}};
   auto& [dataset, refusal, warnings] = found.run;
   const auto& delay = recording.delay();
-  if (delay.result_id == 0) {
+  if (delay.result_id == 0 && !of.facts.trigger_probe) {
     refusal = Refusal{"no-delay",
                       "no system delay is in force, so the touches are displaced from the surface by an unknown lag: "
                       "calibrate the delay first, accept it, and measure again"};

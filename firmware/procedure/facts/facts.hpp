@@ -125,6 +125,21 @@ struct SensorHead {
   std::optional<CalibratedHead> calibrated{};
 };
 
+// Pre-travel of a touch-trigger probe that is in force: mean across the stylus, cosine and sine of its three lobes, and
+// along the stylus. mm, in the probe's own axes.
+struct PreTravel {
+  static constexpr std::size_t kParts = 4;
+  std::uint64_t result_id{};
+  std::array<double, kParts> parts_mm{};
+  std::array<std::array<double, kParts>, kParts> covariance{};  // mm^2
+};
+
+// A touch-trigger probe, which tells contacts by a switch and delivers no samples.
+struct TriggerProbe {
+  double repeatability_mm{};  // k = 1, of the depth at which the switch opens or closes
+  std::optional<PreTravel> pre_travel{};
+};
+
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
@@ -144,6 +159,7 @@ struct Facts {
   std::optional<ToolSetter> tool_setter{};
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
+  std::optional<TriggerProbe> trigger_probe{};  // nothing: the probe scans
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;

@@ -2,6 +2,7 @@
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -13,6 +14,7 @@ constexpr std::array<std::span<const double>, 3> kSpeedSets{kFive, kTen, kTwenty
 
 constinit const LiveMethod kDelayInOut{.number = 6,
                                        .solver = &metrology::kDelayInOut,
+                                       .why_no_trigger = kNoDelayOfTrigger,
                                        .steps = "one side, in and at once back out at 10 mm/s",
                                        .kind = Kind::in_out,
                                        .sides = std::span{kSphereSides}.first<1>(),

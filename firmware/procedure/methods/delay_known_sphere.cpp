@@ -15,6 +15,7 @@ constexpr std::array kNeeds{&kSphereDiameter};
 
 constinit const LiveMethod kDelayKnownSphere{.number = 2,
                                              .solver = &metrology::kDelayKnownSphere,
+                                             .why_no_trigger = kNoDelayOfTrigger,
                                              .steps = "five sides at 25 mm/s",
                                              .needs = kNeeds,
                                              .sides = kSphereSides,

@@ -15,6 +15,7 @@ constexpr std::array<std::span<const double>, 7> kSpeedSets{kPairs[0], kPairs[1]
 
 constinit const LiveMethod kDelayMultiSpeed{.number = 1,
                                             .solver = &metrology::kDelayMultiSpeed,
+                                            .why_no_trigger = kNoDelayOfTrigger,
                                             .steps = "five sides of the datum sphere at 5, 10, 20, 30, 40 mm/s",
                                             .sides = kSphereSides,
                                             .usual = touchesAt(5, 10, 20, 30, 40),

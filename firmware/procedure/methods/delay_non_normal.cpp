@@ -15,6 +15,7 @@ constexpr std::array kNeeds{&kSphereDiameter};
 constinit const LiveMethod kDelayNonNormal{
     .number = 5,
     .solver = &metrology::kDelayNonNormal,
+    .why_no_trigger = kNoDelayOfTrigger,
     .steps = "five sides at 25 mm/s, 25 degrees off the normal",
     .needs = kNeeds,
     .sides = kSphereSides,

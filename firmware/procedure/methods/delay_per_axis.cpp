@@ -17,6 +17,7 @@ constexpr std::array<std::span<const double>, 6> kSpeedSets{kPairs[0], kPairs[1]
 constinit const LiveMethod kDelayPerAxis{
     .number = 4,
     .solver = &metrology::kDelayPerAxis,
+    .why_no_trigger = kNoDelayOfTrigger,
     .steps = "five sides at 10 and 40 mm/s; nothing reaches the sphere from -Z, so tau_z comes from two speeds (A11)",
     .needs = kNeeds,
     .sides = kSphereSides,

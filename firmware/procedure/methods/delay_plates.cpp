@@ -4,6 +4,7 @@
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -21,6 +22,7 @@ constexpr std::array kNeeds{&kGap};
 
 constinit const LiveMethod kDelayPlates{.number = 3,
                                         .solver = &metrology::kDelayPlates,
+                                        .why_no_trigger = kNoDelayOfTrigger,
                                         .steps = "both faces of a gap at 25 mm/s",
                                         .needs = kNeeds,
                                         .feature = Feature::plates,

@@ -32,7 +32,8 @@ namespace probebox::procedure {
   method(kToolSetter)                 \
   method(kToolAssembly)               \
   method(kSensorHeadCalibration)      \
-  method(kCentrelineBySteps)
+  method(kCentrelineBySteps)          \
+  method(kPreTravel)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

@@ -44,6 +44,12 @@ constinit const Fact kSensorHead{
     .known = [](const Facts& facts) { return facts.sensor_head.has_value(); },
     .missing = "a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml."};
 
+constinit const Fact kTriggerProbe{
+    .place = "probe.toml `[probe] kind = \"trigger\"`",
+    .known = [](const Facts& facts) { return facts.trigger_probe.has_value(); },
+    .missing =
+        "a touch-trigger probe: give [probe] kind = \"trigger\" in probe.toml; a scanning probe has no pre-travel."};
+
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts) {
   if (!facts.sphere_diameter_mm) return;
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <string_view>
 
 #include "firmware/procedure/plan/live_method.hpp"
 
@@ -12,6 +13,12 @@ extern const Fact kTiltingTable;
 extern const Fact kSwivelHead;
 extern const Fact kProbeLengths;
 extern const Fact kSensorHead;
+extern const Fact kTriggerProbe;
+
+// Why a touch-trigger probe cannot run a method of the delay.
+inline constexpr std::string_view kNoDelayOfTrigger =
+    "measures the delay of a probe's samples, and a touch-trigger probe delivers none: no method with it needs that "
+    "delay, because the ways in and out of every touch cancel it; pre-travel shows how late its switch is.";
 
 // Pairs of speeds, mm/s, that tell a delay from a size.
 inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20}, {5, 40}, {10, 40}, {5, 60}, {10, 60}}};

@@ -56,6 +56,9 @@ RunDataset selftestDataset(const FinishedRun& run) {
 constinit const LiveMethod kSelftest{
     .number = 9,
     .solver = &metrology::kSelftest,
+    .why_no_trigger =
+        "compares the directions of the probe's channels with those of the axes, and a touch-trigger probe has no "
+        "channels: pre-travel refuses touches whose edges or positions are missing, and shows how the switch behaves.",
     .steps = "every linear axis alone by +10 mm, and pushes of the stylus towards +X, +Y and +Z",
     .calibrates = false,
     .sides = kPushes,

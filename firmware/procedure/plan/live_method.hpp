@@ -46,7 +46,7 @@ using MachineNow = std::array<AxisNow, kLinearAxes>;
 
 // Steps other than touches or holds at every pose.
 struct OwnSteps {
-  std::optional<Error> (*why_refused)(const ProcedureOptions&){};
+  std::optional<Error> (*why_refused)(const ProcedureOptions&){};  // nullptr: options of touches
   void (*fill)(Plan&, const ProcedureOptions&){};
 };
 
@@ -66,6 +66,8 @@ inline constexpr std::uint8_t kAxisB = 5, kAxisC = 6;
 struct LiveMethod {
   std::uint16_t number{};             // in events, journals and registers: never reused
   const metrology::Method* solver{};  // its name is the name of the method
+  // Completes "METHOD ..." where a touch-trigger probe cannot give the readings, with the remedy; empty where it can.
+  std::string_view why_no_trigger{};
   std::string_view steps;             // what the machine does, for the docs
   std::string_view steps_by_head{};   // with --head; empty: the method does not take it
   std::string_view steps_by_shank{};  // with --shank; empty: the method does not take it

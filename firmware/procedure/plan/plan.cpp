@@ -110,7 +110,9 @@ void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& wi
                                         .by_edges = method.feature == Feature::tool_setter,
                                         .shank_height_mm = pose.by_shank ? with.shank_height_mm : 0,
                                         .mount = pose.mount,
-                                        .note = pose.note};
+                                        .note = pose.note,
+                                        .switch_of = {},
+                                        .swivels = pose.b_moves == BMoves::head};
       add(plan, {.touch = touch,
                  .feature = method.feature,
                  .kind = method.kind,
@@ -136,7 +138,8 @@ std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions
   if (auto error = unused(method, options)) return error;
   if (options.speed_count > kMostSpeeds)
     return Error{"A run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some."};
-  if (method.own_steps != nullptr) return method.own_steps->why_refused(options);
+  if (method.own_steps != nullptr && method.own_steps->why_refused != nullptr)
+    return method.own_steps->why_refused(options);
   const ProcedureOptions with = withDefaults(method, options);
   const bool holds = options.head_tool != 0;
   if (auto error = holds ? whyNoHolds(options) : whyNoTouches(with, deflection_limit_mm)) return error;
@@ -181,6 +184,17 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
     } else {
       addTouches(plan, method, with, reading);
     }
+  }
+}
+
+void takeReadings(Plan& plan, ProbeKind probe) {
+  if (probe != ProbeKind::trigger) return;
+  for (std::size_t i = 0; i < plan.step_count; ++i) {
+    auto& step = plan.steps[i];
+    const bool touches = step.kind == Kind::touch || step.kind == Kind::in_out;
+    if (!touches || step.feature == Feature::tool_setter) continue;
+    step.touch.by_edges = true;
+    step.touch.switch_of = capture::SwitchOf::probe;
   }
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 
 #include "firmware/procedure/plan/live_method.hpp"
@@ -19,5 +20,12 @@ std::optional<Error> outside(const char* what, double value, double from, double
 // loops append steps; without a state it is the first one.
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops);
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options);
+
+// How a probe tells a contact: by samples of its deflection, or by a switch.
+enum class ProbeKind : std::uint8_t { scanning, trigger };
+
+// Makes the touches of a filled plan touches by edges where the probe is a touch-trigger one. The tool-setting device
+// keeps its own edges. Does not allocate.
+void takeReadings(Plan& plan, ProbeKind probe);
 
 }  // namespace probebox::procedure

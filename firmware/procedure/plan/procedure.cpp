@@ -42,6 +42,7 @@ void Procedure::start(const ProcedureStarted& started, const DelayActivated& del
   if (whyRefused(*method, started.options, std::numeric_limits<double>::infinity())) return;
   options_ = started.options;
   fill(plan_, *method, options_);
+  takeReadings(plan_, probe_);
   capture_.clear(delay, offset_mm);
   progress_ = Progress{};
   progress_.run = started.run;
@@ -138,6 +139,7 @@ void Procedure::goOn(const Solved& solved) {
   const auto loops = after != nullptr ? after(plan_.loops, solved) : std::nullopt;
   if (!loops) return;
   fill(plan_, *plan_.method, options_, *loops);
+  takeReadings(plan_, probe_);
   progress_.steps = static_cast<std::uint32_t>(plan_.step_count);
   progress_.loops = *loops;
   progress_.state = State::waiting;

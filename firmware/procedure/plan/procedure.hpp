@@ -44,9 +44,10 @@ class Procedure {
   static constexpr double kPoseTolerance_rad = 2e-3;
 
   // methods: that can be started, by their numbers. mm_per_count: of the linear axes.
+  // probe: how it tells a contact.
   explicit Procedure(LiveMethods methods, capture::Capacity capacity,
-                     const std::array<double, kLinearAxes>& mm_per_count = {})
-      : methods_{methods}, capture_{capacity, mm_per_count} {}
+                     const std::array<double, kLinearAxes>& mm_per_count = {}, ProbeKind probe = ProbeKind::scanning)
+      : methods_{methods}, probe_{probe}, capture_{capacity, mm_per_count} {}
 
   // Ignored during a run, for a number that no method has, and for options that cannot be planned. `delay`: in force,
   // result_id 0 for none; `offset_mm`: machine positions at count 0.
@@ -59,7 +60,7 @@ class Procedure {
   void push(const Deflection& deflection) { capture_.push(deflection); }
   void push(const Drift& drift) { capture_.push(drift); }
   void push(const SourceLost& lost) { capture_.push(lost); }
-  void push(const Edge& edge) { capture_.push(edge); }  // of the tool-setting device
+  void push(const Edge& edge, capture::SwitchOf of = capture::SwitchOf::tool_setter) { capture_.push(edge, of); }
   void advance(MonoTime now);
   void solved(const Solved& solved);
 
@@ -79,6 +80,7 @@ class Procedure {
   void goOn(const Solved& solved);
 
   LiveMethods methods_;
+  ProbeKind probe_;
   Plan plan_;
   ProcedureOptions options_;
   capture::TouchCapture capture_;

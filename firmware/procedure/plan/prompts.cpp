@@ -90,12 +90,13 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
     text += mountPrompt(wanted.touch);
-    if (wanted.touch.tool != 0 && !wanted.touch.by_edges) text += "tool " + std::to_string(wanted.touch.tool) + ", ";
+    if (wanted.touch.tool != 0 && wanted.feature != Feature::tool_setter)
+      text += "tool " + std::to_string(wanted.touch.tool) + ", ";
     if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";
     if (wanted.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(angles[1])) + " deg, ";
     text += "A at " + number(degrees(angles[0])) + " and C at " + number(degrees(angles[2])) + " deg; ";
   }
-  if (wanted.touch.by_edges) text += "with " + spindleOf(wanted) + " in the spindle, ";
+  if (wanted.feature == Feature::tool_setter) text += "with " + spindleOf(wanted) + " in the spindle, ";
   text += surfaceOf(wanted);
   if (wanted.touch.shank_height_mm > 0)
     text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the centre of the stylus ball";

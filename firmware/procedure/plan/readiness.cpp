@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "firmware/procedure/plan/plan.hpp"
 #include "firmware/procedure/plan/wording.hpp"
 
 namespace probebox::procedure {
@@ -14,6 +15,36 @@ constexpr const char* kNoShank =
 constexpr const char* kNoSensorHead =
     " with a sensor head needs a sensor head: give [sensor_head] tool, range_mm and centre_offset_mm in machine.toml.";
 
+constexpr double kLeastWay_mm = 0.3;  // for lines through the positions about an edge
+
+// Why a touch-trigger probe cannot make the run; nothing where it can. It needs no delay: in and out cancel it.
+std::optional<Error> whyNoTrigger(const LiveMethod& method, const TriggerProbe& probe, ReadBy by) {
+  const std::string name{method.name()};
+  if (!method.why_no_trigger.empty()) return Error{name + " " + std::string{method.why_no_trigger}};
+  if (by == ReadBy::head || method.kind == Kind::hold)
+    return Error{name +
+                 " with a sensor head reads samples of its sensors, and a box with a touch-trigger probe has none: "
+                 "describe the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
+  if (by == ReadBy::shank)
+    return Error{name +
+                 " with the shank needs a scanning probe, because the pre-travel of a switch is another one there: "
+                 "read two tools ([probe_tools] in machine.toml), and omit --shank."};
+  const bool reads_by_probe = method.kind == Kind::touch && method.feature != Feature::tool_setter;
+  if (!method.finds_a_place || !reads_by_probe || probe.pre_travel) return std::nullopt;
+  return Error{name +
+               " needs the pre-travel of the touch-trigger probe, and none is in force: calibrate it first (probebox "
+               "calibrate pre-travel) and accept it."};
+}
+
+std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
+  if (asked.overtravel_mm != 0) {
+    if (auto error = outside("An overtravel with a touch-trigger probe", asked.overtravel_mm, kLeastWay_mm, 100, "mm"))
+      return error;
+  }
+  if (asked.clearance_mm == 0) return std::nullopt;
+  return outside("A clearance with a touch-trigger probe", asked.clearance_mm, kLeastWay_mm, 10, "mm");
+}
+
 }  // namespace
 
 ReadBy readBy(const ProcedureOptions& asked) {
@@ -23,6 +54,9 @@ ReadBy readBy(const ProcedureOptions& asked) {
 
 Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,
                                             const MachineNow& now) {
+  if (facts.trigger_probe) {
+    if (const auto error = whyTooShort(asked)) return NotReady{Obstacle::option, error->what};
+  }
   if (asked.head) {
     if (const auto error = whyNoHead(method, facts)) return NotReady{Obstacle::state, error->what};
   }
@@ -51,12 +85,15 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 
 std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{method.name()};
+  if (facts.trigger_probe) {
+    if (auto error = whyNoTrigger(method, *facts.trigger_probe, by)) return error;
+  }
   for (const Fact* fact : method.needs) {
     const bool replaced = fact->shank_replaces && by == ReadBy::shank;
     if (fact->known == nullptr || replaced || fact->known(facts)) continue;
     return Error{name + " needs " + std::string{fact->missing}};
   }
-  if (!method.finds_a_place || delay_in_force || by == ReadBy::head) return std::nullopt;
+  if (!method.finds_a_place || delay_in_force || by == ReadBy::head || facts.trigger_probe) return std::nullopt;
   return Error{name +
                " needs the system delay, and none is in force: calibrate it first (probebox calibrate "
                "delay-multi-speed) and accept it."};

@@ -24,7 +24,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
                                             const MachineNow& now);
 
 // Explains why a method cannot be started with these facts, with the remedy; nullopt when it can. delay_in_force: a
-// system delay is in force; a sensor head needs none.
+// system delay is in force; a sensor head needs none, and a touch-trigger probe needs its pre-travel instead.
 std::optional<Error> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force,
                                 ReadBy by = ReadBy::tip);
 // Explains why the method cannot use a sensor head; nullopt when it can.

@@ -69,11 +69,11 @@ TEST(Refused, RangesInMoreDigitsThanAPersonReads) {
 TEST(Refused, DevicesThatThereAreNot) {
   EXPECT_THAT(
       boxProblem("drift = \"sim\"", "drift = \"anything\""),
-      AllOf(HasSubstr("box.toml:68: 'devices.drift' = \"anything\" is not known"), HasSubstr("\"none\", \"sim\"")));
+      AllOf(HasSubstr("box.toml:69: 'devices.drift' = \"anything\" is not known"), HasSubstr("\"none\", \"sim\"")));
   EXPECT_THAT(boxProblem("encoders = \"sim\"", "encoders = \"simm\""),
               HasSubstr("'devices.encoders' = \"simm\" is not known: did you mean \"sim\"?"));
   EXPECT_THAT(boxProblem("probe = \"sim\"", "probe = \"usb:RX-1\""),
-              AllOf(HasSubstr("box.toml:67: 'devices.probe' = \"usb:RX-1\" does not go with encoders = \"sim\""),
+              AllOf(HasSubstr("box.toml:68: 'devices.probe' = \"usb:RX-1\" does not go with encoders = \"sim\""),
                     HasSubstr("write \"sim\" for both")));
   EXPECT_THAT(
       boxProblem("encoders = \"sim\"\nencoder_rate_hz = 1000   # how often all axes are latched\nprobe = \"sim\"",

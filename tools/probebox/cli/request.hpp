@@ -131,6 +131,7 @@ struct Plan : RunChoices {
   std::optional<double> machine_noise_um;
   std::optional<double> probe_rate_hz;
   std::optional<double> probe_noise_um;
+  std::optional<double> switch_noise_um;
   std::optional<double> acceleration_mm_s2;
 };
 struct Gcode : RunChoices {

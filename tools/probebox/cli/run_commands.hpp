@@ -143,6 +143,9 @@ class RunCommands {
     add_positive("--machine-noise", plan_.machine_noise_um, "noise of one position, k = 1; default: 0.5", "UM");
     add_positive("--probe-rate", plan_.probe_rate_hz, "rate of the deflections; default: 2000", "HZ");
     add_positive("--probe-noise", plan_.probe_noise_um, "noise of one channel, k = 1; default: 0.4", "UM");
+    add_positive("--switch-noise", plan_.switch_noise_um,
+                 "plan with a touch-trigger probe: depth at which its switch opens, k = 1; default: a scanning probe",
+                 "UM");
     add_positive("--acceleration", plan_.acceleration_mm_s2, "acceleration of the machine; default: 10000",
                  "MM_PER_S2");
   }

@@ -26,6 +26,7 @@ plan::SetUp setUpOf(const Plan& options) {
   take(set_up.probe_rate_hz, options.probe_rate_hz);
   take(set_up.probe_noise_um, options.probe_noise_um);
   take(set_up.acceleration_mm_s2, options.acceleration_mm_s2);
+  if (options.switch_noise_um) set_up.switch_repeatability_um = options.switch_noise_um;
   return set_up;
 }
 

@@ -1,0 +1,78 @@
+#include "firmware/metrology/touch/pre_travel.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "firmware/procedure/dataset/ball_readings.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/methods/needs.hpp"
+#include "firmware/procedure/plan/plan.hpp"
+
+namespace probebox::procedure {
+namespace {
+
+// Touches around the sphere at one height, equally spaced.
+struct Ring {
+  int touches{};
+  double from_deg{}, up_deg{};
+};
+// Twelve at the equator show the lobes, those below it tell the part along the stylus from the height of the sphere.
+// The shank of a stylus passes the sphere at 20 degrees below.
+constexpr std::array<Ring, 4> kRings{{{12, 0, 0}, {6, 0, 45}, {12, 15, -20}, {1, 0, 90}}};
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kSpeed_mm_s = 5;
+
+std::array<double, 3> directionOf(const Ring& ring, int touch) {
+  const double around = (ring.from_deg + 360.0 * touch / ring.touches) * kDegree, up = ring.up_deg * kDegree;
+  return {std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)};
+}
+
+void addSphere(Plan& plan, const ProcedureOptions& options) {
+  const ProcedureOptions with = withDefaults(*plan.method, options);
+  for (const double speed : speedsOf(with)) {
+    for (const Ring& ring : kRings) {
+      for (int i = 0; i < ring.touches; ++i) {
+        const auto direction = directionOf(ring, i);
+        add(plan, {.touch = {.outward_normal = direction, .retract_direction = direction, .retract_speed_mm_s = speed},
+                   .turns = true,
+                   .overtravel_mm = with.overtravel_mm,
+                   .clearance_mm = with.clearance_mm});
+      }
+    }
+  }
+}
+
+std::optional<Error> whyTooMany(const ProcedureOptions& with) {
+  std::size_t touches = 0;
+  for (const Ring& ring : kRings) touches += static_cast<std::size_t>(ring.touches);
+  return outside("A number", static_cast<double>(speedsOf(with).size()), 1,
+                 std::floor(static_cast<double>(kMostSteps) / static_cast<double>(touches)), "speeds");
+}
+
+constexpr OwnSteps kSphere{.why_refused = nullptr, .fill = addSphere};
+
+constexpr Fact kKnownSphere{.place = "`[datum_sphere] diameter_mm`",
+                            .known = [](const Facts& facts) { return facts.sphere_diameter_mm.has_value(); },
+                            .missing = "the size of the sphere: give [datum_sphere] diameter_mm in machine.toml."};
+constexpr std::array kNeeds{&kTriggerProbe, &kKnownSphere};
+
+}  // namespace
+
+constinit const LiveMethod kPreTravel{
+    .number = 24,
+    .solver = &metrology::kPreTravel,
+    .steps =
+        "the datum sphere in 31 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
+        "20 degrees below it, every 60 degrees 45 degrees above it, and the top; A, B and C at 0",
+    .needs = kNeeds,
+    .usual = touchesAt(kSpeed_mm_s),
+    .own_steps = &kSphere,
+    .also_refused = whyTooMany,
+    .dataset = [](const FinishedRun& run) {
+      RunDataset built{touchesOf(run), {}, {}};
+      addSphereSize(built.dataset, run.facts);
+      return built;
+    }};
+
+}  // namespace probebox::procedure

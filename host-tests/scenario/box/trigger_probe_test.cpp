@@ -1,0 +1,193 @@
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <optional>
+#include <vector>
+
+#include "drivers/world/random.hpp"
+#include "firmware/app/results/result_events.hpp"
+#include "firmware/metrology/methods.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
+#include "measured.hpp"
+#include "pulls.hpp"
+
+// A box with a touch-trigger probe, which delivers edges of its switch and no samples, on the emulated machine.
+namespace probebox::scenario {
+namespace {
+
+using namespace std::chrono_literals;
+using procedure::LiveMethod;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kSeeds = 20;
+
+// A switch with some other pre-travel, late by some other time, that chatters.
+world::Config worldOf(std::uint64_t seed) {
+  world::Config config = usualWorld();
+  world::Random random{seed, 91};
+  config.touch_trigger = {.fitted = true,
+                          .pre_travel_mm = random.uniform(0.005, 0.015),
+                          .lobe_mm = random.uniform(-0.004, 0.004),
+                          .axial_mm = random.uniform(0.001, 0.006),
+                          .hysteresis_mm = 0.0002,
+                          .repeatability_um = 0.4,
+                          .late_s = random.uniform(0.0002, 0.002),
+                          .chatter_probability = 0.2,
+                          .chatter_s = 0.0008};
+  config.part_spindle.point_mm[0] += random.uniform(-0.05, 0.05);
+  config.part_spindle.point_mm[1] += random.uniform(-0.05, 0.05);
+  return config;
+}
+
+std::optional<metrology::Result> run(Scenario& scenario, const LiveMethod& method,
+                                     const ProcedureOptions& options = {}) {
+  const auto contacts = scenario.machine().stylus().contactCount();
+  const auto solved = scenario.calibrate(method, options);
+  EXPECT_TRUE(solved && solved->ok()) << method.name() << ": "
+                                      << (solved ? solved->error().reason
+                                                 : capture::explain(scenario.state().procedure.last_fault));
+  if (!solved || !solved->ok()) return std::nullopt;
+  EXPECT_EQ(scenario.machine().crashes(), 0U);
+  EXPECT_EQ(scenario.machine().stylus().contactCount() - contacts, scenario.state().procedure.steps);
+  return solved->value();
+}
+
+// Accepted, as the box would take it from its store.
+procedure::PreTravel accepted(const Scenario& scenario, const metrology::Result& result) {
+  store::Record record{};
+  record.id = 42;
+  record.binding.subject = metrology::subjectOf(scenario.dataset());
+  record.content = result;
+  EXPECT_EQ(record.binding.subject, app::kPreTravelSubject);
+  EXPECT_TRUE(app::activationOf(record, {})->empty()) << "the core does not use it";
+  return app::preTravelOf(record).value();
+}
+
+// No delay is in force, as none is needed.
+std::optional<metrology::Result> qualified(Scenario& scenario) {
+  scenario.recorder().keeps_bytes = false;
+  scenario.run(2s);
+  const auto result = run(scenario, procedure::kPreTravel);
+  if (result) scenario.facts.trigger_probe->pre_travel = accepted(scenario, *result);
+  return result;
+}
+
+// With its whole uncertainty: that of the pre-travel is common to all readings.
+void addWhole(Pulls& pulls, const metrology::Result& result, const char* key, const std::vector<double>& truth,
+              double most_mm) {
+  const auto* found = result.find(key);
+  ASSERT_NE(found, nullptr) << key;
+  ASSERT_GE(found->uncertainty.size(), truth.size()) << key;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT(found->uncertainty[i], most_mm) << key;
+    pulls.add(found->values[i], truth[i], found->uncertainty[i]);
+  }
+}
+
+// Where axis C passes the height of the ball, relative to the machine's reference with the stylus at A = 0.
+std::vector<double> centreOf(const Scenario& scenario, const world::Config& config, double z_mm) {
+  const auto truth = scenario.truth();
+  std::vector<double> at(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    at[i] = truth.part_axis_point_mm[i] +
+            truth.part_axis[i] / truth.part_axis[2] * (z_mm - truth.part_axis_point_mm[2]) -
+            config.probe_spindle.stylus_offset_mm[i];
+  }
+  return at;
+}
+
+// Y and Z of the table's axis, for positions of a stylus that hangs off its spindle's axis.
+std::vector<double> pivotOf(const Scenario& scenario, const world::Config& config) {
+  const auto& table = config.tilting_table;
+  const auto& x = *scenario.dataset().table("readings")->column("x_mm");
+  double x_mm = 0;
+  for (const double each : x) x_mm += each / static_cast<double>(x.size());
+  const auto& off = config.probe_spindle.stylus_offset_mm;
+  const double along = (x_mm + off[0] - table.point_mm[0]) / table.direction[0];
+  return {table.point_mm[1] + along * table.direction[1] - off[1], table.point_mm[2] + along * table.direction[2]};
+}
+
+TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed);
+    Scenario scenario{config, seed};
+    const auto result = qualified(scenario);
+    ASSERT_TRUE(result);
+    const auto& trigger = config.touch_trigger;
+    // The switch closes nearer to the surface than it opens; a reading is the mean of both.
+    add(pulls, *result, "pre_travel_mm", {trigger.pre_travel_mm - trigger.hysteresis_mm / 2, trigger.lobe_mm, 0}, 3e-4);
+    const auto [tau_x, tau_y, tau_z] = scenario.truth().tau_s;
+    EXPECT_NEAR(result->find("switch_late_s")->value(), trigger.late_s - config.delays.tau_machine_s[0], 1e-4);
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pulls.expectHonest();
+}
+
+TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
+  Pulls centre, pivot;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(100 + seed);
+    Scenario scenario{config, seed};
+    ASSERT_TRUE(qualified(scenario));
+    const auto found = run(scenario, procedure::kCentreline, {.angles = 5});
+    ASSERT_TRUE(found);
+    addWhole(centre, *found, "centre_mm", centreOf(scenario, config, -160), 1e-3);
+    EXPECT_TRUE(found->warnings.empty()) << found->warnings.front();
+    EXPECT_EQ(scenario.dataset().table("probe"), nullptr) << "there are no samples";
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *found);
+    const auto tilted = run(scenario, procedure::kTablePivot);
+    ASSERT_TRUE(tilted);
+    addWhole(pivot, *tilted, "pivot_yz_mm", pivotOf(scenario, config), 2e-3);
+  }
+  centre.expectHonest();
+  pivot.expectHonest();
+}
+
+TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
+  Scenario scenario{worldOf(7), 7};
+  ASSERT_TRUE(qualified(scenario));
+  for (const LiveMethod* method : procedure::liveMethods()) {
+    if (procedure::whyUnready(*method, scenario.facts, false)) continue;
+    const bool measures_tool = method->takes_tool;
+    if (method->kind != procedure::Kind::touch || method == &procedure::kPreTravel) continue;
+    const auto options =
+        procedure::described(*method, measures_tool ? ProcedureOptions{.tool = 4} : ProcedureOptions{}, scenario.facts);
+    ASSERT_TRUE(options.ok()) << options.error().what;
+    EXPECT_TRUE(run(scenario, *method, *options)) << method->name();
+  }
+}
+
+TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
+  auto facts = usualFacts();
+  facts.trigger_probe = procedure::TriggerProbe{};
+  const auto why = procedure::whyUnready(procedure::kCentreline, facts, true);
+  ASSERT_TRUE(why);
+  EXPECT_THAT(why->what, HasSubstr("probebox calibrate pre-travel"));
+  facts.trigger_probe->pre_travel = procedure::PreTravel{};
+  EXPECT_FALSE(procedure::whyUnready(procedure::kCentreline, facts, false)) << "and no delay";
+  EXPECT_FALSE(procedure::whyUnready(procedure::kToolSetter, facts, false));
+  facts.trigger_probe.reset();
+  EXPECT_THAT(procedure::whyUnready(procedure::kPreTravel, facts, true)->what, HasSubstr("kind = \"trigger\""));
+}
+
+TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
+  auto facts = usualFacts();
+  facts.trigger_probe = procedure::TriggerProbe{.pre_travel = procedure::PreTravel{}};
+  for (const auto* method : {&procedure::kDelayMultiSpeed, &procedure::kDelayPlates, &procedure::kDelayInOut})
+    EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("a touch-trigger probe delivers none"));
+  EXPECT_THAT(procedure::whyUnready(procedure::kSelftest, facts, true)->what, HasSubstr("no channels"));
+  EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what, HasSubstr("sensor head"));
+  EXPECT_THAT(procedure::whyUnready(procedure::kSwivelError, facts, true, procedure::ReadBy::shank)->what,
+              HasSubstr("omit --shank"));
+  const auto ready = procedure::readied(procedure::kCentreline, {.overtravel_mm = 0.1}, facts, {});
+  ASSERT_FALSE(ready.ok());
+  EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));
+}
+
+}  // namespace
+}  // namespace probebox::scenario
