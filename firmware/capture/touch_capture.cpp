@@ -132,7 +132,8 @@ void TouchCapture::push(const Edge& edge, SwitchOf of) {
   level_[static_cast<std::size_t>(of)] = edge.level;
   if (!running_ || !touch_.request.by_edges || touch_.request.switch_of != of) return;
   if (edge.level == Level::inactive) {
-    touch_.release = edge.at;
+    const bool bounces = of == SwitchOf::probe && touch_.release && edge.at - *touch_.release <= kBounce;
+    if (!bounces) touch_.release = edge.at;
   } else if (!touch_.contact) {
     touch_.contact = edge.at;
   } else if (of == SwitchOf::probe && touch_.release && edge.at - *touch_.release > kBounce) {

@@ -57,8 +57,8 @@ class TouchCapture {
   void push(const Deflection& deflection);
   void push(const Drift& drift);
   void push(const SourceLost& lost);
-  // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact
-  // and the last one the release.
+  // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact;
+  // the release is the last edge of the device, and the first one of the probe's switch, which bounces on its seat.
   void push(const Edge& edge, SwitchOf of = SwitchOf::tool_setter);
   TouchFault end(const TickMap& map);  // keeps the touch only if it returns no fault
   void abandon();

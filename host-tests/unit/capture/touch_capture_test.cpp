@@ -94,6 +94,40 @@ TEST(TouchCapture, RefusesATouchThatDoesNotFitAndKeepsTheOnesBefore) {
   EXPECT_EQ(capture.recording().touches().size(), 1U);
 }
 
+// Edges of a touch-trigger probe at these times, ms; the levels alternate, beginning with contact.
+TouchFault touchedBySwitch(TouchCapture& capture, std::initializer_list<std::int64_t> edges_ms,
+                           SwitchOf of = SwitchOf::probe) {
+  TouchRequest request = kTouch;
+  request.by_edges = true;
+  request.switch_of = SwitchOf::probe;
+  capture.begin(request);
+  for (std::int64_t i = 0; i < 10; ++i) latchAll(capture, 2'000'000 * i, {i, 10 * i, -i});
+  Level level = Level::active;
+  for (const auto at_ms : edges_ms) {
+    capture.push(Edge{LineRole::trigger, 0, level, 0, monoTime(at_ms * 1'000'000)}, of);
+    level = level == Level::active ? Level::inactive : Level::active;
+  }
+  return capture.end(kLocked);
+}
+
+TEST(TouchCapture, TakesTheFirstOpeningAndTheFirstClosingOfASwitchThatBounces) {
+  TouchCapture capture{Capacity{}};
+  ASSERT_EQ(touchedBySwitch(capture, {100, 101, 103, 300, 301, 302}), TouchFault::none);
+  const auto& touch = capture.recording().touches().front();
+  EXPECT_EQ(touch.contact, monoTime(100'000'000));
+  EXPECT_EQ(touch.release, monoTime(300'000'000));
+}
+
+TEST(TouchCapture, RepeatsATouchWhoseSwitchDidSomethingElse) {
+  TouchCapture capture{Capacity{}};
+  EXPECT_EQ(touchedBySwitch(capture, {100, 200, 300, 400}), TouchFault::triggered_twice);
+  EXPECT_EQ(touchedBySwitch(capture, {}), TouchFault::no_trigger);
+  EXPECT_EQ(touchedBySwitch(capture, {100, 200}, SwitchOf::tool_setter), TouchFault::no_trigger) << "another line";
+  EXPECT_EQ(touchedBySwitch(capture, {500}), TouchFault::no_trigger);
+  EXPECT_EQ(touchedBySwitch(capture, {600, 700}), TouchFault::still_deflected) << "it never closed again";
+  EXPECT_EQ(touchedBySwitch(capture, {800, 900}), TouchFault::none);
+}
+
 TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnStart) {
   TouchCapture capture{Capacity{}};
   recordTouch(capture);

@@ -97,6 +97,42 @@ TEST_F(BoardFolder, RefusesADeviceWhoseLineNobodyBuilt) {
                         "of that name; it has \"probe trigger\", \"tool setter\""));
 }
 
+constexpr std::string_view kTriggerProbe =
+    "[probe]\nserial_number = \"T1\"\nkind = \"trigger\"\ntrigger = \"probe trigger\"\nrepeatability_um = 0.5\n"
+    "deflection_limit_mm = 1\n[stylus]\nball_diameter_mm = 6\n";
+
+TEST_F(BoardFolder, EmulatesTheTouchTriggerProbeThatIsDescribed) {
+  EXPECT_FALSE(simDescriptions()->world->touch_trigger);
+  write(folder_ / "config" / "probe.toml", kTriggerProbe);
+  const auto sim = simDescriptions(folder_ / "config");
+  ASSERT_TRUE(sim.ok()) << sim.error().what;
+  EXPECT_EQ(lineOfProbeSwitch(sim->box, sim->probe), 0);
+  EXPECT_EQ(sim->world->touch_trigger.value().repeatability_um, 0.5);
+  // The text of world.toml stands for itself.
+  write(folder_ / "config" / "world.toml",
+        std::string{simFile("world.toml")} + "[touch_trigger]\npre_travel_mm = 0.02\n");
+  EXPECT_EQ(simDescriptions(folder_ / "config")->world->touch_trigger.value().pre_travel_mm, 0.02);
+}
+
+TEST_F(BoardFolder, RefusesATouchTriggerProbeThatFilesDescribeDifferently) {
+  const auto problem = [&] {
+    const auto sim = simDescriptions(folder_ / "config");
+    return sim.ok() ? std::string{} : sim.error().what;
+  };
+  const auto probe = folder_ / "config" / "probe.toml";
+  const auto replaced = [](std::string text, std::string_view old, std::string_view by) {
+    return text.replace(text.find(old), old.size(), by);
+  };
+  write(probe, replaced(std::string{kTriggerProbe}, "\"probe trigger\"", "\"switch\""));
+  EXPECT_THAT(problem(), HasSubstr("'probe.trigger' is \"switch\", and board/sim/box.toml has no [[trigger]]"));
+  write(probe, replaced(std::string{kTriggerProbe}, "repeatability_um", "noise_um = 0.4\nrepeatability_um"));
+  EXPECT_THAT(problem(), HasSubstr("'probe.noise_um' is of a scanning probe"));
+  std::filesystem::remove(probe);
+  write(folder_ / "config" / "world.toml",
+        std::string{simFile("world.toml")} + "[touch_trigger]\npre_travel_mm = 0.02\n");
+  EXPECT_THAT(problem(), HasSubstr("describes a scanning probe: write kind = \"trigger\" there"));
+}
+
 TEST_F(BoardFolder, ReadsOrdinaryFilesAlone) {
   const auto problem = [&] { return simDescriptions(folder_ / "config").error().what; };
   const auto box = folder_ / "config" / "box.toml";
