@@ -33,6 +33,9 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {31, "step: another tool was in the spindle"},
     {32, "step: the sensor head was out of its range"},
     {33, "step: the machine moved during a hold"},
+    {34, "step: no edges of the probe's switch during it"},
+    {35, "step: the probe's switch was open before it"},
+    {36, "step: the probe's switch opened twice"},
     {60, "step: its end marker never came"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });
