@@ -66,13 +66,12 @@ LinuxCounter::LinuxCounter(const board::CounterEncoder& described, char axis, Na
 
 Outcome<OpenedCount> LinuxCounter::open() {
   close();
-  if (const auto found = find(); !found) return found.error();
+  TRY(find());
   if (auto error = whyNotCounting()) return *error;
   value_ = io::Descriptor{::open((folder_ / "count").c_str(), O_RDONLY | O_CLOEXEC)};
   if (!value_) return Error{(folder_ / "count").string() + ": " + reasonOf(errno)};
   ready_ = io::Descriptor{epoll_create1(EPOLL_CLOEXEC)};
-  const auto begun = isLatched() ? Outcome<bool>{true} : startTimer();
-  if (!begun) return begun.error();
+  if (!isLatched()) TRY(startTimer());
   if (isLatched() || described_.has_index) {
     if (const auto opened = openEvents(); !opened) {
       close();
@@ -93,7 +92,7 @@ void LinuxCounter::close() {
 }
 
 // By path, by number, or by the name that its driver gave it.
-Outcome<bool> LinuxCounter::find() {
+Outcome<void> LinuxCounter::find() {
   const auto& wanted = described_.device;
   const auto file = std::filesystem::path{wanted}.filename().string();
   std::error_code error;
@@ -111,7 +110,7 @@ Outcome<bool> LinuxCounter::find() {
   if (!std::filesystem::exists(folder_, error))
     return Error{wanted + " has no count" + std::to_string(described_.count) + "; ls " + (kDevices / device_).string() +
                  " lists what it has, 'count' in " + section_ + " says which is read"};
-  return true;
+  return {};
 }
 
 std::string LinuxCounter::attribute(const std::string& name) const {
@@ -133,7 +132,7 @@ std::optional<Error> LinuxCounter::whyNotCounting() const {
   return std::nullopt;
 }
 
-Outcome<bool> LinuxCounter::startTimer() {
+Outcome<void> LinuxCounter::startTimer() {
   timer_ = io::Descriptor{timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
   // On a grid of whole intervals: the timers of all axes end together.
   const std::int64_t first_ns = (toNs(now()) / interval_.count() + 2) * interval_.count();
@@ -146,31 +145,29 @@ Outcome<bool> LinuxCounter::startTimer() {
   if (!timer_ || timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &times, nullptr) != 0 ||
       epoll_ctl(ready_.get(), EPOLL_CTL_ADD, timer_.get(), &readable) != 0)
     return Error{described_.device + ": no timer: " + std::strerror(errno)};
-  return true;
+  return {};
 }
 
-Outcome<bool> LinuxCounter::openEvents() {
+Outcome<void> LinuxCounter::openEvents() {
   const std::string node = "/dev/" + device_;
   events_ = io::Descriptor{::open(node.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
   if (!events_) return Error{node + ": " + reasonOf(errno)};
   if (isLatched()) {
-    const auto watched = watch(eventOf(described_.latched_by), described_.latch_channel,
-                               described_.latched_value == board::LatchedValue::capture);
-    if (!watched) return watched.error();
+    TRY(watch(eventOf(described_.latched_by), described_.latch_channel,
+              described_.latched_value == board::LatchedValue::capture));
   }
   if (described_.has_index) {
-    const auto watched = watch(COUNTER_EVENT_INDEX, described_.index_channel, false);
-    if (!watched) return watched.error();
+    TRY(watch(COUNTER_EVENT_INDEX, described_.index_channel, false));
   }
   epoll_event readable{};
   readable.events = EPOLLIN;
   if (ioctl(events_.get(), COUNTER_ENABLE_EVENTS_IOCTL) != 0 ||
       epoll_ctl(ready_.get(), EPOLL_CTL_ADD, events_.get(), &readable) != 0)
     return Error{node + ": its events cannot be had: " + std::strerror(errno)};
-  return true;
+  return {};
 }
 
-Outcome<bool> LinuxCounter::watch(std::uint8_t event, std::uint8_t channel, bool captured) {
+Outcome<void> LinuxCounter::watch(std::uint8_t event, std::uint8_t channel, bool captured) {
   counter_watch wanted{};
   wanted.component = {
       .type = COUNTER_COMPONENT_COUNT, .scope = COUNTER_SCOPE_COUNT, .parent = described_.count, .id = 0};
@@ -183,7 +180,7 @@ Outcome<bool> LinuxCounter::watch(std::uint8_t event, std::uint8_t channel, bool
     if (id.empty() || read.ec != std::errc{})
       return Error{described_.device + " captures no value of its own: write latched_value = \"count\" in " + section_};
   }
-  if (ioctl(events_.get(), COUNTER_ADD_WATCH_IOCTL, &wanted) == 0) return true;
+  if (ioctl(events_.get(), COUNTER_ADD_WATCH_IOCTL, &wanted) == 0) return {};
   const std::string key = event == COUNTER_EVENT_INDEX && described_.has_index ? "'index'" : "'latched_by'";
   return Error{described_.device + " does not report this event (" + std::strerror(errno) +
                "): its driver knows other ones; change " + key + " or its channel in " + section_ +

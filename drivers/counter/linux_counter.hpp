@@ -24,12 +24,12 @@ class LinuxCounter final : public CounterPort {
 
  private:
   bool isLatched() const { return described_.latched_by != board::LatchedBy::polling; }
-  Outcome<bool> find();
+  Outcome<void> find();
   std::optional<Error> whyNotCounting() const;
   std::string attribute(const std::string& name) const;
-  Outcome<bool> openEvents();
-  Outcome<bool> watch(std::uint8_t event, std::uint8_t channel, bool captured);
-  Outcome<bool> startTimer();
+  Outcome<void> openEvents();
+  Outcome<void> watch(std::uint8_t event, std::uint8_t channel, bool captured);
+  Outcome<void> startTimer();
 
   board::CounterEncoder described_;
   std::string section_;  // "[encoder.X] of box.toml"

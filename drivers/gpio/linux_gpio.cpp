@@ -39,24 +39,22 @@ LinuxGpio::LinuxGpio(ChipLines chip) : chip_{std::move(chip)}, name_{chip_.chip}
 
 LinuxGpio::~LinuxGpio() = default;
 
-Outcome<bool> LinuxGpio::acquire() {
+Outcome<void> LinuxGpio::acquire() {
   request_.reset();
   found_.clear();
   found_told_ = 0;
   lost_ = true;
   auto request = std::make_unique<Request>();
-  auto chip = openChip(chip_.chip);
-  if (!chip) return chip.error();
-  request->chip = std::move(*chip);
+  TRY(auto chip, openChip(chip_.chip));
+  request->chip = std::move(chip);
 
   const LineConfig lines{gpiod_line_config_new()};
   const RequestConfig config{gpiod_request_config_new()};
   if (!lines || !config || !request->buffer) return Error{chip_.chip + ": out of memory"};
   std::vector<WatchedLine> watched;
   for (auto& line : chip_.lines) {
-    const auto offset = offsetOf(*request->chip, chip_.chip, line);
-    if (!offset) return offset.error();
-    line.watched.offset = *offset;
+    TRY(const auto offset, offsetOf(*request->chip, chip_.chip, line));
+    line.watched.offset = offset;
     watched.push_back(line.watched);
     if (!addInput(*lines, line.watched)) return Error{chip_.chip + " " + lineText(line) + ": " + std::strerror(errno)};
   }
@@ -79,7 +77,7 @@ Outcome<bool> LinuxGpio::acquire() {
   if (!findLevels(*request)) return chipFailure(chip_.chip, errno);
   request_ = std::move(request);
   lost_ = false;
-  return true;
+  return {};
 }
 
 bool LinuxGpio::findLevels(Request& request) {

@@ -20,7 +20,7 @@ class LinuxGpio final : public io::EventSource {
 
   // Requests the chip and its lines, initially or after they were lost. Errors with remedies: no such chip, no such
   // line, no permission, a line held by another process (named).
-  Outcome<bool> acquire();
+  Outcome<void> acquire();
 
   // After acquire(), first delivers the present level of every line watched on both edges (a probe in contact), stamped
   // `now` or as the first later edge, with the last known sequence. When the chip disappears, delivers SourceLost once

@@ -67,19 +67,16 @@ bool addOutput(gpiod_line_config& config, unsigned offset, board::ActiveLevel ac
 
 Outcome<HeldLine> hold(const board::GpioLine& line, bool output) {
   HeldLine held;
-  auto chip = openChip(line.chip);
-  if (!chip) return chip.error();
-  held.chip = std::move(*chip);
+  TRY(auto chip, openChip(line.chip));
+  held.chip = std::move(chip);
   ChipLines wanted{line.chip, {{line.name, line.line, {.active = line.active, .edges = Edges::active}}}};
-  const auto offset = offsetOf(*held.chip, line.chip, wanted.lines.front());
-  if (!offset) return offset.error();
-  held.offset = wanted.lines.front().watched.offset = *offset;
+  TRY(const auto offset, offsetOf(*held.chip, line.chip, wanted.lines.front()));
+  held.offset = wanted.lines.front().watched.offset = offset;
 
   const LineConfig lines{gpiod_line_config_new()};
   const RequestConfig config{gpiod_request_config_new()};
-  const bool added =
-      lines && config &&
-      (output ? addOutput(*lines, *offset, line.active) : addInput(*lines, wanted.lines.front().watched));
+  const bool added = lines && config &&
+                     (output ? addOutput(*lines, offset, line.active) : addInput(*lines, wanted.lines.front().watched));
   if (!added) return Error{describe(line) + ": " + std::strerror(errno)};
   gpiod_request_config_set_consumer(config.get(), kConsumer);
   held.request.reset(gpiod_chip_request_lines(held.chip.get(), config.get(), lines.get()));
@@ -166,11 +163,9 @@ std::optional<Error> LinuxLoopBack::whyShared() const {
 
 Outcome<std::vector<LoopBackPulse>> LinuxLoopBack::measure(std::size_t pulses) {
   if (auto error = whyShared()) return std::move(*error);
-  auto output = hold(lines_.output, true);
-  if (!output) return output.error();
-  auto input = hold(lines_.input, false);
-  if (!input) return input.error();
-  Wire wire{std::move(*output), std::move(*input)};
+  TRY(auto output, hold(lines_.output, true));
+  TRY(auto input, hold(lines_.input, false));
+  Wire wire{std::move(output), std::move(input)};
   std::vector<LoopBackPulse> all;
   const MonoTime begun = now();
   int lost = 0;

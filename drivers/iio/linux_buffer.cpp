@@ -33,15 +33,12 @@ Outcome<Enabled> enable(const LinuxDevice& device, const NamedChannel& named) {
     return Error{"iio device " + device.name() + ": its buffer has no channel " + named.channel + " (" + element +
                  "en); correct it in box.toml, ls scan_elements in sysfs shows the names"};
   if (const auto refused = device.ensure(element + "en", "1")) return *refused;
-  const auto index = device.number(element + "index");
-  if (!index) return index.error();
-  const auto type = device.read(element + "type");
-  if (!type) return type.error();
-  const auto format = parseScanFormat(*type);
+  TRY(const auto index, device.number(element + "index"));
+  TRY(const auto type, device.read(element + "type"));
+  const auto format = parseScanFormat(type);
   if (!format) return Error{"iio device " + device.name() + ", channel " + named.channel + ": " + format.error().what};
-  const auto conversion = conversionOf(device, named.channel, named.um_per_unit, named.zero_unit);
-  if (!conversion) return conversion.error();
-  return Enabled{named, *index, *format, *conversion};
+  TRY(const auto conversion, conversionOf(device, named.channel, named.um_per_unit, named.zero_unit));
+  return Enabled{named, index, *format, conversion};
 }
 
 std::optional<Error> enableStamps(const LinuxDevice& device) {
@@ -85,9 +82,8 @@ Outcome<FrameConfig> setUp(const LinuxDevice& device, const DeviceChannels& chan
   if (const auto refused = device.disableScanElements()) return *refused;
   std::vector<Enabled> enabled;
   for (const auto& named : channels.channels) {
-    auto channel = enable(device, named);
-    if (!channel) return channel.error();
-    enabled.push_back(std::move(*channel));
+    TRY(auto channel, enable(device, named));
+    enabled.push_back(std::move(channel));
   }
   if (const auto refused = enableStamps(device)) return *refused;
   if (const auto refused = setUpBuffer(device, channels)) return *refused;
@@ -133,20 +129,18 @@ std::uint64_t LinuxBuffer::unusable() const {
 }
 
 std::optional<Error> LinuxBuffer::open() {
-  auto device = LinuxDevice::find(channels_.device);
-  if (!device) return device.error();
+  TRY(auto device, LinuxDevice::find(channels_.device));
   // First the node: it belongs to one program alone, and that one may be set up as it is.
-  io::Descriptor fd{::open(device->node().c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
+  io::Descriptor fd{::open(device.node().c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
   if (!fd) {
     const int code = errno;
-    return Error{"iio device " + channels_.device + ": " + device->node() + " cannot be opened: " +
+    return Error{"iio device " + channels_.device + ": " + device.node() + " cannot be opened: " +
                  (code == EBUSY    ? "another program reads it; stop that program"
                   : code == EACCES ? "no permission; install 60-probeboxd.rules (docs/service.md), and plug it in again"
                                    : std::strerror(code))};
   }
-  auto frame = setUp(*device, channels_);
-  if (!frame) return frame.error();
-  running_ = std::make_unique<Running>(std::move(*device), std::move(fd), std::move(*frame));
+  TRY(auto frame, setUp(device, channels_));
+  running_ = std::make_unique<Running>(std::move(device), std::move(fd), std::move(frame));
   running_->decoder.startRun(run_++);
   return std::nullopt;
 }

@@ -108,12 +108,11 @@ Outcome<std::string> LinuxDevice::read(std::string_view attribute) const {
 }
 
 Outcome<double> LinuxDevice::number(std::string_view attribute) const {
-  const auto text = read(attribute);
-  if (!text) return text.error();
+  TRY(const auto text, read(attribute));
   double value = 0;
-  const auto [end, code] = std::from_chars(text->data(), text->data() + text->size(), value);
-  if (code != std::errc{} || end != text->data() + text->size() || !std::isfinite(value))
-    return Error{(folder_ / attribute).string() + ": \"" + *text + "\" is not a number"};
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    return Error{(folder_ / attribute).string() + ": \"" + text + "\" is not a number"};
   return value;
 }
 
@@ -154,11 +153,9 @@ std::optional<Error> LinuxDevice::disableScanElements() const {
 
 Outcome<Conversion> conversionOf(const LinuxDevice& device, const std::string& channel, double um_per_unit,
                                  double zero_unit) {
-  const auto offset = device.channelNumber(channel, "offset", 0);
-  if (!offset) return offset.error();
-  const auto scale = device.channelNumber(channel, "scale", 1);
-  if (!scale) return scale.error();
-  return Conversion{.offset = *offset, .scale = *scale, .um_per_unit = um_per_unit, .zero_unit = zero_unit};
+  TRY(const auto offset, device.channelNumber(channel, "offset", 0));
+  TRY(const auto scale, device.channelNumber(channel, "scale", 1));
+  return Conversion{.offset = offset, .scale = scale, .um_per_unit = um_per_unit, .zero_unit = zero_unit};
 }
 
 }  // namespace probebox::iio

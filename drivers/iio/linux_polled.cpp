@@ -58,15 +58,13 @@ void LinuxPolled::run() {
 
 std::optional<Error> LinuxPolled::readAll(std::optional<Found>& found) {
   if (!found) {
-    auto device = LinuxDevice::find(channels_.device);
-    if (!device) return device.error();
+    TRY(auto device, LinuxDevice::find(channels_.device));
     std::vector<Conversion> conversions;
     for (const auto& channel : channels_.channels) {
-      const auto conversion = conversionOf(*device, channel.channel, channel.um_per_unit, channel.zero_unit);
-      if (!conversion) return conversion.error();
-      conversions.push_back(*conversion);
+      TRY(const auto conversion, conversionOf(device, channel.channel, channel.um_per_unit, channel.zero_unit));
+      conversions.push_back(conversion);
     }
-    found.emplace(std::move(*device), std::move(conversions));
+    found.emplace(std::move(device), std::move(conversions));
   }
   for (std::size_t i = 0; i < channels_.channels.size(); ++i) {
     const auto& channel = channels_.channels[i];

@@ -87,10 +87,9 @@ Outcome<fs::path> directory() {
 }
 
 Outcome<fs::path> announce(int pid, const std::vector<std::string>& uris) {
-  const auto where = directory();
-  if (!where) return where.error();
-  const fs::path file = where.value() / fileName(pid);
-  const fs::path unfinished = where.value() / (fileName(pid) + ".new");
+  TRY(const auto where, directory());
+  const fs::path file = where / fileName(pid);
+  const fs::path unfinished = where / (fileName(pid) + ".new");
   {
     std::ofstream out{unfinished, std::ios::trunc};
     for (const auto& uri : uris) out << uri << '\n';

@@ -28,8 +28,7 @@ Outcome<EmulatedCable> EmulatedCable::open(std::filesystem::path port_a, std::fi
   cable.ports_[0].link = std::move(port_a);
   cable.ports_[1].link = std::move(port_b);
   for (const auto end : {End::a, End::b}) {
-    const auto plugged = cable.plug(end);
-    if (!plugged) return plugged.error();
+    TRY(cable.plug(end));
   }
   return cable;
 }
@@ -41,7 +40,7 @@ EmulatedCable::~EmulatedCable() {
   }
 }
 
-Outcome<bool> EmulatedCable::plug(End end) {
+Outcome<void> EmulatedCable::plug(End end) {
   auto& port = ports_[static_cast<std::size_t>(end)];
   io::Descriptor controller{posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
   std::array<char, 64> name{};
@@ -60,7 +59,7 @@ Outcome<bool> EmulatedCable::plug(End end) {
   if (error) return Error{port.link.string() + ": " + error.message() + "; choose another name for the port"};
   port.controller = std::move(controller);
   port.device = std::move(device);
-  return true;
+  return {};
 }
 
 void EmulatedCable::unplug(End end) {

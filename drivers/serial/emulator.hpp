@@ -38,7 +38,7 @@ class EmulatedCable {
   // Removes this end's device, like a pulled USB adapter: processes that have it open see a hang-up. plug() restores it
   // under the same name.
   void unplug(End end);
-  Outcome<bool> plug(End end);
+  Outcome<void> plug(End end);
 
  private:
   struct Port {

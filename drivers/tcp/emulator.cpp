@@ -25,9 +25,8 @@ double uniform(std::uint64_t& state) {
 }  // namespace
 
 Outcome<EmulatedWire> EmulatedWire::open(const Address& listen_at, Address box) {
-  auto listener = Listener::open(listen_at);
-  if (!listener) return listener.error();
-  return EmulatedWire{std::move(listener).value(), std::move(box)};
+  TRY(auto listener, Listener::open(listen_at));
+  return EmulatedWire{std::move(listener), std::move(box)};
 }
 
 void EmulatedWire::disturb(const WireFaults& towards_host, const WireFaults& towards_box) {

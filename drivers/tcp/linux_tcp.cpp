@@ -135,10 +135,9 @@ bool optionOf(const io::Descriptor& socket, int option, int& value) {
 }  // namespace
 
 Outcome<Listener> Listener::open(const Address& address) {
-  const auto resolved = resolve(address, AI_PASSIVE);
-  if (!resolved) return resolved.error();
+  TRY(const auto resolved, resolve(address, AI_PASSIVE));
   int code = EADDRNOTAVAIL;
-  for (const auto* where = resolved->get(); where != nullptr; where = where->ai_next) {
+  for (const auto* where = resolved.get(); where != nullptr; where = where->ai_next) {
     auto socket = socketFor(*where);
     const int on = 1;
     if (socket) setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -179,10 +178,9 @@ std::unique_ptr<io::BytePipe> Listener::accept() {
 }
 
 Outcome<std::unique_ptr<io::BytePipe>> connectTcp(const Address& address, std::chrono::milliseconds patience) {
-  const auto resolved = resolve(address, 0);
-  if (!resolved) return resolved.error();
+  TRY(const auto resolved, resolve(address, 0));
   int code = ECONNREFUSED;
-  for (const auto* where = resolved->get(); where != nullptr; where = where->ai_next) {
+  for (const auto* where = resolved.get(); where != nullptr; where = where->ai_next) {
     auto socket = socketFor(*where);
     code = socket && connect(socket.get(), where->ai_addr, where->ai_addrlen) == 0 ? 0 : errno;
     if (code == EINPROGRESS) code = waitForConnection(socket.get(), patience);

@@ -195,15 +195,13 @@ Outcome<PortAddress> parsePort(std::string_view text) {
 }
 
 Outcome<std::unique_ptr<GadgetPort>> GadgetPort::open(const PortAddress& address) {
-  auto function = FunctionFs::open(address.function_fs, linkFunction());
-  if (!function) return function.error();
-  auto queue = AioQueue::open(kTransfers);
-  if (!queue) return queue.error();
-  auto all = watching(**function, **queue);
+  TRY(auto function, FunctionFs::open(address.function_fs, linkFunction()));
+  TRY(auto queue, AioQueue::open(kTransfers));
+  auto all = watching(*function, *queue);
   if (!all) return Error{std::string{"no descriptor for the USB port: "} + std::strerror(errno)};
-  if (auto bound = bindGadget(address.gadget, address.controller); !bound) return bound.error();
+  TRY(bindGadget(address.gadget, address.controller));
   return std::unique_ptr<GadgetPort>{
-      new GadgetPort{std::make_shared<Bus>(std::move(*function), std::move(*queue), std::move(all))}};
+      new GadgetPort{std::make_shared<Bus>(std::move(function), std::move(queue), std::move(all))}};
 }
 
 GadgetPort::GadgetPort(std::shared_ptr<Bus> bus) : bus_{std::move(bus)} {}

@@ -100,7 +100,7 @@ void FunctionFs::stall(bool towards_host) {
   if (refused < 0) ++stalled_requests_;
 }
 
-Outcome<bool> bindGadget(const fs::path& gadget, const std::string& controller) {
+Outcome<void> bindGadget(const fs::path& gadget, const std::string& controller) {
   const auto name = controller.empty() ? firstController() : controller;
   if (name.empty())
     return Error{
@@ -109,7 +109,7 @@ Outcome<bool> bindGadget(const fs::path& gadget, const std::string& controller) 
   const auto attribute = gadget / "UDC";
   const io::Descriptor file{::open(attribute.c_str(), O_WRONLY | O_CLOEXEC)};
   if (!file) return failure(attribute, errno);
-  if (::write(file.get(), name.data(), name.size()) == static_cast<ssize_t>(name.size())) return true;
+  if (::write(file.get(), name.data(), name.size()) == static_cast<ssize_t>(name.size())) return {};
   switch (errno) {
     case EBUSY:
       return Error{attribute.string() + ": the gadget is bound already, or " + name +

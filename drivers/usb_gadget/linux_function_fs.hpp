@@ -45,6 +45,6 @@ class FunctionFs {
 
 // Binds a gadget to a device controller through its `UDC` attribute. controller: a name in /sys/class/udc, or empty for
 // the first. Errors: none there, busy, no permission, no such gadget.
-Outcome<bool> bindGadget(const std::filesystem::path& gadget, const std::string& controller = {});
+Outcome<void> bindGadget(const std::filesystem::path& gadget, const std::string& controller = {});
 
 }  // namespace probebox::usb_gadget

@@ -49,17 +49,15 @@ Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(con
     return failure(device, code, "claiming its interface");
   }
   opened->claimed_ = true;
-  if (const auto reset = opened->reset(); !reset) return reset.error();
+  TRY(opened->reset());
   return opened;
 }
 
 Outcome<std::unique_ptr<ClaimedInterface>, OpenError> ClaimedInterface::open(const usb::InterfaceClass& wanted,
                                                                              std::string_view name) {
-  const auto context = Context::open();
-  if (!context) return context.error();
-  const auto device = choose(devices(*context, wanted), name, wanted);
-  if (!device) return device.error();
-  return open(*context, *device);
+  TRY(const auto context, Context::open());
+  TRY(const auto device, choose(devices(context, wanted), name, wanted));
+  return open(context, device);
 }
 
 Outcome<ClaimedInterface::Reset, OpenError> ClaimedInterface::reset() {

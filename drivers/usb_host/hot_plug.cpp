@@ -56,9 +56,8 @@ HotPlug::News HotPlug::possibleHere() {
 }
 
 Outcome<std::unique_ptr<HotPlug>, OpenError> HotPlug::watch(const usb::InterfaceClass& wanted, News news) {
-  auto context = Context::open();
-  if (!context) return context.error();
-  return std::unique_ptr<HotPlug>{new HotPlug{wanted, std::move(*context), news}};
+  TRY(auto context, Context::open());
+  return std::unique_ptr<HotPlug>{new HotPlug{wanted, std::move(context), news}};
 }
 
 HotPlug::HotPlug(const usb::InterfaceClass& wanted, std::shared_ptr<Context> context, News news)

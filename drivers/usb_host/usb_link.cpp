@@ -92,14 +92,13 @@ bool hasTheFourEndpoints(const Device& device) {
 }  // namespace
 
 Outcome<io::Connection, OpenError> openUsbLink(std::string_view name) {
-  auto claimed = ClaimedInterface::open(usb::kLink, name);
-  if (!claimed) return claimed.error();
-  const auto& device = (*claimed)->device();
+  TRY(auto claimed, ClaimedInterface::open(usb::kLink, name));
+  const auto& device = claimed->device();
   if (!hasTheFourEndpoints(device)) {
     return OpenError{OpenError::Kind::failed,
                      "usb:" + device.name() + ": not the endpoints of a probebox; its firmware version may not match"};
   }
-  const auto link = std::make_shared<Link>(std::move(*claimed));
+  const auto link = std::make_shared<Link>(std::move(claimed));
   return io::Connection{std::make_unique<Lane>(link, link->data_in, link->data_out),
                         std::make_unique<Lane>(link, link->control_in, link->control_out)};
 }

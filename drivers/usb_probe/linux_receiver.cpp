@@ -94,11 +94,10 @@ void LinuxReceiver::look(MonoTime now) {
   problem_ = connected ? std::string{} : connected.error().what;
 }
 
-Outcome<bool, OpenError> LinuxReceiver::connect() {
-  const auto chosen = usb_host::choose(plug_->there(), wanted_, usb::kReceiver);
-  if (!chosen) return chosen.error();
+Outcome<void, OpenError> LinuxReceiver::connect() {
+  TRY(const auto chosen, usb_host::choose(plug_->there(), wanted_, usb::kReceiver));
   auto claimed = ClaimedInterface::open(usb::kReceiver, wanted_);
-  if (!claimed && claimed.error().kind == OpenError::Kind::no_permission) return notPermitted(*chosen);
+  if (!claimed && claimed.error().kind == OpenError::Kind::no_permission) return notPermitted(chosen);
   if (!claimed) return claimed.error();
   const auto& endpoints = (*claimed)->device().endpoints;
   if (endpoints.empty() || !endpoints.front().in) {
@@ -109,7 +108,7 @@ Outcome<bool, OpenError> LinuxReceiver::connect() {
   connection_ = std::make_unique<Connection>(std::move(*claimed));
   at_connect_ = decoder_.counters();
   in_transfer_ = false;
-  return true;
+  return {};
 }
 
 std::size_t LinuxReceiver::drain(std::span<Event> into) {

@@ -40,7 +40,7 @@ class LinuxReceiver final : public io::EventSource {
   struct Connection;
 
   void look(MonoTime now);
-  Outcome<bool, usb_host::OpenError> connect();
+  Outcome<void, usb_host::OpenError> connect();
   std::size_t drain(std::span<Event> into);
   void lose(MonoTime now);
   void judge();

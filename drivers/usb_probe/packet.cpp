@@ -62,16 +62,15 @@ Outcome<Headers, PacketFault> decodeHeader(std::span<const std::byte> bytes) {
 }
 
 Outcome<Packet, PacketFault> decodePacket(std::span<const std::byte> bytes) {
-  const auto headers = decodeHeader(bytes);
-  if (!headers) return headers.error();
-  const std::size_t size = headers->packetSize();
+  TRY(const auto headers, decodeHeader(bytes));
+  const std::size_t size = headers.packetSize();
   if (bytes.size() < size) return PacketFault::truncated;
   const auto checked = bytes.first(size - kCrcBytes);
   frame::ByteReader crc{bytes.subspan(checked.size(), kCrcBytes)};
   if (crc.get<std::uint32_t>() != frame::crc32c(checked)) return PacketFault::bad_crc;
-  const std::size_t latch_bytes = headers->more.latches * kLatchBytes;
-  const std::size_t begin = headers->more.counters == 0 ? kHeaderBytes : kHeaderBytes + kCountersHeaderBytes;
-  return Packet{headers->header, headers->more, checked.subspan(begin, checked.size() - begin - latch_bytes),
+  const std::size_t latch_bytes = headers.more.latches * kLatchBytes;
+  const std::size_t begin = headers.more.counters == 0 ? kHeaderBytes : kHeaderBytes + kCountersHeaderBytes;
+  return Packet{headers.header, headers.more, checked.subspan(begin, checked.size() - begin - latch_bytes),
                 checked.last(latch_bytes)};
 }
 

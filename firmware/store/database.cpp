@@ -93,24 +93,22 @@ Failure Database::failure(int code) const {
   return explain(code, path_, sqlite3_errmsg(handle_.get()));
 }
 
-Outcome<Done, Failure> Database::run(const char* sql) {
+Outcome<void, Failure> Database::run(const char* sql) {
   const int code = sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) return failure(code);
-  return Done{};
+  return {};
 }
 
 Outcome<std::int64_t, Failure> Database::number(const char* sql) {
   Statement statement{*this, sql};
-  const auto row = statement.step();
-  if (!row) return row.error();
-  return row.value() ? statement.number(0) : 0;
+  TRY(const auto row, statement.step());
+  return row ? statement.number(0) : 0;
 }
 
 Outcome<std::string, Failure> Database::text(const char* sql) {
   Statement statement{*this, sql};
-  const auto row = statement.step();
-  if (!row) return row.error();
-  return row.value() ? statement.text(0) : std::string{};
+  TRY(const auto row, statement.step());
+  return row ? statement.text(0) : std::string{};
 }
 
 Statement::Statement(Database& database, std::string_view sql) : database_{database} {
@@ -145,10 +143,9 @@ Outcome<bool, Failure> Statement::step() {
   return database_.failure(code_);
 }
 
-Outcome<Done, Failure> Statement::run() {
-  const auto row = step();
-  if (!row) return row.error();
-  return Done{};
+Outcome<void, Failure> Statement::run() {
+  TRY(step());
+  return {};
 }
 
 std::string Statement::text(int column) const {
@@ -165,7 +162,7 @@ void Statement::copyTo(Statement& other, int column) const {
 Outcome<Transaction, Failure> Transaction::begin(Database& database) {
   if (!database.whyNotWritable().empty()) return Failure{Reason::unavailable, database.whyNotWritable()};
   // IMMEDIATE: the lock is taken now, so that a later statement cannot fail for want of it.
-  if (const auto begun = database.run("BEGIN IMMEDIATE"); !begun) return begun.error();
+  TRY(database.run("BEGIN IMMEDIATE"));
   return Transaction{database};
 }
 
@@ -173,7 +170,7 @@ Transaction::~Transaction() {
   if (database_ != nullptr) (void)database_->run("ROLLBACK");
 }
 
-Outcome<Done, Failure> Transaction::commit() {
+Outcome<void, Failure> Transaction::commit() {
   const auto committed = database_->run("COMMIT");
   if (committed) database_ = nullptr;
   return committed;

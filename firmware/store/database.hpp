@@ -25,7 +25,7 @@ class Database {
   void forbidWriting(std::string why) { why_not_writable_ = std::move(why); }
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
-  Outcome<Done, Failure> run(const char* sql);
+  Outcome<void, Failure> run(const char* sql);
   Outcome<std::int64_t, Failure> number(const char* sql);
   Outcome<std::string, Failure> text(const char* sql);
 
@@ -62,7 +62,7 @@ class Statement {
   // Returns true when a row is available, false after the last row.
   Outcome<bool, Failure> step();
   // For a statement without rows.
-  Outcome<Done, Failure> run();
+  Outcome<void, Failure> run();
 
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
@@ -88,7 +88,7 @@ class Transaction {
   Transaction& operator=(Transaction&&) = delete;
   ~Transaction();
 
-  Outcome<Done, Failure> commit();
+  Outcome<void, Failure> commit();
 
  private:
   explicit Transaction(Database& database) : database_{&database} {}

@@ -17,8 +17,6 @@ enum class Reason {
   foreign_file,      // a database, but not one of ours
 };
 
-struct Done {};
-
 struct Failure {
   Reason reason{};
   std::string what;

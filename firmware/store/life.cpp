@@ -33,35 +33,34 @@ std::optional<Failure> objectionTo(std::string_view what, std::string_view by, s
   return std::nullopt;
 }
 
-Outcome<Done, Failure> retire(Database& database, Id id, std::string_view utc, std::string_view by) {
-  if (const auto done = note(database, id, State::retired, utc, by); !done) return done.error();
+Outcome<void, Failure> retire(Database& database, Id id, std::string_view utc, std::string_view by) {
+  TRY(note(database, id, State::retired, utc, by));
   Statement statement{database, "UPDATE results SET state = 3, retired_utc = ? WHERE id = ?"};
   const auto done = statement.bind(utc).bind(stored(id)).run();
   return done ? seal(database, id) : done;
 }
 
 // Whatever of the binding is in one of these states gives way.
-Outcome<Done, Failure> makeRoom(Database& database, const Binding& binding, std::string_view states,
+Outcome<void, Failure> makeRoom(Database& database, const Binding& binding, std::string_view states,
                                 std::string_view utc, std::string_view by) {
   Statement statement{database, select("WHERE state IN (").append(states).append(") AND ").append(kOfBinding)};
-  const auto in_the_way = readRecords(bind(statement, binding));
-  if (!in_the_way) return in_the_way.error();
-  for (const auto& record : *in_the_way) {
-    if (const auto done = retire(database, record.id, utc, by); !done) return done.error();
+  TRY(const auto in_the_way, readRecords(bind(statement, binding)));
+  for (const auto& record : in_the_way) {
+    TRY(retire(database, record.id, utc, by));
   }
-  return Done{};
+  return {};
 }
 
-Outcome<Done, Failure> putIntoForce(Database& database, Id id, std::string_view utc, std::string_view by) {
-  if (const auto done = note(database, id, State::active, utc, by); !done) return done.error();
+Outcome<void, Failure> putIntoForce(Database& database, Id id, std::string_view utc, std::string_view by) {
+  TRY(note(database, id, State::active, utc, by));
   Statement statement{database, "UPDATE results SET state = 2, retired_utc = '' WHERE id = ?"};
   const auto done = statement.bind(stored(id)).run();
   return done ? seal(database, id) : done;
 }
 
-Outcome<Done, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by,
+Outcome<void, Failure> markAccepted(Database& database, Id id, std::string_view utc, std::string_view by,
                                     std::string_view remark) {
-  if (const auto done = note(database, id, State::accepted, utc, by, remark); !done) return done.error();
+  TRY(note(database, id, State::accepted, utc, by, remark));
   Statement statement{database, "UPDATE results SET state = 1, accepted_utc = ?, accepted_by = ? WHERE id = ?"};
   const auto done = statement.bind(utc).bind(by).bind(stored(id)).run();
   return done ? seal(database, id) : done;
@@ -83,19 +82,17 @@ Outcome<std::optional<Record>, Failure> retiredLast(Database& database, const Bi
 Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::string_view utc, Activation activation,
                                           std::string_view remark) {
   if (auto objection = objectionTo("an acceptance", by, utc)) return *objection;
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(*database_));
   auto record = find(id);
   if (!record || record->state == State::accepted || record->state == State::active) return record;
   if (record->state != State::proposed) return notAcceptable(*record);
   const bool at_once = activation == Activation::at_once;
-  const auto room = makeRoom(*database_, record->binding, at_once ? "1, 2" : "1", utc, by);
-  if (!room) return room.error();
-  if (const auto done = markAccepted(*database_, id, utc, by, remark); !done) return done.error();
+  TRY(makeRoom(*database_, record->binding, at_once ? "1, 2" : "1", utc, by));
+  TRY(markAccepted(*database_, id, utc, by, remark));
   if (at_once) {
-    if (const auto done = putIntoForce(*database_, id, utc, by); !done) return done.error();
+    TRY(putIntoForce(*database_, id, utc, by));
   }
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(transaction.commit());
   record->state = at_once ? State::active : State::accepted;
   record->accepted_utc = utc;
   record->accepted_by = by;
@@ -104,54 +101,48 @@ Outcome<Record, Failure> Store::acceptNow(Id id, std::string_view by, std::strin
 
 Outcome<Record, Failure> Store::activateNow(Id id, std::string_view utc) {
   if (utc.empty()) return Failure{Reason::bad_argument, "an activation needs its time (UTC)"};
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(*database_));
   auto record = find(id);
   if (!record || record->state == State::active) return record;
   if (record->state != State::accepted) return notWaiting(*record);
-  const auto room = makeRoom(*database_, record->binding, "2", utc, record->accepted_by);
-  if (!room) return room.error();
-  if (const auto done = putIntoForce(*database_, id, utc, record->accepted_by); !done) return done.error();
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(makeRoom(*database_, record->binding, "2", utc, record->accepted_by));
+  TRY(putIntoForce(*database_, id, utc, record->accepted_by));
+  TRY(transaction.commit());
   record->state = State::active;
   return record;
 }
 
 Outcome<RolledBack, Failure> Store::rollBackNow(const Binding& binding, std::string_view by, std::string_view utc) {
   if (auto objection = objectionTo("a rollback", by, utc)) return *objection;
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
-  auto present = active(binding);
-  if (!present) return present.error();
-  auto before = retiredLast(*database_, binding);
-  if (!before) return before.error();
-  if (!*present && !*before) {
+  TRY(auto transaction, Transaction::begin(*database_));
+  TRY(auto present, active(binding));
+  TRY(auto before, retiredLast(*database_, binding));
+  if (!present && !before) {
     return Failure{Reason::not_possible_now, "no result about '" + binding.subject +
                                                  "' has been in force before; there is no result to return to"};
   }
-  if (*present) {
-    if (const auto done = retire(*database_, (*present)->id, utc, by); !done) return done.error();
-    (*present)->state = State::retired;
-    (*present)->retired_utc = utc;
+  if (present) {
+    TRY(retire(*database_, present->id, utc, by));
+    present->state = State::retired;
+    present->retired_utc = utc;
   }
-  if (*before) {
-    if (const auto done = putIntoForce(*database_, (*before)->id, utc, by); !done) return done.error();
-    (*before)->state = State::active;
-    (*before)->retired_utc.clear();
+  if (before) {
+    TRY(putIntoForce(*database_, before->id, utc, by));
+    before->state = State::active;
+    before->retired_utc.clear();
   }
-  if (const auto done = transaction->commit(); !done) return done.error();
-  return RolledBack{.retired = std::move(*present), .active = std::move(*before)};
+  TRY(transaction.commit());
+  return RolledBack{.retired = std::move(present), .active = std::move(before)};
 }
 
 Outcome<Record, Failure> Store::withdrawNow(Id id, std::string_view by, std::string_view utc) {
   if (auto objection = objectionTo("a withdrawal", by, utc)) return *objection;
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(*database_));
   auto record = find(id);
   if (!record) return record;
   if (record->state != State::accepted) return notWaiting(*record);
-  if (const auto done = retire(*database_, id, utc, by); !done) return done.error();
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(retire(*database_, id, utc, by));
+  TRY(transaction.commit());
   record->state = State::retired;
   record->retired_utc = utc;
   return record;

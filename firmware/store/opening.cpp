@@ -16,26 +16,24 @@ namespace {
 constexpr const char* kDurable = "PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA; PRAGMA foreign_keys = ON";
 
 // Rows that do not match their checksums are marked before anybody asks for one.
-Outcome<Done, Failure> checkRows(Database& database) {
-  auto transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
+Outcome<void, Failure> checkRows(Database& database) {
+  TRY(auto transaction, Transaction::begin(database));
   const auto before = sqlite3_total_changes(database.handle());
-  if (const auto marked = markDamaged(database); !marked) return marked;
+  TRY(markDamaged(database));
   // Where there was nothing to mark nothing is written, so that a full disk does not matter.
-  return sqlite3_total_changes(database.handle()) == before ? Done{} : transaction->commit();
+  if (sqlite3_total_changes(database.handle()) == before) return {};
+  return transaction.commit();
 }
 
 // notice: what was done to an older file that a person should know; or empty.
 Outcome<Database, Failure> openSound(const std::string& path, std::string& notice) {
-  auto database = Database::open(path);
-  if (!database) return database.error();
-  if (const auto sound = inspect(*database); !sound) return sound.error();
-  if (database->readOnly()) return database->failure(SQLITE_READONLY);
-  if (const auto durable = database->run(kDurable); !durable) return durable.error();
-  auto ready = migrate(*database);
-  if (!ready) return ready.error();
-  notice = std::move(*ready);
-  if (const auto checked = checkRows(*database); !checked) return checked.error();
+  TRY(auto database, Database::open(path));
+  TRY(inspect(database));
+  if (database.readOnly()) return database.failure(SQLITE_READONLY);
+  TRY(database.run(kDurable));
+  TRY(auto ready, migrate(database));
+  notice = std::move(ready);
+  TRY(checkRows(database));
   return database;
 }
 
@@ -51,46 +49,40 @@ bool isEmptyFile(const std::string& path) {
 }
 
 Outcome<std::string, Failure> assignSalvaged(Database& database) {
-  auto transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(database));
   auto assigned = assignSubjects(database);
   if (!assigned) return assigned;
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(transaction.commit());
   return assigned;
 }
 
 // Puts the file aside, begins a new one, and takes over what is whole.
 Outcome<Opened, Failure> beginAnew(const std::string& path, const std::string& reason, const std::string& what) {
-  const auto aside = setAside(path, reason);
-  if (!aside) return aside.error();
+  TRY(const auto aside, setAside(path, reason));
   std::string notice;
-  auto fresh = openSound(path, notice);
-  if (!fresh) return fresh.error();
-  const auto results = salvage(*aside, *fresh);
+  TRY(auto fresh, openSound(path, notice));
+  const auto results = salvage(aside, fresh);
   // The file may have been of an earlier version.
-  auto assigned = assignSalvaged(*fresh);
-  if (!assigned) return assigned.error();
+  TRY(auto assigned, assignSalvaged(fresh));
   // What is whole by its checksum may still contradict itself.
-  if (const auto checked = checkRows(*fresh); !checked) return checked.error();
-  return opened(std::move(fresh).value(),
-                what + "; it was moved to " + *aside + ", and a new store was begun with " +
+  TRY(checkRows(fresh));
+  return opened(std::move(fresh),
+                what + "; it was moved to " + aside + ", and a new store was begun with " +
                     (results == 0 ? "nothing, because none of its results could be read"
                                   : "the " + std::to_string(results) + " results of it that are whole") +
                     ": see what is in force, restore a backup, or calibrate again" +
-                    (assigned->empty() ? "" : ". " + *assigned));
+                    (assigned.empty() ? "" : ". " + assigned));
 }
 
 // What can be read of a file that cannot be written, as a copy in memory.
 Outcome<Database, Failure> copyOf(const std::string& path) {
-  auto file = Database::openToRead(path);
-  if (!file) return file.error();
-  if (const auto sound = inspect(*file); !sound) return sound.error();
-  auto copy = Database::inMemory();
-  if (!copy) return copy.error();
-  auto* backup = sqlite3_backup_init(copy->handle(), "main", file->handle(), "main");
-  if (backup == nullptr) return copy->failure(sqlite3_errcode(copy->handle()));
+  TRY(auto file, Database::openToRead(path));
+  TRY(inspect(file));
+  TRY(auto copy, Database::inMemory());
+  auto* backup = sqlite3_backup_init(copy.handle(), "main", file.handle(), "main");
+  if (backup == nullptr) return copy.failure(sqlite3_errcode(copy.handle()));
   sqlite3_backup_step(backup, -1);
-  if (const int code = sqlite3_backup_finish(backup); code != SQLITE_OK) return copy->failure(code);
+  if (const int code = sqlite3_backup_finish(backup); code != SQLITE_OK) return copy.failure(code);
   return copy;
 }
 

@@ -55,20 +55,17 @@ std::string select(std::string_view condition) {
 Outcome<std::vector<Record>, Failure> readRecords(Statement& statement) {
   std::vector<Record> records;
   while (true) {
-    const auto row = statement.step();
-    if (!row) return row.error();
-    if (!row.value()) return records;
-    auto record = readRecord(statement);
-    if (!record) return record.error();
-    records.push_back(std::move(record).value());
+    TRY(const auto row, statement.step());
+    if (!row) return records;
+    TRY(auto record, readRecord(statement));
+    records.push_back(std::move(record));
   }
 }
 
 Outcome<std::optional<Record>, Failure> readAtMostOne(Statement& statement) {
-  auto records = readRecords(statement);
-  if (!records) return records.error();
-  if (records->empty()) return std::optional<Record>{};
-  return std::optional<Record>{std::move(records->front())};
+  TRY(auto records, readRecords(statement));
+  if (records.empty()) return std::optional<Record>{};
+  return std::optional<Record>{std::move(records.front())};
 }
 
 Statement& bind(Statement& statement, const Binding& binding) {
@@ -76,7 +73,7 @@ Statement& bind(Statement& statement, const Binding& binding) {
   return statement.bind(subject).bind(probe).bind(machine).bind(mounting);
 }
 
-Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+Outcome<void, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
                             std::string_view remark) {
   Statement statement{database, "INSERT INTO transitions (result_id, state, utc, by_whom) VALUES (?, ?, ?, ?)"};
   const auto noted = statement.bind(stored(id)).bind(stored(to)).bind(utc).bind(by).run();
@@ -90,20 +87,19 @@ Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_vie
   return seal.bind(number).run();
 }
 
-Outcome<Done, Failure> seal(Database& database, Id id) {
+Outcome<void, Failure> seal(Database& database, Id id) {
   Statement statement{database,
                       "UPDATE results SET checksum = row_sum(id, state, method, subject, probe, machine, mounting, "
                       "result_json, proposed_utc, accepted_utc, accepted_by, retired_utc) WHERE id = ?"};
   return statement.bind(stored(id)).run();
 }
 
-Outcome<Done, Failure> markDamaged(Database& database) {
+Outcome<void, Failure> markDamaged(Database& database) {
   std::vector<Id> damaged;
   Statement rows{database, select("WHERE state <> 5")};
   while (true) {
-    const auto row = rows.step();
-    if (!row) return row.error();
-    if (!row.value()) break;
+    TRY(const auto row, rows.step());
+    if (!row) break;
     if (!readRecord(rows)) damaged.push_back(static_cast<Id>(rows.number(0)));
   }
   for (const auto id : damaged) {
@@ -118,21 +114,20 @@ namespace {
 
 constexpr const char* kRemedy = ": calibrate again, or go back with `probebox rollback`";
 
-Outcome<Done, Failure> addDamagedResults(Database& database, std::vector<std::string>& all) {
+Outcome<void, Failure> addDamagedResults(Database& database, std::vector<std::string>& all) {
   Statement rows{database,
                  "SELECT id, subject FROM results r WHERE state = 5 AND NOT EXISTS (SELECT 1 FROM results later "
                  "WHERE later.id > r.id AND later.subject = r.subject AND later.state IN (1, 2, 3)) ORDER BY id"};
   while (true) {
-    const auto row = rows.step();
-    if (!row) return row.error();
-    if (!row.value()) return Done{};
+    TRY(const auto row, rows.step());
+    if (!row) return {};
     all.push_back("result " + std::to_string(rows.number(0)) + " about " + rows.text(1) +
                   " is damaged on the disk, and is not in force" + kRemedy);
   }
 }
 
 // Numbers are given without a gap and never deleted.
-Outcome<Done, Failure> addMissingResults(Database& database, std::vector<std::string>& all) {
+Outcome<void, Failure> addMissingResults(Database& database, std::vector<std::string>& all) {
   Statement rows{
       database,
       "SELECT id, before FROM (SELECT id, lag(id, 1, 0) OVER (ORDER BY id) AS before FROM results UNION ALL "
@@ -140,35 +135,31 @@ Outcome<Done, Failure> addMissingResults(Database& database, std::vector<std::st
       "WHERE id > before + 1 ORDER BY id"};
   std::string missing;
   while (true) {
-    const auto row = rows.step();
-    if (!row) return row.error();
-    if (!row.value()) break;
+    TRY(const auto row, rows.step());
+    if (!row) break;
     const auto first = rows.number(1) + 1, last = rows.number(0) - 1;
     missing.append(missing.empty() ? "" : ", ").append(std::to_string(first));
     if (last > first) missing.append(" to ").append(std::to_string(last));
   }
   if (!missing.empty()) all.push_back("results that were stored are lost: " + missing + kRemedy);
-  return Done{};
+  return {};
 }
 
 }  // namespace
 
 Outcome<std::vector<std::string>, Failure> damagedRows(Database& database) {
   std::vector<std::string> all;
-  if (const auto done = addDamagedResults(database, all); !done) return done.error();
-  if (const auto done = addMissingResults(database, all); !done) return done.error();
-  const auto transitions = database.number("SELECT count(*) FROM transitions WHERE state = 5");
-  if (!transitions) return transitions.error();
-  if (transitions.value() > 0)
-    all.push_back("entries of the history of results that are damaged and not shown: " +
-                  std::to_string(transitions.value()));
-  const auto beside = database.number(
-      "SELECT (SELECT count(*) FROM remarks WHERE checksum <> row_sum(transition_id, text)) + "
-      "(SELECT count(*) FROM dependences WHERE checksum <> row_sum(id, result_id, rests_on))");
-  if (!beside) return beside.error();
-  if (beside.value() > 0)
+  TRY(addDamagedResults(database, all));
+  TRY(addMissingResults(database, all));
+  TRY(const auto transitions, database.number("SELECT count(*) FROM transitions WHERE state = 5"));
+  if (transitions > 0)
+    all.push_back("entries of the history of results that are damaged and not shown: " + std::to_string(transitions));
+  TRY(const auto beside,
+      database.number("SELECT (SELECT count(*) FROM remarks WHERE checksum <> row_sum(transition_id, text)) + "
+                      "(SELECT count(*) FROM dependences WHERE checksum <> row_sum(id, result_id, rests_on))"));
+  if (beside > 0)
     all.push_back("remarks on results, or notes of what they rest on, that are damaged and not shown: " +
-                  std::to_string(beside.value()));
+                  std::to_string(beside));
   return all;
 }
 

@@ -23,16 +23,16 @@ inline constexpr std::string_view kOfBinding = "subject = ? AND probe = ? AND ma
 Statement& bind(Statement& statement, const Binding& binding);
 
 // Gives a row that was changed its new checksum. Only for rows that were read, and found whole, in this transaction.
-Outcome<Done, Failure> seal(Database& database, Id id);
+Outcome<void, Failure> seal(Database& database, Id id);
 
 // Marks every row that does not match its checksum, so that it is in nobody's way and never believed.
-Outcome<Done, Failure> markDamaged(Database& database);
+Outcome<void, Failure> markDamaged(Database& database);
 
 // What is damaged or missing, each in a sentence with its remedy; results about which a later one was accepted are left
 // out.
 Outcome<std::vector<std::string>, Failure> damagedRows(Database& database);
 
-Outcome<Done, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
+Outcome<void, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,
                             std::string_view remark = {});
 
 }  // namespace probebox::store

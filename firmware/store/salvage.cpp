@@ -108,13 +108,12 @@ std::set<std::int64_t> idsOf(Database& from, const Table& table) {
   return ids;
 }
 
-Outcome<Done, Failure> copyRow(Database& from, Database& into, const Table& table, std::int64_t id) {
+Outcome<void, Failure> copyRow(Database& from, Database& into, const Table& table, std::int64_t id) {
   const std::string columns = table.columns;
   Statement row{from, "SELECT " + columns + ", checksum FROM " + table.name + " WHERE " + table.id +
                           " = ? AND checksum = row_sum(" + columns + ")"};
-  const auto found = row.bind(id).step();
-  if (!found) return found.error();
-  if (!found.value()) return Failure{Reason::damaged, "not whole"};
+  TRY(const auto found, row.bind(id).step());
+  if (!found) return Failure{Reason::damaged, "not whole"};
   std::string places = "?";
   for (int i = 0; i < table.count; ++i) places += ", ?";
   Statement insert{into, std::string{"INSERT OR IGNORE INTO "} + table.name + " (" + columns + ", checksum) VALUES (" +

@@ -134,16 +134,15 @@ Failure newer(const Database& database, std::int64_t schema) {
               ": it was written by a newer version; update this one, or name another state directory"};
 }
 
-Outcome<Done, Failure> checkPages(Database& database) {
-  const auto verdict = database.text("PRAGMA integrity_check(1)");
-  if (!verdict) return verdict.error();
-  if (verdict.value() == "ok") return Done{};
+Outcome<void, Failure> checkPages(Database& database) {
+  TRY(const auto verdict, database.text("PRAGMA integrity_check(1)"));
+  if (verdict == "ok") return {};
   // A page that cannot be read is the disk's fault, and says nothing about the file: it may be sound tomorrow.
-  if (verdict.value().find("error code=") != std::string::npos) {
+  if (verdict.find("error code=") != std::string::npos) {
     return Failure{Reason::unavailable,
-                   database.path() + " cannot be read (" + verdict.value() + "); check the disk; nothing was changed"};
+                   database.path() + " cannot be read (" + verdict + "); check the disk; nothing was changed"};
   }
-  return Failure{Reason::damaged, database.path() + " is damaged (" + verdict.value() + ")"};
+  return Failure{Reason::damaged, database.path() + " is damaged (" + verdict + ")"};
 }
 
 }  // namespace
@@ -152,46 +151,40 @@ std::int64_t knownSchema() {
   return static_cast<std::int64_t>(kSteps.size());
 }
 
-Outcome<Done, Failure> inspect(Database& database) {
-  const auto owner = database.number("PRAGMA application_id");
-  if (!owner) return owner.error();
-  const auto tables = database.number("SELECT count(*) FROM sqlite_master");
-  if (!tables) return tables.error();
-  const bool empty = owner.value() == 0 && tables.value() == 0;
-  if (!empty && owner.value() != kApplicationId) return foreign(database);
-  const auto schema = database.number("PRAGMA user_version");
-  if (!schema) return schema.error();
-  const auto shape = database.text(kShape);
-  if (!shape) return shape.error();
-  const bool as_ours = shape.value() == newestShape();
-  if (schema.value() > knownSchema() && !as_ours) return newer(database, schema.value());
+Outcome<void, Failure> inspect(Database& database) {
+  TRY(const auto owner, database.number("PRAGMA application_id"));
+  TRY(const auto tables, database.number("SELECT count(*) FROM sqlite_master"));
+  const bool empty = owner == 0 && tables == 0;
+  if (!empty && owner != kApplicationId) return foreign(database);
+  TRY(const auto schema, database.number("PRAGMA user_version"));
+  TRY(const auto shape, database.text(kShape));
+  const bool as_ours = shape == newestShape();
+  if (schema > knownSchema() && !as_ours) return newer(database, schema);
   // A number that its own tables belie is damage, and so are tables that nobody has made so.
-  if (!empty && (schema.value() == knownSchema()) != as_ours)
+  if (!empty && (schema == knownSchema()) != as_ours)
     return Failure{Reason::damaged, database.path() + " is damaged (its tables are not those of its schema)"};
   return checkPages(database);
 }
 
 Outcome<std::string, Failure> migrate(Database& database) {
-  auto transaction = Transaction::begin(database);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(database));
   // Read inside the transaction: another process may have migrated the file while this one waited for the lock.
-  const auto schema = database.number("PRAGMA user_version");
-  if (!schema) return schema.error();
+  TRY(const auto schema, database.number("PRAGMA user_version"));
   // Nothing is written where nothing is to be done: a full disk does not keep a sound store from being opened.
-  if (schema.value() == knownSchema()) return std::string{};
-  for (auto step = static_cast<std::size_t>(schema.value()); step < kSteps.size(); ++step) {
-    if (const auto done = database.run(kSteps[step]); !done) return done.error();
+  if (schema == knownSchema()) return std::string{};
+  for (auto step = static_cast<std::size_t>(schema); step < kSteps.size(); ++step) {
+    TRY(database.run(kSteps[step]));
   }
   std::string told;
-  if (schema.value() < kSubjectsByQuantity) {
+  if (schema < kSubjectsByQuantity) {
     auto assigned = assignSubjects(database);
     if (!assigned) return assigned;
     told = std::move(*assigned);
   }
   const std::string mark = "PRAGMA application_id = " + std::to_string(kApplicationId) +
                            "; PRAGMA user_version = " + std::to_string(knownSchema());
-  if (const auto done = database.run(mark.c_str()); !done) return done.error();
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(database.run(mark.c_str()));
+  TRY(transaction.commit());
   return told;
 }
 

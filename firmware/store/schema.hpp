@@ -12,7 +12,7 @@ inline constexpr std::int64_t kApplicationId = 0x70626f78;
 std::int64_t knownSchema();
 
 // Refuses files of other programs or of a newer schema, then checks every page. Changes nothing.
-Outcome<Done, Failure> inspect(Database& database);
+Outcome<void, Failure> inspect(Database& database);
 
 // Brings the file to the newest schema, all steps in one transaction. Gives what a person should know of it, or
 // nothing.

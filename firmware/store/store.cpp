@@ -12,15 +12,15 @@ namespace probebox::store {
 namespace {
 
 // A dataset is up to a megabyte, a result a few kilobytes: the store must not grow with every run.
-Outcome<Done, Failure> dropOldDatasets(Database& database) {
+Outcome<void, Failure> dropOldDatasets(Database& database) {
   Statement statement{database,
                       "DELETE FROM datasets WHERE result_id IN (SELECT d.result_id FROM datasets d JOIN results r "
                       "ON r.id = d.result_id WHERE r.accepted_utc = '' ORDER BY d.result_id DESC LIMIT -1 OFFSET ?)"};
   return statement.bind(static_cast<std::int64_t>(Store::kOtherDatasets)).run();
 }
 
-Outcome<Done, Failure> keepDataset(Database& database, Id id, std::string_view dataset) {
-  if (dataset.empty()) return Done{};
+Outcome<void, Failure> keepDataset(Database& database, Id id, std::string_view dataset) {
+  if (dataset.empty()) return {};
   Statement statement{database, "INSERT INTO datasets (result_id, json) VALUES (?, ?)"};
   if (const auto kept = statement.bind(stored(id)).bind(dataset).run(); !kept) return kept;
   Statement sum{database, "UPDATE datasets SET checksum = row_sum(result_id, json) WHERE result_id = ?"};
@@ -28,14 +28,14 @@ Outcome<Done, Failure> keepDataset(Database& database, Id id, std::string_view d
   return dropOldDatasets(database);
 }
 
-Outcome<Done, Failure> keepDependences(Database& database, Id id, const std::vector<Id>& rests_on) {
+Outcome<void, Failure> keepDependences(Database& database, Id id, const std::vector<Id>& rests_on) {
   for (const auto other : rests_on) {
     Statement statement{database, "INSERT INTO dependences (result_id, rests_on) VALUES (?, ?)"};
     if (const auto kept = statement.bind(stored(id)).bind(stored(other)).run(); !kept) return kept;
     Statement sum{database, "UPDATE dependences SET checksum = row_sum(id, result_id, rests_on) WHERE id = ?"};
     if (const auto kept = sum.bind(database.lastId()).run(); !kept) return kept;
   }
-  return Done{};
+  return {};
 }
 
 Transition readTransition(const Statement& row) {
@@ -64,9 +64,8 @@ Store& Store::operator=(Store&&) noexcept = default;
 Store::~Store() = default;
 
 Outcome<Store, Failure> Store::open(const std::string& path) {
-  auto opened = openFile(path);
-  if (!opened) return opened.error();
-  return Store{std::move(opened->database), std::move(opened->notice)};
+  TRY(auto opened, openFile(path));
+  return Store{std::move(opened.database), std::move(opened.notice)};
 }
 
 Store Store::openAnyhow(const std::string& path) {
@@ -93,19 +92,18 @@ bool Store::setDamagedRowsAside() {
 Outcome<Id, Failure> Store::insert(const Binding& binding, const Content& content, std::string_view utc,
                                    const Origin& origin) {
   if (utc.empty()) return Failure{Reason::bad_argument, "a result needs the time at which it was found (UTC)"};
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(*database_));
   Statement statement{*database_,
                       "INSERT INTO results (state, method, subject, probe, machine, mounting, result_json, "
                       "proposed_utc) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
   statement.bind(stored(content.state)).bind(content.method);
-  if (const auto done = bind(statement, binding).bind(content.json).bind(utc).run(); !done) return done.error();
+  TRY(bind(statement, binding).bind(content.json).bind(utc).run());
   const auto id = static_cast<Id>(database_->lastId());
-  if (const auto done = seal(*database_, id); !done) return done.error();
-  if (const auto done = note(*database_, id, content.state, utc, origin.by, origin.remark); !done) return done.error();
-  if (const auto done = keepDependences(*database_, id, origin.rests_on); !done) return done.error();
-  if (const auto done = keepDataset(*database_, id, content.dataset); !done) return done.error();
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(seal(*database_, id));
+  TRY(note(*database_, id, content.state, utc, origin.by, origin.remark));
+  TRY(keepDependences(*database_, id, origin.rests_on));
+  TRY(keepDataset(*database_, id, content.dataset));
+  TRY(transaction.commit());
   return id;
 }
 
@@ -121,9 +119,8 @@ Outcome<Id, Failure> Store::refuse(const Binding& binding, std::string_view meth
 
 Outcome<Record, Failure> Store::find(Id id) {
   Statement statement{*database_, select("WHERE id = ?")};
-  auto record = readAtMostOne(statement.bind(stored(id)));
-  if (!record) return record.error();
-  if (*record) return std::move(**record);
+  TRY(auto record, readAtMostOne(statement.bind(stored(id))));
+  if (record) return std::move(*record);
   return Failure{Reason::unknown_result,
                  "there is no result " + std::to_string(id) + "; `probebox history` names those that there are"};
 }
@@ -156,17 +153,15 @@ Outcome<std::vector<Record>, Failure> Store::resultsAfter(Id after, std::size_t 
 
 Outcome<Id, Failure> Store::idBeforeNewest(std::size_t count) {
   Statement statement{*database_, "SELECT id FROM results WHERE state < 4 ORDER BY id DESC LIMIT 1 OFFSET ?"};
-  const auto row = statement.bind(static_cast<std::int64_t>(count)).step();
-  if (!row) return row.error();
-  return row.value() ? static_cast<Id>(statement.number(0)) : Id{};
+  TRY(const auto row, statement.bind(static_cast<std::int64_t>(count)).step());
+  return row ? static_cast<Id>(statement.number(0)) : Id{};
 }
 
 Outcome<std::string, Failure> Store::dataset(Id id) {
-  if (const auto known = find(id); !known) return known.error();
+  TRY(find(id));
   Statement statement{*database_, "SELECT json, checksum = row_sum(result_id, json) FROM datasets WHERE result_id = ?"};
-  const auto row = statement.bind(stored(id)).step();
-  if (!row) return row.error();
-  if (!row.value()) return std::string{};
+  TRY(const auto row, statement.bind(stored(id)).step());
+  if (!row) return std::string{};
   if (statement.number(1) != 1)
     return Failure{Reason::damaged, "the data of result " + std::to_string(id) + " are damaged on the disk"};
   return statement.text(0);
@@ -189,9 +184,8 @@ Outcome<std::vector<Transition>, Failure> Store::history(const HistoryRange& ran
   statement.bind(static_cast<std::int64_t>(range.count));
   std::vector<Transition> transitions;
   while (true) {
-    const auto row = statement.step();
-    if (!row) return row.error();
-    if (!row.value()) return transitions;
+    TRY(const auto row, statement.step());
+    if (!row) return transitions;
     transitions.push_back(readTransition(statement));
   }
 }
@@ -204,9 +198,8 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
   statement.bind(stored(id));
   std::vector<Dependence> all;
   while (true) {
-    const auto row = statement.step();
-    if (!row) return row.error();
-    if (!row.value()) return all;
+    TRY(const auto row, statement.step());
+    if (!row) return all;
     all.push_back({.id = static_cast<Id>(statement.number(0)),
                    .subject = statement.text(1),
                    .in_force = statement.number(2) == 1});
@@ -214,23 +207,20 @@ Outcome<std::vector<Dependence>, Failure> Store::restsOn(Id id) {
 }
 
 Outcome<Standing, Failure> Store::keepStanding(const std::array<double, 3>& correction_mm, std::string_view utc) {
-  auto transaction = Transaction::begin(*database_);
-  if (!transaction) return transaction.error();
+  TRY(auto transaction, Transaction::begin(*database_));
   Statement statement{*database_, "INSERT OR REPLACE INTO standing (id, x_mm, y_mm, z_mm, utc) VALUES (1, ?, ?, ?, ?)"};
   for (const double value_mm : correction_mm) statement.bind(value_mm);
-  if (const auto kept = statement.bind(utc).run(); !kept) return kept.error();
-  const auto sealed = database_->run("UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc)");
-  if (!sealed) return sealed.error();
-  if (const auto done = transaction->commit(); !done) return done.error();
+  TRY(statement.bind(utc).run());
+  TRY(database_->run("UPDATE standing SET checksum = row_sum(id, x_mm, y_mm, z_mm, utc)"));
+  TRY(transaction.commit());
   return Standing{correction_mm, std::string{utc}};
 }
 
 Outcome<std::optional<Standing>, Failure> Store::standing() {
   Statement statement{*database_,
                       "SELECT x_mm, y_mm, z_mm, utc, checksum = row_sum(id, x_mm, y_mm, z_mm, utc) FROM standing"};
-  const auto row = statement.step();
-  if (!row) return row.error();
-  if (!row.value()) return std::optional<Standing>{};
+  TRY(const auto row, statement.step());
+  if (!row) return std::optional<Standing>{};
   if (statement.number(4) != 1)
     return Failure{Reason::damaged, "the correction that was served last is damaged on the disk"};
   return std::optional<Standing>{

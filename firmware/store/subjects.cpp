@@ -60,9 +60,9 @@ constexpr const char* kTold =
 
 Outcome<std::string, Failure> assignSubjects(Database& database) {
   // Damaged rows are out of the way of those that are whole, and are not sealed again.
-  if (const auto marked = markDamaged(database); !marked) return marked.error();
-  if (const auto done = database.run(kRename); !done) return done.error();
-  if (const auto done = database.run(kReplace); !done) return done.error();
+  TRY(markDamaged(database));
+  TRY(database.run(kRename));
+  TRY(database.run(kReplace));
   auto told = database.text(kTold);
   if (!told) return told;
   if (const auto done = database.run("DROP TABLE temp.renamed; DROP TABLE temp.replaced"); !done) return done.error();

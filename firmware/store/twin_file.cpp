@@ -175,7 +175,7 @@ void TwinFile::make() {
   ::close(std::exchange(descriptor_, -1));
 }
 
-Outcome<Done, Failure> TwinFile::write(std::string_view content) {
+Outcome<void, Failure> TwinFile::write(std::string_view content) {
   if (!why_not_writable_.empty()) return Failure{Reason::unavailable, why_not_writable_};
   const std::size_t room = copy_bytes_ - kHeaderBytes;
   if (content.size() > room)
@@ -185,15 +185,15 @@ Outcome<Done, Failure> TwinFile::write(std::string_view content) {
   number_ = next.number;
   const std::string block = blockOf(next, copy_bytes_);
   for (std::size_t copy = 0; copy < kCopies; ++copy) {
-    if (const auto done = writeCopy(copy, block); !done) return done.error();
+    TRY(writeCopy(copy, block));
   }
   content_ = next.content;
-  return Done{};
+  return {};
 }
 
-Outcome<Done, Failure> TwinFile::writeCopy(std::size_t copy, const std::string& block) {
+Outcome<void, Failure> TwinFile::writeCopy(std::size_t copy, const std::string& block) {
   const auto put = ::pwrite(descriptor_, block.data(), block.size(), static_cast<off_t>(copy * copy_bytes_));
-  if (put == static_cast<ssize_t>(block.size()) && ::fdatasync(descriptor_) == 0) return Done{};
+  if (put == static_cast<ssize_t>(block.size()) && ::fdatasync(descriptor_) == 0) return {};
   const std::string why = put >= 0 && put != static_cast<ssize_t>(block.size()) ? "the disk is full" : reasonNow();
   return Failure{Reason::unavailable, path_ + " cannot be written (" + why + "); check the disk"};
 }

@@ -32,13 +32,13 @@ class TwinFile {
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
   // Both copies are on the disk when this returns; on an error content() stays what it was.
-  Outcome<Done, Failure> write(std::string_view content);
+  Outcome<void, Failure> write(std::string_view content);
 
  private:
   TwinFile(std::string path, std::size_t most_bytes);
   void make();
   void read();
-  Outcome<Done, Failure> writeCopy(std::size_t copy, const std::string& block);
+  Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
 
   std::string path_;
   std::size_t copy_bytes_;

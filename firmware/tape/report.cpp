@@ -169,10 +169,9 @@ Outcome<Report, Refused> cutOf(const std::vector<Word>& words) {
 }
 
 Outcome<Report, Refused> positionsOf(std::string_view text) {
-  const auto words = wordsOf(text, "XYZ");
-  if (!words) return words.error();
+  TRY(const auto words, wordsOf(text, "XYZ"));
   Positions positions;
-  for (const auto& word : *words) positions.at_mm[static_cast<std::size_t>(word.letter - 'X')] = word.value;
+  for (const auto& word : words) positions.at_mm[static_cast<std::size_t>(word.letter - 'X')] = word.value;
   return Report{positions};
 }
 
@@ -192,21 +191,20 @@ Outcome<Report, Refused> understood(std::string_view line) {
                    "the line begins with none of BEGIN, END, ABANDON, HOME, POSE, CUT, X, Y, Z, STATUS, "
                    "CORRECTIONS, CENTRELINE, DELAY, ALL");
   }
-  const auto words = wordsOf(std::string_view{text}.substr(keyword->text.size()), keyword->letters);
-  if (!words) return words.error();
+  TRY(const auto words, wordsOf(std::string_view{text}.substr(keyword->text.size()), keyword->letters));
   switch (keyword->kind) {
     case Kind::begin:
-      return markerOf(*words, MarkerPhase::begin);
+      return markerOf(words, MarkerPhase::begin);
     case Kind::end:
-      return markerOf(*words, MarkerPhase::end);
+      return markerOf(words, MarkerPhase::end);
     case Kind::abandon:
-      return markerOf(*words, MarkerPhase::abandon);
+      return markerOf(words, MarkerPhase::abandon);
     case Kind::home:
-      return homingOf(*words);
+      return homingOf(words);
     case Kind::pose:
-      return poseOf(*words);
+      return poseOf(words);
     case Kind::cut:
-      return cutOf(*words);
+      return cutOf(words);
     case Kind::status:
       return Report{Ask::status};
     case Kind::corrections:

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -23,7 +24,8 @@ class [[nodiscard]] Outcome {
   T& value() & { return std::get<0>(content_); }
   const T& value() const& { return std::get<0>(content_); }
   T&& value() && { return std::get<0>(std::move(content_)); }
-  const E& error() const { return std::get<1>(content_); }
+  const E& error() const& { return std::get<1>(content_); }
+  E&& error() && { return std::get<1>(std::move(content_)); }
 
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
@@ -34,4 +36,41 @@ class [[nodiscard]] Outcome {
   std::variant<T, E> content_;
 };
 
+// The outcome of an action without a value: `return {};` says that it succeeded.
+template <class E>
+class [[nodiscard]] Outcome<void, E> {
+ public:
+  Outcome() = default;
+  Outcome(E error) : error_{std::move(error)} {}
+
+  bool ok() const { return !error_; }
+  explicit operator bool() const { return ok(); }
+
+  const E& error() const& { return *error_; }
+  E&& error() && { return *std::move(error_); }
+
+ private:
+  std::optional<E> error_;
+};
+
 }  // namespace probebox
+
+// Returns the error of an outcome to the caller, or goes on with its value:
+//   TRY(const auto address, parseAddress(text));  declares `address`, the value
+//   TRY(connect(address));                        where there is no value, or none is needed
+// An expression with a comma outside of brackets, as in `A{b, c}.d()`, needs parentheses around it.
+#define TRY(first, ...) PROBEBOX_TRY##__VA_OPT__(_VALUE)(first __VA_OPT__(, ) __VA_ARGS__)
+
+#define PROBEBOX_TRY(expression)                                            \
+  do {                                                                      \
+    if (auto tried = (expression); !tried) return std::move(tried).error(); \
+  } while (false)
+
+#define PROBEBOX_TRY_VALUE(declaration, ...) PROBEBOX_TRY_NAMED(PROBEBOX_TRIED(__LINE__), declaration, __VA_ARGS__)
+#define PROBEBOX_TRY_NAMED(tried, declaration, ...) \
+  auto tried = __VA_ARGS__;                         \
+  if (!tried) return std::move(tried).error();      \
+  declaration = std::move(tried).value()
+
+#define PROBEBOX_TRIED(line) PROBEBOX_TRIED_AT(line)
+#define PROBEBOX_TRIED_AT(line) tried_at_##line

@@ -75,17 +75,16 @@ class Reader {
   Reader(double tolerance_mm, std::uint32_t tool) : tolerance_mm_{tolerance_mm}, tool_{tool} {}
 
   std::optional<Error> read(const std::string& text, std::size_t line) {
-    const auto words = wordsOf(text, line);
-    if (!words) return words.error();
-    for (const int g : words->g) {
+    TRY(const auto words, wordsOf(text, line));
+    for (const int g : words.g) {
       if (auto error = take(g, line)) return error;
     }
-    const auto chosen = words->values.find('T');
-    if (chosen != words->values.end()) chosen_tool_ = chosen->second;
-    for (const double m : words->m) {
+    const auto chosen = words.values.find('T');
+    if (chosen != words.values.end()) chosen_tool_ = chosen->second;
+    for (const double m : words.m) {
       if (auto error = machine(m, line)) return error;
     }
-    return move(*words, line);
+    return move(words, line);
   }
   std::vector<Move> moves() { return std::move(moves_); }
 

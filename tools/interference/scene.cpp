@@ -38,13 +38,12 @@ Outcome<std::shared_ptr<fcl::CollisionGeometryd>> geometryOf(const board::CellSo
     case board::SolidShape::mesh:
       break;
   }
-  const auto mesh = readStl(folder / solid.file);
-  if (!mesh) return mesh.error();
+  TRY(const auto mesh, readStl(folder / solid.file));
   auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   std::vector<fcl::Vector3d> points;
-  for (const auto& point : mesh->points) points.emplace_back(point[0], point[1], point[2]);
+  for (const auto& point : mesh.points) points.emplace_back(point[0], point[1], point[2]);
   std::vector<fcl::Triangle> triangles;
-  for (const auto& [a, b, c] : mesh->triangles) triangles.emplace_back(a, b, c);
+  for (const auto& [a, b, c] : mesh.triangles) triangles.emplace_back(a, b, c);
   model->beginModel();
   model->addSubModel(points, triangles);
   model->endModel();
@@ -81,10 +80,9 @@ Outcome<std::unique_ptr<Scene>> Scene::open(const board::Cell& cell, const board
                                             const std::filesystem::path& folder) {
   std::unique_ptr<Scene> scene{new Scene};
   for (const auto& solid : cell.solids) {
-    auto geometry = geometryOf(solid, folder);
-    if (!geometry) return geometry.error();
+    TRY(auto geometry, geometryOf(solid, folder));
     scene->objects_->solids.push_back({solid.name, solid.part == board::SolidPart::workpiece,
-                                       std::make_unique<Object>(std::move(geometry).value(), poseOf(solid))});
+                                       std::make_unique<Object>(std::move(geometry), poseOf(solid))});
   }
   const auto lengths = scene->lengths_ = lengthsOf(tool);
   scene->objects_->add(ToolPart::cutter, tool.radius_mm, 0, tool.cutting_mm);

@@ -113,13 +113,12 @@ double firstSd(const Forecast& forecast) {
 }
 
 Outcome<Forecast, Refusal> forecastOf(const Wanted& wanted, const SetUp& set_up, std::uint64_t runs) {
-  const auto options = completed(wanted, factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool));
-  if (!options) return options.error();
+  TRY(const auto options, completed(wanted, factsOf(withProbeFor(*wanted.method, set_up), wanted.options.tool)));
   Forecast forecast{
       .wanted = wanted, .steps = 0, .duration_s = 0, .estimates = {}, .also = {}, .axis = {}, .dropped = {}};
   MeanSpread spread;
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const auto simulated = simulatedRun(*wanted.method, *options, set_up, run + 1);
+    const auto simulated = simulatedRun(*wanted.method, options, set_up, run + 1);
     if (!simulated.solved) return simulated.solved.error();
     spread.add(simulated.solved->estimates);
     if (run > 0) continue;

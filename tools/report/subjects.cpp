@@ -204,10 +204,9 @@ bool recallResiduals(Subject& subject) {
 Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::string& name) {
   std::vector<Subject> subjects;
   const auto add = [&](const Json& line, const std::string& where) -> std::optional<Error> {
-    auto subject = subjectOf(line, where);
-    if (!subject) return subject.error();
-    attachCase(subject.value());
-    subjects.push_back(std::move(subject).value());
+    TRY(auto subject, subjectOf(line, where));
+    attachCase(subject);
+    subjects.push_back(std::move(subject));
     return std::nullopt;
   };
   if (const auto whole = parsed(text, name); whole && whole->is_object()) {
@@ -219,9 +218,8 @@ Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::strin
   for (std::string line; std::getline(lines, line);) {
     const std::string where = name + ", line " + std::to_string(++count);
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const auto json = parsed(line, where);
-    if (!json) return json.error();
-    if (auto error = add(json.value(), where)) return *error;
+    TRY(const auto json, parsed(line, where));
+    if (auto error = add(json, where)) return *error;
   }
   if (subjects.empty()) return Error{name + ": empty; give the output of `probebox solve --json`, or a case folder"};
   return subjects;

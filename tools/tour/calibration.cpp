@@ -45,10 +45,9 @@ const messages::NamedValue* valueOf(const messages::ResultSummary& result, const
 Outcome<messages::ResultSummary> measure(link::Client& client, const messages::StartProcedure::Request& method) {
   const auto started = client.request<messages::StartProcedure>(method, link::patience(5s));
   if (!started) return Error{started.error().what};
-  const auto end = follow(client, started->run);
-  if (!end) return end.error();
-  if (end->state != ProcedureState::proposed) return Error{"The calibration was refused: " + end->refusal};
-  return resultOf(client, end->result_id);
+  TRY(const auto end, follow(client, started->run));
+  if (end.state != ProcedureState::proposed) return Error{"The calibration was refused: " + end.refusal};
+  return resultOf(client, end.result_id);
 }
 
 }  // namespace
@@ -56,33 +55,29 @@ Outcome<messages::ResultSummary> measure(link::Client& client, const messages::S
 Stopped showCalibration(Stage& stage) {
   std::puts(
       "\n2. The system delay: the emulated controller touches the datum sphere, five points at each of five speeds.");
-  auto client = meet(stage.box, nullptr);
-  if (!client) return client.error();
-  const auto result = measure(**client, {.method = "delay-multi-speed"});
-  if (!result) return result.error();
-  const auto* tau = valueOf(*result, "tau_s");
-  const auto* diameter = valueOf(*result, "effective_diameter_mm");
+  TRY(auto client, meet(stage.box, nullptr));
+  TRY(const auto result, measure(*client, {.method = "delay-multi-speed"}));
+  const auto* tau = valueOf(result, "tau_s");
+  const auto* diameter = valueOf(result, "effective_diameter_mm");
   if (tau == nullptr || diameter == nullptr) return Error{"The result names neither tau_s nor effective_diameter_mm."};
   const auto found = casefolder::withSd(casefolder::labelOf(tau->key), tau->value, tau->sd);
   std::printf("   tau = %s (truth %.1f us); accepted, hence in force.\n", found.c_str(), stage.truth.tau_s * 1e6);
   stage.table.estimate("system delay", *tau, stage.truth.tau_s);
   stage.table.estimate("sphere with stylus ball", *diameter, stage.truth.effective_diameter_mm);
   const auto accepted =
-      (*client)->request<messages::AcceptResult>({.id = result->id, .by = "tools/demo"}, link::patience(5s));
+      client->request<messages::AcceptResult>({.id = result.id, .by = "tools/demo"}, link::patience(5s));
   if (!accepted) return Error{accepted.error().what};
-  linger(**client, 300ms);
+  linger(*client, 300ms);
   return {};
 }
 
 Stopped showCentreline(Stage& stage) {
   std::puts(
       "\n3. The axis that turns the part: a ball on its spindle is touched at three angles, with the delay taken out.");
-  auto client = meet(stage.box, nullptr);
-  if (!client) return client.error();
-  const auto result = measure(**client, {.method = "centreline", .speeds_mm_s = {25}, .angles = 3});
-  if (!result) return result.error();
+  TRY(auto client, meet(stage.box, nullptr));
+  TRY(const auto result, measure(*client, {.method = "centreline", .speeds_mm_s = {25}, .angles = 3}));
   for (const std::size_t i : {0U, 1U}) {
-    const auto* centre = valueOf(*result, "centre_mm[" + std::to_string(i) + "]");
+    const auto* centre = valueOf(result, "centre_mm[" + std::to_string(i) + "]");
     if (centre == nullptr) return Error{"The result does not name centre_mm."};
     stage.table.estimate(i == 0 ? "centreline X" : "centreline Y", *centre, stage.truth.centre_mm[i]);
     std::printf("   %s = %.6f +/- %.6f mm (truth %.6f)\n", i == 0 ? "X" : "Y", centre->value, centre->sd,

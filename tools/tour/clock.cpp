@@ -10,11 +10,10 @@ Stopped showClock(Stage& stage) {
   constexpr int kLooks = 12;
   constexpr double kPpbPerPpm = 1e3;
   std::puts("\n1. The master clock: 1000 edges a second, stamped late and unevenly, become ticks.");
-  auto client = meet(stage.box, nullptr);
-  if (!client) return client.error();
+  TRY(auto client, meet(stage.box, nullptr));
   messages::ClockStatus clock;
   for (int look = 0; look < kLooks; ++look) {
-    const auto status = (*client)->request<messages::Status>({}, link::patience(5s));
+    const auto status = client->request<messages::Status>({}, link::patience(5s));
     if (!status) return Error{status.error().what};
     clock = status->clock;
     const auto& edges = clock.edges;
@@ -26,7 +25,7 @@ Stopped showClock(Stage& stage) {
         static_cast<unsigned long long>(edges.missing), static_cast<unsigned long long>(edges.doubled),
         static_cast<unsigned long long>(edges.spurious), static_cast<unsigned long long>(edges.unlocked));
     std::fflush(stdout);
-    linger(**client, 500ms);
+    linger(*client, 500ms);
   }
   std::printf("   (the emulated clock really runs %+.3f ppm off)\n", -stage.truth.drift_ppm);
   stage.table.exact("master clock", "locked, sigma " + std::to_string(clock.sigma_ns) + " ns",

@@ -79,15 +79,14 @@ Outcome<Truth> writeWorld(const std::filesystem::path& folder, std::uint64_t see
   if (description.missing()) return *description.missing();
   std::ofstream{folder / "world.toml"} << description.toml();
 
-  const auto world = board::parseWorld(description.toml(), (folder / "world.toml").string());
-  if (!world) return world.error();
-  if (!world->part_spindle || !world->probe_spindle || world->part_spindle->balls_mm.empty())
+  TRY(const auto world, board::parseWorld(description.toml(), (folder / "world.toml").string()));
+  if (!world.part_spindle || !world.probe_spindle || world.part_spindle->balls_mm.empty())
     return Error{"The emulated board's world.toml has no spindles: this tour and probeboxd are of different versions."};
   return Truth{
-      .tau_s = world->delays.tau_machine_s[0] - world->delays.tau_probe_s,
-      .effective_diameter_mm = 2 * (world->sphere.radius_mm + world->sphere.stylus_ball_radius_mm),
-      .drift_ppm = world->clock.drift_ppm,
-      .centre_mm = centreOf(*world),
+      .tau_s = world.delays.tau_machine_s[0] - world.delays.tau_probe_s,
+      .effective_diameter_mm = 2 * (world.sphere.radius_mm + world.sphere.stylus_ball_radius_mm),
+      .drift_ppm = world.clock.drift_ppm,
+      .centre_mm = centreOf(world),
   };
 }
 

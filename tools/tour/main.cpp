@@ -62,9 +62,8 @@ class Cable {
 
 // A port that is free now; the box takes it a moment later.
 Outcome<tcp::Address> freePort() {
-  const auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
-  if (!listener) return listener.error();
-  return listener->address();
+  TRY(const auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
+  return listener.address();
 }
 
 Stopped waitForBox(Process& box, const tcp::Address& address, const fs::path& log) {
@@ -80,25 +79,21 @@ Stopped waitForBox(Process& box, const tcp::Address& address, const fs::path& lo
 Stopped guide(Stage& stage, const fs::path& programs, const fs::path& folder, std::uint64_t seed) {
   const fs::path box_port = folder / "box-serial";
   const fs::path cnc_port = folder / "cnc-serial";
-  auto cable = serial::EmulatedCable::open(box_port, cnc_port);
-  if (!cable) return cable.error();
-  const Cable running_cable{std::move(*cable)};
-  const auto world = writeWorld(folder, seed);
-  if (!world) return world.error();
-  stage.truth = *world;
-  const auto port = freePort();
-  if (!port) return port.error();
-  stage.box = *port;
+  TRY(auto cable, serial::EmulatedCable::open(box_port, cnc_port));
+  const Cable running_cable{std::move(cable)};
+  TRY(const auto world, writeWorld(folder, seed));
+  stage.truth = world;
+  TRY(const auto port, freePort());
+  stage.box = port;
 
   const std::string link = "tcp:" + tcp::describe(stage.box);
   const std::string cnc = "modbus:" + box_port.string() + ",parity=none";
   const fs::path log = folder / "probeboxd.log";
   std::printf("$ probeboxd --board sim --link %s --cnc %s\n", link.c_str(), cnc.c_str());
-  auto box = Process::start({(programs / "probeboxd").string(), "--board", "sim", "--config", folder.string(),
-                             "--state", (folder / "state").string(), "--link", link, "--cnc", cnc},
-                            log.string());
-  if (!box) return box.error();
-  if (auto stopped = waitForBox(*box, stage.box, log)) return stopped;
+  TRY(auto box, Process::start({(programs / "probeboxd").string(), "--board", "sim", "--config", folder.string(),
+                                "--state", (folder / "state").string(), "--link", link, "--cnc", cnc},
+                               log.string()));
+  if (auto stopped = waitForBox(box, stage.box, log)) return stopped;
   if (auto stopped = showClock(stage)) return stopped;
   if (auto stopped = showCalibration(stage)) return stopped;
   if (auto stopped = showCentreline(stage)) return stopped;

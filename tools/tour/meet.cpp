@@ -8,9 +8,8 @@ namespace probebox::tour {
 using namespace std::chrono_literals;
 
 Outcome<std::unique_ptr<link::Client>> meet(const tcp::Address& box, link::StreamListener* listener) {
-  auto pipe = tcp::connectTcp(box, 5s);
-  if (!pipe) return pipe.error();
-  auto client = std::make_unique<link::Client>(std::move(*pipe), link::ClientOptions{}, listener);
+  TRY(auto pipe, tcp::connectTcp(box, 5s));
+  auto client = std::make_unique<link::Client>(std::move(pipe), link::ClientOptions{}, listener);
   if (const auto welcome = client->connect(link::patience(10s)); !welcome) return Error{welcome.error().what};
   return client;
 }

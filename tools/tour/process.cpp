@@ -41,9 +41,8 @@ Outcome<Process> Process::start(const std::vector<std::string>& command, const s
   FileActions actions;
   posix_spawn_file_actions_addopen(actions.get(), STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   posix_spawn_file_actions_adddup2(actions.get(), STDOUT_FILENO, STDERR_FILENO);
-  const auto pid = spawn(command, actions);
-  if (!pid) return pid.error();
-  return Process{*pid};
+  TRY(const auto pid, spawn(command, actions));
+  return Process{pid};
 }
 
 Process::Process(Process&& other) noexcept : pid_{std::exchange(other.pid_, 0)} {}

@@ -50,10 +50,9 @@ class Mbpoll {
     command.insert(command.end(), {"-t", format, "-r", std::to_string(first), "-c", std::to_string(count)});
     if (format != "4") command.emplace_back("-B");
     command.push_back(port_.string());
-    const auto output = outputOf(command);
-    if (!output) return output.error();
-    const auto values = valuesOf(*output);
-    if (values.size() != count) return Error{"mbpoll did not read " + about + ":\n" + *output};
+    TRY(const auto output, outputOf(command));
+    const auto values = valuesOf(output);
+    if (values.size() != count) return Error{"mbpoll did not read " + about + ":\n" + output};
     return values;
   }
 
@@ -87,38 +86,30 @@ Stopped showRegisters(Stage& stage, const std::filesystem::path& port) {
   std::puts(
       "\n5. What a CNC reads: the registers over a serial line at 19200 8N1, by mbpoll, a Modbus master of somebody "
       "else.");
-  auto client = meet(stage.box, nullptr);
-  if (!client) return client.error();
+  TRY(auto client, meet(stage.box, nullptr));
   Mbpoll mbpoll{port};
-  const auto first = mbpoll.read("4", address::magic, 13, "first block, 16 bit");
-  if (!first) return first.error();
+  TRY(const auto first, mbpoll.read("4", address::magic, 13, "first block, 16 bit"));
   std::puts("   (status bit 0, valid: the screws warm up, and their corrections are summed; they move while you read)");
-  const auto i16 = mbpoll.read("4", address::correction_i16, 3, "corrections X Y Z, 0.1 um");
-  if (!i16) return i16.error();
-  const auto f32 = mbpoll.read("4:float", address::correction_f32, 3, "corrections X Y Z, mm");
-  if (!f32) return f32.error();
-  const auto i32 = mbpoll.read("4:int", address::correction_i32, 3, "corrections X Y Z, nm");
-  if (!i32) return i32.error();
-  const auto block = mbpoll.ask("4", address::correction_i16, address::correction_i32 + 6 - address::correction_i16,
-                                "all formats in one read");
-  if (!block) return block.error();
-  const auto delay_ms = mbpoll.read("4:float", address::delay_f32, 3, "system delay X Y Z, ms");
-  if (!delay_ms) return delay_ms.error();
-  const auto delay_ns = mbpoll.read("4:int", address::delay_i32, 3, "system delay X Y Z, ns");
-  if (!delay_ns) return delay_ns.error();
+  TRY(mbpoll.read("4", address::correction_i16, 3, "corrections X Y Z, 0.1 um"));
+  TRY(mbpoll.read("4:float", address::correction_f32, 3, "corrections X Y Z, mm"));
+  TRY(const auto i32, mbpoll.read("4:int", address::correction_i32, 3, "corrections X Y Z, nm"));
+  TRY(const auto block, mbpoll.ask("4", address::correction_i16, address::correction_i32 + 6 - address::correction_i16,
+                                   "all formats in one read"));
+  TRY(const auto delay_ms, mbpoll.read("4:float", address::delay_f32, 3, "system delay X Y Z, ms"));
+  TRY(const auto delay_ns, mbpoll.read("4:int", address::delay_i32, 3, "system delay X Y Z, ns"));
 
-  const auto in_force = (*client)->request<messages::Corrections>({}, link::patience(5s));
+  const auto in_force = client->request<messages::Corrections>({}, link::patience(5s));
   if (!in_force) return Error{in_force.error().what};
   // Corrections valid, clock locked, delay calibrated, screw sensors good, axes referenced.
   constexpr unsigned kWanted = modbus::kValid | modbus::kClockLocked | modbus::kDelayCalibrated |
                                modbus::kScrewSensorsGood | modbus::kReferenced;
-  const auto status = static_cast<unsigned>((*first)[2]);
-  bool same = (*first)[0] == modbus::kMagic && (status & kWanted) == kWanted && formatsAgree(*block);
+  const auto status = static_cast<unsigned>(first[2]);
+  bool same = first[0] == modbus::kMagic && (status & kWanted) == kWanted && formatsAgree(block);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double tau_s = in_force->tau_s[axis];
-    same = same && std::abs((*delay_ms)[axis] - tau_s * 1e3) < 1e-5 && std::abs((*delay_ns)[axis] - tau_s * 1e9) < 1;
+    same = same && std::abs(delay_ms[axis] - tau_s * 1e3) < 1e-5 && std::abs(delay_ns[axis] - tau_s * 1e9) < 1;
     // Some seconds later: a screw moves by less than this meanwhile.
-    same = same && std::abs((*i32)[axis] * 1e-6 - in_force->correction_mm[axis]) < 2e-3;
+    same = same && std::abs(i32[axis] * 1e-6 - in_force->correction_mm[axis]) < 2e-3;
   }
   stage.table.exact("registers", "delay in force, formats agree", same);
   return {};

@@ -64,20 +64,18 @@ void printLedger(const link::Account& account, std::uint64_t produced) {
 Stopped showStream(Stage& stage, std::uint64_t seed) {
   constexpr int kSeconds = 10;
   std::puts("\n4. Ten seconds of samples over a wire that spoils and eats bytes, from sensors that drop readings.");
-  auto wire = tcp::EmulatedWire::open({.host = "127.0.0.1", .port = 0}, stage.box);
-  if (!wire) return wire.error();
-  const tcp::Address door = wire->address();
-  BadWire bad_wire{std::move(*wire), seed};
+  TRY(auto wire, tcp::EmulatedWire::open({.host = "127.0.0.1", .port = 0}, stage.box));
+  const tcp::Address door = wire.address();
+  BadWire bad_wire{std::move(wire), seed};
   Heartbeats heartbeats;
-  auto client = meet(door, &heartbeats);
-  if (!client) return client.error();
-  (*client)->start({});
+  TRY(auto client, meet(door, &heartbeats));
+  client->start({});
   for (int second = 0; second < kSeconds; ++second) {
-    if (!linger(**client, 1s)) return Error{"The link was lost: " + (*client)->failure()->what};
-    const auto& balance = (*client)->reader().ledger().balance();
+    if (!linger(*client, 1s)) return Error{"The link was lost: " + client->failure()->what};
+    const auto& balance = client->reader().ledger().balance();
     if (balance) printLedger(balance->account, balance->produced);
   }
-  const auto closing = (*client)->finish(link::patience(5s));
+  const auto closing = client->finish(link::patience(5s));
   if (!closing) return Error{closing.error().what};
   bad_wire.stop();
   std::printf("   the wire spoiled %llu and ate %llu of %llu bytes; the sums agreed at %llu of %llu heartbeats\n",

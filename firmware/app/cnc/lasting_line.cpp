@@ -30,11 +30,10 @@ void LastingLine::stop() {
   wake_up_.notify();
 }
 
-Outcome<bool> LastingLine::open() {
-  auto pipe = open_();
-  if (!pipe) return pipe.error();
-  pipe_ = std::move(pipe).value();
-  return true;
+Outcome<void> LastingLine::open() {
+  TRY(auto pipe, open_());
+  pipe_ = std::move(pipe);
+  return {};
 }
 
 bool LastingLine::opened() {

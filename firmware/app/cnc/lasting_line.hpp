@@ -33,7 +33,7 @@ class LastingLine {
   void stop();  // from any thread
 
   // Opens it now, to report a wrong device or setting at the start.
-  Outcome<bool> open();
+  Outcome<void> open();
   // Tests whether it is open, and opens it where it is time to; otherwise comes a pause().
   bool opened();
   std::chrono::milliseconds pause();

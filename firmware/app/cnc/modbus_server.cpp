@@ -86,9 +86,8 @@ Outcome<ModbusOptions> parseModbusOptions(std::string_view text) {
       return Error{"'" + std::string{part} + "' is not a Modbus unit: write unit=1 to unit=247"};
     }
   }
-  auto address = serial::parseAddress(line, kUsual);
-  if (!address) return address.error();
-  options.line = std::move(address).value();
+  TRY(auto address, serial::parseAddress(line, kUsual));
+  options.line = std::move(address);
   return options;
 }
 

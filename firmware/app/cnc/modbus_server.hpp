@@ -62,7 +62,7 @@ class ModbusServer {
   ~ModbusServer();
 
   // Opens the line, to report a wrong device or setting at the start. run() opens it if this was not called.
-  Outcome<bool> open() { return line_.open(); }
+  Outcome<void> open() { return line_.open(); }
 
   void run();
   void stop() { line_.stop(); }  // from any thread; run() returns at once

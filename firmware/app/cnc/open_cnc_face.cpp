@@ -18,9 +18,8 @@ Outcome<CncOptions> parseCncLine(const std::string& text) {
     return Error{"The CNC line '" + text +
                  "' is not modbus:DEVICE[,baud=19200][,parity=even][,unit=1], records:DEVICE[,every=100] or "
                  "tape:DEVICE[,dialect=g10]."};
-  auto options = parseModbusOptions(std::string_view{text}.substr(kModbus.size()));
-  if (!options) return options.error();
-  return CncOptions{std::move(options).value()};
+  TRY(auto options, parseModbusOptions(std::string_view{text}.substr(kModbus.size())));
+  return CncOptions{std::move(options)};
 }
 
 const serial::Address& addressOf(const CncOptions& options) {

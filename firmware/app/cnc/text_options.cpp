@@ -89,9 +89,8 @@ Outcome<TextOptions> parse(std::string_view text, TextOptions options, const ser
     if (is == Taken::wrong) return Error{"'" + std::string{part} + "' is not a setting: known are " + keys};
     if (is == Taken::no) line += (line.empty() ? "" : ",") + std::string{part};
   }
-  auto address = serial::parseAddress(line, usual);
-  if (!address) return address.error();
-  options.line = std::move(address).value();
+  TRY(auto address, serial::parseAddress(line, usual));
+  options.line = std::move(address);
   if (const auto least = shortestPeriod(options.line.settings); options.every.count() > 0 && options.every < least)
     return Error{"every=" + std::to_string(options.every.count()) + " is shorter than a record takes at " +
                  serial::describe(options.line.settings) + ": write every=" + std::to_string(least.count()) +

@@ -208,9 +208,8 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
                    "This box has no procedure '" + request->method + "'" + meant + "; it has: " + known + ".");
   }
   const auto facts = with_.calibrations.factsNow();
-  const auto options = plannedOptions(*method, *request, facts, state);
-  if (!options) return options.error();
-  if (const auto error = procedure::whyRefused(*method, *options, with_.deflection_limit_mm))
+  TRY(const auto options, plannedOptions(*method, *request, facts, state));
+  if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
   const auto by = request->head    ? procedure::ReadBy::head
                   : request->shank ? procedure::ReadBy::shank
@@ -235,10 +234,10 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   const ProcedureStarted started{.run = std::max(last_run_, state.procedure.run) + 1,
                                  .method = method->number,
                                  .at = with_.time.now(),
-                                 .options = *options};
+                                 .options = options};
   if (!with_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
   last_run_ = started.run;
-  options_ = *options;
+  options_ = options;
   procedure::fill(plan_, *method, options_);
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }

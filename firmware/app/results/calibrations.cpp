@@ -244,11 +244,10 @@ Outcome<std::vector<store::Id>, store::Failure> Calibrations::stored(const Case&
   std::vector<store::Id> ids;
   for (const auto& [subject, needs] : solved_case.subjects) {
     if (!ids.empty() && (!solved || solved->find(needs) == nullptr)) continue;
-    const auto id = solved ? storedAbout(subject, solved_case, *solved)
-                           : store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
-                                           *solved_case.text, utcNow());
-    if (!id) return id.error();
-    ids.push_back(*id);
+    TRY(const auto id, solved ? storedAbout(subject, solved_case, *solved)
+                              : store_.refuse(in_force_.bindingFor(subject), solved_case.method, solved.error(),
+                                              *solved_case.text, utcNow()));
+    ids.push_back(id);
   }
   return ids;
 }
@@ -295,9 +294,8 @@ std::optional<store::Id> Calibrations::keep(const Case& run, const metrology::So
 Outcome<std::vector<store::Record>, store::Failure> Calibrations::results(store::Id after, std::size_t count,
                                                                           std::size_t newest) {
   if (newest == 0) return store_.resultsAfter(after, count);
-  const auto before = store_.idBeforeNewest(newest);
-  if (!before) return before.error();
-  return store_.resultsAfter(std::max(after, *before), count);
+  TRY(const auto before, store_.idBeforeNewest(newest));
+  return store_.resultsAfter(std::max(after, before), count);
 }
 
 const std::string& Calibrations::dataset(std::uint32_t run) const {

@@ -104,9 +104,8 @@ std::optional<Error> DoorBook::keepWordOrder(std::string_view door, std::uint16_
   const std::lock_guard lock{changing_};
   if (wordOrder(door) == order && !unsaved_) return std::nullopt;
   Doors doors = doors_;
-  const auto entry = findOrAdd(doors, door);
-  if (!entry) return entry.error();
-  (*entry)->word_order = order;
+  TRY(const auto entry, findOrAdd(doors, door));
+  entry->word_order = order;
   if (auto failed = store(doors)) return failed;
   show(std::move(doors));
   return std::nullopt;
@@ -130,11 +129,10 @@ std::optional<Error> DoorBook::clearInhibit(std::string_view door, std::string_v
 std::optional<Error> DoorBook::change(std::string_view door, bool active, std::string_view by) {
   if (by.size() > kMostName) return Error{"A name has up to " + std::to_string(kMostName) + " bytes."};
   Doors doors = doors_;
-  const auto entry = findOrAdd(doors, door);
-  if (!entry) return entry.error();
-  (*entry)->inhibits = active;
-  (*entry)->by = by;
-  (*entry)->since_utc = utcNow();
+  TRY(const auto entry, findOrAdd(doors, door));
+  entry->inhibits = active;
+  entry->by = by;
+  entry->since_utc = utcNow();
   const auto failed = store(doors);
   if (failed && !active) return Error{"The end of the cut cannot be stored, and the inhibit stays: " + failed->what};
   show(std::move(doors));

@@ -81,9 +81,8 @@ Outcome<std::optional<metrology::Dataset>> IncomingCase::add(const messages::Pro
 std::optional<Error> IncomingCase::append(const messages::ProposeCase::Request& piece) {
   for (const auto& entry : piece.config) {
     bytes_ += bytesOf(entry);
-    auto value = valueOf(entry);
-    if (!value) return value.error();
-    dataset_.config.insert_or_assign(entry.key, std::move(*value));
+    TRY(auto value, valueOf(entry));
+    dataset_.config.insert_or_assign(entry.key, std::move(value));
   }
   for (const auto& part : piece.columns) {
     if (auto error = append(part)) return error;

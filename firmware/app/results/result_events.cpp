@@ -54,13 +54,12 @@ Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, 
 
 Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
   const bool per_axis = result.find("tau_axis_s") != nullptr;
-  const auto tau = per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1);
-  if (!tau) return tau.error();
+  TRY(const auto tau, per_axis ? valuesOf(result, "tau_axis_s", kLinearAxes) : valuesOf(result, "tau_s", 1));
   DelayActivated event{.result_id = id, .tau_s = {}, .sd_s = {}, .at = now};
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const std::size_t i = per_axis ? axis : 0;
-    event.tau_s[axis] = tau->values[i];
-    event.sd_s[axis] = tau->sdOf(i);
+    event.tau_s[axis] = tau.values[i];
+    event.sd_s[axis] = tau.sdOf(i);
   }
   return std::vector<Event>{event};
 }
@@ -74,22 +73,19 @@ Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uin
                             .sd_centre_mm = {},
                             .sd_slope = {},
                             .at = now};
-  const auto centre = valuesOf(result, "centre_mm", 2);
-  if (!centre) return centre.error();
+  TRY(const auto centre, valuesOf(result, "centre_mm", 2));
   for (std::size_t i = 0; i < 2; ++i) {
-    event.centre_mm[i] = centre->values[i];
-    event.sd_centre_mm[i] = centre->sdOf(i);
+    event.centre_mm[i] = centre.values[i];
+    event.sd_centre_mm[i] = centre.sdOf(i);
   }
   const bool of_slide = result.find("Z_slide_rad") != nullptr;
   if (!of_slide && result.find("C_tilt_rad") == nullptr) return std::vector<Event>{event};
-  const auto tilt = valuesOf(result, of_slide ? "Z_slide_rad" : "C_tilt_rad", 2);
-  if (!tilt) return tilt.error();
-  const auto reference = valuesOf(result, "mean_z_mm", 1);
-  if (!reference) return reference.error();
-  event.reference_z_mm = reference->values[0];
+  TRY(const auto tilt, valuesOf(result, of_slide ? "Z_slide_rad" : "C_tilt_rad", 2));
+  TRY(const auto reference, valuesOf(result, "mean_z_mm", 1));
+  event.reference_z_mm = reference.values[0];
   for (std::size_t i = 0; i < 2; ++i) {
-    event.slope[i] = tilt->values[i];  // small: the tangent is the angle
-    event.sd_slope[i] = tilt->sdOf(i);
+    event.slope[i] = tilt.values[i];  // small: the tangent is the angle
+    event.sd_slope[i] = tilt.sdOf(i);
   }
   return std::vector<Event>{event};
 }
@@ -100,22 +96,20 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
   const bool has_table = result.find("sector_table_um") != nullptr;
   // A run on the machine sees the face alone: K stays.
   if (result.find("K") != nullptr || !has_table) {
-    const auto gain = valuesOf(result, "K", 1);
-    if (!gain) return gain.error();
-    event.gain = gain->values[0];
-    event.sd_gain = gain->sdOf(0);
+    TRY(const auto gain, valuesOf(result, "K", 1));
+    event.gain = gain.values[0];
+    event.sd_gain = gain.sdOf(0);
   }
   if (!has_table) return std::vector<Event>{event};
-  const auto table = valuesOf(result, "sector_table_um", 0);
-  if (!table) return table.error();
-  if (table->values.size() > kMostScrewSectors) {
+  TRY(const auto table, valuesOf(result, "sector_table_um", 0));
+  if (table.values.size() > kMostScrewSectors) {
     return Error{"The box holds a table of " + std::to_string(kMostScrewSectors) + " sectors, but this result has " +
-                 std::to_string(table->values.size()) + ": calibrate again with fewer."};
+                 std::to_string(table.values.size()) + ": calibrate again with fewer."};
   }
-  event.sectors = static_cast<std::uint8_t>(table->values.size());
+  event.sectors = static_cast<std::uint8_t>(table.values.size());
   constexpr double kMost_um = 1e6;  // a metre of extension is no reading
-  for (std::size_t i = 0; i < table->values.size(); ++i) {
-    const double value_um = table->values[i];
+  for (std::size_t i = 0; i < table.values.size(); ++i) {
+    const double value_um = table.values[i];
     if (std::abs(value_um) > kMost_um) return Error{"A sector of the screw's table is longer than a metre."};
     event.sector_nm[i] = static_cast<std::int32_t>(std::lround(value_um * 1e3));
   }
@@ -125,12 +119,11 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
 // The length that the tool has as it is assembled (C2): it replaces the one of [[tool]].
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
-  const auto length = valuesOf(result, "assembled_length_mm", 1);
-  if (!length) return length.error();
-  if (!(length->values[0] > 0))
+  TRY(const auto length, valuesOf(result, "assembled_length_mm", 1));
+  if (!(length.values[0] > 0))
     return Error{"The assembled length of tool " + std::to_string(tool) + " is not above 0."};
   return std::vector<Event>{
-      ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length->values[0], .at = now}};
+      ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length.values[0], .at = now}};
 }
 
 std::optional<Error> tooManyRows(std::size_t rows) {
@@ -142,17 +135,15 @@ std::optional<Error> tooManyRows(std::size_t rows) {
 // (B19)-(B21), and what the readings have left at each angle.
 Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
   SwivelActivated event{.result_id = id, .axis = axis, .terms = {}, .rows = 0, .at = now};
-  const auto terms = valuesOf(result, "swivel_terms_mm", event.terms.size());
-  if (!terms) return terms.error();
-  const auto left = valuesOf(result, "left_by_angle_mm", 0);
-  if (!left) return left.error();
-  const std::size_t rows = left->values.size() / 4;  // B_deg, x, y, z
+  TRY(const auto terms, valuesOf(result, "swivel_terms_mm", event.terms.size()));
+  TRY(const auto left, valuesOf(result, "left_by_angle_mm", 0));
+  const std::size_t rows = left.values.size() / 4;  // B_deg, x, y, z
   if (auto error = tooManyRows(rows)) return *error;
-  std::ranges::copy(terms->values, event.terms.begin());
+  std::ranges::copy(terms.values, event.terms.begin());
   event.rows = static_cast<std::uint8_t>(rows);
   std::vector<Event> events{event};
   for (std::size_t k = 0; k < rows; ++k) {
-    const auto row = left->values.subspan(4 * k, 4);
+    const auto row = left.values.subspan(4 * k, 4);
     events.emplace_back(ErrorsAtAngle{.of = ErrorsOf::swivel,
                                       .axis = axis,
                                       .result_id = id,
@@ -166,25 +157,21 @@ Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis a
 // (E5), with the nominal axis that the errors are about.
 Outcome<std::vector<Event>> rotary(const metrology::Result& result, RotaryAxis axis, std::uint64_t id, MonoTime now) {
   RotaryActivated event{.result_id = id, .axis = axis, .point_mm = {}, .direction = {}, .sd = {}, .rows = 0, .at = now};
-  const auto point = valuesOf(result, "axis_point_mm", event.point_mm.size());
-  if (!point) return point.error();
-  const auto direction = valuesOf(result, "axis_direction", event.direction.size());
-  if (!direction) return direction.error();
-  const auto angles = valuesOf(result, "angle_rad", 0);
-  if (!angles) return angles.error();
-  const std::size_t rows = angles->values.size();
+  TRY(const auto point, valuesOf(result, "axis_point_mm", event.point_mm.size()));
+  TRY(const auto direction, valuesOf(result, "axis_direction", event.direction.size()));
+  TRY(const auto angles, valuesOf(result, "angle_rad", 0));
+  const std::size_t rows = angles.values.size();
   if (auto error = tooManyRows(rows)) return *error;
-  const auto errors = valuesOf(result, "six_errors", 6 * rows);
-  if (!errors) return errors.error();
-  std::ranges::copy(point->values, event.point_mm.begin());
-  std::ranges::copy(direction->values, event.direction.begin());
+  TRY(const auto errors, valuesOf(result, "six_errors", 6 * rows));
+  std::ranges::copy(point.values, event.point_mm.begin());
+  std::ranges::copy(direction.values, event.direction.begin());
   event.rows = static_cast<std::uint8_t>(rows);
-  for (std::size_t i = 0; i < 6 * rows; ++i) event.sd[i % 6] = std::max(event.sd[i % 6], errors->sdOf(i));
+  for (std::size_t i = 0; i < 6 * rows; ++i) event.sd[i % 6] = std::max(event.sd[i % 6], errors.sdOf(i));
   std::vector<Event> events{event};
   for (std::size_t k = 0; k < rows; ++k) {
     ErrorsAtAngle row{
-        .of = ErrorsOf::rotary, .axis = axis, .result_id = id, .angle_rad = angles->values[k], .errors = {}, .at = now};
-    std::ranges::copy(errors->values.subspan(6 * k, 6), row.errors.begin());
+        .of = ErrorsOf::rotary, .axis = axis, .result_id = id, .angle_rad = angles.values[k], .errors = {}, .at = now};
+    std::ranges::copy(errors.values.subspan(6 * k, 6), row.errors.begin());
     events.emplace_back(row);
   }
   return events;
@@ -247,12 +234,11 @@ constexpr std::string_view kPreTravelSubject = "pre-travel";
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
   const metrology::Result* result = record.result();
   if (result == nullptr) return Error{named(record) + " is a refusal."};
-  const auto matrix = valuesOf(*result, "sensor_matrix", 9);
-  if (!matrix) return matrix.error();
+  TRY(const auto matrix, valuesOf(*result, "sensor_matrix", 9));
   procedure::CalibratedHead head{.result_id = record.id, .tool = *sensorHeadOf(record.binding.subject)};
   for (std::size_t i = 0; i < 9; ++i) {
-    head.matrix[i / 3][i % 3] = matrix->values[i];
-    head.sd[i / 3][i % 3] = matrix->sdOf(i);
+    head.matrix[i / 3][i % 3] = matrix.values[i];
+    head.sd[i / 3][i % 3] = matrix.sdOf(i);
   }
   return head;
 }
@@ -265,13 +251,12 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
   if (const auto* found = result->find(kKey); found != nullptr && found->values.size() == kParts - 1)
     return Error{named(record) +
                  " has no pre-travel along the stylus: touch the sphere from below its equator as well."};
-  const auto parts = valuesOf(*result, kKey, kParts);
-  if (!parts) return parts.error();
+  TRY(const auto parts, valuesOf(*result, kKey, kParts));
   procedure::PreTravel found{.result_id = record.id, .parts_mm = {}, .covariance = {}};
-  std::ranges::copy(parts->values, found.parts_mm.begin());
+  std::ranges::copy(parts.values, found.parts_mm.begin());
   for (std::size_t i = 0; i < kParts; ++i)
     for (std::size_t k = 0; k < kParts; ++k)
-      found.covariance[i][k] = covarianceOf(*result, kKey, i, k).value_or(i == k ? parts->sdOf(i) * parts->sdOf(i) : 0);
+      found.covariance[i][k] = covarianceOf(*result, kKey, i, k).value_or(i == k ? parts.sdOf(i) * parts.sdOf(i) : 0);
   return found;
 }
 
@@ -297,13 +282,11 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
     return Error{named(record) + " does not name its sensor head: give its case the config key 'tool'."};
   if (sensorHeadOf(subject)) {
     // The worker follows it, and the core hears nothing of it.
-    const auto head = calibratedHeadOf(record);
-    if (!head) return head.error();
+    TRY(calibratedHeadOf(record));
     return std::vector<Event>{};
   }
   if (subject == kPreTravelSubject) {
-    const auto found = preTravelOf(record);
-    if (!found) return found.error();
+    TRY(preTravelOf(record));
     return std::vector<Event>{};
   }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);

@@ -119,10 +119,9 @@ std::optional<store::Failure> ResultsInForce::objectionTo(const store::Record& r
 }
 
 ResultsInForce::Accepted ResultsInForce::compareOnly(store::Id id) {
-  const auto found = store_.find(id);
-  if (!found) return found.error();
-  if (auto objection = objectionTo(*found)) return *objection;
-  return comparedWithPresent(*found);
+  TRY(const auto found, store_.find(id));
+  if (auto objection = objectionTo(found)) return *objection;
+  return comparedWithPresent(found);
 }
 
 ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string& by, bool although_it_differs) {
@@ -136,9 +135,8 @@ ResultsInForce::Accepted ResultsInForce::accept(store::Id id, const std::string&
   const bool differs = was_proposed && comparison.differs();
   if (differs && !although_it_differs) return tooFarApart(record, comparison);
   const auto activation = mayChange() ? store::Activation::at_once : store::Activation::later;
-  auto accepted = store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : "");
-  if (!accepted) return accepted.error();
-  record = std::move(*accepted);
+  TRY(auto accepted, store_.accept(id, by, utcNow(), activation, differs ? "although it differs" : ""));
+  record = std::move(accepted);
   readStore();
   if (was_active || record.state != store::State::active) return compared;
   tell(record);
@@ -152,23 +150,22 @@ ResultsInForce::RolledBack ResultsInForce::rollBack(const std::string& subject, 
 }
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(store::Id id, const std::string& by) {
-  const auto found = store_.find(id);
-  if (!found) return found.error();
+  TRY(const auto found, store_.find(id));
   // One that does not fit any more can be gone back from as well.
-  if (auto other = otherBinding(*found)) return *other;
-  if (found->state == store::State::accepted) {
+  if (auto other = otherBinding(found)) return *other;
+  if (found.state == store::State::accepted) {
     auto withdrawn = store_.withdraw(id, by, utcNow());
     readStore();
     if (!withdrawn) return withdrawn.error();
     return store::RolledBack{.retired = std::move(*withdrawn), .active = std::nullopt};
   }
-  if (found->state != store::State::active) {
+  if (found.state != store::State::active) {
     return store::Failure{store::Reason::not_possible_now,
-                          named(id) + " is " + std::string{store::name(found->state)} +
-                              ", not in force: name the result that is, or its subject (" + found->binding.subject +
+                          named(id) + " is " + std::string{store::name(found.state)} +
+                              ", not in force: name the result that is, or its subject (" + found.binding.subject +
                               ")."};
   }
-  return rollBack(found->binding, by);
+  return rollBack(found.binding, by);
 }
 
 ResultsInForce::RolledBack ResultsInForce::rollBack(const store::Binding& binding, const std::string& by) {

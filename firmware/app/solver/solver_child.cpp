@@ -135,14 +135,12 @@ std::string encodeAnswer(const metrology::Solved& solved) {
 
 Outcome<metrology::Solved> decodeAnswer(std::string_view text) {
   if (text.starts_with(kResult)) {
-    auto result = json::resultFromJson(text.substr(kResult.size()));
-    if (!result) return result.error();
-    return metrology::Solved{std::move(result).value()};
+    TRY(auto result, json::resultFromJson(text.substr(kResult.size())));
+    return metrology::Solved{std::move(result)};
   }
   if (text.starts_with(kRefusal)) {
-    auto refusal = json::refusalFromJson(text.substr(kRefusal.size()));
-    if (!refusal) return refusal.error();
-    return metrology::Solved{std::move(refusal).value()};
+    TRY(auto refusal, json::refusalFromJson(text.substr(kRefusal.size())));
+    return metrology::Solved{std::move(refusal)};
   }
   return Error{"neither a result nor a refusal"};
 }

@@ -184,11 +184,11 @@ struct Daemon::Parts {
     return all;
   }
 
-  Outcome<bool> adopt(std::vector<PassedSocket> passed, const board::Service& service);
-  Outcome<bool> openLinks(const std::vector<std::string>& texts, const board::Service& service);
-  Outcome<bool> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
-  Outcome<bool> openMachine(const board::Descriptions& descriptions);
-  Outcome<bool> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
+  Outcome<void> adopt(std::vector<PassedSocket> passed, const board::Service& service);
+  Outcome<void> openLinks(const std::vector<std::string>& texts, const board::Service& service);
+  Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
+  Outcome<void> openMachine(const board::Descriptions& descriptions);
+  Outcome<void> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
   void announce();
   std::vector<Event> fromBefore();
   void run();
@@ -228,71 +228,65 @@ struct Daemon::Parts {
   std::optional<ChainWatch> chain;
 };
 
-Outcome<bool> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const board::Service& service) {
+Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const board::Service& service) {
   for (auto& socket : passed) {
-    auto listener = tcp::Listener::adopt(std::move(socket.descriptor), socket.name);
-    if (!listener) return listener.error();
-    const auto address = listener->address();
-    if (auto opened = serve(std::move(*listener), doorOf(address, service), service.access); !opened) return opened;
+    TRY(auto listener, tcp::Listener::adopt(std::move(socket.descriptor), socket.name));
+    const auto address = listener.address();
+    if (auto opened = serve(std::move(listener), doorOf(address, service), service.access); !opened) return opened;
     passed_addresses.push_back(address);
   }
-  return true;
+  return {};
 }
 
 // door: null where service.toml has none for it.
-Outcome<bool> Daemon::Parts::serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise) {
+Outcome<void> Daemon::Parts::serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise) {
   if (auto why = whyOpenToAll(listener.address(), door)) return *why;
   if (!reachable_at && tcp::isLoopback(listener.address())) reachable_at = listener.address();
   uris.push_back("tcp:" + tcp::describe(listener.address()));
   links.listen(std::move(listener), door == nullptr ? otherwise : door->access);
-  return true;
+  return {};
 }
 
-Outcome<bool> Daemon::Parts::openLinks(const std::vector<std::string>& texts, const board::Service& service) {
+Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
-    const auto address = parseLink(text);
-    if (!address) return address.error();
-    if (const auto* line = std::get_if<serial::Address>(&*address)) {
+    TRY(const auto address, parseLink(text));
+    if (const auto* line = std::get_if<serial::Address>(&address)) {
       links.serve(*line, service.accessAt(text));
       uris.push_back("serial:" + line->path + ",baud=" + std::to_string(line->settings.baud));
       continue;
     }
-    if (const auto* port = std::get_if<usb_gadget::PortAddress>(&*address)) {
+    if (const auto* port = std::get_if<usb_gadget::PortAddress>(&address)) {
       links.serve(*port, service.accessAt(text));
       continue;
     }
-    const auto& door = std::get<tcp::Address>(*address);
+    const auto& door = std::get<tcp::Address>(address);
     if (std::ranges::any_of(passed_addresses, [&](const auto& passed) { return tcp::covers(passed, door); })) continue;
-    auto listener = tcp::Listener::open(door);
-    if (!listener) return listener.error();
-    if (auto opened = serve(std::move(*listener), service.doorAt(text), service.access); !opened) return opened;
+    TRY(auto listener, tcp::Listener::open(door));
+    if (auto opened = serve(std::move(listener), service.doorAt(text), service.access); !opened) return opened;
   }
-  return true;
+  return {};
 }
 
-Outcome<bool> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
+Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
-    const auto options = parseCncLine(text);
-    if (!options) return options.error();
+    TRY(const auto options, parseCncLine(text));
     // A line that is not there yet is opened when it comes.
-    cnc_lines.push_back(openCncFace(*options, service.accessAt(text), core.addStateReader(),
+    cnc_lines.push_back(openCncFace(options, service.accessAt(text), core.addStateReader(),
                                     {desk, links, doors, served, calibrations, boots, firmwareVersion()}));
   }
-  return true;
+  return {};
 }
 
-Outcome<bool> Daemon::Parts::openMachine(const board::Descriptions& descriptions) {
+Outcome<void> Daemon::Parts::openMachine(const board::Descriptions& descriptions) {
   if (!reachable_at && isEmulated(descriptions)) {
     // The emulated controller is a host like any other and needs a door.
-    auto listener = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
-    if (!listener) return listener.error();
-    reachable_at = listener->address();
-    links.listen(std::move(*listener), descriptions.service.access);
+    TRY(auto listener, tcp::Listener::open({.host = "127.0.0.1", .port = 0}));
+    reachable_at = listener.address();
+    links.listen(std::move(listener), descriptions.service.access);
   }
-  auto opened = openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters);
-  if (!opened) return opened.error();
-  sources = std::move(*opened);
-  return true;
+  TRY(auto opened, openSources(descriptions, reachable_at.value_or(tcp::Address{}), time.now(), counters));
+  sources = std::move(opened);
+  return {};
 }
 
 void Daemon::Parts::announce() {
@@ -355,26 +349,24 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
 Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const board::Descriptions& descriptions,
                                                std::vector<PassedSocket> passed) {
   if (const auto refused = whyRefused(options, descriptions)) return *refused;
-  auto state = takeStateDirectory(options.state);
-  if (!state) return state.error();
-  if (!state->notice.empty()) logWarning(state->notice);
+  TRY(auto state, takeStateDirectory(options.state));
+  if (!state.notice.empty()) logWarning(state.notice);
   // Samples and the CNC need no store: what is wrong with it stands in the log and in status.
-  auto store = store::Store::openAnyhow((state->path / "results.db").string());
+  auto store = store::Store::openAnyhow((state.path / "results.db").string());
   std::optional<JournalWriter> journal;
   if (!options.journal.empty()) {
-    auto created = JournalWriter::create(options.journal);
-    if (!created) return created.error();
-    journal.emplace(std::move(*created));
+    TRY(auto created, JournalWriter::create(options.journal));
+    journal.emplace(std::move(created));
   }
 
-  auto parts = std::make_unique<Parts>(options, descriptions, state->path, std::move(store), std::move(journal));
-  parts->state_lock = std::move(state->lock);
+  auto parts = std::make_unique<Parts>(options, descriptions, state.path, std::move(store), std::move(journal));
+  parts->state_lock = std::move(state.lock);
   if (const auto problem = parts->doors.problem(); !problem.empty()) logWarning(problem);
   const auto& service = descriptions.service;
-  if (auto adopted = parts->adopt(std::move(passed), service); !adopted) return adopted.error();
-  if (auto opened = parts->openLinks(linksOf(options, service), service); !opened) return opened.error();
-  if (auto opened = parts->openCncLines(cncLinesOf(options, service), service); !opened) return opened.error();
-  if (auto opened = parts->openMachine(descriptions); !opened) return opened.error();
+  TRY(parts->adopt(std::move(passed), service));
+  TRY(parts->openLinks(linksOf(options, service), service));
+  TRY(parts->openCncLines(cncLinesOf(options, service), service));
+  TRY(parts->openMachine(descriptions));
   parts->announce();
   parts->run();
   return std::unique_ptr<Daemon>{new Daemon{std::move(parts)}};

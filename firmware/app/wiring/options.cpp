@@ -34,19 +34,16 @@ bool isTheDisks(int error) {
 Outcome<LinkAddress> parseLink(const std::string& text) {
   const std::string_view view{text};
   if (view.starts_with("tcp:")) {
-    auto address = tcp::parseAddress(view.substr(4));
-    if (!address) return address.error();
-    return LinkAddress{*address};
+    TRY(auto address, tcp::parseAddress(view.substr(4)));
+    return LinkAddress{address};
   }
   if (view.starts_with("serial:")) {
-    auto address = serial::parseAddress(view.substr(7), serial::kHostLink);
-    if (!address) return address.error();
-    return LinkAddress{*address};
+    TRY(auto address, serial::parseAddress(view.substr(7), serial::kHostLink));
+    return LinkAddress{address};
   }
   if (view == "usb" || view.starts_with("usb:")) {
-    auto address = usb_gadget::parsePort(view.substr(3));
-    if (!address) return address.error();
-    return LinkAddress{*address};
+    TRY(auto address, usb_gadget::parsePort(view.substr(3)));
+    return LinkAddress{address};
   }
   return Error{"The link '" + text + "' is neither tcp:HOST:PORT nor serial:DEVICE[,baud=921600] nor usb."};
 }

@@ -35,24 +35,21 @@ Answer answerOf(const Dataset& dataset, const BallTable& table, const BallFit& b
 }  // namespace
 
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto heights = configWord(dataset, "heights", kHeights);
-  if (!heights) return heights.error();
-  const auto table = readBallTable(dataset, {.lever = "z_mm"});
-  if (!table) return table.error();
-  if (auto refusal = refuseSpan(*table, "z_mm")) return *refusal;
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto heights, configWord(dataset, "heights", kHeights));
+  TRY(const auto table, readBallTable(dataset, {.lever = "z_mm"}));
+  if (auto refusal = refuseSpan(table, "z_mm")) return *refusal;
   const auto ball =
-      fitBall(table->readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, sigma->value);
+      fitBall(table.readings, {.sloped = true, .arm_per_set = true, .stylus_per_set = false}, sigma.value);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, *table, *ball, *sigma);
+  Answer answer = answerOf(dataset, table, *ball, sigma);
   answer.readings(*dataset.table("readings"), kBallParts, "z_mm");
   const auto& parameters = ball->fit.parameters;
   const Eigen::MatrixXd rows = pick(2, 2, parameters.size());
-  const bool by_slide = heights->value_or("rotating") == "slide";
+  const bool by_slide = heights.value_or("rotating") == "slide";
   answer.promiseVector(by_slide ? "Z_slide_rad" : "C_tilt_rad", parameters.segment<2>(2), rows);
   answer.alsoVector("centre_mm", parameters.head(2), pick(0, 2, parameters.size()));
-  answer.result().also.push_back(Estimate::scalar("mean_z_mm", table->mean_lever, std::nullopt));
+  answer.result().also.push_back(Estimate::scalar("mean_z_mm", table.mean_lever, std::nullopt));
   if (!by_slide) answer.alsoVector("taper_on_diameter", 2.0 * parameters.segment<2>(2), 2.0 * rows);
   if (ball->turned == Turned::c_only) {
     answer.warn(
@@ -65,33 +62,28 @@ Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
 }
 
 Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
-  const auto direction = configSense(dataset, "tool_direction");
-  if (!direction) return direction.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto c_tilt = configPlane(dataset, "C_tilt_rad");
-  if (!c_tilt) return c_tilt.error();
-  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
-  if (!of_shank) return of_shank.error();
-  const auto read = readSpindleReadings(dataset, of_shank->ratio);
-  if (!read) return read.error();
-  const BallTable& table = read->table;
+  TRY(const auto direction, configSense(dataset, "tool_direction"));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto c_tilt, configPlane(dataset, "C_tilt_rad"));
+  TRY(const auto of_shank, relativeSigma(dataset, "sigma_shank_mm", sigma));
+  TRY(const auto read, readSpindleReadings(dataset, of_shank.ratio));
+  const BallTable& table = read.table;
   if (auto refusal = refuseSpan(table, kTipLength)) return *refusal;
   const auto ball =
-      fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, sigma->value);
+      fitBall(table.readings, {.sloped = true, .arm_per_set = false, .stylus_per_set = true}, sigma.value);
   if (!ball) return ball.error();
-  Answer answer = answerOf(dataset, table, *ball, *sigma);
-  answer.readings(read->names, read->lengths, kTipLength);
+  Answer answer = answerOf(dataset, table, *ball, sigma);
+  answer.readings(read.names, read.lengths, kTipLength);
   auto& residuals = answer.result().residuals.values;
-  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read->spreads[k];
-  for (const auto& warning : of_shank->warnings) answer.warn(warning);
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= read.spreads[k];
+  for (const auto& warning : of_shank.warnings) answer.warn(warning);
   const auto& parameters = ball->fit.parameters;
-  const double sign = -direction.value();
+  const double sign = -direction;
   const Eigen::MatrixXd rows = sign * pick(2, 2, parameters.size());
   const Eigen::Vector2d tilt = sign * parameters.segment<2>(2);
   answer.promiseVector("A_tilt_rad", tilt, rows);
-  if (c_tilt.value()) {
-    const Eigen::Vector2d c{c_tilt.value()->data()};
+  if (c_tilt) {
+    const Eigen::Vector2d c{c_tilt->data()};
     answer.promiseVector("A_minus_C_rad", tilt - c, rows);
   }
   answer.result().convention = "x and y of the spindle axis per mm of Z, relative to Z";

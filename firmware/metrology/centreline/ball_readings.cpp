@@ -171,25 +171,22 @@ Outcome<BallTable, Refusal> readBallTable(const Dataset& dataset, const BallColu
   std::vector<std::string_view> columns{"A_rad", "C_rad", "x_mm", "y_mm"};
   if (!named.lever.empty()) columns.push_back(named.lever);
   columns.insert(columns.end(), named.further.begin(), named.further.end());
-  const auto table = checkedTable(dataset, named.table, columns);
-  if (!table) return table.error();
-  const auto spindle_sense = configSense(dataset, "A_sense");
-  if (!spindle_sense) return spindle_sense.error();
-  const auto c_sense = configSense(dataset, "C_sense");
-  if (!c_sense) return c_sense.error();
+  TRY(const auto table, checkedTable(dataset, named.table, columns));
+  TRY(const auto spindle_sense, configSense(dataset, "A_sense"));
+  TRY(const auto c_sense, configSense(dataset, "C_sense"));
   const auto value = [&](std::string_view column, std::size_t row) {
-    return column.empty() ? no_lever : (*(*table)->column(column))[row];
+    return column.empty() ? no_lever : (*table->column(column))[row];
   };
 
-  BallTable ball{.readings = {}, .warnings = equalRows(**table), .levers = {}, .mean_lever = 0.0};
+  BallTable ball{.readings = {}, .warnings = equalRows(*table), .levers = {}, .mean_lever = 0.0};
   std::map<double, std::size_t> sets;
-  const std::size_t rows = (*table)->rows();
+  const std::size_t rows = table->rows();
   for (std::size_t row = 0; row < rows; ++row) {
     const double lever = value(named.lever, row);
     const auto set = sets.try_emplace(lever, sets.size()).first->second;
     ball.readings.push_back({.at = {value("x_mm", row), value("y_mm", row)},
-                             .spindle = *spindle_sense * value("A_rad", row),
-                             .c = *c_sense * value("C_rad", row),
+                             .spindle = spindle_sense * value("A_rad", row),
+                             .c = c_sense * value("C_rad", row),
                              .set = set,
                              .lever = lever});
     if (set == ball.levers.size()) ball.levers.push_back(lever);

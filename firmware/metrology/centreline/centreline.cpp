@@ -113,43 +113,37 @@ double residualSense(const RotationNoise& noise) {
 }
 
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
-  const auto position = configSigma(dataset, "sigma_mm");
-  if (!position) return position.error();
-  const auto angle = configSigma(dataset, "sigma_C_rad");
-  if (!angle) return angle.error();
-  const bool both = position->stated && angle->stated;
-  return StatedNoise{.noise = {position->value, both ? angle->value : 0.0},
-                     .stated = position->stated,
-                     .angle_ignored = angle->stated && !position->stated};
+  TRY(const auto position, configSigma(dataset, "sigma_mm"));
+  TRY(const auto angle, configSigma(dataset, "sigma_C_rad"));
+  const bool both = position.stated && angle.stated;
+  return StatedNoise{.noise = {position.value, both ? angle.value : 0.0},
+                     .stated = position.stated,
+                     .angle_ignored = angle.stated && !position.stated};
 }
 
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
-  const auto noise = statedNoise(dataset);
-  if (!noise) return noise.error();
-  const auto sense = configSense(dataset, "C_sense");
-  if (!sense) return sense.error();
-  const auto table = checkedTable(dataset, "readings", kColumns);
-  if (!table) return table.error();
-  const auto value = [&](std::size_t column, std::size_t row) { return (*(*table)->column(kColumns[column]))[row]; };
+  TRY(const auto noise, statedNoise(dataset));
+  TRY(const auto sense, configSense(dataset, "C_sense"));
+  TRY(const auto table, checkedTable(dataset, "readings", kColumns));
+  const auto value = [&](std::size_t column, std::size_t row) { return (*table->column(kColumns[column]))[row]; };
   std::vector<RotationReading> readings;
-  for (std::size_t row = 0; row < (*table)->rows(); ++row) {
-    readings.push_back({.at = {value(1, row), value(2, row)}, .angle = *sense * value(0, row)});
+  for (std::size_t row = 0; row < table->rows(); ++row) {
+    readings.push_back({.at = {value(1, row), value(2, row)}, .angle = sense * value(0, row)});
   }
-  const auto fit = fitRotation(readings, noise->noise);
-  if (!fit) return fit.error();
+  TRY(const auto fit, fitRotation(readings, noise.noise));
 
-  Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
-  answer.readings(**table, residualParts(noise->noise), "C_rad", residualSense(noise->noise));
-  answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
-  answer.alsoVector("arm_mm", fit->parameters.tail(2), pick(2, 2, 4));
+  Answer answer{dataset, fit, {noise.noise.position, noise.stated}};
+  answer.readings(*table, residualParts(noise.noise), "C_rad", residualSense(noise.noise));
+  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
+  answer.alsoVector("arm_mm", fit.parameters.tail(2), pick(2, 2, 4));
   if (spread(readings) < kWarnHalfSine * kWarnHalfSine) {
     answer.warn("the angles lie close together: the centre is more than four times less certain than a reading");
   }
-  if (noise->stated && fit->parameters.tail<2>().norm() < 5.0 * noise->noise.position) {
+  if (noise.stated && fit.parameters.tail<2>().norm() < 5.0 * noise.noise.position) {
     answer.warn("the feature lies within 5 sigma of the centre: the readings cannot confirm the angles");
   }
-  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
-  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  if (noise.angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
+  for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   return std::move(answer).take(true);
 }
 

@@ -80,14 +80,12 @@ std::optional<RimCentre> turnedRimCentre(const RimSteps& steps) {
 }
 
 Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
-  const auto noise = statedNoise(dataset);
-  if (!noise) return noise.error();
-  const auto table = checkedTable(dataset, "readings", kColumns);
-  if (!table) return table.error();
-  const auto value = [&](std::size_t column, std::size_t row) { return (*(*table)->column(kColumns[column]))[row]; };
+  TRY(const auto noise, statedNoise(dataset));
+  TRY(const auto table, checkedTable(dataset, "readings", kColumns));
+  const auto value = [&](std::size_t column, std::size_t row) { return (*table->column(kColumns[column]))[row]; };
   std::vector<RimReading> rim;
   std::vector<RotationReading> readings;
-  for (std::size_t row = 0; row < (*table)->rows(); ++row) {
+  for (std::size_t row = 0; row < table->rows(); ++row) {
     rim.push_back({.at = {value(1, row), value(2, row)}, .c = value(0, row)});
     readings.push_back({.at = rim.back().at, .angle = -rim.back().c});
   }
@@ -96,31 +94,28 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
     return Refusal{"arc-too-short", "C spans " + text((greatest.c - least.c) * 180.0 / std::numbers::pi) +
                                         " degrees, less than 30: turn 15 degrees or more to either side"};
   }
-  const auto fit = fitRotation(readings, noise->noise);
-  if (!fit) return fit.error();
+  TRY(const auto fit, fitRotation(readings, noise.noise));
 
-  const Eigen::Vector2d arm = fit->parameters.tail<2>();
+  const Eigen::Vector2d arm = fit.parameters.tail<2>();
   const double radius = arm.norm();
-  Answer answer{dataset, fit.value(), {noise->noise.position, noise->stated}};
-  answer.readings(**table, residualParts(noise->noise), kColumns[0], residualSense(noise->noise));
-  answer.promiseVector("centre_mm", fit->parameters.head(2), pick(0, 2, 4));
+  Answer answer{dataset, fit, {noise.noise.position, noise.stated}};
+  answer.readings(*table, residualParts(noise.noise), kColumns[0], residualSense(noise.noise));
+  answer.promiseVector("centre_mm", fit.parameters.head(2), pick(0, 2, 4));
   answer.promiseScalar("radius_mm", radius, Eigen::RowVector4d{0.0, 0.0, arm.x(), arm.y()} / radius);
   answer.promiseScalar("psi0_rad", std::atan2(arm.x(), arm.y()),
                        Eigen::RowVector4d{0.0, 0.0, arm.y(), -arm.x()} / (radius * radius));
-  compareWithSource(answer, rim, fit->parameters.head<2>(), noise.value());
-  if (noise->angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
-  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  compareWithSource(answer, rim, fit.parameters.head<2>(), noise);
+  if (noise.angle_ignored) answer.warn("sigma_C_rad is not used: it also needs sigma_mm");
+  for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention = "C clockwise from +Y; psi0 is the angle of the ball at C = 0";
   return std::move(answer).take(true);
 }
 
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_C_rad");
-  if (!sigma) return sigma.error();
-  const auto table = checkedTable(dataset, "contacts", kContactColumns);
-  if (!table) return table.error();
-  const auto& clockwise = *(*table)->column("C1_rad");
-  const auto& anticlockwise = *(*table)->column("C2_rad");
+  TRY(const auto sigma, configSigma(dataset, "sigma_C_rad"));
+  TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
+  const auto& clockwise = *table->column("C1_rad");
+  const auto& anticlockwise = *table->column("C2_rad");
   const auto rows = static_cast<Eigen::Index>(clockwise.size());
   Eigen::VectorXd middles{rows};
   for (std::size_t row = 0; row < clockwise.size(); ++row) {
@@ -130,13 +125,13 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
     }
     middles[static_cast<Eigen::Index>(row)] = (clockwise[row] + anticlockwise[row]) / 2.0;
   }
-  const Sigma of_middle{sigma->stated ? sigma->value / std::numbers::sqrt2 : 1.0, sigma->stated};
+  const Sigma of_middle{sigma.stated ? sigma.value / std::numbers::sqrt2 : 1.0, sigma.stated};
   const auto fit =
       linearLeastSquares(Eigen::MatrixXd::Constant(rows, 1, 1.0 / of_middle.value), middles / of_middle.value);
   if (!fit) return fit.error();
   Answer answer{dataset, fit.value(), of_middle};
   answer.readingIs("the middle of one pair of contacts", "rad");
-  answer.readings(**table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
+  answer.readings(*table, std::array<std::string_view, 1>{"middle"}, "C1_rad");
   answer.promiseScalar("C_shift_rad", fit->parameters[0], pick(0, 1, 1).row(0));
   answer.result().convention = "new zero of C in the old count; rms in rad";
   return std::move(answer).take(true);

@@ -75,14 +75,12 @@ struct Sigmas {
 };
 
 Outcome<Sigmas, Refusal> sigmasOf(const Dataset& dataset) {
-  const auto centre = configSigma(dataset, "sigma_mm");
-  if (!centre) return centre.error();
-  const auto touch = configPositive(dataset, "sigma_touch_mm");
-  if (!touch) return touch.error();
-  if (touch.value() && !centre->stated) {
+  TRY(const auto centre, configSigma(dataset, "sigma_mm"));
+  TRY(const auto touch, configPositive(dataset, "sigma_touch_mm"));
+  if (touch && !centre.stated) {
     return Refusal{"missing-key", "config.json states sigma_touch_mm without sigma_mm: state both, or neither"};
   }
-  return Sigmas{centre.value(), touch->value_or(centre->value)};
+  return Sigmas{centre, touch.value_or(centre.value)};
 }
 
 // All means as one linear fit, so that residuals and degrees of freedom are common to them.
@@ -151,17 +149,14 @@ struct Ball {
 };
 
 Outcome<Ball, Refusal> ballOf(const Dataset& dataset) {
-  const auto radius = requiredPositive(dataset, "effective_ball_radius_mm");
-  if (!radius) return radius.error();
-  const auto expected = requiredNumber(dataset, "expected_ball_centre_z_mm");
-  if (!expected) return expected.error();
+  TRY(const auto radius, requiredPositive(dataset, "effective_ball_radius_mm"));
+  TRY(const auto expected, requiredNumber(dataset, "expected_ball_centre_z_mm"));
   if (!dataset.config.contains("x_is_radius")) {
     return Refusal{"missing-key",
                    "config.json has no key 'x_is_radius': give true, or false when X is programmed in diameter"};
   }
-  const auto x_is_radius = configSwitch(dataset, "x_is_radius");
-  if (!x_is_radius) return x_is_radius.error();
-  return Ball{radius.value(), expected.value(), x_is_radius.value()};
+  TRY(const auto x_is_radius, configSwitch(dataset, "x_is_radius"));
+  return Ball{radius, expected, x_is_radius};
 }
 
 // (B24): what to take off the mean of the touches.
@@ -186,15 +181,14 @@ void worsen(Worst& worst, const Worst& by) {
 
 // Compares one value with the accepted one; nothing when no limit is stated.
 Outcome<Worst, Refusal> judge(const Dataset& dataset, const Estimate& estimate, bool error, Result& result) {
-  const auto accepted = configNumber(dataset, "accepted_" + estimate.key);
-  if (!accepted) return accepted.error();
+  TRY(const auto accepted, configNumber(dataset, "accepted_" + estimate.key));
   auto limit = configPositive(dataset, "limit_" + estimate.key);
   if (limit && !limit.value()) limit = configPositive(dataset, "limit_mm");
   if (!limit) return limit.error();
-  if (!limit.value() || (!accepted.value() && !error)) return Worst{};
+  if (!limit.value() || (!accepted && !error)) return Worst{};
   Estimate deviation = estimate;
   deviation.key = "deviation_" + estimate.key;
-  deviation.values = {estimate.value() - accepted->value_or(0.0)};
+  deviation.values = {estimate.value() - accepted.value_or(0.0)};
   deviation.design.clear();
   const auto& uncertainty = estimate.uncertainty.empty() ? estimate.sd : estimate.uncertainty;
   const double doubt = uncertainty.empty() ? 0.0 : 2.0 * uncertainty.front();
@@ -248,9 +242,8 @@ Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
   for (const auto key : kRunOuts) {
     if (!result.find(key) || !dataset.config.contains("accepted_" + std::string{key})) continue;
     const Estimate estimate = *result.find(key);
-    const auto verdict = judge(dataset, estimate, false, result);
-    if (!verdict) return verdict.error();
-    worsen(worst, verdict.value());
+    TRY(const auto verdict, judge(dataset, estimate, false, result));
+    worsen(worst, verdict);
   }
   if (worst && worst->verdict == 2) {
     result.warnings.emplace_back(
@@ -265,19 +258,17 @@ bool hasSwivel(const Table& table, double swivel) {
 
 // X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.
 std::optional<Refusal> badTables(const Dataset& dataset) {
-  const auto centres = checkedTable(dataset, "centres", kCentreColumns);
-  if (!centres) return centres.error();
-  if (auto refusal = badAngles(**centres)) return refusal;
+  TRY(const auto centres, checkedTable(dataset, "centres", kCentreColumns));
+  if (auto refusal = badAngles(*centres)) return refusal;
   struct Touches {
     std::string_view name;
     std::span<const std::string_view> columns;
     double swivel{};  // degrees
   };
   for (const auto& touches : {Touches{"x_touch", kXColumns, 90.0}, Touches{"z_touch", kZColumns, 0.0}}) {
-    if (dataset.table(touches.name) == nullptr && !hasSwivel(**centres, touches.swivel)) continue;
-    const auto table = checkedTable(dataset, touches.name, touches.columns);
-    if (!table) return table.error();
-    if (auto refusal = badAngles(**table)) return refusal;
+    if (dataset.table(touches.name) == nullptr && !hasSwivel(*centres, touches.swivel)) continue;
+    TRY(const auto table, checkedTable(dataset, touches.name, touches.columns));
+    if (auto refusal = badAngles(*table)) return refusal;
   }
   return std::nullopt;
 }
@@ -285,46 +276,41 @@ std::optional<Refusal> badTables(const Dataset& dataset) {
 }  // namespace
 
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
-  const auto ball = ballOf(dataset);
-  if (!ball) return ball.error();
-  const auto sigmas = sigmasOf(dataset);
-  if (!sigmas) return sigmas.error();
+  TRY(const auto ball, ballOf(dataset));
+  TRY(const auto sigmas, sigmasOf(dataset));
   if (auto refusal = badTables(dataset)) return *refusal;
-  const auto means = fitMeans(dataset, sigmas.value());
-  if (!means) return means.error();
+  TRY(const auto means, fitMeans(dataset, sigmas));
 
-  const auto& parameters = means->fit.parameters;
-  Answer answer{dataset, means->fit, sigmas->centre};
-  answer.readings(means->readings, means->swivels, "B_deg");
+  const auto& parameters = means.fit.parameters;
+  Answer answer{dataset, means.fit, sigmas.centre};
+  answer.readings(means.readings, means.swivels, "B_deg");
   auto& residuals = answer.result().residuals.values;
-  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means->sigmas[k] / sigmas->centre.value;
-  for (std::size_t k = 0; k < means->quantities.size(); ++k) {
-    const Quantity& quantity = *means->quantities[k];
-    const Eigen::RowVectorXd row = pick(means->columns[k], 1, parameters.size()).row(0);
-    const double value = parameters[means->columns[k]] - reference(quantity, ball.value());
+  for (std::size_t k = 0; k < residuals.size(); ++k) residuals[k] *= means.sigmas[k] / sigmas.centre.value;
+  for (std::size_t k = 0; k < means.quantities.size(); ++k) {
+    const Quantity& quantity = *means.quantities[k];
+    const Eigen::RowVectorXd row = pick(means.columns[k], 1, parameters.size()).row(0);
+    const double value = parameters[means.columns[k]] - reference(quantity, ball);
     if (quantity.promised) answer.promiseScalar(std::string{quantity.key}, value, row);
     if (!quantity.promised) answer.alsoScalar(std::string{quantity.key}, value, row);
   }
-  addRunOuts(answer, means.value(), ball.value());
+  addRunOuts(answer, means, ball);
   for (const auto& quantity : kQuantities) {
-    if (std::ranges::find(means->quantities, &quantity) == means->quantities.end()) {
+    if (std::ranges::find(means.quantities, &quantity) == means.quantities.end()) {
       answer.warn(std::string{quantity.key} + " was not measured: no reading at its swivel angle");
     }
   }
-  answer.result().convention = ball->x_is_radius ? "X in radius" : "X in diameters";
+  answer.result().convention = ball.x_is_radius ? "X in radius" : "X in diameters";
   return std::move(answer).take(true);
 }
 
 std::optional<Refusal> judgePeriodicCheck(const Dataset& dataset, Result& result) {
-  const auto run_outs = judgeRunOuts(dataset, result);
-  if (!run_outs) return run_outs.error();
-  Worst worst = run_outs.value();
+  TRY(const auto run_outs, judgeRunOuts(dataset, result));
+  Worst worst = run_outs;
   for (const Quantity& quantity : kQuantities) {
     if (!result.find(quantity.key)) continue;
     const Estimate estimate = *result.find(quantity.key);
-    const auto verdict = judge(dataset, estimate, quantity.table != "centres", result);
-    if (!verdict) return verdict.error();
-    worsen(worst, verdict.value());
+    TRY(const auto verdict, judge(dataset, estimate, quantity.table != "centres", result));
+    worsen(worst, verdict);
   }
   if (!worst) return std::nullopt;
   result.also.push_back(Estimate::scalar("verdict", worst->verdict, std::nullopt));

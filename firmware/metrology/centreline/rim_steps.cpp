@@ -61,8 +61,7 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   if (!offered) return StylusOffset{};
   const auto across = acrossSpindle(*offered);
   const std::array<std::string_view, 3> columns{"A_rad", kCoordinates[across[0]], kCoordinates[across[1]]};
-  const auto table = checkedTable(dataset, "stylus", columns);
-  if (!table) return table.error();
+  TRY(checkedTable(dataset, "stylus", columns));
   const auto notOpposite = [](const std::string& where) {
     return Refusal{"not-opposite", where + " needs readings with the spindle at 0 and at 180 degrees"};
   };
@@ -141,16 +140,15 @@ Outcome<Settled, Refusal> settle(const std::vector<Loop>& loops, double level_li
   double zero = 0.0;
   for (std::size_t k = 0; k < loops.size(); ++k) {
     const bool last = k + 1 == loops.size();
-    const auto steps = stepsOf(loops[k], k + 1, last);
-    if (!steps) return steps.error();
+    TRY(const auto steps, stepsOf(loops[k], k + 1, last));
     settled.zeros.push_back(zero);
-    settled.steps = steps.value();
-    const double unlevel = std::abs(steps->plus.y() - steps->minus.y());
+    settled.steps = steps;
+    const double unlevel = std::abs(steps.plus.y() - steps.minus.y());
     if (last && unlevel >= level_limit) {
       return Refusal{"not-level", "the last loop's readings at +theta and -theta differ by " + text(unlevel) +
                                       " mm in y, not less than level_limit_mm: shift the zero of C and read once more"};
     }
-    if (unlevel >= level_limit) zero += remainingShift(steps->plus, steps->minus);
+    if (unlevel >= level_limit) zero += remainingShift(steps.plus, steps.minus);
   }
   return settled;
 }
@@ -203,12 +201,10 @@ std::optional<std::string> disagreement(const RimSteps& steps, const RimCentre& 
 
 Outcome<double, Refusal> contactShift(const Dataset& dataset) {
   if (!dataset.table("contacts")) return 0.0;
-  const auto table = checkedTable(dataset, "contacts", kContactColumns);
-  if (!table) return table.error();
-  Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {**table}};
-  const auto solved = solveCZeroShift(alone);
-  if (!solved) return solved.error();
-  return solved->find("C_shift_rad")->value();
+  TRY(const auto table, checkedTable(dataset, "contacts", kContactColumns));
+  Dataset alone{.method = std::string{kCZeroShift.name}, .config = {}, .tables = {*table}};
+  TRY(const auto solved, solveCZeroShift(alone));
+  return solved.find("C_shift_rad")->value();
 }
 
 // What a case asks, read and checked.
@@ -222,27 +218,19 @@ struct Measured {
 };
 
 Outcome<Measured, Refusal> measuredOf(const Dataset& dataset) {
-  const auto noise = statedNoise(dataset);
-  if (!noise) return noise.error();
-  const auto level_limit = configPositive(dataset, "level_limit_mm");
-  if (!level_limit) return level_limit.error();
-  const auto trusted = configSwitch(dataset, "trust_C_angles");
-  if (!trusted) return trusted.error();
-  const bool trust = trusted.value() || !dataset.config.contains("trust_C_angles");
+  TRY(const auto noise, statedNoise(dataset));
+  TRY(const auto level_limit, configPositive(dataset, "level_limit_mm"));
+  TRY(const auto trusted, configSwitch(dataset, "trust_C_angles"));
+  const bool trust = trusted || !dataset.config.contains("trust_C_angles");
   const Table* offered = dataset.table("readings");
   const std::span columns{kColumns};
   const bool heights = offered && offered->column("z_mm");
-  const auto table = checkedTable(dataset, "readings", heights ? columns : columns.first(4));
-  if (!table) return table.error();
-  const auto stylus = stylusOffset(dataset);
-  if (!stylus) return stylus.error();
-  const auto contact = contactShift(dataset);
-  if (!contact) return contact.error();
-  auto loops = loopsOf(**table, stylus->offset.head<2>());
-  if (!loops) return loops.error();
-  const auto settled = settle(loops.value(), level_limit->value_or(kUsualLevelLimit_mm));
-  if (!settled) return settled.error();
-  return Measured{noise.value(), trust, stylus.value(), contact.value(), std::move(loops).value(), settled.value()};
+  TRY(const auto table, checkedTable(dataset, "readings", heights ? columns : columns.first(4)));
+  TRY(const auto stylus, stylusOffset(dataset));
+  TRY(const auto contact, contactShift(dataset));
+  TRY(auto loops, loopsOf(*table, stylus.offset.head<2>()));
+  TRY(const auto settled, settle(loops, level_limit.value_or(kUsualLevelLimit_mm)));
+  return Measured{noise, trust, stylus, contact, std::move(loops), settled};
 }
 
 // All readings with their known angles; the stylus' offset goes into the centre one to one.
@@ -340,9 +328,8 @@ void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusO
 }  // namespace
 
 Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
-  const auto read = measuredOf(dataset);
-  if (!read) return read.error();
-  const Measured& measured = read.value();
+  TRY(const auto read, measuredOf(dataset));
+  const Measured& measured = read;
   const RimSteps& steps = measured.settled.steps;
   const auto plain = rimCentre(steps.plus, steps.minus, steps.zero);
   const auto found = turnedRimCentre(steps);
@@ -350,9 +337,8 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
     return Refusal{"level-readings",
                    "the readings at 0 and at theta have the same height and do not determine the radius: turn further"};
   }
-  const auto fit = fitOf(measured);
-  if (!fit) return fit.error();
-  const Vector2d fitted = fit->parameters.head<2>();
+  TRY(const auto fit, fitOf(measured));
+  const Vector2d fitted = fit.parameters.head<2>();
   const RotationNoise& noise = measured.noise.noise;
   Eigen::Matrix3d covariance = covarianceOf(steps, *found, noise);
   // The stylus' offset is the same in both.
@@ -364,8 +350,8 @@ Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
   }
   covariance.diagonal().head<2>() += measured.stylus.variance.head<2>() * noise.position * noise.position;
 
-  Result result = measured.trust ? resultOfFit(dataset, measured, fit.value())
-                                 : resultOfSteps(dataset, measured, *found, covariance);
+  Result result =
+      measured.trust ? resultOfFit(dataset, measured, fit) : resultOfSteps(dataset, measured, *found, covariance);
   auto& warnings = result.warnings;
   if (differ) warnings.push_back(*differ + "; the angles of C are not trusted, so the steps count");
   if (!measured.noise.stated) warnings.emplace_back("the steps are not compared with the fit: that needs sigma_mm");

@@ -26,19 +26,17 @@ struct SecondBall {
 };
 
 Outcome<std::optional<SecondBall>, Refusal> secondBall(const Dataset& dataset) {
-  const auto offset = configVector(dataset, "ball_offset_mm");
-  if (!offset) return offset.error();
-  if (!offset.value()) return std::optional<SecondBall>{};
-  const auto tilt = configPlane(dataset, "C_tilt_rad");
-  if (!tilt) return tilt.error();
-  SecondBall ball{.offset = Vector3d{offset.value()->data()}};
-  if (!tilt.value() && std::abs(ball.offset.z()) > kSameHeight) {
+  TRY(const auto offset, configVector(dataset, "ball_offset_mm"));
+  if (!offset) return std::optional<SecondBall>{};
+  TRY(const auto tilt, configPlane(dataset, "C_tilt_rad"));
+  SecondBall ball{.offset = Vector3d{offset->data()}};
+  if (!tilt && std::abs(ball.offset.z()) > kSameHeight) {
     return Refusal{
         "missing-key",
         "config key 'C_tilt_rad' is missing: the second ball is at another height, so the direction of the C "
         "axis shows in its readings; measure that first (c-axis-alignment) and state its C_tilt_rad"};
   }
-  if (tilt.value()) ball.c_tilt = Vector2d{tilt.value()->data()};
+  if (tilt) ball.c_tilt = Vector2d{tilt->data()};
   return std::optional{ball};
 }
 
@@ -128,19 +126,16 @@ SpindleReadings withNames(BallTable table, std::size_t tips) {
 }  // namespace
 
 Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread) {
-  const auto second = secondBall(dataset);
-  if (!second) return second.error();
-  auto tips = readTable(dataset, "readings", {}, *second);
-  if (!tips) return tips.error();
-  const std::size_t count = tips->readings.size();
+  TRY(const auto second, secondBall(dataset));
+  TRY(auto tips, readTable(dataset, "readings", {}, second));
+  const std::size_t count = tips.readings.size();
   if (const auto* table = dataset.table("shank")) {
-    auto shank = readTable(dataset, "shank", {"ux", "uy"}, *second);
-    if (!shank) return shank.error();
-    if (auto refusal = takeSides(*shank, *table)) return *refusal;
-    for (auto& reading : shank->readings) reading.spread = shank_spread;
-    append(*tips, std::move(shank).value());
+    TRY(auto shank, readTable(dataset, "shank", {"ux", "uy"}, second));
+    if (auto refusal = takeSides(shank, *table)) return *refusal;
+    for (auto& reading : shank.readings) reading.spread = shank_spread;
+    append(tips, std::move(shank));
   }
-  return withNames(std::move(tips).value(), count);
+  return withNames(std::move(tips), count);
 }
 
 }  // namespace probebox::metrology

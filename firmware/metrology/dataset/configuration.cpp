@@ -127,15 +127,13 @@ Outcome<bool, Refusal> configSwitch(const Dataset& dataset, std::string_view key
 }
 
 Outcome<double, Refusal> requiredNumber(const Dataset& dataset, std::string_view key) {
-  const auto number = configNumber(dataset, key);
-  if (!number) return number.error();
-  if (!number.value()) return missing(dataset, key);
-  return **number;
+  TRY(const auto number, configNumber(dataset, key));
+  if (!number) return missing(dataset, key);
+  return *number;
 }
 
 Outcome<double, Refusal> requiredPositive(const Dataset& dataset, std::string_view key) {
-  const auto number = configPositive(dataset, key);
-  if (!number) return number.error();
+  TRY(configPositive(dataset, key));
   return requiredNumber(dataset, key);
 }
 
@@ -144,10 +142,9 @@ Outcome<std::optional<std::array<double, 3>>, Refusal> configVector(const Datase
 }
 
 Outcome<std::array<double, 3>, Refusal> requiredVector(const Dataset& dataset, std::string_view key) {
-  const auto vector = configVector(dataset, key);
-  if (!vector) return vector.error();
-  if (!vector.value()) return missing(dataset, key);
-  return **vector;
+  TRY(const auto vector, configVector(dataset, key));
+  if (!vector) return missing(dataset, key);
+  return *vector;
 }
 
 Outcome<std::optional<std::array<double, 2>>, Refusal> configPlane(const Dataset& dataset, std::string_view key) {
@@ -173,9 +170,8 @@ Outcome<std::optional<Matrix>, Refusal> configMatrix(const Dataset& dataset, std
 }
 
 Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view key) {
-  const auto number = configNumber(dataset, key);
-  if (!number) return number.error();
-  const double sense = number->value_or(1.0);
+  TRY(const auto number, configNumber(dataset, key));
+  const double sense = number.value_or(1.0);
   if (std::abs(sense) != 1.0) {
     return Refusal{"bad-config", "config key '" + std::string{key} + "' must be 1 or -1"};
   }
@@ -183,9 +179,8 @@ Outcome<double, Refusal> configSense(const Dataset& dataset, std::string_view ke
 }
 
 Outcome<Sigma, Refusal> configSigma(const Dataset& dataset, std::string_view key) {
-  const auto number = configNumber(dataset, key);
-  if (!number) return number.error();
-  const double stated = number->value_or(0.0);
+  TRY(const auto number, configNumber(dataset, key));
+  const double stated = number.value_or(0.0);
   if (stated < 0.0)
     return Refusal{"bad-config", "config key '" + std::string{key} +
                                      "' is negative: give a standard deviation, or leave the key out"};

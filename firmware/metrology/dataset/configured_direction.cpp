@@ -25,18 +25,15 @@ Outcome<Vector3d, Refusal> ofLengthOne(const std::array<double, 3>& given, std::
 }  // namespace
 
 Outcome<std::optional<Vector3d>, Refusal> configDirection(const Dataset& dataset, std::string_view key) {
-  const auto given = configVector(dataset, key);
-  if (!given) return given.error();
-  if (!*given) return std::optional<Vector3d>{};
-  const auto direction = ofLengthOne(**given, key);
-  if (!direction) return direction.error();
-  return std::optional{direction.value()};
+  TRY(const auto given, configVector(dataset, key));
+  if (!given) return std::optional<Vector3d>{};
+  TRY(const auto direction, ofLengthOne(*given, key));
+  return std::optional{direction};
 }
 
 Outcome<Vector3d, Refusal> requiredDirection(const Dataset& dataset, std::string_view key) {
-  const auto given = requiredVector(dataset, key);
-  if (!given) return given.error();
-  return ofLengthOne(given.value(), key);
+  TRY(const auto given, requiredVector(dataset, key));
+  return ofLengthOne(given, key);
 }
 
 }  // namespace probebox::metrology

@@ -12,13 +12,12 @@ std::string SwivelPlane::name() const {
 }
 
 Outcome<SwivelPlane, Refusal> swivelPlane(const Dataset& dataset, std::string_view key) {
-  const auto direction = configVector(dataset, key);
-  if (!direction) return direction.error();
-  if (!direction.value()) {
+  TRY(const auto direction, configVector(dataset, key));
+  if (!direction) {
     return Refusal{"missing-key",
                    "config.json has no key '" + std::string{key} + "': give the axis, as [0, 1, 0] for +Y"};
   }
-  const auto& values = **direction;
+  const auto& values = *direction;
   for (std::size_t k = 0; k < 3; ++k) {
     if (std::abs(values[k]) != 1.0 || values[(k + 1) % 3] != 0.0 || values[(k + 2) % 3] != 0.0) continue;
     const auto axis = static_cast<Eigen::Index>(k);

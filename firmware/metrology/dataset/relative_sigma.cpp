@@ -3,11 +3,10 @@
 namespace probebox::metrology {
 
 Outcome<RelativeSigma, Refusal> relativeSigma(const Dataset& dataset, std::string_view key, const Sigma& usual) {
-  const auto stated = configPositive(dataset, key);
-  if (!stated) return stated.error();
-  if (!stated.value()) return RelativeSigma{};
+  TRY(const auto stated, configPositive(dataset, key));
+  if (!stated) return RelativeSigma{};
   if (!usual.stated) return RelativeSigma{1.0, {std::string{key} + " is not used: it also needs sigma_mm"}};
-  return RelativeSigma{*stated.value() / usual.value, {}};
+  return RelativeSigma{*stated / usual.value, {}};
 }
 
 }  // namespace probebox::metrology

@@ -11,13 +11,10 @@ namespace probebox::metrology {
 namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
-  const auto feature = featureDistance(dataset);
-  if (!feature) return feature.error();
-  const auto window = searchWindow(dataset);
-  if (!window) return window.error();
-  const auto gain = configGain(dataset);
-  if (!gain) return gain.error();
-  return matchScans(dataset, {feature.value(), gain.value(), window.value()});
+  TRY(const auto feature, featureDistance(dataset));
+  TRY(const auto window, searchWindow(dataset));
+  TRY(const auto gain, configGain(dataset));
+  return matchScans(dataset, {feature, gain, window});
 }
 
 namespace {

@@ -240,22 +240,19 @@ Result report(const Dataset& dataset, const FeatureQuestion& question, const Sur
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayFeature(const Dataset& dataset) {
-  const auto question = featureQuestion(dataset);
-  if (!question) return question.error();
-  const auto previous = previousDelay(dataset, question->each_axis ? 3 : 1);
-  if (!previous) return previous.error();
-  const PointQuestion asked{question->threshold_mm, question->gain, static_cast<std::size_t>(question->unknowns())};
-  auto touched = surfacePoints(dataset, asked);
-  if (!touched) return touched.error();
-  auto fit = fitPoints(question.value(), touched->points);
-  if (!fit) return fit.error();
-  const std::size_t points = touched->points.size();
-  if (auto refusal = dropClipped(touched.value(), question.value(), fit.value())) return *refusal;
-  if (touched->points.size() < points) fit = fitPoints(question.value(), touched->points);
-  if (!fit) return fit.error();
-  const FeatureModel model{question.value(), touched->points};
-  if (auto refusal = misses(model, fit.value(), touched->points)) return *refusal;
-  return report(dataset, question.value(), touched.value(), fit.value(), previous.value());
+  TRY(const auto question, featureQuestion(dataset));
+  TRY(const auto previous, previousDelay(dataset, question.each_axis ? 3 : 1));
+  const PointQuestion asked{question.threshold_mm, question.gain, static_cast<std::size_t>(question.unknowns())};
+  TRY(auto touched, surfacePoints(dataset, asked));
+  TRY(auto fit, fitPoints(question, touched.points));
+  const std::size_t points = touched.points.size();
+  if (auto refusal = dropClipped(touched, question, fit)) return *refusal;
+  if (touched.points.size() < points) {
+    TRY(fit, fitPoints(question, touched.points));
+  }
+  const FeatureModel model{question, touched.points};
+  if (auto refusal = misses(model, fit, touched.points)) return *refusal;
+  return report(dataset, question, touched, fit, previous);
 }
 
 namespace {

@@ -338,38 +338,32 @@ Outcome<Matched, Refusal> matchFrom(std::vector<Contact> contacts, double start)
 
 // From deflections.
 Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
-  const auto previous = previousDelay(dataset, 1);
-  if (!previous) return previous.error();
-  const auto touches = readTouches(dataset);
-  if (!touches) return touches.error();
+  TRY(const auto previous, previousDelay(dataset, 1));
+  TRY(const auto touches, readTouches(dataset));
   std::vector<Contact> contacts;
   double start = 0.0;
-  for (const auto& touch : touches.value()) {
-    auto contact = findContact(touch);
-    if (!contact) return contact.error();
-    if (auto bad = findApexes(contact.value())) return *bad;
-    contact->rounded = roundedIn(touch, contact.value());
-    start += (contact->machine_apex_s - contact->probe_apex_s) / static_cast<double>(touches->size());
-    contacts.push_back(std::move(contact).value());
+  for (const auto& touch : touches) {
+    TRY(auto contact, findContact(touch));
+    if (auto bad = findApexes(contact)) return *bad;
+    contact.rounded = roundedIn(touch, contact);
+    start += (contact.machine_apex_s - contact.probe_apex_s) / static_cast<double>(touches.size());
+    contacts.push_back(std::move(contact));
   }
-  const auto matched = matchFrom(std::move(contacts), start);
-  if (!matched) return matched.error();
-  const Match& match = matched->match;
+  TRY(const auto matched, matchFrom(std::move(contacts), start));
+  const Match& match = matched.match;
   if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
-  Result result = reportMatch(dataset, match, previous.value());
-  if (!matched->warning.empty()) result.warnings.push_back(matched->warning);
+  Result result = reportMatch(dataset, match, previous);
+  if (!matched.warning.empty()) result.warnings.push_back(matched.warning);
   return result;
 }
 
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayInOut(const Dataset& dataset) {
-  const auto distances = readsDistances(dataset);
-  if (!distances) return distances.error();
-  if (!distances.value()) return solveDrives(dataset);
-  const auto converted = withDeflections(dataset, "touch", Undeflected::ends);
-  if (!converted) return converted.error();
-  return solveDrives(converted.value());
+  TRY(const auto distances, readsDistances(dataset));
+  if (!distances) return solveDrives(dataset);
+  TRY(const auto converted, withDeflections(dataset, "touch", Undeflected::ends));
+  return solveDrives(converted);
 }
 
 }  // namespace probebox::metrology

@@ -18,9 +18,8 @@ constexpr std::array<std::string_view, 2> kDelays{"common", "each-joint"};
 
 template <class Machine>
 Outcome<std::unique_ptr<Kinematics>, Refusal> readAs(const Dataset& dataset) {
-  auto machine = Machine::read(dataset);
-  if (!machine) return machine.error();
-  return std::unique_ptr<Kinematics>{std::make_unique<Machine>(std::move(machine.value()))};
+  TRY(auto machine, Machine::read(dataset));
+  return std::unique_ptr<Kinematics>{std::make_unique<Machine>(std::move(machine))};
 }
 
 Outcome<std::unique_ptr<Kinematics>, Refusal> kinematicsOf(const Dataset& dataset) {
@@ -34,18 +33,14 @@ Outcome<std::unique_ptr<Kinematics>, Refusal> kinematicsOf(const Dataset& datase
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayJoints(const Dataset& dataset) {
-  const auto kinematics = kinematicsOf(dataset);
-  if (!kinematics) return kinematics.error();
-  const auto diameter = configPositive(dataset, "effective_diameter_mm");
-  if (!diameter) return diameter.error();
-  const auto delays = configWord(dataset, "delays", kDelays);
-  if (!delays) return delays.error();
-  TouchQuestion question{.size_mm = diameter.value()};
-  if (delays->value_or("common") == "each-joint") question.delays = Delays::each_joint;
-  question.kinematics = kinematics.value().get();
-  const auto measured = TouchDelay::measure(dataset, question);
-  if (!measured) return measured.error();
-  Result result = measured->onSphere();
+  TRY(const auto kinematics, kinematicsOf(dataset));
+  TRY(const auto diameter, configPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto delays, configWord(dataset, "delays", kDelays));
+  TouchQuestion question{.size_mm = diameter};
+  if (delays.value_or("common") == "each-joint") question.delays = Delays::each_joint;
+  question.kinematics = kinematics.get();
+  TRY(const auto measured, TouchDelay::measure(dataset, question));
+  Result result = measured.onSphere();
   const auto* const idle = question.delays == Delays::each_joint ? "previous_tau_s" : "previous_tau_joint_s";
   if (dataset.config.contains(idle)) result.warnings.push_back(unusedKey(idle, dataset.method));
   return result;

@@ -11,15 +11,13 @@ namespace probebox::metrology {
 namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
-  const auto diameter = requiredPositive(dataset, "effective_diameter_mm");
-  if (!diameter) return diameter.error();
-  const auto measured = TouchDelay::measure(dataset, {.size_mm = diameter.value()});
-  if (!measured) return measured.error();
-  Result result = measured->report();
-  result.estimates.push_back(measured->delay());
-  if (const auto centre = measured->centre()) result.estimates.push_back(*centre);
-  result.covariance = measured->covarianceOf(result.estimates);
-  if (const auto gain = measured->gainMatrix()) result.estimates.push_back(*gain);
+  TRY(const auto diameter, requiredPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto measured, TouchDelay::measure(dataset, {.size_mm = diameter}));
+  Result result = measured.report();
+  result.estimates.push_back(measured.delay());
+  if (const auto centre = measured.centre()) result.estimates.push_back(*centre);
+  result.covariance = measured.covarianceOf(result.estimates);
+  if (const auto gain = measured.gainMatrix()) result.estimates.push_back(*gain);
   return result;
 }
 

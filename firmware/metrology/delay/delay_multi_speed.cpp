@@ -35,23 +35,21 @@ void addSizes(Result& result, const std::vector<Retract>& retracts, const TouchF
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayMultiSpeed(const Dataset& dataset) {
-  const auto known_size = configPositive(dataset, "effective_diameter_mm");
-  if (!known_size) return known_size.error();
-  const auto measured = TouchDelay::measure(dataset, {});
-  if (!measured) return measured.error();
-  const TouchFit& fit = measured->touches().fit;
-  Result result = measured->report();
-  const Estimate size = measured->size();
-  result.estimates = {measured->delay(), size};
-  if (*known_size) {
+  TRY(const auto known_size, configPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto measured, TouchDelay::measure(dataset, {}));
+  const TouchFit& fit = measured.touches().fit;
+  Result result = measured.report();
+  const Estimate size = measured.size();
+  result.estimates = {measured.delay(), size};
+  if (known_size) {
     result.estimates.push_back(
-        Estimate::scalar("static_error_mm", size.value() - **known_size, size.standardDeviation()));
+        Estimate::scalar("static_error_mm", size.value() - *known_size, size.standardDeviation()));
     result.estimates.back().design = size.design;
   }
-  if (const auto centre = measured->centre()) result.also.push_back(*centre);
-  if (const auto gain = measured->gainMatrix()) result.also.push_back(*gain);
-  addSizes(result, measured->touches().retracts, fit);
-  result.covariance = measured->covarianceOf(std::span{result.estimates}.first(2));
+  if (const auto centre = measured.centre()) result.also.push_back(*centre);
+  if (const auto gain = measured.gainMatrix()) result.also.push_back(*gain);
+  addSizes(result, measured.touches().retracts, fit);
+  result.covariance = measured.covarianceOf(std::span{result.estimates}.first(2));
   return result;
 }
 

@@ -17,17 +17,15 @@ constexpr double kSlip = 25.0;
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayNonNormal(const Dataset& dataset) {
-  const auto diameter = configPositive(dataset, "effective_diameter_mm");
-  if (!diameter) return diameter.error();
-  const auto measured = TouchDelay::measure(dataset, {.size_mm = diameter.value()});
-  if (!measured) return measured.error();
+  TRY(const auto diameter, configPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto measured, TouchDelay::measure(dataset, {.size_mm = diameter}));
   // A gain of each touch assumes that the deflection follows the motion: a tip that slides off it would pass unseen.
-  if (measured->touches().gain_misfit > kSlip) {
+  if (measured.touches().gain_misfit > kSlip) {
     return Refusal{"tip-slip",
                    "no gain matrix fits the deflections of all touches: the tip slid on the surface; touch closer to "
                    "the normal, or on a rougher surface"};
   }
-  return measured->onSphere();
+  return measured.onSphere();
 }
 
 namespace {

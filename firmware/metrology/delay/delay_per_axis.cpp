@@ -11,11 +11,9 @@ namespace probebox::metrology {
 namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
-  const auto diameter = configPositive(dataset, "effective_diameter_mm");
-  if (!diameter) return diameter.error();
-  const auto measured = TouchDelay::measure(dataset, {.delays = Delays::each_axis, .size_mm = diameter.value()});
-  if (!measured) return measured.error();
-  return measured->onSphere();
+  TRY(const auto diameter, configPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto measured, TouchDelay::measure(dataset, {.delays = Delays::each_axis, .size_mm = diameter}));
+  return measured.onSphere();
 }
 
 namespace {

@@ -39,26 +39,21 @@ std::optional<Refusal> notOpposed(const std::vector<Touch>& touches) {
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
-  const auto gap = requiredPositive(dataset, "gap_mm");
-  if (!gap) return gap.error();
-  const auto ball = requiredPositive(dataset, "stylus_ball_diameter_mm");
-  if (!ball) return ball.error();
-  const auto feature = configWord(dataset, "feature", kFeatures);
-  if (!feature) return feature.error();
-  const auto touches = readTouches(dataset);
-  if (!touches) return touches.error();
-  if (auto refusal = notOpposed(touches.value())) return *refusal;
-  const bool internal = *feature ? **feature == "internal" : facesEachOther(touches.value());
-  const double size_mm = internal ? gap.value() - ball.value() : gap.value() + ball.value();
+  TRY(const auto gap, requiredPositive(dataset, "gap_mm"));
+  TRY(const auto ball, requiredPositive(dataset, "stylus_ball_diameter_mm"));
+  TRY(const auto feature, configWord(dataset, "feature", kFeatures));
+  TRY(const auto touches, readTouches(dataset));
+  if (auto refusal = notOpposed(touches)) return *refusal;
+  const bool internal = feature ? *feature == "internal" : facesEachOther(touches);
+  const double size_mm = internal ? gap - ball : gap + ball;
   if (size_mm <= 0.0) {
-    return Refusal{"bad-config", "the stylus ball (" + text(ball.value()) + " mm) does not fit into the gap (" +
-                                     text(gap.value()) + " mm): check gap_mm and stylus_ball_diameter_mm"};
+    return Refusal{"bad-config", "the stylus ball (" + text(ball) + " mm) does not fit into the gap (" + text(gap) +
+                                     " mm): check gap_mm and stylus_ball_diameter_mm"};
   }
-  const auto measured = TouchDelay::measure(dataset, {.size_mm = size_mm});
-  if (!measured) return measured.error();
-  Result result = measured->report();
-  result.estimates.push_back(measured->delay());
-  result.covariance = measured->covarianceOf(result.estimates);
+  TRY(const auto measured, TouchDelay::measure(dataset, {.size_mm = size_mm}));
+  Result result = measured.report();
+  result.estimates.push_back(measured.delay());
+  result.covariance = measured.covarianceOf(result.estimates);
   return result;
 }
 

@@ -11,14 +11,11 @@ namespace probebox::metrology {
 namespace {}  // namespace
 
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
-  const auto centre = requiredVector(dataset, "centre_mm");
-  if (!centre) return centre.error();
-  const auto window = searchWindow(dataset);
-  if (!window) return window.error();
-  const auto gain = configGain(dataset);
-  if (!gain) return gain.error();
-  const FeatureDistance sphere{.centre = Eigen::Vector3d{centre->data()}};
-  return matchScans(dataset, {sphere, gain.value(), window.value(), "radius", true});
+  TRY(const auto centre, requiredVector(dataset, "centre_mm"));
+  TRY(const auto window, searchWindow(dataset));
+  TRY(const auto gain, configGain(dataset));
+  const FeatureDistance sphere{.centre = Eigen::Vector3d{centre.data()}};
+  return matchScans(dataset, {sphere, gain, window, "radius", true});
 }
 
 namespace {

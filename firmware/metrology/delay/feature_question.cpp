@@ -20,19 +20,17 @@ Refusal badConfig(const std::string& what) {
 }
 
 std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& question) {
-  const auto size = configPositive(dataset, "size_mm");
-  if (!size) return size.error();
-  const auto box = configVector(dataset, "size_axis_mm");
-  if (!box) return box.error();
+  TRY(const auto size, configPositive(dataset, "size_mm"));
+  TRY(const auto box, configVector(dataset, "size_axis_mm"));
   const bool is_box = question.shape == "box";
-  if (is_box != box->has_value()) {
+  if (is_box != box.has_value()) {
     return badConfig(is_box ? "a box needs the config key 'size_axis_mm': its effective size along x, y and z"
                             : "config key 'size_axis_mm' is for a box only");
   }
-  if (size->has_value() && !question.sized())
+  if (size.has_value() && !question.sized())
     return badConfig("config key 'size_mm' does not describe a " + question.shape);
-  question.size_mm = size.value();
-  if (is_box) question.box_mm = Vector3d::Map((*box)->data());
+  question.size_mm = size;
+  if (is_box) question.box_mm = Vector3d::Map(box->data());
   if (is_box && !(question.box_mm.minCoeff() > 0.0)) return badConfig("config key 'size_axis_mm': sizes are positive");
   return std::nullopt;
 }
@@ -41,31 +39,25 @@ std::optional<Refusal> readSizes(const Dataset& dataset, FeatureQuestion& questi
 
 Outcome<FeatureQuestion, Refusal> featureQuestion(const Dataset& dataset) {
   FeatureQuestion question;
-  const auto shape = requiredShape(dataset);
-  if (!shape) return shape.error();
-  question.shape = shape.value();
-  const auto axis = configDirection(dataset, "axis_direction");
-  if (!axis) return axis.error();
-  if (axis->has_value() != (question.shape == "cylinder")) {
+  TRY(const auto shape, requiredShape(dataset));
+  question.shape = shape;
+  TRY(const auto axis, configDirection(dataset, "axis_direction"));
+  if (axis.has_value() != (question.shape == "cylinder")) {
     return badConfig("config key 'axis_direction' is required for a cylinder and not allowed for other shapes");
   }
-  question.axis = axis->value_or(question.axis);
+  question.axis = axis.value_or(question.axis);
   if (auto bad = readSizes(dataset, question)) return *bad;
-  const auto delays = configWord(dataset, "delays", kDelays);
-  if (!delays) return delays.error();
-  question.each_axis = delays->value_or("common") == "each-axis";
-  const auto own = configSwitch(dataset, "article_has_own_delay");
-  if (!own) return own.error();
-  question.own_article = own.value();
+  TRY(const auto delays, configWord(dataset, "delays", kDelays));
+  question.each_axis = delays.value_or("common") == "each-axis";
+  TRY(const auto own, configSwitch(dataset, "article_has_own_delay"));
+  question.own_article = own;
   if (question.own_article && !dataset.table("article")) {
     return Refusal{"missing-table", "article_has_own_delay needs the table 'article', where the workpiece was"};
   }
-  const auto threshold = configPositive(dataset, "threshold_mm");
-  if (!threshold) return threshold.error();
-  question.threshold_mm = threshold.value();
-  const auto gain = configGain(dataset);
-  if (!gain) return gain.error();
-  question.gain = gain.value();
+  TRY(const auto threshold, configPositive(dataset, "threshold_mm"));
+  question.threshold_mm = threshold;
+  TRY(const auto gain, configGain(dataset));
+  question.gain = gain;
   return question;
 }
 

@@ -210,20 +210,19 @@ Outcome<Reduced, Refusal> reduce(const Touch& touch, const Touch* article, const
         "gap",
         touch.plan.name + ": the records of machine and article do not overlap in time; record both simultaneously"};
   }
-  auto retract = fitRetract(reduced.touch, jitter);
-  if (!retract) return retract.error();
+  TRY(auto retract, fitRetract(reduced.touch, jitter));
   if (article) {
-    reduced.article_velocity = velocityOf(article->machine, retract->machine);
-    reduced.article_noise = articleNoise(article->machine, retract->machine.slope.normalized());
-    reduced.article = articleShare(article->machine, reduced.touch.machine, retract->machine);
+    reduced.article_velocity = velocityOf(article->machine, retract.machine);
+    reduced.article_noise = articleNoise(article->machine, retract.machine.slope.normalized());
+    reduced.article = articleShare(article->machine, reduced.touch.machine, retract.machine);
   }
-  reduced.retract = std::move(retract).value();
+  reduced.retract = std::move(retract);
   return reduced;
 }
 
 // The article's stream of every touch, in the place of the machine's.
 Outcome<std::vector<Touch>, Refusal> readArticles(const Dataset& dataset) {
-  if (const auto checked = checkedTable(dataset, "article", kMachineColumns); !checked) return checked.error();
+  TRY(checkedTable(dataset, "article", kMachineColumns));
   Dataset turned = dataset;
   std::erase_if(turned.tables, [](const Table& table) { return table.name == "machine"; });
   for (auto& table : turned.tables) {
@@ -250,9 +249,8 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
   for (std::size_t i = 0; i < kept.size(); ++i) {
     std::optional<Crossing> crossing;
     if (question.threshold_mm) {
-      const auto found = crossingOf(kept[i].touch, kept[i].retract, noise.of_touch[i].probe, question);
-      if (!found) return found.error();
-      crossing = found.value();
+      TRY(const auto found, crossingOf(kept[i].touch, kept[i].retract, noise.of_touch[i].probe, question));
+      crossing = found;
     }
     result.points.push_back(pointOf(kept[i], noise.of_touch[i], article, crossing));
   }
@@ -262,14 +260,12 @@ std::optional<Refusal> addPoints(SurfacePoints& result, const std::vector<Reduce
 }  // namespace
 
 Outcome<SurfacePoints, Refusal> surfacePoints(const Dataset& dataset, const PointQuestion& question) {
-  const auto recorded = readTouches(dataset);
-  if (!recorded) return recorded.error();
-  const std::vector<Touch> touches = withoutRinging(*recorded);
+  TRY(const auto recorded, readTouches(dataset));
+  const std::vector<Touch> touches = withoutRinging(recorded);
   std::vector<Touch> articles;
   if (dataset.table("article")) {
-    auto read = readArticles(dataset);
-    if (!read) return read.error();
-    articles = std::move(read).value();
+    TRY(auto read, readArticles(dataset));
+    articles = std::move(read);
   }
   const StampJitter jitter = stampJitter(touches);
   SurfacePoints result;

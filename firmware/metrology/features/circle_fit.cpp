@@ -28,20 +28,13 @@ struct CircleConfig {
 };
 
 Outcome<CircleConfig, Refusal> configOf(const Dataset& dataset) {
-  const auto plane = planeAcross(dataset, "feature_axis");
-  if (!plane) return plane.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto stylus = configPositive(dataset, "stylus_ball_radius_mm");
-  if (!stylus) return stylus.error();
-  const auto least = configPositive(dataset, "radius_min_mm");
-  if (!least) return least.error();
-  const auto greatest = configPositive(dataset, "radius_max_mm");
-  if (!greatest) return greatest.error();
-  const auto robust = configSwitch(dataset, "robust");
-  if (!robust) return robust.error();
-  return CircleConfig{plane.value(), sigma.value(),    stylus.value(),
-                      least.value(), greatest.value(), robust.value() ? Outliers::drop_once : Outliers::keep};
+  TRY(const auto plane, planeAcross(dataset, "feature_axis"));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
+  TRY(const auto least, configPositive(dataset, "radius_min_mm"));
+  TRY(const auto greatest, configPositive(dataset, "radius_max_mm"));
+  TRY(const auto robust, configSwitch(dataset, "robust"));
+  return CircleConfig{plane, sigma, stylus, least, greatest, robust ? Outliers::drop_once : Outliers::keep};
 }
 
 std::optional<Refusal> badArc(const Eigen::MatrixX2d& points) {
@@ -67,29 +60,26 @@ std::optional<Refusal> badRadius(double radius, const CircleConfig& config) {
 }
 
 Outcome<Result, Refusal> solveCircle(const Dataset& dataset, Side side) {
-  const auto config = configOf(dataset);
-  if (!config) return config.error();
-  const auto table = checkedTable(dataset, "points", kColumns);
-  if (!table) return table.error();
-  const Rows3 points = pointRows(**table);
+  TRY(const auto config, configOf(dataset));
+  TRY(const auto table, checkedTable(dataset, "points", kColumns));
+  const Rows3 points = pointRows(*table);
   Eigen::MatrixX2d projected{points.rows(), 2};
-  projected << points.col(config->plane.low()), points.col(config->plane.high());
-  const auto fit = fitCircle(projected, config->sigma.value, config->outliers);
-  if (!fit) return fit.error();
-  const double effective = fit->parameters[2];
-  const double stylus = config->stylus.value_or(0.0);
+  projected << points.col(config.plane.low()), points.col(config.plane.high());
+  TRY(const auto fit, fitCircle(projected, config.sigma.value, config.outliers));
+  const double effective = fit.parameters[2];
+  const double stylus = config.stylus.value_or(0.0);
   const double radius = side == Side::outside ? effective - stylus : effective + stylus;
-  if (auto refusal = badRadius(radius, config.value())) return *refusal;
-  if (config->sigma.stated && config->outliers == Outliers::keep) {
-    if (auto refusal = pointOff(fit.value(), config->sigma.value, "the circle", kAgainOrRobust)) return *refusal;
+  if (auto refusal = badRadius(radius, config)) return *refusal;
+  if (config.sigma.stated && config.outliers == Outliers::keep) {
+    if (auto refusal = pointOff(fit, config.sigma.value, "the circle", kAgainOrRobust)) return *refusal;
   }
-  Answer answer{dataset, fit.value(), config->sigma};
+  Answer answer{dataset, fit, config.sigma};
   answer.result().design_per = kOnePoint;
-  answer.result().residuals = pointResiduals(fit.value(), config->sigma.value);
-  answer.promiseVector("centre_" + config->plane.name() + "_mm", fit->parameters.head(2), pick(0, 2, 3));
+  answer.result().residuals = pointResiduals(fit, config.sigma.value);
+  answer.promiseVector("centre_" + config.plane.name() + "_mm", fit.parameters.head(2), pick(0, 2, 3));
   answer.promiseScalar("effective_radius_mm", effective, pick(2, 1, 3).row(0));
-  if (config->stylus) answer.promiseScalar("radius_mm", radius, pick(2, 1, 3).row(0));
-  for (const auto row : fit->dropped) {
+  if (config.stylus) answer.promiseScalar("radius_mm", radius, pick(2, 1, 3).row(0));
+  for (const auto row : fit.dropped) {
     answer.result().dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
   answer.result().convention = "effective radius: of the path of stylus-ball centres";

@@ -57,44 +57,39 @@ std::optional<Refusal> badFaces(const std::vector<double>& faces) {
 }
 
 Outcome<Result, Refusal> solveWidth(const Dataset& dataset, Material material) {
-  const auto given = configDirection(dataset, "width_direction");
-  if (!given) return given.error();
-  if (!given.value()) {
+  TRY(const auto given, configDirection(dataset, "width_direction"));
+  if (!given) {
     return Refusal{"missing-key", "config.json has no key 'width_direction': give the direction across the faces"};
   }
-  const Eigen::Vector3d& direction = **given;
-  const auto stylus = configPositive(dataset, "stylus_ball_radius_mm");
-  if (!stylus) return stylus.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto table = checkedTable(dataset, "points", kPointColumns);
-  if (!table) return table.error();
-  const auto& faces = *(*table)->column("face");
+  const Eigen::Vector3d& direction = *given;
+  TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto table, checkedTable(dataset, "points", kPointColumns));
+  const auto& faces = *table->column("face");
   if (auto refusal = badFaces(faces)) return *refusal;
-  const Rows3 points = pointRows(**table);
+  const Rows3 points = pointRows(*table);
   if (auto refusal = equalPoints(points)) return *refusal;
 
   MatrixXd design = MatrixXd::Zero(points.rows(), 2);
   for (Index i = 0; i < points.rows(); ++i) design(i, faces[static_cast<std::size_t>(i)] == 1.0 ? 0 : 1) = 1.0;
-  const auto fit = linearLeastSquares(design / sigma->value, points * direction.normalized() / sigma->value);
-  if (!fit) return fit.error();
-  if (sigma->stated) {
-    if (auto refusal = pointOff(fit.value(), sigma->value, "its face")) return *refusal;
+  TRY(const auto fit, linearLeastSquares(design / sigma.value, points * direction.normalized() / sigma.value));
+  if (sigma.stated) {
+    if (auto refusal = pointOff(fit, sigma.value, "its face")) return *refusal;
   }
-  const double apart = fit->parameters[1] - fit->parameters[0];
+  const double apart = fit.parameters[1] - fit.parameters[0];
   const Eigen::RowVector2d across = Eigen::RowVector2d{-1.0, 1.0} * (apart < 0.0 ? -1.0 : 1.0);
-  const double both = 2.0 * stylus->value_or(0.0);
+  const double both = 2.0 * stylus.value_or(0.0);
   const double width = std::abs(apart) + (material == Material::web ? -both : both);
   if (width <= 0.0) {
     return Refusal{"width-not-positive", "the width comes to " + text(width) +
                                              " mm: check stylus_ball_radius_mm, and whether it is a web or a pocket"};
   }
-  Answer answer{dataset, fit.value(), sigma.value()};
+  Answer answer{dataset, fit, sigma};
   answer.result().design_per = kOnePoint;
-  answer.result().residuals = pointResiduals(fit.value(), sigma->value, -1.0);
-  answer.promiseScalar("middle_mm", fit->parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
+  answer.result().residuals = pointResiduals(fit, sigma.value, -1.0);
+  answer.promiseScalar("middle_mm", fit.parameters.mean(), Eigen::RowVector2d{0.5, 0.5});
   answer.promiseScalar("effective_width_mm", std::abs(apart), across);
-  if (stylus.value()) answer.promiseScalar("width_mm", width, across);
+  if (stylus) answer.promiseScalar("width_mm", width, across);
   answer.result().convention = "middle along width_direction; effective width: between stylus-ball centres";
   return std::move(answer).take(true);
 }
@@ -259,32 +254,24 @@ Outcome<Result, Refusal> solvePocketFit(const Dataset& dataset) {
 }
 
 Outcome<Result, Refusal> solveCornerFit(const Dataset& dataset) {
-  const auto stylus = requiredPositive(dataset, "stylus_ball_radius_mm");
-  if (!stylus) return stylus.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto plane = planeAcross(dataset, "feature_axis");
-  if (!plane) return plane.error();
-  const auto points = checkedTable(dataset, "points", kPointColumns);
-  if (!points) return points.error();
-  const auto faces = checkedTable(dataset, "faces", kFaceColumns);
-  if (!faces) return faces.error();
-  if (auto refusal = equalPoints(pointRows(**points))) return *refusal;
-  const auto corner = cornerOf(**points, **faces, plane.value());
-  if (!corner) return corner.error();
-  const auto fit = fitFaces(corner.value(), static_cast<Index>((*points)->rows()), sigma->value);
-  if (!fit) return fit.error();
-  const auto meeting = meet(corner.value(), fit->parameters, stylus.value());
-  if (!meeting) return meeting.error();
-  if (sigma->stated) {
-    if (auto refusal = pointOff(fit.value(), sigma->value, "its face")) return *refusal;
+  TRY(const auto stylus, requiredPositive(dataset, "stylus_ball_radius_mm"));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto plane, planeAcross(dataset, "feature_axis"));
+  TRY(const auto points, checkedTable(dataset, "points", kPointColumns));
+  TRY(const auto faces, checkedTable(dataset, "faces", kFaceColumns));
+  if (auto refusal = equalPoints(pointRows(*points))) return *refusal;
+  TRY(const auto corner, cornerOf(*points, *faces, plane));
+  TRY(const auto fit, fitFaces(corner, static_cast<Index>(points->rows()), sigma.value));
+  TRY(const auto meeting, meet(corner, fit.parameters, stylus));
+  if (sigma.stated) {
+    if (auto refusal = pointOff(fit, sigma.value, "its face")) return *refusal;
   }
-  Answer answer{dataset, fit.value(), sigma.value()};
+  Answer answer{dataset, fit, sigma};
   answer.result().design_per = kOnePoint;
-  answer.result().residuals = pointResiduals(fit.value(), sigma->value);
-  const std::string key = corner->dimensions() == 2 ? "corner_" + plane->name() + "_mm" : "corner_mm";
-  answer.promiseVector(key, meeting->corner, meeting->slopes);
-  answer.alsoScalar("square_error_rad", meeting->square, meeting->square_slopes);
+  answer.result().residuals = pointResiduals(fit, sigma.value);
+  const std::string key = corner.dimensions() == 2 ? "corner_" + plane.name() + "_mm" : "corner_mm";
+  answer.promiseVector(key, meeting.corner, meeting.slopes);
+  answer.alsoScalar("square_error_rad", meeting.square, meeting.square_slopes);
   answer.result().convention =
       "square error: angle between the outward normals of the first two faces minus 90 degrees";
   return std::move(answer).take(true);

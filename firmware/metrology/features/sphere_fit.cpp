@@ -22,30 +22,24 @@ struct Config {
 };
 
 Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
-  const auto sigma = configNumber(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  if (sigma.value() && *sigma.value() < 0.0) return Refusal{"bad-config", "config key 'sigma_mm' is negative"};
-  const auto radius = configPositive(dataset, "radius_mm");
-  if (!radius) return radius.error();
-  const auto least = configPositive(dataset, "radius_min_mm");
-  if (!least) return least.error();
-  const auto greatest = configPositive(dataset, "radius_max_mm");
-  if (!greatest) return greatest.error();
-  const auto centre = configVector(dataset, "approximate_centre_mm");
-  if (!centre) return centre.error();
+  TRY(const auto sigma, configNumber(dataset, "sigma_mm"));
+  if (sigma && *sigma < 0.0) return Refusal{"bad-config", "config key 'sigma_mm' is negative"};
+  TRY(const auto radius, configPositive(dataset, "radius_mm"));
+  TRY(const auto least, configPositive(dataset, "radius_min_mm"));
+  TRY(const auto greatest, configPositive(dataset, "radius_max_mm"));
+  TRY(const auto centre, configVector(dataset, "approximate_centre_mm"));
   std::optional<Eigen::Vector3d> approximate;
-  if (centre.value()) approximate = Eigen::Vector3d::Map(centre.value()->data());
-  const auto robust = configSwitch(dataset, "robust");
-  if (!robust) return robust.error();
+  if (centre) approximate = Eigen::Vector3d::Map(centre->data());
+  TRY(const auto robust, configSwitch(dataset, "robust"));
   // A stated zero says that nothing is known: the residuals tell more.
-  const double stated = sigma.value().value_or(0.0);
+  const double stated = sigma.value_or(0.0);
   return Config{.question = {.sigma = stated > 0.0 ? stated : 1.0,
-                             .radius = radius.value(),
+                             .radius = radius,
                              .approximate_centre = approximate,
-                             .outliers = robust.value() ? Outliers::drop_once : Outliers::keep},
+                             .outliers = robust ? Outliers::drop_once : Outliers::keep},
                 .sigma_stated = stated > 0.0,
-                .least_radius = least.value(),
-                .greatest_radius = greatest.value()};
+                .least_radius = least,
+                .greatest_radius = greatest};
 }
 
 std::optional<Refusal> wrongRadius(double radius, const Config& config) {
@@ -85,39 +79,36 @@ void addReadings(Result& result, const Fit& fit, double sigma) {
 }  // namespace
 
 Outcome<Result, Refusal> solveSphereFit(const Dataset& dataset) {
-  const auto config = readConfig(dataset);
-  if (!config) return config.error();
-  const auto table = checkedTable(dataset, "points", kColumns);
-  if (!table) return table.error();
-  const SphereQuestion& question = config->question;
-  const auto fit = fitSphere(pointRows(*table.value()), question);
-  if (!fit) return fit.error();
+  TRY(const auto config, readConfig(dataset));
+  TRY(const auto table, checkedTable(dataset, "points", kColumns));
+  const SphereQuestion& question = config.question;
+  TRY(const auto fit, fitSphere(pointRows(*table), question));
   const bool radius_known = question.radius.has_value();
-  const double radius = radius_known ? *question.radius : fit->parameters[3];
-  if (auto refusal = wrongRadius(radius, config.value())) return *refusal;
-  if (config->sigma_stated && question.outliers == Outliers::keep) {
-    if (auto refusal = pointOff(fit.value(), question.sigma, "the sphere", kAgainOrRobust)) return *refusal;
+  const double radius = radius_known ? *question.radius : fit.parameters[3];
+  if (auto refusal = wrongRadius(radius, config)) return *refusal;
+  if (config.sigma_stated && question.outliers == Outliers::keep) {
+    if (auto refusal = pointOff(fit, question.sigma, "the sphere", kAgainOrRobust)) return *refusal;
   }
 
   Result result;
   result.method = dataset.method;
-  const auto& c = fit->parameters;
+  const auto& c = fit.parameters;
   result.estimates.push_back(Estimate::vector("centre_mm", {c[0], c[1], c[2]}, {}));
   if (!radius_known) result.estimates.push_back(Estimate::scalar("radius_mm", radius, std::nullopt));
-  addReadings(result, fit.value(), question.sigma);
-  const auto dof = static_cast<double>(fit->dof);
-  result.rms = std::sqrt(fit->sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
-  result.dof = fit->dof;
-  result.condition = fit->condition;
-  for (const auto row : fit->dropped) {
+  addReadings(result, fit, question.sigma);
+  const auto dof = static_cast<double>(fit.dof);
+  result.rms = std::sqrt(fit.sumOfSquares() / (dof + static_cast<double>(c.size()))) * question.sigma;
+  result.dof = fit.dof;
+  result.condition = fit.condition;
+  for (const auto row : fit.dropped) {
     result.dropped.push_back({"point " + std::to_string(row + 1), "residual above 4 robust deviations"});
   }
-  if (config->sigma_stated) {
-    const auto check = checkNoise(fit->sumOfSquares() / dof, {.dof = fit->dof}, fit->residuals);
+  if (config.sigma_stated) {
+    const auto check = checkNoise(fit.sumOfSquares() / dof, {.dof = fit.dof}, fit.residuals);
     check.report(result, "the stated sigma");
-    addUncertainty(result, fit.value(), check.widening, radius_known);
-  } else if (fit->dof > 0) {
-    addUncertainty(result, fit.value(), std::sqrt(fit->sumOfSquares() / dof), radius_known);
+    addUncertainty(result, fit, check.widening, radius_known);
+  } else if (fit.dof > 0) {
+    addUncertainty(result, fit, std::sqrt(fit.sumOfSquares() / dof), radius_known);
   } else {
     result.warnings.emplace_back("no sd: no sigma_mm is stated and there are no more points than unknowns");
   }

@@ -24,11 +24,9 @@ Vector3d turned(const Joint& joint, double angle, const Vector3d& at) {
 }  // namespace
 
 Outcome<JointChain, Refusal> JointChain::read(const Dataset& dataset) {
-  const auto table = checkedTable(dataset, "chain", kColumns);
-  if (!table) return table.error();
-  const auto tip = requiredVector(dataset, "tip_mm");
-  if (!tip) return tip.error();
-  const Eigen::MatrixXd rows = columnsOf(*table.value(), kColumns);
+  TRY(const auto table, checkedTable(dataset, "chain", kColumns));
+  TRY(const auto tip, requiredVector(dataset, "tip_mm"));
+  const Eigen::MatrixXd rows = columnsOf(*table, kColumns);
   std::vector<Joint> joints;
   for (Index row = 0; row < rows.rows(); ++row) {
     const std::string name = "table 'chain', row " + std::to_string(row + 1) + ": ";
@@ -41,7 +39,7 @@ Outcome<JointChain, Refusal> JointChain::read(const Dataset& dataset) {
     }
     joints.push_back({rows(row, 0) == 1.0, rows.row(row).segment<3>(1).transpose(), direction.normalized()});
   }
-  return JointChain{std::move(joints), Vector3d{tip->data()}};
+  return JointChain{std::move(joints), Vector3d{tip.data()}};
 }
 
 std::vector<std::string> JointChain::columns() const {

@@ -74,23 +74,20 @@ ParallelKinematics::ParallelKinematics(std::vector<Leg> legs, const Vector3d& ti
 }
 
 Outcome<ParallelKinematics, Refusal> ParallelKinematics::read(const Dataset& dataset) {
-  const auto table = checkedTable(dataset, "legs", kColumns);
-  if (!table) return table.error();
-  const auto tip = requiredVector(dataset, "tip_mm");
-  if (!tip) return tip.error();
-  const MatrixXd rows = columnsOf(*table.value(), kColumns);
+  TRY(const auto table, checkedTable(dataset, "legs", kColumns));
+  TRY(const auto tip, requiredVector(dataset, "tip_mm"));
+  const MatrixXd rows = columnsOf(*table, kColumns);
   std::vector<Leg> legs;
   for (Index row = 0; row < rows.rows(); ++row) {
-    const auto leg = legOf(rows.row(row).transpose(), "table 'legs', row " + std::to_string(row + 1) + ": ");
-    if (!leg) return leg.error();
-    legs.push_back(leg.value());
+    TRY(const auto leg, legOf(rows.row(row).transpose(), "table 'legs', row " + std::to_string(row + 1) + ": "));
+    legs.push_back(leg);
   }
   if (legs.size() != kDelta && legs.size() != kHexapod) {
     return Refusal{"bad-legs", "table 'legs' has " + std::to_string(legs.size()) +
                                    " rows: give three (the arms of a delta, whose platform keeps its orientation) or "
                                    "six (of a hexapod)"};
   }
-  const ParallelKinematics machine{std::move(legs), Vector3d{tip->data()}};
+  const ParallelKinematics machine{std::move(legs), Vector3d{tip.data()}};
   VectorXd reference{machine.size()};
   for (Index k = 0; k < machine.size(); ++k) reference[k] = machine.legs_[static_cast<std::size_t>(k)].q;
   if (!machine.reached(reference)) {

@@ -22,9 +22,8 @@ Outcome<CalibratedAxis, Refusal> calibratedAxis(const Result& result, const Eige
   for (std::size_t k = 0; k < angles->values.size(); ++k) {
     rows.emplace_back(Eigen::Map<const SixErrors>{six->values.data() + 6 * k});
   }
-  const auto table = AngleTable<6>::make(angles->values, rows, between);
-  if (!table) return table.error();
-  return CalibratedAxis{point, direction.normalized(), table.value()};
+  TRY(const auto table, AngleTable<6>::make(angles->values, rows, between));
+  return CalibratedAxis{point, direction.normalized(), table};
 }
 
 Outcome<RotaryCorrection, Refusal> RotaryCorrection::of(std::span<const CalibratedAxis> links) {

@@ -27,9 +27,8 @@ Outcome<SwivelCorrection, Refusal> SwivelCorrection::from(const Result& result, 
     angles.push_back(left->values[k] * std::numbers::pi / 180.0);
     errors.emplace_back(left->values[k + 1], left->values[k + 2], left->values[k + 3]);
   }
-  const auto table = AngleTable<3>::make(angles, errors, Between::linear);
-  if (!table) return table.error();
-  correction.left_ = table.value();
+  TRY(const auto table, AngleTable<3>::make(angles, errors, Between::linear));
+  correction.left_ = table;
   return correction;
 }
 

@@ -23,17 +23,14 @@ struct Tables {
 
 Outcome<Tables, Refusal> tablesOf(const Dataset& dataset) {
   std::vector<std::string_view> ball{"ball", "x_mm", "y_mm", "z_mm"};
-  const auto third = checkedTable(dataset, "third", ball);
-  if (!third) return third.error();
+  TRY(const auto third, checkedTable(dataset, "third", ball));
   const Table* first = dataset.table("first");
   const bool mounts = first && first->column("mount");
   if (mounts) ball.emplace_back("mount");
-  const auto second = checkedTable(dataset, "second", ball);
-  if (!second) return second.error();
+  TRY(const auto second, checkedTable(dataset, "second", ball));
   ball.emplace_back("phi_rad");
-  const auto checked = checkedTable(dataset, "first", ball);
-  if (!checked) return checked.error();
-  return Tables{checked.value(), second.value(), third.value(), mounts};
+  TRY(const auto checked, checkedTable(dataset, "first", ball));
+  return Tables{checked, second, third, mounts};
 }
 
 Vector3d placeOf(const Table& table, std::size_t row) {
@@ -65,14 +62,13 @@ class PlateReader {
 
   std::optional<Refusal> readSecond() {
     for (std::size_t row = 0; row < tables_.second->rows(); ++row) {
-      const auto ball = ballOf(*tables_.second, row);
-      if (!ball) return ball.error();
+      TRY(const auto ball, ballOf(*tables_.second, row));
       const double name = mountName(*tables_.second, row);
       const auto mount = mounts_.try_emplace(name, mounts_.size()).first->second;
       for (const auto& other : stack_.readings) {
-        if (other.mount == mount && other.ball == *ball) return twice((*tables_.second->column("ball"))[row], "second");
+        if (other.mount == mount && other.ball == ball) return twice((*tables_.second->column("ball"))[row], "second");
       }
-      stack_.readings.push_back({mount, *ball, placeOf(*tables_.second, row) - axis_.point, {}, {}});
+      stack_.readings.push_back({mount, ball, placeOf(*tables_.second, row) - axis_.point, {}, {}});
     }
     stack_.second_count = stack_.readings.size();
     return std::nullopt;
@@ -107,8 +103,7 @@ class PlateReader {
     const Table& first = *tables_.first;
     stack_.angles = distinctAngles(*first.column("phi_rad"));
     for (std::size_t row = 0; row < first.rows(); ++row) {
-      const auto ball = ballOf(first, row);
-      if (!ball) return ball.error();
+      TRY(const auto ball, ballOf(first, row));
       const auto mount = mounts_.find(mountName(first, row));
       if (mount == mounts_.end()) {
         return Refusal{"missing-ball", "table 'first', row " + std::to_string(row + 1) + ": mount " +
@@ -118,7 +113,7 @@ class PlateReader {
       const double phi = (*first.column("phi_rad"))[row];
       const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameRotaryAngle) - stack_.angles.begin();
       stack_.readings.push_back(
-          {mount->second, *ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
+          {mount->second, ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
     }
     return std::nullopt;
   }
@@ -148,9 +143,8 @@ class PlateReader {
 }  // namespace
 
 Outcome<PlateReadings, Refusal> readPlates(const Dataset& dataset, const NominalAxis& axis) {
-  const auto tables = tablesOf(dataset);
-  if (!tables) return tables.error();
-  return PlateReader{tables.value(), axis}.read();
+  TRY(const auto tables, tablesOf(dataset));
+  return PlateReader{tables, axis}.read();
 }
 
 }  // namespace probebox::metrology

@@ -194,9 +194,8 @@ struct Motions {
 Outcome<Motions, Refusal> motionsOf(const std::vector<Station>& stations, const Motion& second) {
   Motions motions{{}, second};
   for (const auto& station : stations) {
-    const auto motion = motionOf(station);
-    if (!motion) return motion.error();
-    motions.first.push_back(motion.value());
+    TRY(const auto motion, motionOf(station));
+    motions.first.push_back(motion);
   }
   return motions;
 }
@@ -274,31 +273,21 @@ struct Bench {
 };
 
 Outcome<Bench, Refusal> benchOf(const Dataset& dataset) {
-  const auto axis = nominalAxis(dataset);
-  if (!axis) return axis.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto first = checkedTable(dataset, "first", kFirstColumns);
-  if (!first) return first.error();
-  const auto second_table = checkedTable(dataset, "second", kBallColumns);
-  if (!second_table) return second_table.error();
-  const auto third_table = checkedTable(dataset, "third", kBallColumns);
-  if (!third_table) return third_table.error();
-  const auto second = ballsOf(**second_table);
-  if (!second) return second.error();
-  const auto third = ballsOf(**third_table);
-  if (!third) return third.error();
-  auto placed = plateStation(second.value(), third.value(), axis.value());
-  if (!placed) return placed.error();
-  const auto plate = registerRigid(rowsOf(placed->ideal), rowsOf(placed->read));
+  TRY(const auto axis, nominalAxis(dataset));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto first, checkedTable(dataset, "first", kFirstColumns));
+  TRY(const auto second_table, checkedTable(dataset, "second", kBallColumns));
+  TRY(const auto third_table, checkedTable(dataset, "third", kBallColumns));
+  TRY(const auto second, ballsOf(*second_table));
+  TRY(const auto third, ballsOf(*third_table));
+  TRY(auto placed, plateStation(second, third, axis));
+  const auto plate = registerRigid(rowsOf(placed.ideal), rowsOf(placed.read));
   if (!plate) return Refusal{plate.error().name, "table 'second': " + plate.error().reason};
-  if (auto refusal = badPlate(placed.value(), plate.value(), sigma.value())) return *refusal;
-  for (auto& ball : placed->ideal) ball = (*plate)(ball);
-  const auto place = motionOf(placed.value());
-  if (!place) return place.error();
-  auto stations = stationsOf(**first, third.value(), axis.value(), plate.value());
-  if (!stations) return stations.error();
-  return Bench{axis.value(), sigma.value(), place.value(), std::move(stations).value()};
+  if (auto refusal = badPlate(placed, plate.value(), sigma)) return *refusal;
+  for (auto& ball : placed.ideal) ball = (*plate)(ball);
+  TRY(const auto place, motionOf(placed));
+  TRY(auto stations, stationsOf(*first, third, axis, plate.value()));
+  return Bench{axis, sigma, place, std::move(stations)};
 }
 
 // Whether a case of "rotary-axis-errors" needs one fit of everything: tables with a column `mount`, station_correction
@@ -315,25 +304,23 @@ bool asksForStack(const Dataset& dataset) {
 
 Outcome<Result, Refusal> solveRotaryAxisErrors(const Dataset& dataset) {
   if (asksForStack(dataset)) return solveRotaryStack(dataset);
-  const auto bench = benchOf(dataset);
-  if (!bench) return bench.error();
-  const auto& stations = bench->stations;
-  const auto motions = motionsOf(stations, bench->plate);
-  if (!motions) return motions.error();
-  const bool zero_agrees = zeroAgrees(stations, motions.value(), bench->sigma);
-  const Fit fit = errorsOf(stations, bench->axis, motions.value(), zero_agrees, bench->sigma.value);
+  TRY(const auto bench, benchOf(dataset));
+  const auto& stations = bench.stations;
+  TRY(const auto motions, motionsOf(stations, bench.plate));
+  const bool zero_agrees = zeroAgrees(stations, motions, bench.sigma);
+  const Fit fit = errorsOf(stations, bench.axis, motions, zero_agrees, bench.sigma.value);
 
-  Answer answer{dataset, fit, bench->sigma};
+  Answer answer{dataset, fit, bench.sigma};
   answer.readingIs("one coordinate of one ball", "mm");
   answer.result().residuals.against = "phi_rad";
   std::vector<double> angles;
   for (std::size_t k = 0; k < stations.size(); ++k) {
     angles.push_back(stations[k].angle);
-    addResiduals(answer.result().residuals, stations[k], motions->first[k]);
+    addResiduals(answer.result().residuals, stations[k], motions.first[k]);
   }
   const Eigen::Index size = fit.parameters.size();
-  promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench->axis.direction);
-  addNominalAxis(answer.result(), bench->axis);
+  promiseErrors(answer, angles, fit.parameters, Eigen::MatrixXd::Identity(size, size), bench.axis.direction);
+  addNominalAxis(answer.result(), bench.axis);
   if (!zero_agrees) {
     answer.warn(
         "the first coordinates at phi = 0 disagree with the second ones and are not used for the position of the "

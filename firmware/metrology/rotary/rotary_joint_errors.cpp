@@ -51,40 +51,32 @@ struct Keys {
 };
 
 Outcome<Keys, Refusal> keysOf(const Dataset& dataset) {
-  const auto axis = nominalAxis(dataset);
-  if (!axis) return axis.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto third = configPositive(dataset, "sigma_third_mm");
-  if (!third) return third.error();
-  const auto axial = configPositive(dataset, "sigma_axial_mm");
-  if (!axial) return axial.error();
-  const auto angle = configPositive(dataset, "sigma_angle_rad");
-  if (!angle) return angle.error();
-  const auto offset = configPositive(dataset, "sigma_offset_mm");
-  if (!offset) return offset.error();
+  TRY(const auto axis, nominalAxis(dataset));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto third, configPositive(dataset, "sigma_third_mm"));
+  TRY(const auto axial, configPositive(dataset, "sigma_axial_mm"));
+  TRY(const auto angle, configPositive(dataset, "sigma_angle_rad"));
+  TRY(const auto offset, configPositive(dataset, "sigma_offset_mm"));
   for (const char* key : kOtherSigmas) {
-    if (dataset.config.contains(key) && !sigma->stated)
+    if (dataset.config.contains(key) && !sigma.stated)
       return Refusal{"missing-key",
                      std::string{key} + " needs sigma_mm as well: without it the weights of the two are unknown"};
   }
-  if (third.value() && dataset.config.contains("sd_certificate_mm")) {
+  if (third && dataset.config.contains("sd_certificate_mm")) {
     return Refusal{"bad-config",
                    "sigma_third_mm and sd_certificate_mm both say how uncertain the certificate is, which would count "
                    "twice: keep one of the two"};
   }
-  const auto correct = configSwitch(dataset, "station_correction");
-  if (!correct) return correct.error();
-  const auto radius = configPositive(dataset, "station_radius_mm");
-  if (!radius) return radius.error();
-  Keys keys{.axis = axis.value(),
-            .sigma = sigma.value(),
-            .axial_sigma = axial->value_or(sigma->value),
-            .angle_sigma = angle->value_or(0.0),
-            .third_sigma = third->value_or(0.0),
-            .offset_sigma = offset->value_or(0.0),
+  TRY(const auto correct, configSwitch(dataset, "station_correction"));
+  TRY(const auto radius, configPositive(dataset, "station_radius_mm"));
+  Keys keys{.axis = axis,
+            .sigma = sigma,
+            .axial_sigma = axial.value_or(sigma.value),
+            .angle_sigma = angle.value_or(0.0),
+            .third_sigma = third.value_or(0.0),
+            .offset_sigma = offset.value_or(0.0),
             .station_radius = std::nullopt};
-  if (correct.value()) keys.station_radius = radius->value_or(kStationRadius);
+  if (correct) keys.station_radius = radius.value_or(kStationRadius);
   return keys;
 }
 
@@ -268,29 +260,26 @@ Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& ke
 }  // namespace
 
 Outcome<Result, Refusal> solveRotaryStack(const Dataset& dataset) {
-  const auto keys = keysOf(dataset);
-  if (!keys) return keys.error();
-  auto stack = readPlates(dataset, keys->axis);
-  if (!stack) return stack.error();
-  if (auto refusal = badRank(stack.value(), keys->axis)) return *refusal;
-  if (keys->station_radius) {
-    if (auto refusal = findStations(stack.value(), keys->axis, *keys->station_radius)) return *refusal;
+  TRY(const auto keys, keysOf(dataset));
+  TRY(auto stack, readPlates(dataset, keys.axis));
+  if (auto refusal = badRank(stack, keys.axis)) return *refusal;
+  if (keys.station_radius) {
+    if (auto refusal = findStations(stack, keys.axis, *keys.station_radius)) return *refusal;
   }
-  const StackModel model{stack.value(), keys.value()};
-  const auto fit = leastSquares(model, VectorXd::Zero(model.size()));
-  if (!fit) return fit.error();
-  if (auto refusal = badSecond(stack.value(), fit.value(), keys.value())) return *refusal;
+  const StackModel model{stack, keys};
+  TRY(const auto fit, leastSquares(model, VectorXd::Zero(model.size())));
+  if (auto refusal = badSecond(stack, fit, keys)) return *refusal;
 
-  Answer answer{dataset, fit.value(), keys->sigma};
-  const auto count = 6 * static_cast<Index>(stack->angles.size());
-  const VectorXd six = fit->parameters.segment(model.errorsAt(), count);
+  Answer answer{dataset, fit, keys.sigma};
+  const auto count = 6 * static_cast<Index>(stack.angles.size());
+  const VectorXd six = fit.parameters.segment(model.errorsAt(), count);
   const MatrixXd rows = pick(model.errorsAt(), count, model.size());
-  answer.result().residuals = residualsOf(stack.value(), fit.value(), keys.value());
+  answer.result().residuals = residualsOf(stack, fit, keys);
   const auto& left = answer.result().residuals.values;
   answer.result().rms =
       VectorXd::Map(left.data(), static_cast<Index>(left.size())).norm() / std::sqrt(static_cast<double>(left.size()));
-  promiseErrors(answer, stack->angles, six, rows, keys->axis.direction);
-  addNominalAxis(answer.result(), keys->axis);
+  promiseErrors(answer, stack.angles, six, rows, keys.axis.direction);
+  addNominalAxis(answer.result(), keys.axis);
   return std::move(answer).take(true);
 }
 

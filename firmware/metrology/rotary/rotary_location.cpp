@@ -31,14 +31,12 @@ bool locationKnown(std::vector<double> angles) {
 }  // namespace
 
 Outcome<NominalAxis, Refusal> nominalAxis(const Dataset& dataset) {
-  const auto point = configVector(dataset, "axis_point_mm");
-  if (!point) return point.error();
-  const auto direction = configDirection(dataset, "axis_direction");
-  if (!direction) return direction.error();
-  if (!point.value() || !direction.value()) {
+  TRY(const auto point, configVector(dataset, "axis_point_mm"));
+  TRY(const auto direction, configDirection(dataset, "axis_direction"));
+  if (!point || !direction) {
     return Refusal{"missing-key", "config.json needs axis_point_mm and axis_direction: the nominal axis"};
   }
-  return NominalAxis{Vector3d{point->value().data()}, **direction};
+  return NominalAxis{Vector3d{point.value().data()}, *direction};
 }
 
 void addNominalAxis(Result& result, const NominalAxis& axis) {

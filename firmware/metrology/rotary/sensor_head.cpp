@@ -109,52 +109,46 @@ Vector3d SensorHead::ball(const Vector3d& machine, const Vector3d& tool, const V
 }
 
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_sensor");
-  if (!sigma) return sigma.error();
-  const auto tool = configVector(dataset, "tool_vector_mm");
-  if (!tool) return tool.error();
-  const auto reference = configVector(dataset, "reference_mm");
-  if (!reference) return reference.error();
-  const auto table = checkedTable(dataset, "moves", kMoveColumns);
-  if (!table) return table.error();
-  const MatrixXd moves = columnsOf(**table, kMoveColumns);
-  const auto fit = fitHead(moves, sigma->value);
-  if (!fit) return fit.error();
+  TRY(const auto sigma, configSigma(dataset, "sigma_sensor"));
+  TRY(const auto tool, configVector(dataset, "tool_vector_mm"));
+  TRY(const auto reference, configVector(dataset, "reference_mm"));
+  TRY(const auto table, checkedTable(dataset, "moves", kMoveColumns));
+  const MatrixXd moves = columnsOf(*table, kMoveColumns);
+  TRY(const auto fit, fitHead(moves, sigma.value));
   SensorHead head;
   MatrixXd pick_matrix = MatrixXd::Zero(9, kParameters);
   MatrixXd pick_zero = MatrixXd::Zero(3, kParameters);
   for (Index sensor = 0; sensor < 3; ++sensor) {
-    head.matrix.row(sensor) = fit->parameters.segment<3>(4 * sensor).transpose();
-    head.zero[sensor] = fit->parameters[4 * sensor + 3];
+    head.matrix.row(sensor) = fit.parameters.segment<3>(4 * sensor).transpose();
+    head.zero[sensor] = fit.parameters[4 * sensor + 3];
     pick_matrix.block<3, 3>(3 * sensor, 4 * sensor).setIdentity();
     pick_zero(sensor, 4 * sensor + 3) = 1.0;
   }
-  Answer answer{dataset, fit.value(), sigma.value()};
+  Answer answer{dataset, fit, sigma};
   answer.readingIs("one sensor", "units of the sensors");
   const std::optional<double> noise = answer.readingSd();
   if (auto refusal = badHead(head.matrix, moves, noise.value_or(0.0))) return *refusal;
-  answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit->parameters, pick_matrix);
+  answer.promiseMatrix("sensor_matrix", 3, pick_matrix * fit.parameters, pick_matrix);
   answer.promiseVector("sensor_zero", head.zero, pick_zero);
   const Vector3d sensitivity = head.matrix.rowwise().norm();
   answer.result().also.push_back(Estimate::vector("sensitivity", {sensitivity.begin(), sensitivity.end()}, {}));
-  if (reference.value()) {
+  if (reference) {
     // Where the sensors all read zero the ball is away from the reference by -K^-1 zero.
     const Matrix3d inverted = inverse(head.matrix);
     const Vector3d centre = inverted * head.zero;
-    const Vector3d at = Vector3d{reference.value()->data()} + centre;
+    const Vector3d at = Vector3d{reference->data()} + centre;
     answer.alsoVector("centred_mm", at, -displacementSlopes(inverted, -centre));
   }
   if (dataset.table("readings")) {
-    const auto readings = checkedTable(dataset, "readings", kReadingColumns);
-    if (!readings) return readings.error();
-    const Vector3d vector = tool.value() ? Vector3d{tool.value()->data()} : Vector3d{Vector3d::Zero()};
-    const Balls balls = ballsOf(**readings, head, vector);
+    TRY(const auto readings, checkedTable(dataset, "readings", kReadingColumns));
+    const Vector3d vector = tool ? Vector3d{tool->data()} : Vector3d{Vector3d::Zero()};
+    const Balls balls = ballsOf(*readings, head, vector);
     answer.promiseMatrix("ball_mm", 3, balls.values, balls.slopes);
   }
-  for (auto& warning : equalRows(**table)) answer.warn(std::move(warning));
+  for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   answer.result().convention =
       "sensors = zero + matrix * position of the ball relative to the head's reference; rms in the unit of the sensors";
-  answer.readings(**table, std::span{kMoveColumns}.last(3), "ux_mm");
+  answer.readings(*table, std::span{kMoveColumns}.last(3), "ux_mm");
   Result result = std::move(answer).take(true);
   if (dataset.table("readings")) addReadingNoise(result, inverse(head.matrix) * noise.value_or(0.0));
   return result;

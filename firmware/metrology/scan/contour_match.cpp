@@ -134,29 +134,23 @@ WaveformPair seenTwice(const ContourScan& scan, double tau) {
 }  // namespace
 
 Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& question) {
-  const auto previous = previousDelay(dataset, 1);
-  if (!previous) return previous.error();
-  const auto distances = readsDistances(dataset);
-  if (!distances) return distances.error();
+  TRY(const auto previous, previousDelay(dataset, 1));
+  TRY(const auto distances, readsDistances(dataset));
   Dataset converted;
-  if (distances.value()) {
-    auto deflections = withDeflections(dataset, "scan", Undeflected::farthest);
-    if (!deflections) return deflections.error();
-    converted = std::move(deflections).value();
+  if (distances) {
+    TRY(auto deflections, withDeflections(dataset, "scan", Undeflected::farthest));
+    converted = std::move(deflections);
   }
-  const auto scans = readScans(distances.value() ? converted : dataset, question);
-  if (!scans) return scans.error();
-  const auto start = coarseDelay(scans.value(), question.window_s);
-  if (!start) return start.error();
+  TRY(const auto scans, readScans(distances ? converted : dataset, question));
+  TRY(const auto start, coarseDelay(scans, question.window_s));
   std::vector<WaveformPair> records;
-  for (const auto& scan : scans.value()) {
-    if (auto refusal = wrongPlace(scan, start.value())) return *refusal;
-    records.push_back(seenTwice(scan, start.value()));
+  for (const auto& scan : scans) {
+    if (auto refusal = wrongPlace(scan, start)) return *refusal;
+    records.push_back(seenTwice(scan, start));
   }
-  const auto match = matchWaveforms(records, start.value(), Interpolation::cubic);
-  if (!match) return match.error();
-  if (auto bad = poorMatch(match.value(), kDroppedShare)) return *bad;
-  return reportMatch(dataset, match.value(), previous.value());
+  TRY(const auto match, matchWaveforms(records, start, Interpolation::cubic));
+  if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
+  return reportMatch(dataset, match, previous);
 }
 
 }  // namespace probebox::metrology

@@ -290,23 +290,20 @@ Outcome<double, Refusal> searchWindow(const Dataset& dataset) {
 }
 
 Outcome<std::vector<ContourScan>, Refusal> readScans(const Dataset& dataset, const ScanQuestion& question) {
-  const auto listed = checkedTable(dataset, "scans", kScans);
-  if (!listed) return listed.error();
-  const auto machine = checkedTable(dataset, "machine", kMachineScan);
-  if (!machine) return machine.error();
-  const auto probe = checkedTable(dataset, "probe", kProbeScan);
-  if (!probe) return probe.error();
-  const auto& ids = *listed.value()->column("scan");
-  for (const auto* table : {machine.value(), probe.value()}) {
+  TRY(const auto listed, checkedTable(dataset, "scans", kScans));
+  TRY(const auto machine, checkedTable(dataset, "machine", kMachineScan));
+  TRY(const auto probe, checkedTable(dataset, "probe", kProbeScan));
+  const auto& ids = *listed->column("scan");
+  for (const auto* table : {machine, probe}) {
     if (auto refusal = unlisted(*table, ids)) return *refusal;
   }
   std::vector<ContourScan> scans;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const std::string name = "scan " + text(ids[row]);
-    const double speed = (*listed.value()->column("speed_mm_s"))[row];
+    const double speed = (*listed->column("speed_mm_s"))[row];
     if (speed <= 0.0) return Refusal{"bad-speed", name + ": speed_mm_s must be greater than zero"};
-    Points of_machine = pointsOf(*machine.value(), kMachineScan, ids[row]);
-    Points of_probe = pointsOf(*probe.value(), kProbeScan, ids[row]);
+    Points of_machine = pointsOf(*machine, kMachineScan, ids[row]);
+    Points of_probe = pointsOf(*probe, kProbeScan, ids[row]);
     if (auto refusal = wrongStamps(of_machine, name, "machine")) return *refusal;
     if (auto refusal = wrongStamps(of_probe, name, "probe")) return *refusal;
     ContourScan scan = reduce(std::move(of_machine), std::move(of_probe), question);

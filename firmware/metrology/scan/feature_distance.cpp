@@ -47,29 +47,24 @@ Distance FeatureDistance::at(const Vector3d& place) const {
 }
 
 Outcome<FeatureDistance, Refusal> featureDistance(const Dataset& dataset) {
-  const auto given = requiredShape(dataset);
-  if (!given) return given.error();
-  const std::string& shape = given.value();
-  const auto stated = configWord(dataset, "feature", kFeatures);
-  if (!stated) return stated.error();
+  TRY(const auto given, requiredShape(dataset));
+  const std::string& shape = given;
+  TRY(const auto stated, configWord(dataset, "feature", kFeatures));
   FeatureDistance feature;
   feature.plane = shape == "plane";
-  feature.side = stated->value_or("external") == "internal" ? -1.0 : 1.0;
+  feature.side = stated.value_or("external") == "internal" ? -1.0 : 1.0;
   if (shape == "cylinder" || shape == "plane" || shape == "plane-pair") {
-    const auto direction = requiredDirection(dataset, "axis_direction");
-    if (!direction) return direction.error();
-    const Matrix3d along = direction.value() * direction->transpose();
+    TRY(const auto direction, requiredDirection(dataset, "axis_direction"));
+    const Matrix3d along = direction * direction.transpose();
     feature.extent = shape == "cylinder" ? Matrix3d{Matrix3d::Identity() - along} : along;
-    feature.normal = direction.value();
+    feature.normal = direction;
   }
   if (feature.plane) return feature;
-  const auto centre = requiredVector(dataset, "centre_mm");
-  if (!centre) return centre.error();
-  feature.centre = Vector3d{centre->data()};
+  TRY(const auto centre, requiredVector(dataset, "centre_mm"));
+  feature.centre = Vector3d{centre.data()};
   if (shape != "box") return feature;
-  const auto size = requiredVector(dataset, "size_axis_mm");
-  if (!size) return size.error();
-  feature.half_mm = 0.5 * Vector3d{size->data()};
+  TRY(const auto size, requiredVector(dataset, "size_axis_mm"));
+  feature.half_mm = 0.5 * Vector3d{size.data()};
   if (!(feature.half_mm.minCoeff() > 0.0)) {
     return Refusal{"bad-config", "config key 'size_axis_mm': the sizes of the box along x, y and z are positive"};
   }

@@ -11,9 +11,8 @@ namespace probebox::metrology {
 
 Outcome<bool, Refusal> readsDistances(const Dataset& dataset) {
   constexpr std::array<std::string_view, 2> kKinds{"deflection", "distance"};
-  const auto kind = configWord(dataset, "probe_kind", kKinds);
-  if (!kind) return kind.error();
-  return kind->value_or("deflection") == "distance";
+  TRY(const auto kind, configWord(dataset, "probe_kind", kKinds));
+  return kind.value_or("deflection") == "distance";
 }
 
 namespace {
@@ -32,11 +31,10 @@ double undeflectedOf(const Span& span, Undeflected undeflected) {
 
 Outcome<Dataset, Refusal> withDeflections(const Dataset& dataset, std::string_view group, Undeflected undeflected) {
   const std::array<std::string_view, 3> columns{group, "t_s", "distance_mm"};
-  const auto read = checkedTable(dataset, "probe", columns);
-  if (!read) return read.error();
-  const auto& ids = *read.value()->column(group);
-  const auto& times = *read.value()->column("t_s");
-  const auto& distances = *read.value()->column("distance_mm");
+  TRY(const auto read, checkedTable(dataset, "probe", columns));
+  const auto& ids = *read->column(group);
+  const auto& times = *read->column("t_s");
+  const auto& distances = *read->column("distance_mm");
   std::map<double, Span> spans;
   for (std::size_t row = 0; row < ids.size(); ++row) {
     const double at = distances[row];

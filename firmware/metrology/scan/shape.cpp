@@ -13,11 +13,10 @@ constexpr std::array<std::string_view, 5> kShapes{"box", "cylinder", "plane", "p
 }  // namespace
 
 Outcome<std::string, Refusal> requiredShape(const Dataset& dataset) {
-  const auto shape = configWord(dataset, "shape", kShapes);
-  if (!shape) return shape.error();
-  if (!*shape)
+  TRY(const auto shape, configWord(dataset, "shape", kShapes));
+  if (!shape)
     return Refusal{"missing-key", "config.json has no key 'shape': sphere, cylinder, plane-pair, box or plane"};
-  return **shape;
+  return *shape;
 }
 
 }  // namespace probebox::metrology

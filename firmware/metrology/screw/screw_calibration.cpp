@@ -138,31 +138,25 @@ struct Config {
 };
 
 Outcome<Config, Refusal> readConfig(const Dataset& dataset) {
-  auto screw = screwOf(dataset);
-  if (!screw) return screw.error();
-  const auto sectors = requiredPositive(dataset, "sectors");
-  if (!sectors) return sectors.error();
-  if (sectors.value() != std::floor(*sectors) || *sectors < 2.0 || *sectors > static_cast<double>(kMostSectors)) {
-    return Refusal{"bad-sectors", "config key 'sectors' is " + text(*sectors) + ": give a whole number from 2 to " +
+  TRY(auto screw, screwOf(dataset));
+  TRY(const auto sectors, requiredPositive(dataset, "sectors"));
+  if (sectors != std::floor(sectors) || sectors < 2.0 || sectors > static_cast<double>(kMostSectors)) {
+    return Refusal{"bad-sectors", "config key 'sectors' is " + text(sectors) + ": give a whole number from 2 to " +
                                       std::to_string(kMostSectors)};
   }
-  const auto limit = configPositive(dataset, "drift_limit_um_s");
-  if (!limit) return limit.error();
-  return Config{screw.value(), static_cast<std::size_t>(*sectors), limit->value_or(kDriftLimitUmS)};
+  TRY(const auto limit, configPositive(dataset, "drift_limit_um_s"));
+  return Config{screw, static_cast<std::size_t>(sectors), limit.value_or(kDriftLimitUmS)};
 }
 
 // Nothing for a case without true errors, whose K is stated: it is about the face alone.
 Outcome<std::optional<Fit>, Refusal> measuredGain(const Dataset& dataset, const ScrewModel& screw) {
   if (dataset.table("gain_cal") == nullptr) {
-    const auto standing = configNumber(dataset, kStandingGain);
-    if (!standing) return standing.error();
-    if (*standing) return std::optional<Fit>{};
+    TRY(const auto standing, configNumber(dataset, kStandingGain));
+    if (standing) return std::optional<Fit>{};
   }
-  const auto table = checkedTable(dataset, "gain_cal", kGainColumns);
-  if (!table) return table.error();
-  auto fit = fitGain(**table, screw);
-  if (!fit) return fit.error();
-  return std::optional<Fit>{std::move(*fit)};
+  TRY(const auto table, checkedTable(dataset, "gain_cal", kGainColumns));
+  TRY(auto fit, fitGain(*table, screw));
+  return std::optional<Fit>{std::move(fit)};
 }
 
 // Of values that do not depend on each other, those of the first one first.
@@ -198,40 +192,36 @@ void addGain(Result& result, const Dataset& dataset, const Fit& gain) {
 }  // namespace
 
 Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
-  const auto config = readConfig(dataset);
-  if (!config) return config.error();
-  const auto gain = measuredGain(dataset, config->screw);
-  if (!gain) return gain.error();
-  const auto face_table = checkedTable(dataset, "sector_cal", kFaceColumns);
-  if (!face_table) return face_table.error();
+  TRY(const auto config, readConfig(dataset));
+  TRY(const auto gain, measuredGain(dataset, config.screw));
+  TRY(const auto face_table, checkedTable(dataset, "sector_cal", kFaceColumns));
 
-  const Face face = faceOf(**face_table, config->sectors);
-  if (auto refusal = tooLittle(face, *(*face_table)->column("phi_rad"))) return *refusal;
-  const auto fit = fitFace(face);
-  if (!fit) return fit.error();
+  const Face face = faceOf(*face_table, config.sectors);
+  if (auto refusal = tooLittle(face, *face_table->column("phi_rad"))) return *refusal;
+  TRY(const auto fit, fitFace(face));
 
-  const auto sectors = static_cast<Eigen::Index>(config->sectors);
-  const double drift = fit->parameters[sectors];
-  if (std::abs(drift) > config->drift_limit_um_s) {
+  const auto sectors = static_cast<Eigen::Index>(config.sectors);
+  const double drift = fit.parameters[sectors];
+  if (std::abs(drift) > config.drift_limit_um_s) {
     return Refusal{"not-steady", "the sensor drifts by " + text(drift) + " um/s, more than " +
-                                     text(config->drift_limit_um_s) +
+                                     text(config.drift_limit_um_s) +
                                      ": wait until the temperature of the screw is stable"};
   }
-  Answer answer{dataset, fit.value(), {}};
-  answer.readingIs(*gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
-  answer.readings(**face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
-  Eigen::MatrixXd about_mean = pick(0, sectors, fit->parameters.size());
+  Answer answer{dataset, fit, {}};
+  answer.readingIs(gain ? "one reading: of the sensor, for K one true error" : "one reading of the sensor", "um");
+  answer.readings(*face_table, std::array<std::string_view, 1>{"sensor_um"}, "phi_rad");
+  Eigen::MatrixXd about_mean = pick(0, sectors, fit.parameters.size());
   about_mean.leftCols(sectors).array() -= 1.0 / static_cast<double>(sectors);
-  answer.promiseVector("sector_table_um", about_mean * fit->parameters, about_mean);
-  answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit->parameters.size()).row(0));
+  answer.promiseVector("sector_table_um", about_mean * fit.parameters, about_mean);
+  answer.promiseScalar("drift_um_s", drift, pick(sectors, 1, fit.parameters.size()).row(0));
 
   Result result = std::move(answer).take(true);
-  if (*gain) addGain(result, dataset, **gain);
-  if (*gain && dataset.config.contains(kStandingGain)) {
+  if (gain) addGain(result, dataset, *gain);
+  if (gain && dataset.config.contains(kStandingGain)) {
     result.warnings.push_back(unusedKey(kStandingGain, dataset.method));
   }
-  result.convention = *gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
-                            : "K was not measured and is unchanged; rms in um";
+  result.convention = gain ? "K multiplies (x + orgoff) / length times the extension; rms in um"
+                           : "K was not measured and is unchanged; rms in um";
   return result;
 }
 

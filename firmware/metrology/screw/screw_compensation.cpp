@@ -36,32 +36,25 @@ std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
 }
 
 Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
-  auto screw = screwOf(dataset);
-  if (!screw) return screw.error();
-  const auto gain = requiredNumber(dataset, "K");
-  if (!gain) return gain.error();
-  const auto threshold = requiredNumber(dataset, "threshold_rpm");
-  if (!threshold) return threshold.error();
-  if (threshold.value() < 0.0) return Refusal{"bad-config", "config key 'threshold_rpm' is negative"};
-  const auto reference = configNumber(dataset, "reference_um");
-  if (!reference) return reference.error();
-  const auto table = checkedTable(dataset, "sector_table", kSectorColumns);
-  if (!table) return table.error();
-  screw->gain = gain.value();
-  screw->threshold_rpm = threshold.value();
-  screw->reference_um = reference->value_or(0.0);
-  if (auto refusal = fillSectors(screw.value(), **table)) return *refusal;
+  TRY(auto screw, screwOf(dataset));
+  TRY(const auto gain, requiredNumber(dataset, "K"));
+  TRY(const auto threshold, requiredNumber(dataset, "threshold_rpm"));
+  if (threshold < 0.0) return Refusal{"bad-config", "config key 'threshold_rpm' is negative"};
+  TRY(const auto reference, configNumber(dataset, "reference_um"));
+  TRY(const auto table, checkedTable(dataset, "sector_table", kSectorColumns));
+  screw.gain = gain;
+  screw.threshold_rpm = threshold;
+  screw.reference_um = reference.value_or(0.0);
+  if (auto refusal = fillSectors(screw, *table)) return *refusal;
   return screw;
 }
 
 std::optional<Refusal> outOfLimits(const Dataset& dataset, const ScrewModel& screw, const std::vector<double>& sensor) {
-  const auto least = configNumber(dataset, "extension_min_um");
-  if (!least) return least.error();
-  const auto greatest = configNumber(dataset, "extension_max_um");
-  if (!greatest) return greatest.error();
+  TRY(const auto least, configNumber(dataset, "extension_min_um"));
+  TRY(const auto greatest, configNumber(dataset, "extension_max_um"));
   for (std::size_t row = 0; row < sensor.size(); ++row) {
     const double extension = sensor[row] - screw.reference_um;
-    if (extension < least->value_or(extension) || extension > greatest->value_or(extension)) {
+    if (extension < least.value_or(extension) || extension > greatest.value_or(extension)) {
       return Refusal{"extension-out-of-limits", "table 'cycle', row " + std::to_string(row + 1) +
                                                     ": the extension is " + text(extension) +
                                                     " um, outside extension_min_um to extension_max_um: check the "
@@ -74,17 +67,14 @@ std::optional<Refusal> outOfLimits(const Dataset& dataset, const ScrewModel& scr
 }  // namespace
 
 Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
-  const auto screw = readScrew(dataset);
-  if (!screw) return screw.error();
-  const auto sigma = configSigma(dataset, "sigma_um");
-  if (!sigma) return sigma.error();
-  const auto table = checkedTable(dataset, "cycle", kCycleColumns);
-  if (!table) return table.error();
-  const auto& positions = *(*table)->column("x_mm");
-  const auto& angles = *(*table)->column("phi_rad");
-  const auto& speeds = *(*table)->column("rpm");
-  const auto& sensor = *(*table)->column("sensor_um");
-  if (auto refusal = outOfLimits(dataset, screw.value(), sensor)) return *refusal;
+  TRY(const auto screw, readScrew(dataset));
+  TRY(const auto sigma, configSigma(dataset, "sigma_um"));
+  TRY(const auto table, checkedTable(dataset, "cycle", kCycleColumns));
+  const auto& positions = *table->column("x_mm");
+  const auto& angles = *table->column("phi_rad");
+  const auto& speeds = *table->column("rpm");
+  const auto& sensor = *table->column("sensor_um");
+  if (auto refusal = outOfLimits(dataset, screw, sensor)) return *refusal;
 
   Result result;
   result.method = dataset.method;
@@ -92,16 +82,16 @@ Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset) {
   std::vector<double> sd;
   std::vector<double> design;
   for (std::size_t row = 0; row < positions.size(); ++row) {
-    const double extension = extensionUm(screw.value(), angles[row], speeds[row], sensor[row]);
-    compensation.push_back(compensationUm(screw.value(), positions[row], extension));
-    design.push_back(std::abs(compensationUm(screw.value(), positions[row], 1.0)));
-    if (sigma->stated) sd.push_back(std::abs(compensationUm(screw.value(), positions[row], sigma->value)));
+    const double extension = extensionUm(screw, angles[row], speeds[row], sensor[row]);
+    compensation.push_back(compensationUm(screw, positions[row], extension));
+    design.push_back(std::abs(compensationUm(screw, positions[row], 1.0)));
+    if (sigma.stated) sd.push_back(std::abs(compensationUm(screw, positions[row], sigma.value)));
   }
   result.estimates.push_back(Estimate::vector("comp_um", std::move(compensation), std::move(sd)));
   result.estimates.back().design = std::move(design);
   result.design_per = "one reading of the sensor, um";
   result.condition = 1.0;
-  if (!sigma->stated) result.warnings.emplace_back("no sd: no sigma_um of the sensor is stated, and nothing is fitted");
+  if (!sigma.stated) result.warnings.emplace_back("no sd: no sigma_um of the sensor is stated, and nothing is fitted");
   result.convention = "added to the commanded position when K carries the sign of the correction; um";
   return result;
 }

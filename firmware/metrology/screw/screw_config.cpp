@@ -5,16 +5,13 @@
 namespace probebox::metrology {
 
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset) {
-  const auto length = requiredPositive(dataset, "screw_length_mm");
-  if (!length) return length.error();
-  const auto offset = requiredNumber(dataset, "orgoff_mm");
-  if (!offset) return offset.error();
-  const auto reversed = configSwitch(dataset, "axis_reversed");
-  if (!reversed) return reversed.error();
+  TRY(const auto length, requiredPositive(dataset, "screw_length_mm"));
+  TRY(const auto offset, requiredNumber(dataset, "orgoff_mm"));
+  TRY(const auto reversed, configSwitch(dataset, "axis_reversed"));
   ScrewModel screw;
-  screw.length_mm = length.value();
-  screw.offset_mm = offset.value();
-  screw.reversed = reversed.value();
+  screw.length_mm = length;
+  screw.offset_mm = offset;
+  screw.reversed = reversed;
   return screw;
 }
 

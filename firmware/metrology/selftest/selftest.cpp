@@ -85,24 +85,19 @@ Outcome<Eigen::Matrix3d, Refusal> gainOf(const Dataset& dataset) {
 }
 
 Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
-  const auto machine = checkedTable(dataset, "machine", kMachineColumns);
-  if (!machine) return machine.error();
-  const auto probe = checkedTable(dataset, "probe", kProbeColumns);
-  if (!probe) return probe.error();
-  const auto touches = checkedTable(dataset, "touches", kTouchesColumns);
-  if (!touches) return touches.error();
-  const auto kinds = checkedTable(dataset, "steps", kSelftestColumns);
-  if (!kinds) return kinds.error();
-  const auto gain = gainOf(dataset);
-  if (!gain) return gain.error();
+  TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
+  TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
+  TRY(const auto touches, checkedTable(dataset, "touches", kTouchesColumns));
+  TRY(const auto kinds, checkedTable(dataset, "steps", kSelftestColumns));
+  TRY(const auto gain, gainOf(dataset));
   std::vector<Step> steps;
-  const auto& normal_of = **touches;
+  const auto& normal_of = *touches;
   for (std::size_t i = 0; i < normal_of.rows(); ++i) {
     const double number = (*normal_of.column("touch"))[i];
-    const auto& numbers = *(*kinds)->column("touch");
+    const auto& numbers = *kinds->column("touch");
     const auto kind = std::ranges::find(numbers, number);
-    const Rows positions = rowsOf(**machine, number, {"x_mm", "y_mm", "z_mm"});
-    const Rows channels = rowsOf(**probe, number, {"a", "b", "c"});
+    const Rows positions = rowsOf(*machine, number, {"x_mm", "y_mm", "z_mm"});
+    const Rows channels = rowsOf(*probe, number, {"a", "b", "c"});
     if (kind == numbers.end() || positions.values.size() < kFewestRows || channels.values.size() < kFewestRows)
       return Refusal{"incomplete-step", "step " + text(number) + " has no row in steps, or fewer than 5 rows in " +
                                             "machine or probe: record it again"};
@@ -111,11 +106,11 @@ Outcome<std::vector<Step>, Refusal> stepsOf(const Dataset& dataset) {
     steps.push_back(
         {.number = number,
          .towards = {(*normal_of.column("nx"))[i], (*normal_of.column("ny"))[i], (*normal_of.column("nz"))[i]},
-         .travel_mm = (*(*kinds)->column("travel_mm"))[static_cast<std::size_t>(kind - numbers.begin())],
+         .travel_mm = (*kinds->column("travel_mm"))[static_cast<std::size_t>(kind - numbers.begin())],
          .moved_mm = to.value - from.value,
          .moved_sd_mm = (from.sd.cwiseAbs2() + to.sd.cwiseAbs2()).cwiseSqrt(),
-         .deflected_mm = *gain * (deep.value - rest.value),
-         .deflected_sd_mm = (gain->cwiseAbs2() * (deep.sd.cwiseAbs2() + rest.sd.cwiseAbs2())).cwiseSqrt()});
+         .deflected_mm = gain * (deep.value - rest.value),
+         .deflected_sd_mm = (gain.cwiseAbs2() * (deep.sd.cwiseAbs2() + rest.sd.cwiseAbs2())).cwiseSqrt()});
   }
   return steps;
 }
@@ -198,16 +193,14 @@ Finding judgePush(const Step& step) {
 }  // namespace
 
 Outcome<std::vector<Finding>, Refusal> selftestFindings(const Dataset& dataset) {
-  const auto steps = stepsOf(dataset);
-  if (!steps) return steps.error();
+  TRY(const auto steps, stepsOf(dataset));
   std::vector<Finding> findings;
-  for (const Step& step : *steps) findings.push_back(step.travel_mm != 0 ? judgeJog(step) : judgePush(step));
+  for (const Step& step : steps) findings.push_back(step.travel_mm != 0 ? judgeJog(step) : judgePush(step));
   return findings;
 }
 
 Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
-  const auto steps = stepsOf(dataset);
-  if (!steps) return steps.error();
+  TRY(const auto steps, stepsOf(dataset));
   const auto findings = selftestFindings(dataset);
   std::optional<Refusal> refusal;
   for (const Finding& finding : *findings) {
@@ -220,7 +213,7 @@ Outcome<Result, Refusal> solveSelftest(const Dataset& dataset) {
   result.method = dataset.method;
   std::vector<double> moved, moved_sd, deflected, deflected_sd;
   const auto append = [](std::vector<double>& to, const Vector3d& row) { to.insert(to.end(), row.begin(), row.end()); };
-  for (const Step& step : *steps) {
+  for (const Step& step : steps) {
     append(moved, step.moved_mm);
     append(moved_sd, step.moved_sd_mm);
     append(deflected, step.deflected_mm);

@@ -101,46 +101,34 @@ Result answered(const Dataset& dataset, const SwivelPlane& plane, const TiltRead
 }  // namespace
 
 Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset) {
-  const auto noise = tiltNoise(dataset);
-  if (!noise) return noise.error();
-  const auto plane = swivelPlane(dataset, "tilt_axis");
-  if (!plane) return plane.error();
-  const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
-  if (!table) return table.error();
-  const auto tilts = tiltReadings(**table, plane.value(), nullptr);
+  TRY(const auto noise, tiltNoise(dataset));
+  TRY(const auto plane, swivelPlane(dataset, "tilt_axis"));
+  TRY(const auto table, checkedTable(dataset, "readings", kTableTiltColumns));
+  const auto tilts = tiltReadings(*table, plane, nullptr);
   const auto& readings = tilts.readings;
-  const auto fit = fitTilts(readings, skewSeen(readings), noise.value());
-  if (!fit) return fit.error();
-  if (auto refusal = shortArm(readings, fit.value(), noise->position)) return *refusal;
-  const auto skew = checkedSkew(readings, fit.value(), noise->position);
-  if (!skew) return skew.error();
+  TRY(const auto fit, fitTilts(readings, skewSeen(readings), noise));
+  if (auto refusal = shortArm(readings, fit, noise.position)) return *refusal;
+  TRY(const auto skew, checkedSkew(readings, fit, noise.position));
   // The source's equations know no weights.
-  const auto plain = fitTilts(readings, skewSeen(readings), {noise->position, 0.0, {}});
-  if (!plain) return plain.error();
-  if (auto refusal = failsCheck(readings, amongReadings(readings, plain.value()))) return *refusal;
-  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value());
-  if (*skew) result.warnings.push_back(**skew);
+  TRY(const auto plain, fitTilts(readings, skewSeen(readings), {noise.position, 0.0, {}}));
+  if (auto refusal = failsCheck(readings, amongReadings(readings, plain))) return *refusal;
+  Result result = answered(dataset, plane, tilts, fit, noise);
+  if (skew) result.warnings.push_back(*skew);
   result.convention = "machine coordinates of the tilt axis, where it passes along_mm";
   return result;
 }
 
 Outcome<Result, Refusal> solveHeadPivot(const Dataset& dataset) {
-  const auto noise = tiltNoise(dataset);
-  if (!noise) return noise.error();
-  const auto plane = swivelPlane(dataset, "swivel_axis");
-  if (!plane) return plane.error();
-  const auto ball = tiltedBall(dataset);
-  if (!ball) return ball.error();
-  const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
-  if (!table) return table.error();
-  const auto tilts = tiltReadings(**table, plane.value(), &ball.value());
-  const auto fit = fitTilts(tilts.readings, skewSeen(tilts.readings), noise.value());
-  if (!fit) return fit.error();
-  if (auto refusal = shortArm(tilts.readings, fit.value(), noise->position)) return *refusal;
-  const auto skew = checkedSkew(tilts.readings, fit.value(), noise->position);
-  if (!skew) return skew.error();
-  Result result = answered(dataset, plane.value(), tilts, fit.value(), noise.value());
-  if (*skew) result.warnings.push_back(**skew);
+  TRY(const auto noise, tiltNoise(dataset));
+  TRY(const auto plane, swivelPlane(dataset, "swivel_axis"));
+  TRY(const auto ball, tiltedBall(dataset));
+  TRY(const auto table, checkedTable(dataset, "readings", kHeadTiltColumns));
+  const auto tilts = tiltReadings(*table, plane, &ball);
+  TRY(const auto fit, fitTilts(tilts.readings, skewSeen(tilts.readings), noise));
+  if (auto refusal = shortArm(tilts.readings, fit, noise.position)) return *refusal;
+  TRY(const auto skew, checkedSkew(tilts.readings, fit, noise.position));
+  Result result = answered(dataset, plane, tilts, fit, noise);
+  if (skew) result.warnings.push_back(*skew);
   result.convention = "swivel axis from the moving reference, ball minus centre of the readings";
   return result;
 }

@@ -104,11 +104,10 @@ Outcome<Fit, Refusal> refuseUncertainLean(Outcome<Fit, Refusal> fit, double sigm
 // Weights of the stops from a fit without.
 Outcome<Fit, Refusal> fitInSpace(const std::vector<TiltReading>& readings, const TiltNoise& noise) {
   const double sigma = noise.position.value;
-  const auto flat = fitTilts(readings, false, {noise.position, 0.0, {}});
-  if (!flat) return flat.error();
+  TRY(const auto flat, fitTilts(readings, false, {noise.position, 0.0, {}}));
   const auto plain = [&](const VectorXd& at) { return pivotModel(readings, sigma, at); };
   auto fit = refuseUncertainLean(
-      refuseUncertainPivot(leastSquares(plain, startFrom(flat.value(), readings)), readings.size(), sigma), sigma);
+      refuseUncertainPivot(leastSquares(plain, startFrom(flat, readings)), readings.size(), sigma), sigma);
   if (!fit || noise.angle <= 0.0) return fit;
   const VectorXd turning = turningOf(readings, sigma, fit->parameters);
   const auto weighted = [&](const VectorXd& at) { return withoutStops(plain(at), readings, turning, noise.angle); };
@@ -116,20 +115,18 @@ Outcome<Fit, Refusal> fitInSpace(const std::vector<TiltReading>& readings, const
 }
 
 Outcome<Result, Refusal> solvePivot(const Dataset& dataset, const TiltReadings& tilts, const SwivelPlane& plane) {
-  const auto noise = tiltNoise(dataset);
-  if (!noise) return noise.error();
-  const auto fit = fitInSpace(tilts.readings, noise.value());
-  if (!fit) return fit.error();
-  if (auto refusal = shortArm(fit.value(), noise->position)) return *refusal;
+  TRY(const auto noise, tiltNoise(dataset));
+  TRY(const auto fit, fitInSpace(tilts.readings, noise));
+  if (auto refusal = shortArm(fit, noise.position)) return *refusal;
 
-  Answer answer{dataset, fit.value(), noise->position};
-  for (const auto& warning : noise->warnings) answer.warn(warning);
+  Answer answer{dataset, fit, noise.position};
+  for (const auto& warning : noise.warnings) answer.warn(warning);
   constexpr std::array<std::string_view, 3> kParts{"first of the plane", "second of the plane", "along the axis"};
   const Table& table = *dataset.table("readings");
   answer.readings(table, kParts, table.column("B_deg") ? "B_deg" : "tilt_deg");
   const auto promise = [&](const std::string& key, Index from) {
-    Eigen::Vector2d values = fit->parameters.segment<2>(from);
-    Eigen::MatrixXd rows = pick(from, 2, fit->parameters.size());
+    Eigen::Vector2d values = fit.parameters.segment<2>(from);
+    Eigen::MatrixXd rows = pick(from, 2, fit.parameters.size());
     if (!plane.alphabetical()) {
       values = values.reverse().eval();
       rows = rows.colwise().reverse().eval();
@@ -150,21 +147,16 @@ Vector3d TiltAxis::tilted(const Vector3d& at, double tilt_rad) const {
 }
 
 Outcome<Result, Refusal> solveTablePivot3d(const Dataset& dataset) {
-  const auto plane = swivelPlane(dataset, "tilt_axis");
-  if (!plane) return plane.error();
-  const auto table = checkedTable(dataset, "readings", kTableTiltColumns);
-  if (!table) return table.error();
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), nullptr), plane.value());
+  TRY(const auto plane, swivelPlane(dataset, "tilt_axis"));
+  TRY(const auto table, checkedTable(dataset, "readings", kTableTiltColumns));
+  return solvePivot(dataset, tiltReadings(*table, plane, nullptr), plane);
 }
 
 Outcome<Result, Refusal> solveHeadPivot3d(const Dataset& dataset) {
-  const auto plane = swivelPlane(dataset, "swivel_axis");
-  if (!plane) return plane.error();
-  const auto ball = tiltedBall(dataset);
-  if (!ball) return ball.error();
-  const auto table = checkedTable(dataset, "readings", kHeadTiltColumns);
-  if (!table) return table.error();
-  return solvePivot(dataset, tiltReadings(**table, plane.value(), &ball.value()), plane.value());
+  TRY(const auto plane, swivelPlane(dataset, "swivel_axis"));
+  TRY(const auto ball, tiltedBall(dataset));
+  TRY(const auto table, checkedTable(dataset, "readings", kHeadTiltColumns));
+  return solvePivot(dataset, tiltReadings(*table, plane, &ball), plane);
 }
 
 namespace {

@@ -223,56 +223,47 @@ void tellResiduals(Answer& answer, const SwivelReadings& readings, Eigen::Index 
 }  // namespace
 
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto plane = swivelPlane(dataset, "swivel_axis");
-  if (!plane) return plane.error();
-  const auto stated = statedKind(dataset);
-  if (!stated) return stated.error();
-  auto readings = readSwivelReadings(dataset, plane.value());
-  if (!readings) return readings.error();
-  if (readings->byShank() && stated.value().value_or(Kind::rigid) != Kind::rigid) {
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto plane, swivelPlane(dataset, "swivel_axis"));
+  TRY(const auto stated, statedKind(dataset));
+  TRY(auto readings, readSwivelReadings(dataset, plane));
+  if (readings.byShank() && stated.value_or(Kind::rigid) != Kind::rigid) {
     return Refusal{"bad-config",
                    "a shank does not measure along the tool, so it needs model \"rigid\": omit 'model', or read with "
                    "tips of two lengths"};
   }
-  const auto of_shank = relativeSigma(dataset, "sigma_shank_mm", sigma.value());
-  if (!of_shank) return of_shank.error();
-  const auto along = relativeSigma(dataset, "sigma_along_mm", sigma.value());
-  if (!along) return along.error();
-  readings->shank_spread = of_shank->ratio;
-  readings->along_spread = along->ratio;
-  const auto queries = checkedTable(dataset, "queries", kQueryColumns);
-  if (!queries) return queries.error();
-  const SwivelModel model = modelFor(readings.value(), plane.value());
-  const Candidates candidates = fitAll(readings.value(), model, sigma->value);
-  auto chosen = choose(candidates, model, sigma.value(), stated.value());
-  if (!chosen) return chosen.error();
-  if (chosen->model.kind == Kind::rigid && !model.one_minus_cosine) {
-    auto fit = fitEitherShape(readings.value(), chosen->model, chosen->fit, sigma.value());
-    if (!fit) return fit.error();
-    chosen->fit = std::move(fit).value();
-    chosen->model.one_minus_cosine = true;
+  TRY(const auto of_shank, relativeSigma(dataset, "sigma_shank_mm", sigma));
+  TRY(const auto along, relativeSigma(dataset, "sigma_along_mm", sigma));
+  readings.shank_spread = of_shank.ratio;
+  readings.along_spread = along.ratio;
+  TRY(const auto queries, checkedTable(dataset, "queries", kQueryColumns));
+  const SwivelModel model = modelFor(readings, plane);
+  const Candidates candidates = fitAll(readings, model, sigma.value);
+  TRY(auto chosen, choose(candidates, model, sigma, stated));
+  if (chosen.model.kind == Kind::rigid && !model.one_minus_cosine) {
+    TRY(auto fit, fitEitherShape(readings, chosen.model, chosen.fit, sigma));
+    chosen.fit = std::move(fit);
+    chosen.model.one_minus_cosine = true;
   }
 
-  const auto& parameters = chosen->fit.parameters;
-  const auto rows = static_cast<Eigen::Index>((*queries)->rows());
+  const auto& parameters = chosen.fit.parameters;
+  const auto rows = static_cast<Eigen::Index>(queries->rows());
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3 * rows, parameters.size());
   for (Eigen::Index k = 0; k < rows; ++k) {
     const auto row = static_cast<std::size_t>(k);
-    jacobian.block(3 * k, 0, 3, chosen->model.parameters()) =
-        chosen->model.terms((*(*queries)->column("B_deg"))[row], (*(*queries)->column("L_mm"))[row]);
+    jacobian.block(3 * k, 0, 3, chosen.model.parameters()) =
+        chosen.model.terms((*queries->column("B_deg"))[row], (*queries->column("L_mm"))[row]);
   }
-  Answer answer{dataset, chosen->fit, sigma.value()};
-  tellResiduals(answer, readings.value(), plane->axis);
+  Answer answer{dataset, chosen.fit, sigma};
+  tellResiduals(answer, readings, plane.axis);
   answer.promiseMatrix("error_at_queries_mm", 3, jacobian * parameters, jacobian);
-  addModel(answer, chosen.value(), candidates, readings.value(), sigma->value);
-  for (const auto& warning : chosen->warnings) answer.warn(warning);
+  addModel(answer, chosen, candidates, readings, sigma.value);
+  for (const auto& warning : chosen.warnings) answer.warn(warning);
   for (const auto* table : {dataset.table("readings"), dataset.table("shank")}) {
     if (!table) continue;
     for (auto& warning : equalRows(*table)) answer.warn(std::move(warning));
   }
-  for (const auto* spread : {&of_shank.value(), &along.value()}) {
+  for (const auto* spread : {&of_shank, &along}) {
     for (const auto& warning : spread->warnings) answer.warn(warning);
   }
   answer.result().convention = "reported ball centre at B minus that at B = 0; add it to the commanded tool point";

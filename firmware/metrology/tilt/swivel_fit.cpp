@@ -40,12 +40,11 @@ std::vector<SwivelReading> readingsOf(const Table& table) {
 }
 
 Outcome<std::vector<ShankTouch>, Refusal> touchesOf(const Dataset& dataset, const SwivelPlane& plane) {
-  const auto table = checkedTable(dataset, "shank", kColumns);
-  if (!table) return table.error();
+  TRY(const auto table, checkedTable(dataset, "shank", kColumns));
   std::vector<ShankTouch> touches;
-  for (const auto& reading : readingsOf(**table)) {
+  for (const auto& reading : readingsOf(*table)) {
     const std::size_t row = touches.size();
-    const auto part = [&](std::size_t column) { return (*(*table)->column(kColumns[column]))[row]; };
+    const auto part = [&](std::size_t column) { return (*table->column(kColumns[column]))[row]; };
     const Vector3d side{part(5), part(6), part(7)};
     const Vector3d tool =
         Eigen::AngleAxisd{plane.sense * reading.swivel_deg * kDegree, Vector3d::Unit(plane.axis)} * Vector3d::UnitZ();
@@ -174,13 +173,11 @@ MatrixXd SwivelModel::direction() const {
 }
 
 Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, const SwivelPlane& plane) {
-  const auto table = checkedTable(dataset, "readings", std::span{kColumns}.first(5));
-  if (!table) return table.error();
-  SwivelReadings readings{.tips = readingsOf(**table), .shank = {}};
+  TRY(const auto table, checkedTable(dataset, "readings", std::span{kColumns}.first(5)));
+  SwivelReadings readings{.tips = readingsOf(*table), .shank = {}};
   if (dataset.table("shank")) {
-    auto touches = touchesOf(dataset, plane);
-    if (!touches) return touches.error();
-    readings.shank = std::move(touches).value();
+    TRY(auto touches, touchesOf(dataset, plane));
+    readings.shank = std::move(touches);
     if (auto refusal = badShank(readings, plane)) return *refusal;
   }
   if (auto refusal = badSpan(readings)) return *refusal;

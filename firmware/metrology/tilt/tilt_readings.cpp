@@ -76,19 +76,16 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
 }
 
 Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset) {
-  const auto position = configSigma(dataset, "sigma_mm");
-  if (!position) return position.error();
-  const auto angle = configSigma(dataset, "sigma_angle_rad");
-  if (!angle) return angle.error();
-  if (!angle->stated) return TiltNoise{*position, 0.0, {}};
-  if (!position->stated) return TiltNoise{*position, 0.0, {"sigma_angle_rad is not used: it also needs sigma_mm"}};
-  return TiltNoise{*position, angle->value, {}};
+  TRY(const auto position, configSigma(dataset, "sigma_mm"));
+  TRY(const auto angle, configSigma(dataset, "sigma_angle_rad"));
+  if (!angle.stated) return TiltNoise{position, 0.0, {}};
+  if (!position.stated) return TiltNoise{position, 0.0, {"sigma_angle_rad is not used: it also needs sigma_mm"}};
+  return TiltNoise{position, angle.value, {}};
 }
 
 Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset) {
-  const auto ball = requiredVector(dataset, "ball_mm");
-  if (!ball) return ball.error();
-  return Eigen::Vector3d{ball->data()};
+  TRY(const auto ball, requiredVector(dataset, "ball_mm"));
+  return Eigen::Vector3d{ball.data()};
 }
 
 Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, const TiltNoise& noise) {

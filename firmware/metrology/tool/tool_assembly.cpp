@@ -52,12 +52,11 @@ Outcome<Lengths, Refusal> lengthsOf(const Dataset& dataset, bool part_needed) {
   if (auto refusal = emptyId(dataset)) return *refusal;
   Lengths lengths;
   const auto read = [&](auto&& reader, std::string_view key, double& into, double otherwise) -> std::optional<Refusal> {
-    const auto number = reader(dataset, key);
-    if (!number) return number.error();
-    if constexpr (requires { number->has_value(); }) {
-      into = number->value_or(otherwise);
+    TRY(const auto number, reader(dataset, key));
+    if constexpr (requires { number.has_value(); }) {
+      into = number.value_or(otherwise);
     } else {
-      into = number.value();
+      into = number;
     }
     return std::nullopt;
   };
@@ -70,24 +69,21 @@ Outcome<Lengths, Refusal> lengthsOf(const Dataset& dataset, bool part_needed) {
   if (auto refusal = read(configPositive, "compensation_limit_mm", lengths.compensation_limit, kCompensationLimit)) {
     return *refusal;
   }
-  const auto longest = configPositive(dataset, "assembled_max_mm");
-  if (!longest) return longest.error();
-  lengths.longest = longest.value();
+  TRY(const auto longest, configPositive(dataset, "assembled_max_mm"));
+  lengths.longest = longest;
   if (!part_needed) return lengths;
-  const auto part = requiredVector(dataset, "part_mm");
-  if (!part) return part.error();
-  lengths.part = Vector3d{part->data()};
+  TRY(const auto part, requiredVector(dataset, "part_mm"));
+  lengths.part = Vector3d{part.data()};
   return lengths;
 }
 
 // Table faces, where the case has one: a number for the face that each axis touched, and for the one it was meant for.
 std::optional<Refusal> wrongFace(const Dataset& dataset) {
   if (!dataset.table("faces")) return std::nullopt;
-  const auto table = checkedTable(dataset, "faces", kFaceColumns);
-  if (!table) return table.error();
-  const auto& axes = *(*table)->column("axis");
-  const auto& touched = *(*table)->column("touched");
-  const auto& configured = *(*table)->column("configured");
+  TRY(const auto table, checkedTable(dataset, "faces", kFaceColumns));
+  const auto& axes = *table->column("axis");
+  const auto& touched = *table->column("touched");
+  const auto& configured = *table->column("configured");
   for (std::size_t row = 0; row < axes.size(); ++row) {
     if (axes[row] != 0.0 && axes[row] != 1.0 && axes[row] != 2.0) {
       return Refusal{"bad-face", "table 'faces', row " + std::to_string(row + 1) +
@@ -130,35 +126,28 @@ std::optional<Refusal> badAssembly(const Lengths& lengths, const Eigen::MatrixX3
 }  // namespace
 
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
-  const auto table = checkedTable(dataset, "readings", kAssemblyColumns);
-  if (!table) return table.error();
-  const auto& variants = *(*table)->column("workpiece_variant");
-  const auto with_part = anySet(variants, "workpiece_variant", "bad-variant");
-  if (!with_part) return with_part.error();
-  const auto side = configSense(dataset, "approach_side");
-  if (!side) return side.error();
+  TRY(const auto table, checkedTable(dataset, "readings", kAssemblyColumns));
+  const auto& variants = *table->column("workpiece_variant");
+  TRY(const auto with_part, anySet(variants, "workpiece_variant", "bad-variant"));
+  TRY(const auto side, configSense(dataset, "approach_side"));
   if (auto refusal = wrongFace(dataset)) return *refusal;
-  const auto stored = withStoredLengths(dataset);
-  if (!stored) return stored.error();
-  const auto lengths = lengthsOf(stored.value(), with_part.value());
-  if (!lengths) return lengths.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
+  TRY(const auto stored, withStoredLengths(dataset));
+  TRY(const auto lengths, lengthsOf(stored, with_part));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
 
-  Eigen::MatrixX3d plain = columnsOf(**table, std::span{kAssemblyColumns}.last(3));
-  plain.col(2) *= side.value();
+  Eigen::MatrixX3d plain = columnsOf(*table, std::span{kAssemblyColumns}.last(3));
+  plain.col(2) *= side;
   for (std::size_t row = 0; row < variants.size(); ++row) {
-    plain.row(static_cast<Eigen::Index>(row)) -= variants[row] * lengths->part.transpose();
+    plain.row(static_cast<Eigen::Index>(row)) -= variants[row] * lengths.part.transpose();
   }
-  const auto fit = fitMeans(plain, std::vector<std::size_t>(variants.size(), 0), 1, sigma->value);
-  if (!fit) return fit.error();
-  const Vector3d touched = fit->parameters;
-  if (auto refusal = badAssembly(lengths.value(), plain, touched.z())) return *refusal;
+  TRY(const auto fit, fitMeans(plain, std::vector<std::size_t>(variants.size(), 0), 1, sigma.value));
+  const Vector3d touched = fit.parameters;
+  if (auto refusal = badAssembly(lengths, plain, touched.z())) return *refusal;
 
-  Answer answer{dataset, fit.value(), sigma.value()};
-  answer.readings(**table, std::span{kAssemblyColumns}.last(3), "rep");
-  answer.promiseScalar("assembled_length_mm", touched.z() - lengths->holder, pick(2, 1, 3).row(0));
-  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths->tool}, pick(0, 3, 3));
+  Answer answer{dataset, fit, sigma};
+  answer.readings(*table, std::span{kAssemblyColumns}.last(3), "rep");
+  answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
+  answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
@@ -166,8 +155,8 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(4, 5);
   slopes(0, 0) = slopes(3, 1) = -1.0;
   slopes(0, 4) = slopes(1, 2) = slopes(2, 3) = slopes(3, 4) = -share;
-  Eigen::VectorXd sds = Eigen::VectorXd::Constant(5, lengths->part_sd);
-  sds.head<2>() << lengths->holder_sd, lengths->tool_sd;
+  Eigen::VectorXd sds = Eigen::VectorXd::Constant(5, lengths.part_sd);
+  sds.head<2>() << lengths.holder_sd, lengths.tool_sd;
   widen(result, slopes, sds);
   result.convention =
       "Z positive along the tool, X and Y as the machine counts; add the compensation to the stored lengths";

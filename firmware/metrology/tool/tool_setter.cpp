@@ -58,9 +58,8 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   if (device.by_face) columns = kTouchColumns;
   const Table* offered = dataset.table(name);
   const bool swivels = offered && offered->column("B_deg");
-  const auto table = checkedTable(dataset, name, swivels ? columns : columns.first(columns.size() - 1));
-  if (!table) return table.error();
-  device.table = *table;
+  TRY(const auto table, checkedTable(dataset, name, swivels ? columns : columns.first(columns.size() - 1)));
+  device.table = table;
   device.angle.resize(device.table->rows());
   if (!swivels) return device;
   const auto& b = *device.table->column("B_deg");
@@ -79,7 +78,7 @@ Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
 
 std::optional<Refusal> notMeasured(const Device& device) {
   const auto& flags = *device.table->column("is_tool");
-  if (const auto checked = anySet(flags, "is_tool", "bad-flag"); !checked) return checked.error();
+  TRY(anySet(flags, "is_tool", "bad-flag"));
   for (std::size_t k = 0; k < device.angles(); ++k) {
     std::array<bool, 2> measured{};
     for (std::size_t row = 0; row < flags.size(); ++row) {
@@ -100,23 +99,21 @@ std::optional<Refusal> notMeasured(const Device& device) {
 // Tip of the probe from the head's reference, a row each B.
 Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& device) {
   if (device.angles_deg.empty()) {
-    const auto offset = requiredVector(dataset, "probe_offset_mm");
-    if (!offset) return offset.error();
-    return MatrixX3d{Eigen::RowVector3d{offset->data()}};
+    TRY(const auto offset, requiredVector(dataset, "probe_offset_mm"));
+    return MatrixX3d{Eigen::RowVector3d{offset.data()}};
   }
   if (dataset.config.contains("probe_offset_mm")) {
     return Refusal{"bad-config",
                    "the readings have a column B_deg: give the probe's offset at each B in table 'probe_offsets', and "
                    "not as probe_offset_mm"};
   }
-  const auto table = checkedTable(dataset, "probe_offsets", kOffsetColumns);
-  if (!table) return table.error();
-  const auto& b = *table.value()->column("B_deg");
+  TRY(const auto table, checkedTable(dataset, "probe_offsets", kOffsetColumns));
+  const auto& b = *table->column("B_deg");
   for (std::size_t row = 0; row < b.size(); ++row) {
     if (angleAt(b, b[row]) == row) continue;
     return Refusal{"duplicated-angle", "table 'probe_offsets' has B = " + text(b[row]) + " degrees twice: remove one"};
   }
-  const MatrixXd offered = columnsOf(*table.value(), std::span{kOffsetColumns}.last(3));
+  const MatrixXd offered = columnsOf(*table, std::span{kOffsetColumns}.last(3));
   MatrixX3d offsets{static_cast<Index>(device.angles()), 3};
   for (std::size_t k = 0; k < device.angles(); ++k) {
     const std::size_t row = angleAt(b, device.angles_deg[k]);
@@ -142,34 +139,29 @@ struct TurningAxis {
 
 // Nothing where the case states none.
 Outcome<std::optional<TurningAxis>, Refusal> turningAxis(const Dataset& dataset) {
-  const auto at = configPlane(dataset, "centreline_mm");
-  if (!at) return at.error();
-  const auto tilt = configPlane(dataset, "C_tilt_rad");
-  if (!tilt) return tilt.error();
-  const auto z = configNumber(dataset, "centreline_z_mm");
-  if (!z) return z.error();
-  const auto sd = configPositive(dataset, "sd_centreline_mm");
-  if (!sd) return sd.error();
-  const auto tilt_sd = configPositive(dataset, "sd_C_tilt_rad");
-  if (!tilt_sd) return tilt_sd.error();
+  TRY(const auto at, configPlane(dataset, "centreline_mm"));
+  TRY(const auto tilt, configPlane(dataset, "C_tilt_rad"));
+  TRY(const auto z, configNumber(dataset, "centreline_z_mm"));
+  TRY(const auto sd, configPositive(dataset, "sd_centreline_mm"));
+  TRY(const auto tilt_sd, configPositive(dataset, "sd_C_tilt_rad"));
   for (const std::string_view key : {"C_tilt_rad", "sd_centreline_mm", "accepted_link_mm"}) {
-    if (dataset.config.contains(key) && !at.value()) {
+    if (dataset.config.contains(key) && !at) {
       return Refusal{"missing-key", "config key '" + std::string{key} +
                                         "' is stated without centreline_mm: give x and y "
                                         "of the turning axis"};
     }
   }
-  if (tilt.value().has_value() != z.value().has_value() || (tilt_sd.value() && !tilt.value())) {
+  if (tilt.has_value() != z.has_value() || (tilt_sd && !tilt)) {
     return Refusal{"missing-key",
                    "C_tilt_rad and centreline_z_mm belong together: the tilt of the turning axis, and the Z at which "
                    "it is at centreline_mm"};
   }
-  if (!at.value()) return std::optional<TurningAxis>{};
-  TurningAxis axis{.at = Vector2d{(*at)->data()}};
-  if (tilt.value()) axis.tilt = Vector2d{(*tilt)->data()};
-  axis.z = z->value_or(0.0);
-  axis.sd = sd->value_or(0.0);
-  axis.tilt_sd = tilt_sd->value_or(0.0);
+  if (!at) return std::optional<TurningAxis>{};
+  TurningAxis axis{.at = Vector2d{at->data()}};
+  if (tilt) axis.tilt = Vector2d{tilt->data()};
+  axis.z = z.value_or(0.0);
+  axis.sd = sd.value_or(0.0);
+  axis.tilt_sd = tilt_sd.value_or(0.0);
   return std::optional{axis};
 }
 
@@ -289,43 +281,39 @@ Found found(const Device& device, const MatrixX3d& offsets, const std::optional<
 // Values that were accepted before, a row each B. Nothing without the key.
 Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::string_view key, const Device& device,
                                                    std::size_t columns) {
-  const auto rows = configMatrix(dataset, key, device.angles(), columns);
-  if (!rows) return rows.error();
-  if (!rows.value()) return std::optional<MatrixXd>{};
+  TRY(const auto rows, configMatrix(dataset, key, device.angles(), columns));
+  if (!rows) return std::optional<MatrixXd>{};
   MatrixXd places{static_cast<Index>(device.angles()), static_cast<Index>(columns)};
   for (Index k = 0; k < places.rows(); ++k) {
-    places.row(k) = Eigen::RowVectorXd::Map((**rows)[static_cast<std::size_t>(k)].data(), places.cols());
+    places.row(k) = Eigen::RowVectorXd::Map((*rows)[static_cast<std::size_t>(k)].data(), places.cols());
   }
   return std::optional{places};
 }
 
 std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const Found& found) {
-  const auto limit = configPositive(dataset, "setter_limit_mm");
-  if (!limit) return limit.error();
-  const auto setter = accepted(dataset, "accepted_setter_mm", device, 3);
-  if (!setter) return setter.error();
-  const auto link = accepted(dataset, "accepted_link_mm", device, 2);
-  if (!link) return link.error();
-  if (link.value() && !limit.value()) {
+  TRY(const auto limit, configPositive(dataset, "setter_limit_mm"));
+  TRY(const auto setter, accepted(dataset, "accepted_setter_mm", device, 3));
+  TRY(const auto link, accepted(dataset, "accepted_link_mm", device, 2));
+  if (link && !limit) {
     return Refusal{"missing-key", "accepted_link_mm needs setter_limit_mm, the largest change that is accepted"};
   }
-  if (!limit.value()) return std::nullopt;
+  if (!limit) return std::nullopt;
   const auto compare = [&](const MatrixXd& now, const MatrixXd& then, const std::string& from) {
     std::optional<Refusal> refusal;
     for (Index k = 0; k < now.rows() && !refusal; ++k) {
       const double off = (now.row(k) - then.row(k)).norm();
-      if (off <= **limit) continue;
+      if (off <= *limit) continue;
       refusal =
           Refusal{"setter-moved", "the setting device" + device.at(static_cast<std::size_t>(k)) + " lies " + text(off) +
                                       " mm from where it was accepted" + from + ": calibrate its position again"};
     }
     return refusal;
   };
-  if (setter.value()) {
-    if (auto refusal = compare(found.setter.values, **setter, "")) return refusal;
+  if (setter) {
+    if (auto refusal = compare(found.setter.values, *setter, "")) return refusal;
   }
-  if (!link.value()) return std::nullopt;
-  return compare(found.link->values, **link, ", seen from the turning axis");
+  if (!link) return std::nullopt;
+  return compare(found.link->values, *link, ", seen from the turning axis");
 }
 
 void promise(Answer& answer, const Device& device, const char* key, const Quantity& quantity) {
@@ -365,23 +353,16 @@ Result report(const Device& device, const Found& found, const std::optional<Turn
 }  // namespace
 
 Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
-  const auto device = readDevice(dataset);
-  if (!device) return device.error();
-  const auto offsets = probeOffsets(dataset, device.value());
-  if (!offsets) return offsets.error();
-  const auto offset_sd = configPositive(dataset, "sd_probe_offset_mm");
-  if (!offset_sd) return offset_sd.error();
-  const auto axis = turningAxis(dataset);
-  if (!axis) return axis.error();
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  if (auto refusal = notMeasured(device.value())) return *refusal;
-  const auto fit = fitDevice(device.value(), sigma->value);
-  if (!fit) return fit.error();
-  const Found answer = found(device.value(), offsets.value(), axis.value(), fit.value());
-  if (auto refusal = moved(dataset, device.value(), answer)) return *refusal;
-  return report(device.value(), answer, axis.value(), offset_sd->value_or(0.0),
-                Answer{dataset, fit.value(), sigma.value()});
+  TRY(const auto device, readDevice(dataset));
+  TRY(const auto offsets, probeOffsets(dataset, device));
+  TRY(const auto offset_sd, configPositive(dataset, "sd_probe_offset_mm"));
+  TRY(const auto axis, turningAxis(dataset));
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  if (auto refusal = notMeasured(device)) return *refusal;
+  TRY(const auto fit, fitDevice(device, sigma.value));
+  const Found answer = found(device, offsets, axis, fit);
+  if (auto refusal = moved(dataset, device, answer)) return *refusal;
+  return report(device, answer, axis, offset_sd.value_or(0.0), Answer{dataset, fit, sigma});
 }
 
 }  // namespace probebox::metrology

@@ -42,11 +42,10 @@ Outcome<std::size_t, Refusal> rowOf(const Table& table, const Store& store, doub
 
 std::optional<Refusal> fillFrom(const Store& store, const Dataset& dataset, Dataset& filled) {
   if (!dataset.table(store.table)) return std::nullopt;
-  const auto table = checkedTable(dataset, store.table, std::array{store.id, store.length, std::string_view{"sd_mm"}});
-  if (!table) return table.error();
-  const auto id = configNumber(dataset, store.id);
-  if (!id) return id.error();
-  if (!id.value()) {
+  TRY(const auto table,
+      checkedTable(dataset, store.table, std::array{store.id, store.length, std::string_view{"sd_mm"}}));
+  TRY(const auto id, configNumber(dataset, store.id));
+  if (!id) {
     return Refusal{"missing-id", "config.json has no key '" + std::string{store.id} + "': name the row of table '" +
                                      std::string{store.table} + "', a number"};
   }
@@ -56,10 +55,9 @@ std::optional<Refusal> fillFrom(const Store& store, const Dataset& dataset, Data
                                        std::string{store.table} + "': keep only one of the two"};
     }
   }
-  const auto row = rowOf(**table, store, **id);
-  if (!row) return row.error();
-  filled.config[std::string{store.length}] = (*(*table)->column(store.length))[*row];
-  const double sd = (*(*table)->column("sd_mm"))[*row];
+  TRY(const auto row, rowOf(*table, store, *id));
+  filled.config[std::string{store.length}] = (*table->column(store.length))[row];
+  const double sd = (*table->column("sd_mm"))[row];
   if (sd != 0.0) filled.config[std::string{store.sd}] = sd;
   return std::nullopt;
 }
@@ -73,8 +71,7 @@ Outcome<Dataset, Refusal> withStoredLengths(const Dataset& dataset) {
   }
   if (!hasStores(dataset)) return filled;
   for (const std::string_view key : {"holder_id", "tool_id", "measured_at_s"}) {
-    const auto number = requiredNumber(dataset, key);
-    if (!number) return number.error();
+    TRY(requiredNumber(dataset, key));
   }
   return filled;
 }

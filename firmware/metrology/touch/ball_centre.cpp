@@ -92,13 +92,12 @@ Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& n
   Rows3 rows{static_cast<Eigen::Index>(points.size()), 3};
   for (std::size_t i = 0; i < points.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
   const double sigma = std::sqrt(variance / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
-  const auto fit = fitSphere(rows, {.sigma = sigma});
-  if (!fit) return fit.error();
-  return Reading{{.centre_mm = fit->parameters.head<3>(),
-                  .sd_mm = fit->cofactor.diagonal().head<3>().cwiseSqrt(),
-                  .radius_mm = fit->parameters[3]},
-                 fit->sumOfSquares(),
-                 fit->dof};
+  TRY(const auto fit, fitSphere(rows, {.sigma = sigma}));
+  return Reading{{.centre_mm = fit.parameters.head<3>(),
+                  .sd_mm = fit.cofactor.diagonal().head<3>().cwiseSqrt(),
+                  .radius_mm = fit.parameters[3]},
+                 fit.sumOfSquares(),
+                 fit.dof};
 }
 
 // The remedy stands in the words about the touch that spoilt the reading, where there is one.
@@ -112,11 +111,10 @@ Refusal about(std::size_t reading, const Refusal& refusal, const Usable& touches
 
 Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vector<std::size_t>& reading_of_touch,
                                           const std::array<double, 3>& tau_s) {
-  const auto touches = readTouches(dataset);
-  if (!touches) return touches.error();
-  if (reading_of_touch.size() != touches->size())
+  TRY(const auto touches, readTouches(dataset));
+  if (reading_of_touch.size() != touches.size())
     return Refusal{"ragged-table", "every touch needs the number of its reading"};
-  const Usable all = usable(withoutRinging(*touches), reading_of_touch);
+  const Usable all = usable(withoutRinging(touches), reading_of_touch);
   if (all.retracts.empty()) return all.refusals.front();
   if (auto refusal = tooFewResiduals(all.retracts)) return *refusal;
   const PooledNoise noise = poolNoise(all.retracts);

@@ -64,16 +64,13 @@ std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touche
 }
 
 Outcome<Sphere, Refusal> readSphere(const Dataset& dataset) {
-  const auto diameter = requiredPositive(dataset, "effective_diameter_mm");
-  if (!diameter) return diameter.error();
-  const auto tau = configVector(dataset, "previous_tau_axis_s");
-  if (!tau) return tau.error();
-  auto touches = switchedTouches(dataset, tau->value_or(std::array<double, 3>{}));
-  if (!touches) return touches.error();
-  if (auto refusal = whyFewDirections(touches.value())) return *refusal;
+  TRY(const auto diameter, requiredPositive(dataset, "effective_diameter_mm"));
+  TRY(const auto tau, configVector(dataset, "previous_tau_axis_s"));
+  TRY(auto touches, switchedTouches(dataset, tau.value_or(std::array<double, 3>{})));
+  if (auto refusal = whyFewDirections(touches)) return *refusal;
   const bool from_below =
-      std::ranges::any_of(touches.value(), [](const SwitchedTouch& touch) { return touch.normal.z() < kBelow; });
-  return Sphere{std::move(touches).value(), diameter.value() / 2, from_below ? 4 : 3};
+      std::ranges::any_of(touches, [](const SwitchedTouch& touch) { return touch.normal.z() < kBelow; });
+  return Sphere{std::move(touches), diameter / 2, from_below ? 4 : 3};
 }
 
 // Mean lateness of the switch with its standard deviation.
@@ -94,25 +91,23 @@ Eigen::RowVector4d preTravelParts(const Vector3d& n) {
 }
 
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
-  const auto sigma = configSigma(dataset, "sigma_mm");
-  if (!sigma) return sigma.error();
-  const auto sphere = readSphere(dataset);
-  if (!sphere) return sphere.error();
-  const auto& touches = sphere->touches;
+  TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto sphere, readSphere(dataset));
+  const auto& touches = sphere.touches;
   Rows3 points{static_cast<Index>(touches.size()), 3};
   for (std::size_t i = 0; i < touches.size(); ++i) points.row(static_cast<Index>(i)) = touches[i].at_mm.transpose();
   const auto about = algebraicBall(points);
   if (!about) return Refusal{"coplanar", "the touches lie in one plane: touch the top of the sphere as well"};
-  VectorXd start = VectorXd::Zero(kCentre + sphere->parts);
+  VectorXd start = VectorXd::Zero(kCentre + sphere.parts);
   start.head<3>() = about->centre;
   const auto fit =
-      leastSquares([&](const VectorXd& parameters) { return modelAt(*sphere, parameters, sigma->value); }, start);
+      leastSquares([&](const VectorXd& parameters) { return modelAt(sphere, parameters, sigma.value); }, start);
   if (!fit) return fit.error();
-  Answer answer{dataset, *fit, sigma.value()};
+  Answer answer{dataset, *fit, sigma};
   answer.readings(*dataset.table("touches"), std::array<std::string_view, 1>{"distance_mm"}, "touch", 1);
   answer.readingIs("one distance from the centre, mm", "mm");
-  const Index size = kCentre + sphere->parts;
-  answer.promiseVector("pre_travel_mm", fit->parameters.tail(sphere->parts), pick(kCentre, sphere->parts, size));
+  const Index size = kCentre + sphere.parts;
+  answer.promiseVector("pre_travel_mm", fit->parameters.tail(sphere.parts), pick(kCentre, sphere.parts, size));
   answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
   const double mean_mm = fit->parameters[kCentre];
   const auto sd_mm = answer.sdOf(pick(kCentre, 1, size));
@@ -120,7 +115,7 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
     answer.warn("the probe triggers " + text(-mean_mm) +
                 " mm before it touches, which no switch does: check effective_diameter_mm");
   }
-  if (sphere->parts < 4)
+  if (sphere.parts < 4)
     answer.result().unobservable.emplace_back(
         "pre-travel along the stylus: it is in the height of "
         "the centre, unless the sphere is touched from below as well");

@@ -12,14 +12,12 @@ std::string_view previousDelayKey(Eigen::Index count) {
 
 Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, std::string_view key, Eigen::Index count) {
   if (key == previousDelayKey(1)) {
-    const auto one = configNumber(dataset, key);
-    if (!one) return one.error();
-    return Eigen::VectorXd{Eigen::VectorXd::Constant(1, one->value_or(0.0))};
+    TRY(const auto one, configNumber(dataset, key));
+    return Eigen::VectorXd{Eigen::VectorXd::Constant(1, one.value_or(0.0))};
   }
-  const auto several = configMatrix(dataset, key, 1, static_cast<std::size_t>(count));
-  if (!several) return several.error();
-  if (!*several) return Eigen::VectorXd{Eigen::VectorXd::Zero(count)};
-  return Eigen::VectorXd{Eigen::VectorXd::Map((*several)->front().data(), count)};
+  TRY(const auto several, configMatrix(dataset, key, 1, static_cast<std::size_t>(count)));
+  if (!several) return Eigen::VectorXd{Eigen::VectorXd::Zero(count)};
+  return Eigen::VectorXd{Eigen::VectorXd::Map(several->front().data(), count)};
 }
 
 Outcome<Eigen::VectorXd, Refusal> previousDelay(const Dataset& dataset, Eigen::Index count) {

@@ -196,18 +196,17 @@ Outcome<Retreat, Refusal> fitMachine(const Seen& machine, std::size_t apex, cons
   window.offered = {apex - std::min(apex, kTrusted), last_below(kUntil * overtravel_mm)};
   window.trusted = {last_below(kTrustedFrom * overtravel_mm), window.offered.end};
   if (window.trusted.size() < kTrusted) window.trusted = {last_below(kFrom * overtravel_mm), window.offered.end};
-  auto steady = fitWindow(machine, window);
-  if (!steady) return steady.error();
-  const double ramp_mm = rampOf(machine, apex, travel, steady.value());
+  TRY(auto steady, fitWindow(machine, window));
+  const double ramp_mm = rampOf(machine, apex, travel, steady);
   const bool late = ramp_mm > kLatestRamp * overtravel_mm;
-  if (late || travel[steady->used.end - 1] < overtravel_mm) {
+  if (late || travel[steady.used.end - 1] < overtravel_mm) {
     return aboutTouch(
         touch, "speed-not-constant",
         late ? "the machine still accelerates when the stylus leaves the surface; increase the overtravel or reduce "
                "the speed"
              : "the machine's speed changes before the stylus leaves the surface; retract further at constant feed");
   }
-  return Retreat{std::move(steady).value(), ramp_mm};
+  return Retreat{std::move(steady), ramp_mm};
 }
 
 std::optional<Refusal> wrongMotion(const Touch& touch, const Line& machine) {
@@ -240,35 +239,31 @@ Outcome<Lines, Refusal> linesWithin(const Seen& machine, const Seen& probe, cons
   const std::vector<double> travel = travelOf(touch, apex);
   // Overtravel as the nominal speed and the probe's time to separation tell it: the gain need not be known.
   const double overtravel_mm = touch.plan.speed_mm_s * contact.apex.norm() / first.slope.norm();
-  auto retreat = fitMachine(machine, apex, travel, overtravel_mm);
-  if (!retreat) return retreat.error();
-  const Line& line = retreat->steady.line;
+  TRY(auto retreat, fitMachine(machine, apex, travel, overtravel_mm));
+  const Line& line = retreat.steady.line;
   if (auto bad = wrongMotion(touch, line)) return *bad;
   // Where the machine reaches its speed the deflection begins to fall evenly.
-  const double ramp = retreat->ramp_mm / overtravel_mm;
+  const double ramp = retreat.ramp_mm / overtravel_mm;
   const double settling = kSettling_s * line.slope.norm() / overtravel_mm;
   const double bend = kBend_s * line.slope.norm() / overtravel_mm;
   const double highest =
       std::min(kHighest, std::max(1.0 - ramp - settling, std::min(kSourceHighest, 1.0 - ramp - bend)));
-  auto falling = fitProbe(probe, contact, first, highest);
-  if (!falling) return falling.error();
-  return Lines{std::move(retreat->steady), std::move(falling).value(),
+  TRY(auto falling, fitProbe(probe, contact, first, highest));
+  return Lines{std::move(retreat.steady), std::move(falling),
                touch.machine.values.row(static_cast<Eigen::Index>(apex))};
 }
 
 // The retract's lines from streams without spikes.
 Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter) {
-  const auto contact = findContact(touch);
-  if (!contact) return contact.error();
+  TRY(const auto contact, findContact(touch));
   Seen probe{.touch = touch,
              .stream = touch.probe,
              .name = "probe",
-             .direction = contact->apex.normalized(),
+             .direction = contact.apex.normalized(),
              .steps = stepsOf(touch.probe),
              .usual_s = usualPeriod(touch.probe)};
-  const auto rough = roughLine(probe, contact.value());
-  if (!rough) return rough.error();
-  probe.noise = std::hypot(noiseOf(touch.probe, probe.direction), jitter.probe_s * rough->slope.norm());
+  TRY(const auto rough, roughLine(probe, contact));
+  probe.noise = std::hypot(noiseOf(touch.probe, probe.direction), jitter.probe_s * rough.slope.norm());
   const Seen machine{
       .touch = touch,
       .stream = touch.machine,
@@ -277,13 +272,13 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter)
       .steps = stepsOf(touch.machine),
       .noise = std::hypot(noiseOf(touch.machine, touch.plan.retract), jitter.machine_s * touch.plan.speed_mm_s),
       .usual_s = usualPeriod(touch.machine)};
-  Line first = rough.value();
-  auto lines = linesWithin(machine, probe, contact.value(), first);
+  Line first = rough;
+  auto lines = linesWithin(machine, probe, contact, first);
   // A long ramp bends the first line: the next tells better where the windows are.
   for (int round = 0; round < kRounds; ++round) {
     if (!lines || first.slope.norm() > (1.0 - kBent) * lines->probe.line.slope.norm()) break;
     first = lines->probe.line;
-    lines = linesWithin(machine, probe, contact.value(), first);
+    lines = linesWithin(machine, probe, contact, first);
   }
   if (!lines) return lines.error();
   std::vector<std::string> spikes = lines->machine.spikes;
@@ -292,7 +287,7 @@ Outcome<Retract, Refusal> linesOf(const Touch& touch, const StampJitter& jitter)
                  .machine = lines->machine.line,
                  .probe = lines->probe.line,
                  .machine_apex = lines->machine_apex,
-                 .probe_apex = contact->apex,
+                 .probe_apex = contact.apex,
                  .spikes = std::move(spikes),
                  .rounding = lines->machine.rounding};
 }

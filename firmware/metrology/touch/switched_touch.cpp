@@ -97,28 +97,25 @@ SwitchedTouch between(const Edge& in, const Edge& out, const Planned& planned) {
 
 Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& dataset,
                                                              const std::array<double, 3>& tau_s) {
-  const auto machine = checkedTable(dataset, "machine", kMachineColumns);
-  if (!machine) return machine.error();
-  const auto touches = checkedTable(dataset, "touches", kTouchesColumns);
-  if (!touches) return touches.error();
-  const auto edges = checkedTable(dataset, "edges", kEdgesColumns);
-  if (!edges) return edges.error();
+  TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
+  TRY(const auto touches, checkedTable(dataset, "touches", kTouchesColumns));
+  TRY(const auto edges, checkedTable(dataset, "edges", kEdgesColumns));
   const Vector3d tau{tau_s.data()};
   const auto cell = [](const Table& table, std::string_view column, std::size_t row) {
     return (*table.column(column))[row];
   };
-  const auto& of_touch = *(*machine)->column("touch");
+  const auto& of_touch = *machine->column("touch");
   const auto part = [&](std::string_view column, std::size_t begin, std::size_t size) {
-    return std::span{*(*machine)->column(column)}.subspan(begin, size);
+    return std::span{*machine->column(column)}.subspan(begin, size);
   };
   std::vector<SwitchedTouch> found;
   std::size_t begin = 0;
-  for (std::size_t row = 0; row < (*touches)->rows(); ++row) {
-    const double number = cell(**touches, "touch", row);
+  for (std::size_t row = 0; row < touches->rows(); ++row) {
+    const double number = cell(*touches, "touch", row);
     std::size_t end = begin;
     while (end < of_touch.size() && of_touch[end] == number) ++end;
     const std::string name = "touch " + text(number);
-    if (end == begin || row >= (*edges)->rows() || cell(**edges, "touch", row) != number)
+    if (end == begin || row >= edges->rows() || cell(*edges, "touch", row) != number)
       return Refusal{"missing-touch", name + " has no positions or no edges: measure it again"};
     const auto size = static_cast<Eigen::Index>(end - begin);
     const auto vectorOf = [&](std::string_view column) {
@@ -126,15 +123,13 @@ Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& data
     };
     const Positions positions{part("t_s", begin, end - begin), vectorOf("x_mm"), vectorOf("y_mm"), vectorOf("z_mm")};
     const auto direction = [&](const char* x, const char* y, const char* z) {
-      return Vector3d{cell(**touches, x, row), cell(**touches, y, row), cell(**touches, z, row)};
+      return Vector3d{cell(*touches, x, row), cell(*touches, y, row), cell(*touches, z, row)};
     };
     const Planned planned{name, direction("nx", "ny", "nz"), direction("ux", "uy", "uz"),
-                          cell(**touches, "speed_mm_s", row)};
-    const auto in = placeAt(cell(**edges, "contact_s", row), -1, positions, planned, tau);
-    if (!in) return in.error();
-    const auto out = placeAt(cell(**edges, "release_s", row), 1, positions, planned, tau);
-    if (!out) return out.error();
-    found.push_back(between(*in, *out, planned));
+                          cell(*touches, "speed_mm_s", row)};
+    TRY(const auto in, placeAt(cell(*edges, "contact_s", row), -1, positions, planned, tau));
+    TRY(const auto out, placeAt(cell(*edges, "release_s", row), 1, positions, planned, tau));
+    found.push_back(between(in, out, planned));
     begin = end;
   }
   return found;

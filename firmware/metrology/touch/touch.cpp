@@ -124,12 +124,10 @@ Outcome<TouchPlan, Refusal> describe(const Table& touches, std::size_t row) {
   const auto cell = [&](std::string_view column) { return (*touches.column(column))[row]; };
   TouchPlan touch;
   touch.name = nameOf(cell("touch"));
-  const auto normal = unitVector({cell("nx"), cell("ny"), cell("nz")}, touch.name, "nx,ny,nz");
-  if (!normal) return normal.error();
-  const auto retract = unitVector({cell("ux"), cell("uy"), cell("uz")}, touch.name, "ux,uy,uz");
-  if (!retract) return retract.error();
-  touch.normal = normal.value();
-  touch.retract = retract.value();
+  TRY(const auto normal, unitVector({cell("nx"), cell("ny"), cell("nz")}, touch.name, "nx,ny,nz"));
+  TRY(const auto retract, unitVector({cell("ux"), cell("uy"), cell("uz")}, touch.name, "ux,uy,uz"));
+  touch.normal = normal;
+  touch.retract = retract;
   if (touch.normal.dot(touch.retract) < 0.5) {
     return Refusal{"bad-direction", touch.name +
                                         ": the retract (ux,uy,uz) is more than 60 degrees off the outward normal "
@@ -155,29 +153,25 @@ std::vector<double> Stream::along(const Eigen::Vector3d& direction, Run run) con
 }
 
 Outcome<std::vector<Touch>, Refusal> readTouches(const Dataset& dataset) {
-  const auto listed = checkedTable(dataset, "touches", kTouchesColumns);
-  if (!listed) return listed.error();
-  const auto machine = checkedTable(dataset, "machine", kMachineColumns);
-  if (!machine) return machine.error();
-  const auto probe = checkedTable(dataset, "probe", kProbeColumns);
-  if (!probe) return probe.error();
+  TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
+  TRY(const auto machine, checkedTable(dataset, "machine", kMachineColumns));
+  TRY(const auto probe, checkedTable(dataset, "probe", kProbeColumns));
 
   Grouped machine_streams;
-  const auto& ids = *listed.value()->column("touch");
+  const auto& ids = *listed->column("touch");
   for (const double id : ids) {
     if (!machine_streams.try_emplace(id).second) {
       return Refusal{"duplicated-touch", nameOf(id) + " is listed twice in table 'touches': number every touch once"};
     }
   }
   Grouped probe_streams = machine_streams;
-  if (auto refusal = group(*machine.value(), kMachineColumns, machine_streams)) return *refusal;
-  if (auto refusal = group(*probe.value(), kProbeColumns, probe_streams)) return *refusal;
+  if (auto refusal = group(*machine, kMachineColumns, machine_streams)) return *refusal;
+  if (auto refusal = group(*probe, kProbeColumns, probe_streams)) return *refusal;
 
   std::vector<Touch> touches;
   for (std::size_t row = 0; row < ids.size(); ++row) {
-    const auto plan = describe(*listed.value(), row);
-    if (!plan) return plan.error();
-    Touch touch{plan.value(), std::move(machine_streams[ids[row]]), std::move(probe_streams[ids[row]])};
+    TRY(const auto plan, describe(*listed, row));
+    Touch touch{plan, std::move(machine_streams[ids[row]]), std::move(probe_streams[ids[row]])};
     putInOrder(touch.machine);
     putInOrder(touch.probe);
     if (auto refusal = wrongStamps(touch.machine, "machine", touch.plan.name)) return *refusal;
@@ -193,11 +187,10 @@ Outcome<std::vector<Touch>, Refusal> readJointTouches(const Dataset& dataset, co
   const auto names = kinematics.columns();
   std::vector<std::string_view> columns{kMachineColumns[0], kMachineColumns[1]};
   columns.insert(columns.end(), names.begin(), names.end());
-  const auto recorded = checkedTable(dataset, "machine", columns);
-  if (!recorded) return recorded.error();
-  const auto& ids = *recorded.value()->column(kMachineColumns[0]);
-  const auto& times = *recorded.value()->column(kMachineColumns[1]);
-  const Eigen::MatrixXd joints = columnsOf(*recorded.value(), std::span{columns}.subspan(2));
+  TRY(const auto recorded, checkedTable(dataset, "machine", columns));
+  const auto& ids = *recorded->column(kMachineColumns[0]);
+  const auto& times = *recorded->column(kMachineColumns[1]);
+  const Eigen::MatrixXd joints = columnsOf(*recorded, std::span{columns}.subspan(2));
   Table tips = Table::withColumns("machine", kMachineColumns);
   std::map<std::string, std::vector<Eigen::Index>> rows;  // of each touch
   for (std::size_t row = 0; row < ids.size(); ++row) {

@@ -49,21 +49,16 @@ std::optional<Refusal> wrongFeature(const std::optional<std::string>& stated, co
 }  // namespace
 
 Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, const TouchQuestion& question) {
-  const auto feature = configWord(dataset, "feature", kFeatures);
-  if (!feature) return feature.error();
-  const auto previous = previousDelay(dataset, "previous_" + delayKey(question), question.delayCount());
-  if (!previous) return previous.error();
-  const auto listed = checkedTable(dataset, "touches", kTouchesColumns);
-  if (!listed) return listed.error();
+  TRY(const auto feature, configWord(dataset, "feature", kFeatures));
+  TRY(const auto previous, previousDelay(dataset, "previous_" + delayKey(question), question.delayCount()));
+  TRY(const auto listed, checkedTable(dataset, "touches", kTouchesColumns));
   if (!question.size_mm) {
-    if (auto refusal = refuseStatedSpeeds(*listed.value())) return *refusal;
+    if (auto refusal = refuseStatedSpeeds(*listed)) return *refusal;
   }
-  const auto touches = question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset);
-  if (!touches) return touches.error();
-  auto agreed = agreeOn(withoutRinging(touches.value()), question);
-  if (!agreed) return agreed.error();
-  if (auto refusal = wrongFeature(feature.value(), agreed->fit)) return *refusal;
-  return TouchDelay{dataset, question, std::move(agreed).value(), previous.value()};
+  TRY(const auto touches, question.kinematics ? readJointTouches(dataset, *question.kinematics) : readTouches(dataset));
+  TRY(auto agreed, agreeOn(withoutRinging(touches), question));
+  if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
+  return TouchDelay{dataset, question, std::move(agreed), previous};
 }
 
 Estimate TouchDelay::delay() const {

@@ -12,10 +12,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Outcome<Fit, Refusal> settle(TouchModel& model) {
-  const auto start = model.start();
-  if (!start) return start.error();
-  model.weighAt(start.value());
-  const auto first = leastSquares(model, start.value());
+  TRY(const auto start, model.start());
+  model.weighAt(start);
+  const auto first = leastSquares(model, start);
   if (!first) return first;
   model.weighAt(first->parameters);
   return leastSquares(model, first->parameters);
@@ -88,17 +87,16 @@ Outcome<TouchFit, Refusal> fitTouches(std::span<const Retract> retracts, const P
     return Refusal{"too-few-readings", std::to_string(model.size()) + " touches for " + std::to_string(model.gainAt()) +
                                            " unknowns: touch more sides, or at more speeds"};
   }
-  const auto fit = settle(model);
-  if (!fit) return fit.error();
+  TRY(const auto fit, settle(model));
   TouchFit result;
-  addDelays(result, model, fit.value(), question);
-  addCentre(result, model, fit.value());
-  if (question.gain == Gain::common) addGain(result, model, fit.value());
-  result.radial = model.radial(fit->parameters);
-  result.normal_speed = model.normalSpeed(fit->parameters);
-  result.full_depth = model.radialAtApex(fit->parameters);
-  result.condition = fit->condition;
-  shareOut(result, model, fit.value());
+  addDelays(result, model, fit, question);
+  addCentre(result, model, fit);
+  if (question.gain == Gain::common) addGain(result, model, fit);
+  result.radial = model.radial(fit.parameters);
+  result.normal_speed = model.normalSpeed(fit.parameters);
+  result.full_depth = model.radialAtApex(fit.parameters);
+  result.condition = fit.condition;
+  shareOut(result, model, fit);
   return result;
 }
 

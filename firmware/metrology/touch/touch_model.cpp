@@ -224,10 +224,9 @@ Outcome<VectorXd, Refusal> TouchModel::start() const {
   if (question_.size_mm) {
     delays.setConstant(delayOfKnownSize(*question_.size_mm, sizes));
   } else {
-    const auto line = fitSizeLine(sizes);
-    if (!line) return line.error();
-    delays.setConstant(line->tau_s);
-    at[dimensions()] = line->size_mm / 2.0;
+    TRY(const auto line, fitSizeLine(sizes));
+    delays.setConstant(line.tau_s);
+    at[dimensions()] = line.size_mm / 2.0;
   }
   if (question_.gain == Gain::common) {
     const MatrixXd a = solveLeastSquares(slopes, -velocities).transpose();

@@ -96,21 +96,19 @@ std::optional<Refusal> fitOnce(Selection& selection) {
   TouchQuestion question = selection.question;
   touches.noise = poolNoise(touches.retracts);
   question.gain = Gain::common;
-  auto fit = fitTouches(touches.retracts, touches.noise, question);
-  if (!fit) return fit.error();
-  touches.gain_misfit = fit->slope_chi2;
-  touches.common_gain = !exceeds(fit->slope_chi2, fit->slope_dof, touches.noise, 6.0);
+  TRY(auto fit, fitTouches(touches.retracts, touches.noise, question));
+  touches.gain_misfit = fit.slope_chi2;
+  touches.common_gain = !exceeds(fit.slope_chi2, fit.slope_dof, touches.noise, 6.0);
   if (!touches.common_gain) {
     question.gain = Gain::by_touch;
-    auto by_touch = fitTouches(touches.retracts, touches.noise, question);
-    if (!by_touch) return by_touch.error();
+    TRY(auto by_touch, fitTouches(touches.retracts, touches.noise, question));
     // Outliers are looked for in both: a slip may show in the slope alone.
-    for (std::size_t i = 0; i < by_touch->worst.size(); ++i) {
-      by_touch->worst[i] = std::max(by_touch->worst[i], fit->worst[i]);
+    for (std::size_t i = 0; i < by_touch.worst.size(); ++i) {
+      by_touch.worst[i] = std::max(by_touch.worst[i], fit.worst[i]);
     }
     fit = std::move(by_touch);
   }
-  touches.fit = std::move(fit).value();
+  touches.fit = std::move(fit);
   return std::nullopt;
 }
 
@@ -180,13 +178,12 @@ double AgreedTouches::widening() const {
 }
 
 Outcome<AgreedTouches, Refusal> agreeOn(const std::vector<Touch>& touches, const TouchQuestion& question) {
-  auto selection = select(touches, question);
-  if (!selection) return selection.error();
-  if (auto refusal = fitOnce(selection.value())) return *refusal;
-  if (auto refusal = dropClipped(selection.value())) return *refusal;
-  dropOutliers(selection.value());
-  if (auto refusal = grossMisfit(selection->touches)) return *refusal;
-  return std::move(selection->touches);
+  TRY(auto selection, select(touches, question));
+  if (auto refusal = fitOnce(selection)) return *refusal;
+  if (auto refusal = dropClipped(selection)) return *refusal;
+  dropOutliers(selection);
+  if (auto refusal = grossMisfit(selection.touches)) return *refusal;
+  return std::move(selection.touches);
 }
 
 }  // namespace probebox::metrology

@@ -103,22 +103,20 @@ void addUnobservable(Result& result, const Dataset& dataset, const Method& metho
 }  // namespace
 
 Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader store) {
-  const auto inputs = typeBInputs(dataset, method, store);
-  if (!inputs) return inputs.error();
+  TRY(const auto inputs, typeBInputs(dataset, method, store));
   const bool warm = dataset.config.contains("expansion_per_k");
-  const Dataset at_hand = warm || !inputs->empty() ? atTemperature(dataset, method) : Dataset{};
-  const Dataset& known = warm || !inputs->empty() ? at_hand : dataset;
+  const Dataset at_hand = warm || !inputs.empty() ? atTemperature(dataset, method) : Dataset{};
+  const Dataset& known = warm || !inputs.empty() ? at_hand : dataset;
   auto solved = method.solver(known);
   if (!solved) return solved;
   Result& result = solved.value();
   const auto here = valuesOf(result);
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
-  for (const auto& input : inputs.value()) {
-    const auto effect = effectOf(known, method.solver, input, here);
-    if (!effect) return effect.error();
-    addToBudget(type_b, input.name, effect.value());
-    for (std::size_t k = 0; input.in_sd && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], (*effect)[k]);
+  for (const auto& input : inputs) {
+    TRY(const auto effect, effectOf(known, method.solver, input, here));
+    addToBudget(type_b, input.name, effect);
+    for (std::size_t k = 0; input.in_sd && k < here.size(); ++k) in_sd[k] = std::hypot(in_sd[k], effect[k]);
   }
   if (allHaveSd(result) || !type_b.empty()) result.budget.push_back(readingsOf(result, in_sd));
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());

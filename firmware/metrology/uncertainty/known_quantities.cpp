@@ -44,40 +44,36 @@ struct Temperature {
 
 // Nothing where the case states none that matters. Refuses what typeBInputs does of it.
 Outcome<std::optional<Temperature>, Refusal> temperatureOf(const Dataset& dataset, const Method& method) {
-  const auto celsius = configNumber(dataset, "temperature_c");
-  if (!celsius) return celsius.error();
-  if (celsius.value() && (**celsius < kColdest_c || **celsius > kWarmest_c)) {
-    return Refusal{"bad-config", "config key 'temperature_c' is " + text(**celsius) +
+  TRY(const auto celsius, configNumber(dataset, "temperature_c"));
+  if (celsius && (*celsius < kColdest_c || *celsius > kWarmest_c)) {
+    return Refusal{"bad-config", "config key 'temperature_c' is " + text(*celsius) +
                                      ": give degrees Celsius, from -30 to 70, at which it was measured"};
   }
   if (!hasSize(method)) return std::optional<Temperature>{};
-  const auto expansion = configNumber(dataset, "expansion_per_k");
-  if (!expansion) return expansion.error();
-  if (expansion.value() && std::abs(**expansion) > kLargestExpansion) {
-    return Refusal{"bad-config", "config key 'expansion_per_k' is " + text(**expansion) +
+  TRY(const auto expansion, configNumber(dataset, "expansion_per_k"));
+  if (expansion && std::abs(*expansion) > kLargestExpansion) {
+    return Refusal{"bad-config", "config key 'expansion_per_k' is " + text(*expansion) +
                                      ": give the relative expansion of the piece per kelvin, such as 11.5e-6"};
   }
   for (const auto key : kTemperatureKeys) {
-    if (!dataset.config.contains(key) || (celsius.value() && expansion.value())) continue;
+    if (!dataset.config.contains(key) || (celsius && expansion)) continue;
     return Refusal{"missing-key",
                    "config key '" + std::string{key} + "' needs temperature_c and expansion_per_k as well"};
   }
-  if (!expansion.value()) return std::optional<Temperature>{};
-  return std::optional{Temperature{**celsius - kReference_c, **expansion}};
+  if (!expansion) return std::optional<Temperature>{};
+  return std::optional{Temperature{*celsius - kReference_c, *expansion}};
 }
 
 std::optional<Refusal> addTemperature(std::vector<TypeBInput>& inputs, const Dataset& dataset, const Method& method) {
-  const auto temperature = temperatureOf(dataset, method);
-  if (!temperature) return temperature.error();
-  if (!temperature.value()) return std::nullopt;
-  const auto [above, expansion] = **temperature;
+  TRY(const auto temperature, temperatureOf(dataset, method));
+  if (!temperature) return std::nullopt;
+  const auto [above, expansion] = *temperature;
   const double now = 1.0 + expansion * above;
   const auto add = [&](std::string_view key, double per_unit) -> std::optional<Refusal> {
-    const auto sd = configPositive(dataset, key);
-    if (!sd) return sd.error();
-    if (!sd.value()) return std::nullopt;
-    const double share = per_unit * **sd / now;
-    inputs.push_back({std::string{key}, **sd, [share, sizes = method.known](Dataset& moved, double by) {
+    TRY(const auto sd, configPositive(dataset, key));
+    if (!sd) return std::nullopt;
+    const double share = per_unit * *sd / now;
+    inputs.push_back({std::string{key}, *sd, [share, sizes = method.known](Dataset& moved, double by) {
                         scaleSizes(moved, sizes, 1 + share * by);
                       }});
     return std::nullopt;
@@ -122,14 +118,13 @@ void addStored(std::vector<TypeBInput>& inputs, const KnownQuantity& known, cons
 
 std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset,
                                 StoreReader store) {
-  const auto sd = configPositive(dataset, known.sd_key);
-  if (!sd) return sd.error();
-  if (!sd.value()) {
+  TRY(const auto sd, configPositive(dataset, known.sd_key));
+  if (!sd) {
     addStored(inputs, known, dataset, store);
     return std::nullopt;
   }
   if (known.kind == KnownKind::table) {
-    addTable(inputs, known, dataset, **sd);
+    addTable(inputs, known, dataset, *sd);
     return std::nullopt;
   }
   Dataset looked_at{.method = dataset.method, .config = dataset.config, .tables = {}};
@@ -139,11 +134,11 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
                                       std::string{known.key} + "', the value that it belongs to: state both"};
   }
   for (std::size_t part = 0; const double* value = numberIn(looked_at, known.key, part); ++part) {
-    if (known.kind == KnownKind::size && !(**sd < std::abs(*value))) return tooUncertain(known.sd_key, **sd, known.key);
-    const auto move = [key = known.key, part, width = **sd](Dataset& moved, double by) {
+    if (known.kind == KnownKind::size && !(*sd < std::abs(*value))) return tooUncertain(known.sd_key, *sd, known.key);
+    const auto move = [key = known.key, part, width = *sd](Dataset& moved, double by) {
       if (double* number = numberIn(moved, key, part)) *number += by * width;
     };
-    inputs.push_back({std::string{known.sd_key}, **sd, move, known.in_sd});
+    inputs.push_back({std::string{known.sd_key}, *sd, move, known.in_sd});
   }
   return std::nullopt;
 }

@@ -71,10 +71,9 @@ Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& t
                                                      const capture::Recording& recording) {
   auto [readings, reading_of_touch] = posedOf(recording);
   BallReadings found;
-  const auto centres = metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s);
-  if (!centres) return centres.error();
-  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
-  for (const auto& [touch, at_mm, sd_mm] : centres->alone) {
+  TRY(const auto centres, metrology::ballCentres(touches, reading_of_touch, recording.delay().tau_s));
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
+  for (const auto& [touch, at_mm, sd_mm] : centres.alone) {
     const auto& at = recording.touches()[touch].request;
     const auto& [a_rad, b_rad, c_rad] = at.rotary_angles_rad;
     found.shank.push_back({.number = static_cast<double>(at.reading),
@@ -94,9 +93,9 @@ using AddTables = void (*)(metrology::Dataset&, const BallReadings&, const Finis
 Outcome<BallReadings, metrology::Refusal> switchedReadings(const std::vector<metrology::SwitchedTouch>& touches,
                                                            const FinishedRun& run) {
   auto [readings, reading_of_touch] = posedOf(run.recording);
-  const auto centres = metrology::switchedCentres(touches, reading_of_touch, run.facts.trigger_probe->repeatability_mm);
-  if (!centres) return centres.error();
-  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres->readings[i];
+  TRY(const auto centres,
+      metrology::switchedCentres(touches, reading_of_touch, run.facts.trigger_probe->repeatability_mm));
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
   return BallReadings{std::move(readings), {}};
 }
 
@@ -108,10 +107,9 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
   if (!pre_travel) return std::nullopt;
   const Eigen::Matrix4d causes = causesOf(*pre_travel);
   for (Eigen::Index cause = 0; cause < causes.cols(); ++cause) {
-    const auto found = switchedReadings(withoutPreTravel(touches, run, causes.col(cause)), run);
-    if (!found) return found.error();
+    TRY(const auto found, switchedReadings(withoutPreTravel(touches, run, causes.col(cause)), run));
     metrology::Dataset shifted{.method = dataset.method, .config = dataset.config, .tables = {}};
-    tables(shifted, *found, run);
+    tables(shifted, found, run);
     addShifts(dataset, shifted, static_cast<std::size_t>(cause) + 1);
   }
   return std::nullopt;
@@ -121,17 +119,15 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
 std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& dataset, const FinishedRun& run,
                                                       AddTables tables) {
   dataset.tables.push_back(posesOf(run.recording));
-  auto touches = metrology::switchedTouches(dataset, {});
-  if (!touches) return touches.error();
+  TRY(auto touches, metrology::switchedTouches(dataset, {}));
   if (const auto& pre_travel = run.facts.trigger_probe->pre_travel) {
-    *touches = withoutPreTravel(*touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
+    touches = withoutPreTravel(touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
     dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
   }
-  const auto found = switchedReadings(*touches, run);
-  if (!found) return found.error();
-  tables(dataset, *found, run);
-  if (auto refusal = addPreTravelShifts(dataset, run, *touches, tables)) return refusal;
-  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found->readings));
+  TRY(const auto found, switchedReadings(touches, run));
+  tables(dataset, found, run);
+  if (auto refusal = addPreTravelShifts(dataset, run, touches, tables)) return refusal;
+  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
   return std::nullopt;
 }
 
@@ -144,11 +140,10 @@ std::optional<metrology::Refusal> addReadings(metrology::Dataset& dataset, const
                               "unknown lag: calibrate the delay first, accept it, and measure again"};
   }
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
-  auto found = readingsOf(dataset, run.recording);
-  if (!found) return found.error();
-  if (auto refusal = centreTouches(found->shank, found->readings, run.facts)) return refusal;
-  tables(dataset, *found, run);
-  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found->readings));
+  TRY(auto found, readingsOf(dataset, run.recording));
+  if (auto refusal = centreTouches(found.shank, found.readings, run.facts)) return refusal;
+  tables(dataset, found, run);
+  if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
   return std::nullopt;
 }
 

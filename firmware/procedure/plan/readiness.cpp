@@ -133,9 +133,8 @@ Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOpt
     options.head_range_mm = facts.sensor_head->range_mm;
   }
   if (method.described != nullptr) {
-    const auto completed = method.described(options, facts);
-    if (!completed) return completed.error();
-    options = *completed;
+    TRY(const auto completed, method.described(options, facts));
+    options = completed;
   }
   if (by == ReadBy::shank && facts.probe_shank) {
     options.tool_count = 2;

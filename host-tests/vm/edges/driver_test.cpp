@@ -48,7 +48,7 @@ ChipLines skipLine() {
 }
 
 // The box's user opens the lines; the test, which moves the wires, is root.
-Outcome<bool> acquireAsBoxUser(LinuxGpio& line) {
+Outcome<void> acquireAsBoxUser(LinuxGpio& line) {
   const vm::AsBoxUser user;
   EXPECT_TRUE(user.taken());
   return line.acquire();

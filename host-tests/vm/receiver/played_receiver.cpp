@@ -35,13 +35,11 @@ Outcome<std::unique_ptr<PlayedReceiver>> PlayedReceiver::open(const usb_probe::E
     return Error{"a packet of that many samples fills its USB packets, and nothing would end the transfer"};
   }
   std::unique_ptr<PlayedReceiver> played{new PlayedReceiver{config, std::move(waveform), start}};
-  auto queue = usb_gadget::AioQueue::open(kTransfers);
-  if (!queue) return queue.error();
-  played->queue_ = std::move(*queue);
-  auto function = usb_gadget::FunctionFs::open(mount, receiverFunction());
-  if (!function) return function.error();
-  played->function_ = std::move(*function);
-  if (const auto bound = usb_gadget::bindGadget(gadget, controller); !bound) return bound.error();
+  TRY(auto queue, usb_gadget::AioQueue::open(kTransfers));
+  played->queue_ = std::move(queue);
+  TRY(auto function, usb_gadget::FunctionFs::open(mount, receiverFunction()));
+  played->function_ = std::move(function);
+  TRY(usb_gadget::bindGadget(gadget, controller));
   return played;
 }
 

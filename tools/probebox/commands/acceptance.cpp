@@ -16,17 +16,15 @@ namespace {
 // Nothing where there is nothing to compare: a refusal, which the box does not accept, or a result that is in force.
 Outcome<std::optional<Comparison>, Trouble> compare(link::Client& box, const Acceptance& acceptance,
                                                     std::string& subject, Console& console) {
-  const auto proposed = keptResult(box, console, acceptance.id);
-  if (!proposed) return proposed.error();
-  subject = proposed->summary.subject;
-  if (proposed->result() == nullptr || proposed->summary.state == messages::ResultState::active)
+  TRY(const auto proposed, keptResult(box, console, acceptance.id));
+  subject = proposed.summary.subject;
+  if (proposed.result() == nullptr || proposed.summary.state == messages::ResultState::active)
     return std::optional<Comparison>{};
-  const auto in_force = keptInForce(box, console);
-  if (!in_force) return in_force.error();
+  TRY(const auto in_force, keptInForce(box, console));
   const auto same = std::ranges::find_if(
-      *in_force, [&](const KeptResult& other) { return answersTheSame(other.summary, proposed->summary); });
-  const bool first = same == in_force->end();
-  return std::optional{comparisonOf(*proposed->result(), first ? nullptr : same->result(), first ? 0 : same->summary.id,
+      in_force, [&](const KeptResult& other) { return answersTheSame(other.summary, proposed.summary); });
+  const bool first = same == in_force.end();
+  return std::optional{comparisonOf(*proposed.result(), first ? nullptr : same->result(), first ? 0 : same->summary.id,
                                     casefolder::rotaryAxisOf(subject))};
 }
 

@@ -134,14 +134,13 @@ struct Written {
 };
 
 Outcome<Written, Trouble> unrolled(const Gcode& options) {
-  const auto method = methodOf(options);
-  if (!method) return method.error();
+  TRY(const auto method, methodOf(options));
   if (auto trouble = whyTooMany(options)) return *trouble;
-  const auto wanted = wantedOf(**method, options);
+  const auto wanted = wantedOf(*method, options);
   const auto completed = plan::completed(wanted, factsOf(options));
   if (!completed) return Trouble{ExitStatus::failed, completed.error().name, completed.error().reason};
   procedure::Plan plan;
-  procedure::fill(plan, **method, *completed);
+  procedure::fill(plan, *method, *completed);
   const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
   if (!options.tape.empty() && &dialect != &gcode::linuxcnc())
     return usage("--tape names the line to the box for linuxcnc alone: omit it; comments of the program name that of " +

@@ -40,16 +40,14 @@ struct Job {
 
 Outcome<Job, Trouble> jobOf(const Interference& options, Console& console) {
   if (options.cell == "-") return usage("--cell has to be a file: its solids may name others beside it");
-  const auto text = contentOf(options.cell, console);
-  if (!text) return text.error();
-  auto cell = board::parseCell(*text, std::filesystem::path{options.cell}.filename().string());
+  TRY(const auto text, contentOf(options.cell, console));
+  auto cell = board::parseCell(text, std::filesystem::path{options.cell}.filename().string());
   if (!cell) return Trouble{ExitStatus::usage, "unreadable-input", cell.error().what};
   const auto tool = std::ranges::find(cell->tools, options.tool, &board::CellTool::number);
   if (tool == cell->tools.end())
     return usage(options.cell + " has no [[tool]] with number = " + std::to_string(options.tool) + ": add it");
-  const auto program = contentOf(options.program, console);
-  if (!program) return program.error();
-  auto path = interference::readProgram(*program, kChord_mm, options.tool);
+  TRY(const auto program, contentOf(options.program, console));
+  auto path = interference::readProgram(program, kChord_mm, options.tool);
   if (!path) return Trouble{ExitStatus::usage, "unreadable-input", options.program + ": " + path.error().what};
   if (path->empty())
     return Trouble{ExitStatus::usage, "unreadable-input",

@@ -13,38 +13,34 @@ namespace probebox::command {
 namespace {
 
 Outcome<report::Earlier, Trouble> earlierOne(link::Client& box, Console& console, std::uint64_t id) {
-  auto kept = keptResult(box, console, id);
-  if (!kept) return kept.error();
-  auto* result = std::get_if<metrology::Result>(&kept->content);
+  TRY(auto kept, keptResult(box, console, id));
+  auto* result = std::get_if<metrology::Result>(&kept.content);
   if (result == nullptr)
     return Trouble{
         ExitStatus::failed, "unreadable-result",
         "the box lists result " + std::to_string(id) + " with values and keeps a refusal; update its firmware"};
-  return report::Earlier{"result " + std::to_string(id), kept->summary.proposed_utc, std::move(*result)};
+  return report::Earlier{"result " + std::to_string(id), kept.summary.proposed_utc, std::move(*result)};
 }
 
 // The result in force and the earlier ones about the same subject, from the same probe, machine and mounting.
 Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, const messages::ResultSummary& summary) {
   constexpr std::size_t kEarlier = 9;  // the page shows the trend of ten
-  const auto all = storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
-  if (!all) return all.error();
+  TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   report::Before before;
   std::vector<std::uint64_t> earlier;
-  for (const auto& other : *all) {
+  for (const auto& other : all) {
     // A refused run is about the same subject and has no values.
     const bool refused = other.state == messages::ResultState::refused;
     if (other.id == summary.id || refused || !answersTheSame(other, summary)) continue;
     if (other.id < summary.id) earlier.push_back(other.id);
     if (other.state != messages::ResultState::active) continue;
-    auto in_force = earlierOne(box, console, other.id);
-    if (!in_force) return in_force.error();
-    before.in_force = std::move(in_force).value();
+    TRY(auto in_force, earlierOne(box, console, other.id));
+    before.in_force = std::move(in_force);
   }
   if (earlier.size() > kEarlier) earlier.erase(earlier.begin(), earlier.end() - kEarlier);
   for (const auto id : earlier) {
-    auto one = earlierOne(box, console, id);
-    if (!one) return one.error();
-    before.history.push_back(std::move(one).value());
+    TRY(auto one, earlierOne(box, console, id));
+    before.history.push_back(std::move(one));
   }
   return before;
 }
@@ -52,21 +48,18 @@ Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, c
 }  // namespace
 
 Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id) {
-  auto kept = keptResult(box, console, id);
-  if (!kept) return kept.error();
-  const auto text = keptDataset(box, console, id);
-  if (!text) return text.error();
-  auto dataset = json::datasetFromJson(*text);
+  TRY(auto kept, keptResult(box, console, id));
+  TRY(const auto text, keptDataset(box, console, id));
+  auto dataset = json::datasetFromJson(text);
   if (!dataset) {
     return Trouble{ExitStatus::failed, "unreadable-result",
                    "the dataset of result " + std::to_string(id) + " is not readable here (" + dataset.error().what +
                        "); update this command"};
   }
-  auto before = beforeOf(box, console, kept->summary);
-  if (!before) return before.error();
-  const auto name = "result " + std::to_string(id) + ", " + standingOf(kept->summary);
-  report::Subject subject{name, kept->summary.method, std::move(dataset).value(), std::move(kept->content)};
-  subject.before = std::move(before).value();
+  TRY(auto before, beforeOf(box, console, kept.summary));
+  const auto name = "result " + std::to_string(id) + ", " + standingOf(kept.summary);
+  report::Subject subject{name, kept.summary.method, std::move(dataset).value(), std::move(kept.content)};
+  subject.before = std::move(before);
   if (subject.result() != nullptr && !report::recallResiduals(subject))
     console.note(name + " is another value when its dataset is solved by this version; its page has no residuals");
   return subject;

@@ -25,15 +25,14 @@ Trouble inPart(std::uint64_t id) {
 Outcome<Fetched, Trouble> fetch(link::Client& box, Console& console, std::uint64_t id, ResultDocument document) {
   Fetched fetched;
   while (true) {
-    auto piece = ask<messages::GetResult>(box, console, {id, document, fetched.text.size()});
-    if (!piece) return piece.error();
-    if (fetched.text.empty()) fetched.summary = std::move(piece->summary), fetched.dataset_kept = piece->dataset_kept;
-    const bool goes_on = piece->offset == fetched.text.size() && !piece->bytes.empty();
-    fetched.text += piece->bytes;
-    if (fetched.text.size() == piece->total_bytes) return fetched;
-    if (!goes_on || fetched.text.size() > piece->total_bytes) return inPart(id);
+    TRY(auto piece, ask<messages::GetResult>(box, console, {id, document, fetched.text.size()}));
+    if (fetched.text.empty()) fetched.summary = std::move(piece.summary), fetched.dataset_kept = piece.dataset_kept;
+    const bool goes_on = piece.offset == fetched.text.size() && !piece.bytes.empty();
+    fetched.text += piece.bytes;
+    if (fetched.text.size() == piece.total_bytes) return fetched;
+    if (!goes_on || fetched.text.size() > piece.total_bytes) return inPart(id);
     console.progress(printed("fetching result %llu: %zu of %llu bytes", static_cast<unsigned long long>(id),
-                             fetched.text.size(), static_cast<unsigned long long>(piece->total_bytes)));
+                             fetched.text.size(), static_cast<unsigned long long>(piece.total_bytes)));
   }
 }
 
@@ -45,15 +44,14 @@ Trouble unreadable(std::uint64_t id, const Error& error) {
 }  // namespace
 
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id) {
-  auto fetched = fetch(box, console, id, ResultDocument::result);
-  if (!fetched) return fetched.error();
-  KeptResult kept{std::move(fetched->summary), metrology::Refusal{}, fetched->dataset_kept};
+  TRY(auto fetched, fetch(box, console, id, ResultDocument::result));
+  KeptResult kept{std::move(fetched.summary), metrology::Refusal{}, fetched.dataset_kept};
   if (kept.summary.state == ResultState::refused) {
-    auto refusal = json::refusalFromJson(fetched->text);
+    auto refusal = json::refusalFromJson(fetched.text);
     if (!refusal) return unreadable(id, refusal.error());
     kept.content = std::move(refusal).value();
   } else {
-    auto result = json::resultFromJson(fetched->text);
+    auto result = json::resultFromJson(fetched.text);
     if (!result) return unreadable(id, result.error());
     kept.content = std::move(result).value();
   }
@@ -61,9 +59,8 @@ Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std
 }
 
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id) {
-  auto fetched = fetch(box, console, id, ResultDocument::dataset);
-  if (!fetched) return fetched.error();
-  if (!fetched->text.empty()) return std::move(fetched->text);
+  TRY(auto fetched, fetch(box, console, id, ResultDocument::dataset));
+  if (!fetched.text.empty()) return std::move(fetched.text);
   const auto number = std::to_string(id);
   return Trouble{ExitStatus::failed, "dataset-not-kept",
                  "the box no longer keeps the dataset of result " + number +
@@ -78,13 +75,11 @@ bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSu
 }
 
 Outcome<std::vector<KeptResult>, Trouble> keptInForce(link::Client& box, Console& console) {
-  const auto status = ask<messages::Status>(box, console);
-  if (!status) return status.error();
+  TRY(const auto status, ask<messages::Status>(box, console));
   std::vector<KeptResult> all;
-  for (const auto id : status->active_results) {
-    auto kept = keptResult(box, console, id);
-    if (!kept) return kept.error();
-    all.push_back(std::move(kept).value());
+  for (const auto id : status.active_results) {
+    TRY(auto kept, keptResult(box, console, id));
+    all.push_back(std::move(kept));
   }
   return all;
 }

@@ -33,11 +33,10 @@ std::vector<std::string> candidates() {
 }
 
 Outcome<Found, Trouble> asked(const link::Uri& uri, milliseconds patience, const Console& console) {
-  const auto box = openBox(uri, console, patience);
-  if (!box) return box.error();
-  const auto status = (*box)->request<messages::Status>({}, patienceOf(console, patience));
+  TRY(const auto box, openBox(uri, console, patience));
+  const auto status = box->request<messages::Status>({}, patienceOf(console, patience));
   const std::string clock{status ? messages::nameOf(status->clock.state) : "unknown"};
-  return Found{uri.text, *(*box)->reader().descriptor(), clock, "free", {}};
+  return Found{uri.text, *box->reader().descriptor(), clock, "free", {}};
 }
 
 // Nothing for an address that does not answer: a killed box leaves its announcement behind.

@@ -38,14 +38,12 @@ class Inputs {
     }
     auto id = resultNumber(input);
     if (!id) {
-      const auto in_force = inForceAbout(input);
-      if (!in_force) return in_force.error();
-      id = *in_force;
+      TRY(const auto in_force, inForceAbout(input));
+      id = in_force;
     }
-    auto subject = keptSubject(*box_, console_, *id);
-    if (!subject) return subject.error();
+    TRY(auto subject, keptSubject(*box_, console_, *id));
     Subjects subjects;
-    subjects.push_back(std::move(subject).value());
+    subjects.push_back(std::move(subject));
     return subjects;
   }
 
@@ -55,9 +53,8 @@ class Inputs {
   }
 
   Outcome<std::uint64_t, Trouble> inForceAbout(const std::string& subject) {
-    const auto all = keptInForce(*box_, console_);
-    if (!all) return all.error();
-    for (const auto& kept : *all) {
+    TRY(const auto all, keptInForce(*box_, console_));
+    for (const auto& kept : all) {
       if (kept.summary.subject == subject || kept.summary.method == subject) return kept.summary.id;
     }
     return Trouble{ExitStatus::usage, "unreadable-input",

@@ -102,13 +102,10 @@ void judgeStamps(link::Client& box, Console& console, Findings& findings) {
 
 // The jogs were a chance to pass a mark.
 std::optional<Trouble> judgeIndexes(const link::Uri& uri, Console& console, Findings& findings) {
-  const auto box = openBox(uri, console);
-  if (!box) return box.error();
-  const auto status = ask<messages::Status>(**box, console);
-  if (!status) return status.error();
-  const auto corrections = ask<messages::Corrections>(**box, console);
-  if (!corrections) return corrections.error();
-  for (const auto& finding : silentIndexes(status->lines, corrections->axes)) findings.add(finding);
+  TRY(const auto box, openBox(uri, console));
+  TRY(const auto status, ask<messages::Status>(*box, console));
+  TRY(const auto corrections, ask<messages::Corrections>(*box, console));
+  for (const auto& finding : silentIndexes(status.lines, corrections.axes)) findings.add(finding);
   return std::nullopt;
 }
 
@@ -126,9 +123,8 @@ Outcome<messages::Status::Answer, Trouble> settledStatus(link::Client& box, Cons
 
 // What the steps showed, also when the box refused the run because of it.
 Outcome<std::vector<Finding>, Trouble> measured(FollowedRun& run) {
-  const auto text = run.dataset();
-  if (!text) return text.error();
-  const auto dataset = json::datasetFromJson(*text);
+  TRY(const auto text, run.dataset());
+  const auto dataset = json::datasetFromJson(text);
   if (!dataset) return Trouble{ExitStatus::failed, "not-understood", dataset.error().what};
   auto findings = metrology::selftestFindings(*dataset);
   if (!findings) return Trouble{ExitStatus::failed, findings.error().name, findings.error().reason};

@@ -77,9 +77,8 @@ Outcome<link::Uri, Trouble> chooseUri(const std::string& given) {
   std::string text = given;
   if (const char* environment = std::getenv("PROBEBOX_URI"); text.empty() && environment != nullptr) text = environment;
   if (text.empty()) {
-    auto found = theOnlyBox();
-    if (!found) return found.error();
-    text = std::move(found).value();
+    TRY(auto found, theOnlyBox());
+    text = std::move(found);
   }
   auto uri = link::parseUri(text);
   if (!uri) return usage(uri.error().what);
@@ -152,14 +151,13 @@ Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, mill
 }
 
 Outcome<Box, Trouble> openBox(const std::string& given, const Console& console) {
-  const auto uri = chooseUri(given);
-  if (!uri) return uri.error();
-  if (uri->isFile()) {
+  TRY(const auto uri, chooseUri(given));
+  if (uri.isFile()) {
     return usage(
-        uri->text +
+        uri.text +
         " is a recording, which cannot answer; info, status, watch, record, export and verify read it, or name a box");
   }
-  return openBox(*uri, console);
+  return openBox(uri, console);
 }
 
 std::optional<Trouble> ListWatch::part(std::uint64_t first, std::uint64_t last) {

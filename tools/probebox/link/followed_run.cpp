@@ -22,9 +22,8 @@ bool isOver(ProcedureState state) {
 }  // namespace
 
 Outcome<FollowedRun::Progress, Trouble> FollowedRun::go(const messages::StartProcedure::Request& request) {
-  auto opened = openBox(uri_, console_);
-  if (!opened) return opened.error();
-  box_ = std::move(opened).value();
+  TRY(auto opened, openBox(uri_, console_));
+  box_ = std::move(opened);
   // Ctrl-C waits for the answer: it alone says which run is to be given up.
   const auto started = box_->request<messages::StartProcedure>(request, link::patience(kAnswerPatience));
   if (!started) return troubleOf(started.error(), console_);
@@ -38,21 +37,19 @@ Outcome<FollowedRun::Progress, Trouble> FollowedRun::follow() {
   std::optional<Progress> shown;
   const auto patient_until = link::now() + kBeginPatience;
   while (true) {
-    const auto progress = askAgain();
-    if (!progress) return progress.error();
-    if (progress->run != run_) {
-      if (progress->run > run_ || link::now() > patient_until) return replaced(progress->run);
+    TRY(const auto progress, askAgain());
+    if (progress.run != run_) {
+      if (progress.run > run_ || link::now() > patient_until) return replaced(progress.run);
       rest();
       continue;
     }
-    if (!shown || shown->step != progress->step || shown->state != progress->state ||
-        shown->prompt != progress->prompt) {
-      show(*progress);
-      shown = *progress;
+    if (!shown || shown->step != progress.step || shown->state != progress.state || shown->prompt != progress.prompt) {
+      show(progress);
+      shown = progress;
     }
-    if (isOver(progress->state)) return *progress;
+    if (isOver(progress.state)) return progress;
     rest();
-    if (console_.enterPressed()) markByHand(*progress);
+    if (console_.enterPressed()) markByHand(progress);
     if (unattended()) return interruption();
   }
 }
@@ -126,15 +123,14 @@ void FollowedRun::show(const Progress& progress) {
 Outcome<std::string, Trouble> FollowedRun::dataset() {
   std::string text;
   while (true) {
-    const auto piece = ask<messages::GetDataset>(*box_, console_, {run_, text.size()});
-    if (!piece) return piece.error();
-    if (piece->bytes.empty() && text.size() < piece->total_bytes) {
+    TRY(const auto piece, ask<messages::GetDataset>(*box_, console_, {run_, text.size()}));
+    if (piece.bytes.empty() && text.size() < piece.total_bytes) {
       return Trouble{ExitStatus::failed, "not-saved", "the box sent only a part of the measured data; try again"};
     }
-    text += piece->bytes;
-    if (text.size() >= piece->total_bytes) return text;
+    text += piece.bytes;
+    if (text.size() >= piece.total_bytes) return text;
     console_.progress(printed("fetching what was measured: %zu of %llu bytes", text.size(),
-                              static_cast<unsigned long long>(piece->total_bytes)));
+                              static_cast<unsigned long long>(piece.total_bytes)));
   }
 }
 

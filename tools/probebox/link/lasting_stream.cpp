@@ -36,9 +36,8 @@ bool LastingStream::round() {
 }
 
 std::optional<Trouble> LastingStream::connect(milliseconds limit) {
-  auto box = openBox(uri_, console_, limit, this, {.last_boot_id = boot_id_.value_or(messages::BootId{})});
-  if (!box) return box.error();
-  box_ = std::move(box).value();
+  TRY(auto box, openBox(uri_, console_, limit, this, {.last_boot_id = boot_id_.value_or(messages::BootId{})}));
+  box_ = std::move(box);
   refusals_ = 0;
   start();
   return std::nullopt;

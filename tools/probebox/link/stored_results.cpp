@@ -27,13 +27,12 @@ Outcome<std::vector<messages::ResultSummary>, Trouble> storedResults(link::Clien
   std::vector<messages::ResultSummary> all;
   messages::ListResults::Request request{.after_id = range.after_id, .first_value = 0, .newest = range.newest};
   while (true) {
-    auto list = ask<messages::ListResults>(box, console, request);
-    if (!list) return list.error();
+    TRY(auto list, ask<messages::ListResults>(box, console, request));
     // A box that answers in circles is not followed.
-    const bool goes_on = !list->results.empty() && list->results.front().id > request.after_id;
-    for (auto& result : list->results) append(std::move(result), all);
+    const bool goes_on = !list.results.empty() && list.results.front().id > request.after_id;
+    for (auto& result : list.results) append(std::move(result), all);
     const bool is_enough = all.size() >= count && isWhole(all.back());
-    if (!goes_on || !list->more || is_enough) break;
+    if (!goes_on || !list.more || is_enough) break;
     const bool is_whole = isWhole(all.back());
     request.after_id = is_whole ? all.back().id : all.back().id - 1;
     const auto had =
@@ -60,13 +59,12 @@ Outcome<std::vector<messages::ResultTransition>, Trouble> storedTransitions(link
   std::vector<messages::ResultTransition> all;
   ListWatch watch;
   while (true) {
-    auto part = ask<messages::ResultHistory>(box, console, request);
-    if (!part) return part.error();
-    if (part->transitions.empty()) return all;
-    if (const auto trouble = watch.part(part->transitions.front().number, part->transitions.back().number))
+    TRY(auto part, ask<messages::ResultHistory>(box, console, request));
+    if (part.transitions.empty()) return all;
+    if (const auto trouble = watch.part(part.transitions.front().number, part.transitions.back().number))
       return *trouble;
-    std::ranges::move(part->transitions, std::back_inserter(all));
-    if (!part->more) return all;
+    std::ranges::move(part.transitions, std::back_inserter(all));
+    if (!part.more) return all;
     request.after_number = all.back().number;
   }
 }

@@ -81,8 +81,7 @@ Json quantitiesOf(const metrology::Result& result, const std::string& subject) {
 
 template <class Operation>
 Answer changed(link::Client& box, Console& console, const typename Operation::Request& request) {
-  const auto answer = command::ask<Operation>(box, console, request);
-  if (!answer) return answer.error();
+  TRY(command::ask<Operation>(box, console, request));
   return Json{{"done", true}}.dump();
 }
 
@@ -123,10 +122,9 @@ Answer forecast(const std::string& method) {
 }
 
 Answer results(link::Client& box, Console& console) {
-  const auto all = command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max());
-  if (!all) return all.error();
+  TRY(const auto all, command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   Json list = Json::array();
-  for (const auto& one : *all) {
+  for (const auto& one : all) {
     Json object = describe(one);
     object["standing"] = command::standingOf(one);
     object["text"] = one.values.empty() ? std::string{} : command::readable(one.values.front());
@@ -136,45 +134,40 @@ Answer results(link::Client& box, Console& console) {
 }
 
 Answer result(link::Client& box, Console& console, std::uint64_t id) {
-  const auto kept = command::keptResult(box, console, id);
-  if (!kept) return kept.error();
-  Json object = describe(kept->summary);
-  object["standing"] = command::standingOf(kept->summary);
-  object["dataset_kept"] = kept->dataset_kept;
-  if (kept->result() != nullptr) {
-    object["warnings"] = kept->result()->warnings;
-    object["quantities"] = quantitiesOf(*kept->result(), kept->summary.subject);
+  TRY(const auto kept, command::keptResult(box, console, id));
+  Json object = describe(kept.summary);
+  object["standing"] = command::standingOf(kept.summary);
+  object["dataset_kept"] = kept.dataset_kept;
+  if (kept.result() != nullptr) {
+    object["warnings"] = kept.result()->warnings;
+    object["quantities"] = quantitiesOf(*kept.result(), kept.summary.subject);
   } else {
-    object["refusal"] = {{"name", kept->refusal()->name}, {"reason", kept->refusal()->reason}};
+    object["refusal"] = {{"name", kept.refusal()->name}, {"reason", kept.refusal()->reason}};
   }
-  const auto history = command::storedTransitions(box, console, {id, "", 0});
-  if (!history) return history.error();
+  TRY(const auto history, command::storedTransitions(box, console, {id, "", 0}));
   object["history"] = Json::array();
-  for (const auto& transition : *history) object["history"].push_back(describe(transition));
+  for (const auto& transition : history) object["history"].push_back(describe(transition));
   return object.dump();
 }
 
 Answer history(link::Client& box, Console& console, const std::string& subject) {
-  const auto all = command::storedTransitions(box, console, {0, subject, 0});
-  if (!all) return all.error();
+  TRY(const auto all, command::storedTransitions(box, console, {0, subject, 0}));
   Json list = Json::array();
-  for (const auto& transition : *all) list.push_back(describe(transition));
+  for (const auto& transition : all) list.push_back(describe(transition));
   return list.dump();
 }
 
 Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
-  const auto proposed = command::keptResult(box, console, id);
-  if (!proposed) return proposed.error();
-  if (proposed->result() == nullptr) return std::string{"null"};
-  const auto in_force = command::keptInForce(box, console);
-  if (!in_force) return in_force.error();
+  TRY(const auto proposed, command::keptResult(box, console, id));
+  if (proposed.result() == nullptr) return std::string{"null"};
+  TRY(const auto in_force, command::keptInForce(box, console));
   const command::KeptResult* same = nullptr;
-  for (const auto& other : *in_force) {
-    if (other.summary.id != id && command::answersTheSame(other.summary, proposed->summary)) same = &other;
+  for (const auto& other : in_force) {
+    if (other.summary.id != id && command::answersTheSame(other.summary, proposed.summary)) same = &other;
   }
-  const auto& subject = proposed->summary.subject;
+  const auto& subject = proposed.summary.subject;
   const auto compared =
-      command::comparisonOf(*proposed->result(), same == nullptr ? nullptr : same->result(),
+      command::comparisonOf(*proposed.result(), same == nullptr ? nullptr : same->result(),
                             same == nullptr ? 0 : same->summary.id, casefolder::rotaryAxisOf(subject));
   Json object = describe(compared);
   Json changes = Json::array();
@@ -195,9 +188,8 @@ Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
 }
 
 Answer reportPage(link::Client& box, Console& console, std::uint64_t id) {
-  const auto subject = command::keptSubject(box, console, id);
-  if (!subject) return subject.error();
-  return report::page(std::span{&*subject, 1}, PROBEBOX_VERSION);
+  TRY(const auto subject, command::keptSubject(box, console, id));
+  return report::page(std::span{&subject, 1}, PROBEBOX_VERSION);
 }
 
 Answer start(link::Client& box, Console& console, const std::string& body) {
@@ -215,9 +207,8 @@ Answer start(link::Client& box, Console& console, const std::string& body) {
   request.axis = asked.axis();
   request.tool = asked.count<std::uint32_t>("tool");
   if (auto trouble = asked.trouble()) return *trouble;
-  const auto answer = command::ask<messages::StartProcedure>(box, console, request);
-  if (!answer) return answer.error();
-  return Json{{"run", answer->run}}.dump();
+  TRY(const auto answer, command::ask<messages::StartProcedure>(box, console, request));
+  return Json{{"run", answer.run}}.dump();
 }
 
 Answer abortRun(link::Client& box, Console& console, const std::string& body) {
@@ -246,17 +237,16 @@ Answer mark(link::Client& box, Console& console, const std::string& body) {
   } else {
     return Trouble{ExitStatus::usage, "refused", "phase has to be begin, end or abandon"};
   }
-  const auto now = command::ask<messages::ProcedureStatus>(box, console);
-  if (!now) return now.error();
-  if (now->run != run || now->step != step)
+  TRY(const auto now, command::ask<messages::ProcedureStatus>(box, console));
+  if (now.run != run || now.step != step)
     return Trouble{ExitStatus::failed, "not-now",
-                   "the box is at step " + std::to_string(now->step + 1) + " of run " + std::to_string(now->run) +
+                   "the box is at step " + std::to_string(now.step + 1) + " of run " + std::to_string(now.run) +
                        " by now: look at the step and press again"};
-  request.procedure = now->run;
-  request.step = now->step;
-  request.rotary_angles_rad = now->rotary_angles_rad;
-  request.tool = now->tool;
-  request.nominal_speed_mm_s = now->nominal_speed_mm_s;
+  request.procedure = now.run;
+  request.step = now.step;
+  request.rotary_angles_rad = now.rotary_angles_rad;
+  request.tool = now.tool;
+  request.nominal_speed_mm_s = now.nominal_speed_mm_s;
   request.at_rest = request.phase == messages::StepPhase::begin;
   return changed<messages::PostMarker>(box, console, request);
 }
@@ -268,12 +258,11 @@ Answer accept(link::Client& box, Console& console, const std::string& body) {
   request.by = asked.text("by");
   request.although_it_differs = asked.flag("although_it_differs");
   if (auto trouble = asked.trouble()) return *trouble;
-  const auto answer = command::ask<messages::AcceptResult>(box, console, request);
-  if (!answer) return answer.error();
-  return Json{{"state", std::string{messages::nameOf(answer->state)}},
-              {"waiting_for_cut", answer->waiting_for_cut},
-              {"subject", answer->subject},
-              {"notes", answer->notes}}
+  TRY(const auto answer, command::ask<messages::AcceptResult>(box, console, request));
+  return Json{{"state", std::string{messages::nameOf(answer.state)}},
+              {"waiting_for_cut", answer.waiting_for_cut},
+              {"subject", answer.subject},
+              {"notes", answer.notes}}
       .dump();
 }
 

@@ -104,9 +104,8 @@ Outcome<CellDesk> CellDesk::open(const std::string& path) {
   std::ifstream in{path, std::ios::binary};
   if (!in) return Error{path + ": cannot be read (" + std::strerror(errno) + ")"};
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
-  auto cell = board::parseCell(text, std::filesystem::path{path}.filename().string());
-  if (!cell) return cell.error();
-  desk.cell_ = std::move(cell).value();
+  TRY(auto cell, board::parseCell(text, std::filesystem::path{path}.filename().string()));
+  desk.cell_ = std::move(cell);
   desk.folder_ = std::filesystem::path{path}.parent_path();
   return desk;
 }
@@ -126,14 +125,13 @@ std::string CellDesk::scene() const {
 
 Desk::Answer CellDesk::nearest(std::uint32_t number, const std::optional<Measured>& measured,
                                const std::array<double, 3>& tip_mm) const {
-  auto tool = toolOf(cell_, number);
-  if (!tool) return tool.error();
+  TRY(auto tool, toolOf(cell_, number));
   if (measured) {
-    if (auto trouble = take(*tool, *measured)) return *trouble;
+    if (auto trouble = take(tool, *measured)) return *trouble;
   }
   if (!std::ranges::all_of(tip_mm, [](double mm) { return std::abs(mm) <= 1e5; }))
     return objection("x, y and z have to be machine positions, mm");
-  const auto scene = interference::Scene::open(*cell_, *tool, folder_);
+  const auto scene = interference::Scene::open(*cell_, tool, folder_);
   if (!scene) return objection(scene.error().what);
   return describe(Hit{0, tip_mm, (*scene)->nearest(tip_mm, false), 0}).dump();
 }
@@ -143,17 +141,16 @@ Desk::Answer CellDesk::check(const std::string& body) const {
   if (!asked.is_object() || !asked.contains("tool") || !asked["tool"].is_number_unsigned() ||
       !asked.contains("program") || !asked["program"].is_string())
     return objection("a check needs the number of a tool and a program");
-  auto tool = toolOf(cell_, asked["tool"].get<std::uint32_t>());
-  if (!tool) return tool.error();
+  TRY(auto tool, toolOf(cell_, asked["tool"].get<std::uint32_t>()));
   if (const auto measured = measuredIn(asked)) {
-    if (auto trouble = take(*tool, *measured)) return *trouble;
+    if (auto trouble = take(tool, *measured)) return *trouble;
   }
-  if (asked.contains("stored") && asked["stored"] == true) tool->assembled_length_mm.reset(), tool->offset_mm.reset();
-  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool->number);
+  if (asked.contains("stored") && asked["stored"] == true) tool.assembled_length_mm.reset(), tool.offset_mm.reset();
+  const auto path = interference::readProgram(asked["program"].get<std::string>(), 0.01, tool.number);
   if (!path) return objection(path.error().what);
-  const auto scene = interference::Scene::open(interference::withoutStock(*cell_), *tool, folder_);
+  const auto scene = interference::Scene::open(interference::withoutStock(*cell_), tool, folder_);
   if (!scene) return objection(scene.error().what);
-  const auto report = interference::check(*cell_, *tool, **scene, *path, {});
+  const auto report = interference::check(*cell_, tool, **scene, *path, {});
   Json hits = Json::array(), corners = Json::array();
   for (const auto& hit : report.hits) hits.push_back(describe(hit));
   for (std::size_t k = 0; k < std::min(path->size(), kMostPath); ++k)
