@@ -79,7 +79,7 @@ struct Judgement {
 // An estimate without bias, as good as the data allow, that knows how good it is.
 inline void expectHonest(const Judgement& judgement, double least_efficiency = 0.9) {
   EXPECT_THAT(judgement.efficiency(), testing::AllOf(testing::Gt(least_efficiency), testing::Lt(1.15)));
-  EXPECT_THAT(judgement.pulls.pull(), testing::AllOf(testing::Gt(0.85), testing::Lt(1.15)));
+  expectHonest(judgement.pulls);
   EXPECT_LT(std::abs(judgement.pulls.bias()), 4.0);
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 #include <cmath>
 #include <cstddef>
+#include <gtest/gtest.h>
+
+#include "firmware/metrology/fit/chi_square.hpp"
 
 namespace probebox::metrology {
 
@@ -22,5 +25,17 @@ struct Moments {
   // Mean error in standard errors of the mean.
   double bias() const { return sum / std::sqrt(squares); }
 };
+
+// Expects stated standard deviations that are neither too small nor too large: the mean square of the pulls lies in the
+// range that chi-square leaves once in 1000 times. independent: how many of the errors do not share their noise.
+inline void expectHonest(const Moments& errors, std::size_t independent) {
+  const auto range = rangeOf({.dof = independent});
+  EXPECT_GT(errors.pull(), range.low) << "the stated sd are too large, by " << errors.count << " errors";
+  EXPECT_LT(errors.pull(), range.high) << "the stated sd are too small, by " << errors.count << " errors";
+}
+
+inline void expectHonest(const Moments& errors) {
+  expectHonest(errors, errors.count);
+}
 
 }  // namespace probebox::metrology

@@ -159,12 +159,10 @@ TEST_P(DelayOfFeature, IsUnbiasedAndAsUncertainAsItSays) {
     tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
     if (const auto* found = solved->find("size_mm")) size.add(found->value() - 31.0, *found->standardDeviation());
   }
-  const double uncertainty = std::sqrt(2.0 / kTrials);
-  const auto honest = AllOf(Gt(1.0 - 3.0 * uncertainty), Lt(1.0 + 3.5 * uncertainty));
-  EXPECT_THAT(tau.pull(), honest);
+  expectHonest(tau);
   EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
   if (size.count > 0) {
-    EXPECT_THAT(size.pull(), honest);
+    expectHonest(size);
   }
 }
 
@@ -274,9 +272,6 @@ void addPulls(Moments& pulls, const SurfacePoints& touched, const Scene& scene, 
   }
 }
 
-const double kMargin = 3.5 * std::sqrt(2.0 / (5.0 * kRounds));  // five points a round
-const auto kHonest = AllOf(Gt(1.0 - kMargin), Lt(1.0 + kMargin));
-
 TEST(SurfacePoints, AreAsUncertainAsTheySayAtAThreshold) {
   std::mt19937_64 random{79};
   for (const double dwell_s : {0.002, 0.02, 0.1}) {  // the rest of the record the stylus is free
@@ -289,7 +284,8 @@ TEST(SurfacePoints, AreAsUncertainAsTheySayAtAThreshold) {
       ASSERT_TRUE(points.ok()) << points.error().reason;
       addPulls(pulls, points.value(), scene, 0.1);
     }
-    EXPECT_THAT(pulls.pull(), kHonest) << dwell_s;
+    SCOPED_TRACE(testing::Message() << dwell_s);
+    expectHonest(pulls);
   }
 }
 
@@ -305,7 +301,8 @@ TEST(SurfacePoints, AreAsUncertainAsTheySayOnAMovingArticle) {
       refused += points ? 0 : 1;
     }
     EXPECT_LE(refused, kRounds / 20);
-    EXPECT_THAT(pulls.pull(), kHonest) << rate_hz;
+    SCOPED_TRACE(testing::Message() << rate_hz);
+    expectHonest(pulls);
   }
 }
 

@@ -69,7 +69,7 @@ TEST(DelayInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
     }
     EXPECT_THAT(std::pow(boundOf(scene), 2) / tau.variance(), AllOf(Gt(0.65), Lt(1.3)));
     EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
-    EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
+    expectHonest(tau);
   }
 }
 
@@ -98,6 +98,7 @@ TEST_P(HarderInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   }
   EXPECT_GT(std::pow(boundOf(scene), 2) / tau.variance(), GetParam().least_efficiency);
   EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
+  // Of 4000 drives with jittering stamps the mean square is 1.37, hardly ringing 1.19, of the others 0.85 to 0.98.
   EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
 }
 
@@ -163,7 +164,7 @@ TEST(DelayInOut, NeedsFewSamplesOnTheWayInAndOut) {
     }
     EXPECT_GT(std::pow(boundOf(scene), 2) / tau.variance(), 0.65);
     EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
-    EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
+    expectHonest(tau);
   }
 }
 
@@ -250,7 +251,7 @@ TEST(DelayInOut, MayComeFromAProbeThatDoesNotTouch) {
   }
   EXPECT_LT(tau.variance(), std::pow(8e-6, 2));
   EXPECT_LT(std::abs(tau.bias()), 4.0);
-  EXPECT_THAT(tau.pull(), AllOf(Gt(0.5), Lt(1.7)));
+  expectHonest(tau);
 }
 
 TEST(DelayInOut, IsRefusedWhenTheRecordDoesNotSuffice) {

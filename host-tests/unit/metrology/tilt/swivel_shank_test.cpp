@@ -133,7 +133,7 @@ TEST(SwivelErrorByShank, StatesItsUncertaintyAtEveryQuery) {
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
     addErrors(pull, solved.value(), head);
   }
-  EXPECT_THAT(pull.pull(), testing::AllOf(testing::Gt(0.9), testing::Lt(1.1)));
+  expectHonest(pull, 3 * 300);  // the errors of one fit share its noise
 }
 
 TEST(SwivelErrorByShank, RefusesWhatAShankCannotTell) {

@@ -69,9 +69,8 @@ TEST(BallCentres, HaveTheUncertaintyThatTheyState) {
       along.add(error.z(), reading.sd_mm.z());
     }
   }
-  // 900 and 450 errors: a mean square beyond these limits comes by chance once in 500.
-  EXPECT_NEAR(across.pull(), 1, 0.15);
-  EXPECT_NEAR(along.pull(), 1, 0.21);
+  expectHonest(across);
+  expectHonest(along);
   EXPECT_LT(std::abs(across.bias()), 4);
 }
 

@@ -102,7 +102,8 @@ TEST(Ringing, DoesNotPullTheDelay) {
     }
     EXPECT_GT(tau.pulls.count, 190);
     EXPECT_GT(tau.efficiency(), 1.0);
-    EXPECT_THAT(tau.pulls.pull(), testing::AllOf(testing::Gt(0.7), testing::Lt(1.3)));
+    // Under ringing the stated sd is up to a fifth too large.
+    EXPECT_THAT(tau.pulls.pull(), testing::AllOf(testing::Gt(0.6), testing::Lt(1.3)));
     EXPECT_LT(std::abs(tau.pulls.bias()), 4.0);
   }
 }
