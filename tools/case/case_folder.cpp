@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tools/case/csv.hpp"
+#include "tools/case/problems.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using metrology::Dataset;
-using metrology::Refusal;
 using metrology::Table;
 using metrology::Value;
 
@@ -82,60 +82,76 @@ std::string placeOf(const std::string& text, std::size_t byte) {
   return line + ": `" + shown + "`; names and text stand in double quotes, a comma between entries, numbers as 1.25";
 }
 
-Outcome<Json, Unreadable> readConfig(const fs::path& folder) {
-  std::error_code none;
-  if (!fs::is_directory(folder, none)) return Unreadable{folder.string() + ": there is no such folder"};
+// The configuration; without one there is a problem.
+Json readConfig(const fs::path& folder, Problems& problems) {
+  const std::string file = (folder / kConfig).string();
   const auto text = contentOf(folder / kConfig);
-  if (!text) return Unreadable{folder.string() + ": cannot read config.json, which makes a folder a case"};
+  if (!text) {
+    problems.addUnreadable(folder.string() + ": cannot read config.json, which makes a folder a case");
+    return {};
+  }
   std::set<std::string> keys;
-  std::string twice;
   const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
     if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
-      twice = parsed.get<std::string>();
+      problems.addUnreadable(file + ": key '" + parsed.get<std::string>() + "' stands there twice");
     }
     return true;
   };
-  Json config;
   try {
-    config = Json::parse(*text, watch);
+    Json config = Json::parse(*text, watch);
+    if (config.is_object()) return config;
+    problems.addUnreadable(file + ": must be one JSON object");
   } catch (const Json::parse_error& error) {
-    return Unreadable{(folder / kConfig).string() + ": not JSON at " + placeOf(*text, error.byte)};
+    problems.addUnreadable(file + ": not JSON at " + placeOf(*text, error.byte));
   } catch (const Json::exception&) {
-    return Unreadable{(folder / kConfig).string() + ": a number in it is too large; numbers go up to 1.7e308"};
+    problems.addUnreadable(file + ": a number in it is too large; numbers go up to 1.7e308");
   }
-  if (!config.is_object()) return Unreadable{(folder / kConfig).string() + ": must be one JSON object"};
-  if (!twice.empty()) return Unreadable{(folder / kConfig).string() + ": key '" + twice + "' stands there twice"};
-  const auto method = config.find("method");
-  if (method == config.end() || !method->is_string() || method->get<std::string>().empty()) {
-    return Unreadable{(folder / kConfig).string() + ": names no method; add \"method\": \"sphere-fit\" or another"};
-  }
-  return config;
+  return {};
 }
 
-std::optional<Refusal> fill(Dataset& dataset, const Json& config) {
+std::string methodOf(const Json& config, const fs::path& folder, Problems& problems) {
+  const auto method = config.find("method");
+  if (method != config.end() && method->is_string() && !method->get<std::string>().empty())
+    return method->get<std::string>();
+  problems.addUnreadable((folder / kConfig).string() + ": names no method; add \"method\": \"sphere-fit\" or another");
+  return {};
+}
+
+void fill(Dataset& dataset, const Json& config, Problems& problems) {
   for (const auto& [key, json] : config.items()) {
     if (key == "method") continue;
     auto value = valueOf(json);
     if (!value) value = flattened(json);
-    if (!value) {
-      return Refusal{"bad-config",
-                     "config.json, key '" + key + "': must be a number, true or false, text, or lists of numbers"};
+    if (value) {
+      dataset.config.emplace(key, std::move(*value));
+    } else {
+      problems.add(
+          {"bad-config", "config.json, key '" + key + "': must be a number, true or false, text, or lists of numbers"});
     }
-    dataset.config.emplace(key, std::move(*value));
   }
-  return std::nullopt;
 }
 
-Outcome<std::vector<fs::path>, Unreadable> tablesIn(const fs::path& folder) {
+std::vector<fs::path> tablesIn(const fs::path& folder, Problems& problems) {
   std::vector<fs::path> files;
   std::error_code error;
   for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
        entry.increment(error)) {
     if (entry->path().extension() == ".csv") files.push_back(entry->path());
   }
-  if (error) return Unreadable{folder.string() + ": " + error.message()};
+  if (error) problems.addUnreadable(folder.string() + ": " + error.message());
   std::ranges::sort(files);  // the order of a folder is the file system's whim
   return files;
+}
+
+void addTable(Dataset& dataset, const fs::path& file, Problems& problems) {
+  const auto text = contentOf(file);
+  if (!text) return problems.addUnreadable(file.string() + ": cannot be read; is it a file, and may it be read?");
+  auto table = parseCsv(*text, file.stem().string());
+  if (table) {
+    dataset.tables.push_back(std::move(table).value());
+  } else {
+    for (const auto& refusal : table.error()) problems.add(refusal);
+  }
 }
 
 Json jsonOf(const Value& value) {
@@ -160,20 +176,16 @@ std::optional<Error> writeFile(const fs::path& file, const std::string& text) {
 }  // namespace
 
 Outcome<Dataset, Problem> readCase(const fs::path& folder) {
-  const auto config = readConfig(folder);
-  if (!config) return Problem{config.error()};
+  std::error_code none;
+  if (!fs::is_directory(folder, none)) return Problem{Unreadable{folder.string() + ": there is no such folder"}};
+  Problems problems;
   Dataset dataset;
-  dataset.method = config.value()["method"].get<std::string>();
-  if (auto refusal = fill(dataset, config.value())) return Problem{Unsupported{dataset.method, *refusal}};
-  const auto files = tablesIn(folder);
-  if (!files) return Problem{files.error()};
-  for (const auto& file : files.value()) {
-    const auto text = contentOf(file);
-    if (!text) return Problem{Unreadable{file.string() + ": cannot be read; is it a file, and may it be read?"}};
-    auto table = parseCsv(*text, file.stem().string());
-    if (!table) return Problem{Unsupported{dataset.method, table.error()}};
-    dataset.tables.push_back(std::move(table).value());
+  if (const auto config = readConfig(folder, problems); config.is_object()) {
+    dataset.method = methodOf(config, folder, problems);
+    fill(dataset, config, problems);
   }
+  for (const auto& file : tablesIn(folder, problems)) addTable(dataset, file, problems);
+  if (!problems.none()) return problems.problem(dataset.method);
   return dataset;
 }
 

@@ -24,7 +24,8 @@ using Problem = std::variant<Unreadable, Unsupported>;
 
 // Reads config.json and every *.csv beside it; table machine.csv becomes table "machine". Nothing else is opened.
 // A CSV has one line of column names, then rows of as many numbers, every line ended by a line feed (CR LF will do).
-// Refusals name file, line and column: bad-config, empty-file, bad-header, truncated-row, extra-cells, not-a-number,
+// Every problem of the folder is told, one a line; the refusal has the name of the first. They name file, line and
+// column: bad-config, empty-file, bad-header, truncated-row, extra-cells, not-a-number,
 // not-finite, truncated-file (the last line has no end).
 Outcome<metrology::Dataset, Problem> readCase(const std::filesystem::path& folder);
 

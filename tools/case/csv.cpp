@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -44,64 +43,68 @@ std::string_view takeLine(std::string_view& text) {
   return line;
 }
 
-std::optional<Refusal> readHeader(std::string_view line, const Place& at, Table& table) {
+using Refusals = std::vector<Refusal>;
+constexpr std::size_t kMostRefusals = 100;  // of a table; a file that is no table has one in every line
+
+void readHeader(std::string_view line, const Place& at, Table& table, Refusals& refusals) {
   for (const auto name : cellsOf(line)) {
     double number{};
     const bool numeric = std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc{};
     if (name.empty() || numeric) {
-      return Refusal{"bad-header", at.toText() + ", column " + std::to_string(table.columns.size() + 1) + ": '" +
-                                       std::string{name} + "' is no column name; the first line names the columns"};
+      refusals.push_back({"bad-header", at.toText() + ", column " + std::to_string(table.columns.size() + 1) + ": '" +
+                                            std::string{name} +
+                                            "' is no column name; the first line names the columns"});
     }
     table.columns.push_back({std::string{name}, {}});
   }
-  return std::nullopt;
 }
 
-std::optional<Refusal> readRow(std::string_view line, const Place& at, Table& table) {
+void readRow(std::string_view line, const Place& at, Table& table, Refusals& refusals) {
   const auto cells = cellsOf(line);
   if (cells.size() != table.columns.size()) {
     const bool fewer = cells.size() < table.columns.size();
-    return Refusal{
-        fewer ? "truncated-row" : "extra-cells",
-        at.toText() + ": " + std::to_string(cells.size()) + " cells where the first line names " +
-            std::to_string(table.columns.size()) + "; " +
-            (fewer ? "the row is cut off: record or copy it again" : "write numbers with a point, one a cell")};
+    refusals.push_back(
+        {fewer ? "truncated-row" : "extra-cells",
+         at.toText() + ": " + std::to_string(cells.size()) + " cells where the first line names " +
+             std::to_string(table.columns.size()) + "; " +
+             (fewer ? "the row is cut off: record or copy it again" : "write numbers with a point, one a cell")});
+    return;
   }
   for (std::size_t k = 0; k < cells.size(); ++k) {
     double value{};
     const auto [end, error] = std::from_chars(cells[k].data(), cells[k].data() + cells[k].size(), value);
     const std::string where = at.toText() + ", column " + table.columns[k].name + ": '" + std::string{cells[k]} + "' ";
     if (error != std::errc{} || end != cells[k].data() + cells[k].size()) {
-      return Refusal{"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"};
-    }
-    if (!std::isfinite(value)) {
-      return Refusal{"not-finite", where + "is not a finite number; omit the reading or measure it again"};
+      refusals.push_back({"not-a-number", where + "is not a number; write it as 1.25 or 1e-3"});
+    } else if (!std::isfinite(value)) {
+      refusals.push_back({"not-finite", where + "is not a finite number; omit the reading or measure it again"});
     }
     table.columns[k].values.push_back(value);
   }
-  return std::nullopt;
 }
 
 }  // namespace
 
-Outcome<Table, Refusal> parseCsv(std::string_view text, const std::string& table_name) {
+Outcome<Table, Refusals> parseCsv(std::string_view text, const std::string& table_name) {
   Table table{.name = table_name, .columns = {}};
   Place at{table_name + ".csv", 1};
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
-    return Refusal{"empty-file", at.file + " is empty; record or copy it again"};
+    return Refusals{{"empty-file", at.file + " is empty; record or copy it again"}};
   }
   if (text.back() != '\n') {
-    return Refusal{"truncated-file",
-                   at.file +
-                       ": the last line has no end, so the file may be cut off; copy it again, or end "
-                       "the line if it is whole"};
+    return Refusals{
+        {"truncated-file", at.file + ": the last line has no end, so the file may be cut off; copy it again, or end "
+                                     "the line if it is whole"}};
   }
-  if (auto refusal = readHeader(takeLine(text), at, table)) return *refusal;
+  Refusals refusals;
+  readHeader(takeLine(text), at, table, refusals);
   // Empty lines at the very end hurt nobody; one in the middle is a row without its cells.
-  while (text.find_first_not_of(" \t\r\n") != std::string_view::npos) {
+  const bool has_header = refusals.empty();
+  while (has_header && refusals.size() < kMostRefusals && text.find_first_not_of(" \t\r\n") != std::string_view::npos) {
     ++at.line;
-    if (auto refusal = readRow(takeLine(text), at, table)) return *refusal;
+    readRow(takeLine(text), at, table, refusals);
   }
+  if (!refusals.empty()) return refusals;
   return table;
 }
 

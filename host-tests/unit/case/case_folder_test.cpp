@@ -1,5 +1,6 @@
 #include "tools/case/case_folder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -159,8 +160,8 @@ class BadTable : public testing::TestWithParam<BadText> {};
 TEST_P(BadTable, IsRefusedWithItsPlace) {
   const auto table = parseCsv(GetParam().text, "machine");
   ASSERT_FALSE(table.ok());
-  EXPECT_EQ(table.error().name, GetParam().refusal);
-  EXPECT_THAT(table.error().reason, HasSubstr("machine.csv" + GetParam().place));
+  EXPECT_EQ(table.error().front().name, GetParam().refusal);
+  EXPECT_THAT(table.error().front().reason, HasSubstr("machine.csv" + GetParam().place));
 }
 
 INSTANTIATE_TEST_SUITE_P(Texts, BadTable,
@@ -176,9 +177,48 @@ INSTANTIATE_TEST_SUITE_P(Texts, BadTable,
                                          BadText{"not-finite", "t_s,x_mm\nnan,2\n", ", line 2, column t_s"},
                                          BadText{"not-finite", "t_s,x_mm\n1,inf\n", ", line 2, column x_mm"}));
 
+TEST_F(CaseFolder, TellsAllItsProblemsAtOnce) {
+  write("config.json", R"({"method": "sphere-fit", "sigma_mm": {}, "robust": null})");
+  write("points.csv", "x_mm,y_mm,z_mm\n1,2,3mm\n4,5\nnan,oops,9\n");
+  write("queries.csv", "");
+  const auto read = readCase(folder_);
+  ASSERT_FALSE(read.ok());
+  ASSERT_TRUE(std::holds_alternative<Unsupported>(read.error()));
+  const auto& [method, refusal] = std::get<Unsupported>(read.error());
+  EXPECT_EQ(method, "sphere-fit");
+  EXPECT_EQ(refusal.name, "bad-config") << "the first";
+  for (const auto* problem : {"key 'sigma_mm'", "key 'robust'", "points.csv, line 2, column z_mm: '3mm'",
+                              "points.csv, line 3: 2 cells", "not-finite: points.csv, line 4, column x_mm",
+                              "points.csv, line 4, column y_mm: 'oops'", "queries.csv is empty"})
+    EXPECT_THAT(refusal.reason, HasSubstr(problem));
+  EXPECT_EQ(std::ranges::count(refusal.reason, '\n'), 6) << "one a line";
+}
+
+TEST_F(CaseFolder, TellsTheProblemsOfTablesBesideAConfigurationThatIsNone) {
+  write("config.json", R"({"sigma_mm": 1, "sigma_mm": 2})");
+  write("points.csv", "x_mm\none\n");
+  const auto read = readCase(folder_);
+  ASSERT_FALSE(read.ok());
+  ASSERT_TRUE(std::holds_alternative<Unreadable>(read.error()));
+  for (const auto* problem : {"'sigma_mm' stands there twice", "names no method", "not-a-number: points.csv, line 2"})
+    EXPECT_THAT(std::get<Unreadable>(read.error()).reason, HasSubstr(problem));
+}
+
+TEST_F(CaseFolder, TellsTheFirstOfVeryManyProblems) {
+  write("config.json", R"({"method": "sphere-fit"})");
+  std::string text = "x_mm\n";
+  for (int row = 0; row < 1000; ++row) text += "no number\n";
+  write("points.csv", text);
+  const auto read = readCase(folder_);
+  ASSERT_FALSE(read.ok());
+  const auto& reason = std::get<Unsupported>(read.error()).refusal.reason;
+  EXPECT_EQ(std::ranges::count(reason, '\n'), 20);
+  EXPECT_THAT(reason, HasSubstr("and more"));
+}
+
 TEST(GoodTable, MayHaveBlanksCarriageReturnsAndEmptyLinesAtTheEnd) {
   const auto table = parseCsv("t_s, x_mm\r\n1,\t2\r\n-3e-3 , 4\r\n\r\n", "machine");
-  ASSERT_TRUE(table.ok()) << table.error().reason;
+  ASSERT_TRUE(table.ok()) << table.error().front().reason;
   EXPECT_THAT(*table->column("t_s"), testing::ElementsAre(1.0, -0.003));
   EXPECT_THAT(*table->column("x_mm"), testing::ElementsAre(2.0, 4.0));
 }
