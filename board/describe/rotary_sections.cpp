@@ -8,6 +8,7 @@
 
 #include "board/describe/places.hpp"
 #include "board/describe/tool_sections.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::board {
 namespace {
@@ -99,12 +100,11 @@ RotaryTableDescription readTable(Section section, double hold_s, const Machine& 
 
 // Notes angles whose readings differ too little to locate the axis.
 void checkAngles(Section& section, std::string_view key, std::vector<double> angles_deg) {
-  constexpr double kLeastSpan_deg = 20;
   if (!section.good(key)) return;
   std::ranges::sort(angles_deg);
   if (std::ranges::adjacent_find(angles_deg) != angles_deg.end())
     section.problem(key, "has an angle twice: give each once");
-  if (angles_deg.back() - angles_deg.front() < kLeastSpan_deg)
+  if (angles_deg.back() - angles_deg.front() < kLeastTiltSpan_deg)
     section.problem(key,
                     "spans less than 20 degrees, too little to locate an axis: spread the angles, such as [-90, 0]");
 }

@@ -12,16 +12,16 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/relative_sigma.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 2> kHeights{"rotating", "slide"};
-constexpr double kLeastSpan = 10.0;  // mm
 
 std::optional<Refusal> refuseSpan(const BallTable& table, std::string_view lever) {
   const double span = table.leverSpan();
-  if (span >= kLeastSpan) return std::nullopt;
+  if (span >= kLeastLengthSpan_mm) return std::nullopt;
   return Refusal{"span-too-small",
                  "column '" + std::string{lever} + "' spans " + text(span) + " mm, less than 10: read further apart"};
 }

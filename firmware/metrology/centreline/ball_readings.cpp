@@ -9,11 +9,11 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kSameAngle = 1e-6;        // rad
 constexpr double kRadiusSeen = 0.01;       // of the touches on a shank, least over greatest
 constexpr double kInflationLimit = 400.0;  // |sin(alpha/2)| < 0.05 for two readings
 
@@ -21,7 +21,7 @@ template <class Angle>
 bool constant(std::span<const BallReading> readings, Angle&& angle) {
   const auto first = turn(angle(readings.front()));
   return std::ranges::all_of(
-      readings, [&](const BallReading& reading) { return (turn(angle(reading)) - first).norm() < kSameAngle; });
+      readings, [&](const BallReading& reading) { return (turn(angle(reading)) - first).norm() < kSameAngle_rad; });
 }
 
 std::optional<Turned> turnedOf(std::span<const BallReading> readings) {

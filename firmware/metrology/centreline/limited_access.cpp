@@ -13,14 +13,13 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr double kLeastHalfArc = 15.0 * std::numbers::pi / 180.0;
-constexpr double kSameAngle = 1e-6;  // rad
 
 struct RimReading {
   Eigen::Vector2d at;
@@ -30,12 +29,12 @@ struct RimReading {
 // The readings that the source's steps need, those with the largest theta.
 std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
   const auto at = [&](double angle) {
-    return std::ranges::find_if(readings, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle; });
+    return std::ranges::find_if(readings, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle_rad; });
   };
   const auto zero = at(0.0);
   const auto plus = std::ranges::max_element(readings, {}, &RimReading::c);
   const auto minus = at(-plus->c);
-  if (zero == readings.end() || minus == readings.end() || plus->c < kLeastHalfArc) return std::nullopt;
+  if (zero == readings.end() || minus == readings.end() || plus->c < kLeastHalfArc_rad) return std::nullopt;
   return RimSteps{plus->at, minus->at, zero->at, plus->c};
 }
 
@@ -90,7 +89,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
     readings.push_back({.at = rim.back().at, .angle = -rim.back().c});
   }
   const auto [least, greatest] = std::ranges::minmax(rim, {}, &RimReading::c);
-  if (greatest.c - least.c < 2.0 * kLeastHalfArc) {
+  if (greatest.c - least.c < 2.0 * kLeastHalfArc_rad) {
     return Refusal{"arc-too-short", "C spans " + text((greatest.c - least.c) * 180.0 / std::numbers::pi) +
                                         " degrees, less than 30: turn 15 degrees or more to either side"};
   }

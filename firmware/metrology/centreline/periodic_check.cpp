@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 constexpr std::array<std::string_view, 6> kCentreColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kXColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
 constexpr std::array<std::string_view, 4> kZColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
-constexpr double kSameAngle = 1e-6;  // degrees
 
 // One mean: which readings make it, and what cancels in it.
 struct Quantity {
@@ -50,12 +50,12 @@ std::optional<Refusal> badAngles(const Table& table) {
   };
   for (std::size_t row = 0; row < table.rows(); ++row) {
     for (const std::string_view column : {"C_deg", "A_deg"}) {
-      if (std::abs(std::remainder((*table.column(column))[row], 180.0)) > kSameAngle) {
+      if (std::abs(std::remainder((*table.column(column))[row], 180.0)) > kSameAngle_deg) {
         return wrong(column, row, "0 and 180");
       }
     }
     const double swivel = (*table.column("B_deg"))[row];
-    const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle; };
+    const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle_deg; };
     if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong("B_deg", row, "0, 45 and 90");
   }
   return std::nullopt;
@@ -108,7 +108,7 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas) {
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
     for (std::size_t row = 0; row < table.rows(); ++row) {
-      if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle) continue;
+      if (std::abs((*table.column("B_deg"))[row] - quantity.swivel) > kSameAngle_deg) continue;
       means.readings.push_back(table.name + " " + std::to_string(row + 1) + ", " + std::string{quantity.column});
       means.swivels.push_back(quantity.swivel);
       means.sigmas.push_back(sigmas.of(quantity));
@@ -253,7 +253,7 @@ Outcome<Worst, Refusal> judgeRunOuts(const Dataset& dataset, Result& result) {
 }
 
 bool hasSwivel(const Table& table, double swivel) {
-  return std::ranges::any_of(*table.column("B_deg"), [&](double b) { return std::abs(b - swivel) <= kSameAngle; });
+  return std::ranges::any_of(*table.column("B_deg"), [&](double b) { return std::abs(b - swivel) <= kSameAngle_deg; });
 }
 
 // X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.

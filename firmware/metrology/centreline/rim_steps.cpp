@@ -16,6 +16,7 @@
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -26,9 +27,6 @@ using Eigen::Vector3d;
 constexpr std::array<std::string_view, 5> kColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
-constexpr double kLeastTheta = 15.0 * std::numbers::pi / 180.0;
-constexpr double kSameAngle = 1e-6;  // rad
-constexpr int kMostLoops = 5;
 constexpr double kDisagree = 4.0;  // sd
 
 struct RimReading {
@@ -70,8 +68,8 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   std::array<double, 2> counts{};
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     const double angle = std::remainder(rows(row, 0), 2.0 * std::numbers::pi);
-    const bool zero = std::abs(angle) < kSameAngle;
-    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle) {
+    const bool zero = std::abs(angle) < kSameAngle_rad;
+    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle_rad) {
       return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
     }
     sums[zero ? 0 : 1] += rows.row(row).tail<2>().transpose();
@@ -97,7 +95,7 @@ Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& 
       return Refusal{"bad-loop", "table 'readings', row " + std::to_string(row + 1) +
                                      ": loops are counted 1, 2, .. in the order in which they were measured"};
     }
-    if (loop > kMostLoops) {
+    if (loop > kMostRimLoops) {
       return Refusal{"too-many-loops",
                      "the zero of C does not converge within 5 loops: check the ball and the drive for looseness"};
     }
@@ -108,7 +106,7 @@ Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& 
 }
 
 const RimReading* readingAt(const Loop& loop, double angle) {
-  const auto found = std::ranges::find_if(loop, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle; });
+  const auto found = std::ranges::find_if(loop, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle_rad; });
   return found == loop.end() ? nullptr : &*found;
 }
 
@@ -121,7 +119,7 @@ Outcome<RimSteps, Refusal> stepsOf(const Loop& loop, std::size_t number, bool la
     return Refusal{"missing-step", "loop " + std::to_string(number) + " needs readings at +theta and -theta" +
                                        (last ? ", and at C = 0" : "")};
   }
-  if (plus->c < kLeastTheta) {
+  if (plus->c < kLeastHalfArc_rad) {
     return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " +
                                         text(plus->c * 180.0 / std::numbers::pi) +
                                         " degrees, less than 15: turn 30 to 45 to either side"};

@@ -7,6 +7,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kUnit = 1e-3;          // how far from 1 the length of a side may be
-constexpr double kOpposite = -0.94;     // cosine: within 20 degrees
 constexpr double kTwoDirections = 0.1;  // of the opposed sides, least over greatest
 constexpr double kSameHeight = 1e-9;    // mm
 
@@ -70,7 +69,7 @@ std::optional<Refusal> refuseOneSided(const BallTable& shank) {
     Eigen::Matrix2d opposed = Eigen::Matrix2d::Zero();
     for (const auto& a : shank.readings) {
       for (const auto& b : shank.readings) {
-        if (a.set != set || b.set != set || a.shank_side->dot(*b.shank_side) > kOpposite) continue;
+        if (a.set != set || b.set != set || a.shank_side->dot(*b.shank_side) > kOppositeCosine) continue;
         opposed += *a.shank_side * a.shank_side->transpose();
       }
     }
@@ -88,7 +87,7 @@ std::optional<Refusal> takeSides(BallTable& shank, const Table& table) {
   const auto& uy = *table.column("uy");
   for (std::size_t row = 0; row < shank.readings.size(); ++row) {
     const Vector2d side{ux[row], uy[row]};
-    if (std::abs(side.norm() - 1.0) > kUnit) {
+    if (std::abs(side.norm() - 1.0) > kUnitLength) {
       return Refusal{"bad-direction", "table 'shank', row " + std::to_string(row + 1) +
                                           ": ux, uy must be a unit vector, from the ball to the side that was touched"};
     }

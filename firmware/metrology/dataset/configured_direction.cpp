@@ -5,17 +5,16 @@
 #include <string>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kUnit = 1e-3;  // how far from 1 the length may be: people write three digits
-
 Outcome<Vector3d, Refusal> ofLengthOne(const std::array<double, 3>& given, std::string_view key) {
   const Vector3d direction{given.data()};
-  if (std::abs(direction.norm() - 1.0) > kUnit) {
+  if (std::abs(direction.norm() - 1.0) > kUnitLength) {
     return Refusal{"bad-config", "config key '" + std::string{key} + "' must be a unit vector; its length is " +
                                      text(direction.norm())};
   }

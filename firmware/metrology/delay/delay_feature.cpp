@@ -18,6 +18,7 @@
 #include "firmware/metrology/touch/size_line.hpp"
 #include "firmware/metrology/touch/touch_design.hpp"
 #include "firmware/metrology/touch/touch_selection.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -27,8 +28,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kOnAxis = 0.999;          // cosine
-constexpr double kGrossShare = 0.01;       // of the overtravel by which no touch may miss the feature
-constexpr double kOutlier = 4.5;           // deviations
 constexpr double kWorstCondition = 200.0;  // above, the sides do not tell the unknowns apart
 
 std::optional<Refusal> offFeature(const FeatureQuestion& question, std::span<const SurfacePoint> points) {
@@ -92,7 +91,7 @@ std::optional<Refusal> misses(const FeatureModel& model, const Fit& fit, std::sp
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double weighted = std::abs(fit.residuals[static_cast<Index>(i)]);
     const double off_mm = weighted / weights[static_cast<Index>(i)];
-    if (weighted <= kOutlier || off_mm <= kGrossShare * points[i].depth_mm) continue;
+    if (weighted <= kOutlierDeviations || off_mm <= kGrossShare * points[i].depth_mm) continue;
     return Refusal{"residual-too-large",
                    points[i].name + " misses the feature by " + text(off_mm) +
                        " mm: check for slip, dirt, a wrong size or a loose stylus, and touch again"};

@@ -18,16 +18,15 @@
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kMissing = 1.5;     // periods between samples of the contact
-constexpr double kApexShare = 0.05;  // of the depth, that counts as the apex
-constexpr double kFlatShare = 0.20;  // of the contact, that a rest may take
-constexpr double kDroppedShare = 0.10;
-constexpr double kMostKink = 0.125;  // of the contact, to either side of the apex
-constexpr double kResolution = 1e-7;
+constexpr double kMissing = 1.5;      // periods between samples of the contact
+constexpr double kApexShare = 0.05;   // of the depth, that counts as the apex
+constexpr double kFlatShare = 0.20;   // of the contact, that a rest may take
+constexpr double kMostKink = 0.125;   // of the contact, to either side of the apex
 constexpr double kSettling_s = 0.02;  // a stylus that bounced at contact is quiet after this
 constexpr double kUneasy = 1.3;       // residuals that much above the noise: it did bounce
 
@@ -116,7 +115,7 @@ double kinkOf(const Contact& contact, const Apex& apex) {
   const double turn = 2.0 * std::max(rounded, 0.0) / apex.slope;
   const double cut_off = turn > 0.0 ? apex.slope / turn * period * period / 8.0 : 0.0;
   const double noise = std::sqrt(sampleVariance(contact.machine, Interpolation::linear));
-  if (cut_off <= std::max(noise, kResolution)) return period;
+  if (cut_off <= std::max(noise, kCaseDigits)) return period;
   return std::max(period, std::min(period + turn, kMostKink * (contact.until - contact.from)));
 }
 
@@ -175,10 +174,10 @@ Outcome<Contact, Refusal> findContact(const Touch& touch) {
   contact.machine = project(touch.machine, touch.plan.retract);
   contact.probe = project(touch.probe, -direction.normalized());
   const double sigma = std::sqrt(sampleVariance(contact.probe, Interpolation::linear));
-  if (highest < std::max(20.0 * sigma, 100.0 * kResolution)) {
+  if (highest < std::max(20.0 * sigma, 100.0 * kCaseDigits)) {
     return refusal(contact.name, "no-contact", "no clear deflection of the probe was found; check that it touched");
   }
-  const double limit = -std::max(5.0 * sigma, 10.0 * kResolution);
+  const double limit = -std::max(5.0 * sigma, 10.0 * kCaseDigits);
   const auto& depth = contact.probe.values;
   auto first = static_cast<std::size_t>(deepest);
   auto last = first;
@@ -271,7 +270,7 @@ std::optional<RoundedMotion> roundedIn(const Touch& touch, const Contact& contac
 
 bool isCalm(const Match& match) {
   // Without noise, what is left are the kinks of the motion.
-  return match.rms_mm <= kResolution || (match.rms_mm <= kUneasy * match.expected_mm && match.dropped.empty());
+  return match.rms_mm <= kCaseDigits || (match.rms_mm <= kUneasy * match.expected_mm && match.dropped.empty());
 }
 
 // Over the whole contact; where that does not fit, without the time that the stylus took to settle.
@@ -351,7 +350,7 @@ Outcome<Result, Refusal> solveDrives(const Dataset& dataset) {
   }
   TRY(const auto matched, matchFrom(std::move(contacts), start));
   const Match& match = matched.match;
-  if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
+  if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
   Result result = reportMatch(dataset, match, previous);
   if (!matched.warning.empty()) result.warnings.push_back(matched.warning);
   return result;

@@ -14,6 +14,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/points.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -24,7 +25,6 @@ using Eigen::VectorXd;
 
 constexpr std::array<std::string_view, 4> kPointColumns{"face", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kFaceColumns{"face", "nx", "ny", "nz"};
-constexpr double kUnit = 1e-3;        // how far from 1 the length of a direction may be
 constexpr double kNominal = 0.866;    // cosine of 30 degrees
 constexpr double kLeastVolume = 0.1;  // of the normals: 6 degrees between two
 constexpr double kStraight = 0.01;    // thickness of a face's points against their width, width against their distance
@@ -139,7 +139,7 @@ Outcome<Corner, Refusal> cornerOf(const Table& points, const Table& faces, const
   for (std::size_t row = 0; row < faces.rows(); ++row) {
     const Eigen::Vector3d normal{(*faces.column("nx"))[row], (*faces.column("ny"))[row], (*faces.column("nz"))[row]};
     const VectorXd seen = into.transpose() * normal;
-    if (std::abs(normal.norm() - 1.0) > kUnit || seen.norm() < kNominal) {
+    if (std::abs(normal.norm() - 1.0) > kUnitLength || seen.norm() < kNominal) {
       return Refusal{"bad-direction",
                      "table 'faces', row " + std::to_string(row + 1) +
                          ": the normal must have length 1 and, for two faces, lie across feature_axis"};

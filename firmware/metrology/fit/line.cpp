@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,7 +22,6 @@ struct RobustLine {
 };
 
 // Least deviation of one sample to reckon with, unit of the stream: the digits of a case file.
-constexpr double kFinest = 1e-7;
 
 // Standard deviation of normal noise from the smallest of the absolute deviations: unlike a median it stands steps of a
 // converter, which leave many deviations equal.
@@ -86,7 +86,7 @@ struct Band {
 // By least squares where all samples are on one line, robust where not: of few samples a robust line is a poor one.
 Band trustedLine(std::span<const double> times, std::span<const double> values, double noise) {
   constexpr double kDeviations = 4.0;
-  const double promised = kDeviations * std::max(noise, kFinest);
+  const double promised = kDeviations * std::max(noise, kCaseDigits);
   const RobustLine all = refined({0.0, values[0], 0.0}, times, values, std::numeric_limits<double>::infinity());
   bool is_one = true;
   for (std::size_t k = 0; k < values.size(); ++k) is_one = is_one && std::abs(values[k] - all.at(times[k])) <= promised;
@@ -198,7 +198,7 @@ double resolutionOf(std::span<const double> values) {
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < sorted.size(); ++k) {
     // What rounding leaves of equal values is no step.
-    if (sorted[k] - sorted[k - 1] > kFinest) step = std::min(step, sorted[k] - sorted[k - 1]);
+    if (sorted[k] - sorted[k - 1] > kCaseDigits) step = std::min(step, sorted[k] - sorted[k - 1]);
   }
   const auto off_grid = [&](double value) {
     const double steps = (value - sorted.front()) / step;
@@ -208,7 +208,7 @@ double resolutionOf(std::span<const double> values) {
   const double least_apart = step;
   for (double parts = 1.0; std::isfinite(step) && parts <= 10.0; ++parts) {
     step = least_apart / parts;
-    if (step < 10.0 * kFinest) break;
+    if (step < 10.0 * kCaseDigits) break;
     if (std::ranges::none_of(sorted, off_grid)) return step;
   }
   return 0.0;

@@ -11,6 +11,7 @@
 
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 
@@ -38,11 +39,10 @@ class AngleTable {
  private:
   static constexpr double kTurn = 2.0 * std::numbers::pi;
   static constexpr double kWidestGap = kTurn * 100.0 / 360.0;
-  static constexpr double kSameAngle = 1e-8;
 
   static double withinTurn(double angle) {
     const double within = angle - kTurn * std::floor(angle / kTurn);
-    return within < kTurn - kSameAngle ? within : 0.0;
+    return within < kTurn - kSameTableAngle_rad ? within : 0.0;
   }
   static std::optional<Refusal> bad(std::span<const double> angles, std::span<const Row> rows);
   bool even() const;
@@ -88,7 +88,7 @@ Outcome<AngleTable<kWidth>, Refusal> AngleTable<kWidth>::make(std::span<const do
   for (std::size_t k = 0; k < order.size(); ++k) {
     table.angles_[k] = withinTurn(angles[order[k]]);
     table.rows_[k] = rows[order[k]];
-    if (k > 0 && table.angles_[k] - table.angles_[k - 1] < kSameAngle) {
+    if (k > 0 && table.angles_[k] - table.angles_[k - 1] < kSameTableAngle_rad) {
       return Refusal{"duplicated-angle", "the table by angle has one angle twice: give every angle once"};
     }
   }
@@ -142,8 +142,8 @@ auto AngleTable<kWidth>::chord(double angle) const -> std::optional<Row> {
   double from = within - angles_[left];
   if (from < 0.0) from += kTurn;
   // Rounding of an angle must not put it beyond the end of the table.
-  if (from < kSameAngle) return rows_[left];
-  if (gap - from < kSameAngle) return rows_[right];
+  if (from < kSameTableAngle_rad) return rows_[left];
+  if (gap - from < kSameTableAngle_rad) return rows_[right];
   if (gap > kWidestGap) return std::nullopt;
   return Row{rows_[left] + (from / gap) * (rows_[right] - rows_[left])};
 }

@@ -111,7 +111,7 @@ class PlateReader {
                                            " is not in table 'second': read the plate there with the axis at zero"};
       }
       const double phi = (*first.column("phi_rad"))[row];
-      const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameRotaryAngle) - stack_.angles.begin();
+      const auto angle = std::ranges::lower_bound(stack_.angles, phi - kSameTableAngle_rad) - stack_.angles.begin();
       stack_.readings.push_back(
           {mount->second, ball, placeOf(first, row) - axis_.point, static_cast<std::size_t>(angle), {}});
     }

@@ -17,6 +17,7 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/rotary_joint_errors.hpp"
 #include "firmware/metrology/rotary/rotary_location.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -27,8 +28,6 @@ using Balls = std::map<double, Vector3d>;
 
 constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
-constexpr double kWorstResidual = 5.0;   // sigma; 4 would refuse one good case in some thousands
-constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kTurn = 2.0 * std::numbers::pi;
 // Chi-square of six errors that the readings at phi = 0 may differ by from those with the linear axes only: 6 + 4
 // sqrt(12).
@@ -116,7 +115,7 @@ std::optional<Refusal> badPlate(const Station& station, const RigidMotion& plate
   if (!sigma.stated) return std::nullopt;
   for (std::size_t k = 0; k < station.ideal.size(); ++k) {
     const double off = (station.read[k] - plate(station.ideal[k])).cwiseAbs().maxCoeff();
-    if (off > std::max(kWorstResidual * sigma.value, kResidualFloor)) {
+    if (off > std::max(kWorstResidual_sigma * sigma.value, kBallResidualFloor_mm)) {
       return Refusal{"residual-too-large", "row " + std::to_string(k + 1) + " of table 'second', by ball, is " +
                                                text(off) +
                                                " mm off the certificate, more than 5 sigma: measure it again"};
@@ -135,7 +134,7 @@ Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Ball
     const auto value = [&](std::size_t k) { return (*first.column(kFirstColumns[k]))[row]; };
     const auto certified = third.find(value(1));
     if (certified == third.end()) return missingBall(value(1), "first");
-    const auto at = std::ranges::lower_bound(angles, value(0) - kSameRotaryAngle) - angles.begin();
+    const auto at = std::ranges::lower_bound(angles, value(0) - kSameTableAngle_rad) - angles.begin();
     Station& station = stations[static_cast<std::size_t>(at)];
     const Eigen::AngleAxisd turned{station.angle, axis.direction};
     station.ideal.push_back(turned * plate(certified->second));
@@ -145,7 +144,7 @@ Outcome<std::vector<Station>, Refusal> stationsOf(const Table& first, const Ball
 }
 
 bool atZero(double angle) {
-  return std::abs(std::remainder(angle, kTurn)) < kSameRotaryAngle;
+  return std::abs(std::remainder(angle, kTurn)) < kSameTableAngle_rad;
 }
 
 // An error of the plate's place, as seen after the axis has turned it.

@@ -17,6 +17,7 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/plate_readings.hpp"
 #include "firmware/metrology/rotary/rotary_location.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -27,8 +28,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kWorstResidual = 5.0;   // sigma, between second and third
-constexpr double kResidualFloor = 1e-5;  // mm; what the digits of a case file may round away
 constexpr double kStationRadius = 30.0;  // mm
 // sd of the condition on the stations, in sigma of a reading. It chooses among equivalent descriptions and measures
 // nothing, so its sd must not reach the results: with 0.01 it adds 0.02 % to an sd, and the fit stays well conditioned.
@@ -235,7 +234,7 @@ std::optional<Refusal> badSecond(const PlateReadings& stack, const Fit& fit, con
   Index worst = 0;
   const double sigmas = fit.residuals.head(rows).cwiseAbs().maxCoeff(&worst);
   const double off = (inverse(weightOf(keys)) * fit.residuals.segment<3>(worst / 3 * 3)).cwiseAbs().maxCoeff();
-  if (sigmas <= kWorstResidual || off <= kResidualFloor) return std::nullopt;
+  if (sigmas <= kWorstResidual_sigma || off <= kBallResidualFloor_mm) return std::nullopt;
   return Refusal{"residual-too-large", "row " + std::to_string(worst / 3 + 1) + " of table 'second' is " + text(off) +
                                            " mm off, more than 5 sigma: measure it again"};
 }

@@ -81,7 +81,7 @@ Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Vecto
 
 std::vector<double> distinctAngles(std::vector<double> angles) {
   std::ranges::sort(angles);
-  const auto same = [](double a, double b) { return std::abs(a - b) < kSameRotaryAngle; };
+  const auto same = [](double a, double b) { return std::abs(a - b) < kSameTableAngle_rad; };
   angles.erase(std::ranges::unique(angles, same).begin(), angles.end());
   return angles;
 }

@@ -7,6 +7,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "protocol/units/outcome.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 
@@ -31,9 +32,6 @@ Eigen::MatrixXd locationMap(std::span<const double> angles, const Eigen::Vector3
 // the mean.
 Eigen::MatrixXd positionDependentMap(std::span<const double> angles, const Eigen::Vector3d& direction,
                                      Eigen::Index offset);
-
-// Angles closer than this are equal, rad.
-inline constexpr double kSameRotaryAngle = 1e-8;
 
 // The distinct angles, increasing.
 std::vector<double> distinctAngles(std::vector<double> angles);

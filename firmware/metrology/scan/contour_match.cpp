@@ -12,6 +12,7 @@
 #include "firmware/metrology/scan/non_contact_probe.hpp"
 #include "firmware/metrology/scan/waveform_match.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -20,7 +21,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kCentreError_mm = 0.2;
-constexpr double kDroppedShare = 0.10;
 constexpr double kLongestSmooth_s = 0.1;
 
 // How far the stated feature is off, from distance + g deflection = constant + places . off.
@@ -149,7 +149,7 @@ Outcome<Result, Refusal> matchScans(const Dataset& dataset, const ScanQuestion& 
     records.push_back(seenTwice(scan, start));
   }
   TRY(const auto match, matchWaveforms(records, start, Interpolation::cubic));
-  if (auto bad = poorMatch(match, kDroppedShare)) return *bad;
+  if (auto bad = poorMatch(match, kMostDroppedShare)) return *bad;
   return reportMatch(dataset, match, previous);
 }
 

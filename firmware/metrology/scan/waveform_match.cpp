@@ -10,6 +10,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/scan/resampled.hpp"
 #include "firmware/metrology/touch/previous_delay.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -18,9 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kOutlier = 4.5;    // deviations
-constexpr double kBelieved = 0.7;   // of the noise of the samples: residuals are not smaller
-constexpr double kRounding = 1e-7;  // mm, the digits of a case file
+constexpr double kBelieved = 0.7;  // of the noise of the samples: residuals are not smaller
 constexpr double kSettled_s = 1e-9;
 constexpr int kSteps = 30;
 constexpr int kRounds = 8;
@@ -172,12 +171,12 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
   auto tau = settle(grids, start);
   // What stands out of the noise is left out: spikes, and without noise the kinks that interpolation cannot follow.
   for (int round = 0; tau && round < kRounds; ++round) {
-    const double deviation = robustDeviation(grids) + kLeastDeviation_mm / kOutlier;
+    const double deviation = robustDeviation(grids) + kLeastDeviation_mm / kOutlierDeviations;
     bool changed = false;
     for (auto& grid : grids) {
       // The median of few residuals is small by chance, and where there are hardly more than unknowns.
       const double least = std::max(kBelieved * std::sqrt(grid.expectedSquare()), grid.least());
-      changed = grid.leaveOut(kOutlier, std::max(deviation, least)) || changed;
+      changed = grid.leaveOut(kOutlierDeviations, std::max(deviation, least)) || changed;
     }
     if (!changed) break;
     tau = settle(grids, tau.value());
@@ -191,7 +190,8 @@ Outcome<Match, Refusal> matchWaveforms(std::span<const WaveformPair> records, do
 }
 
 std::optional<Refusal> poorMatch(const Match& match, double dropped_share) {
-  if (match.dropped_share <= dropped_share && match.rms_mm <= 3.0 * match.expected_mm + kRounding) return std::nullopt;
+  if (match.dropped_share <= dropped_share && match.rms_mm <= 3.0 * match.expected_mm + kCaseDigits)
+    return std::nullopt;
   return Refusal{"residual-too-large", "machine and probe differ by " + text(match.rms_mm) +
                                            " mm where their noise explains " + text(match.expected_mm) +
                                            " mm (slip, bounce); measure again"};

@@ -11,13 +11,13 @@
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/skew_check.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSameAngle = 1e-6;  // degrees
 constexpr double kSkewLength = 1.0;  // mm
 
 // Whether points lie far enough apart along the axis to show that it is not quite parallel to its machine axis.
@@ -39,8 +39,8 @@ std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltR
   std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
   std::array<std::vector<std::size_t>, 2> points;
   for (const auto& reading : readings) {
-    const bool flat = std::abs(reading.tilt_deg) < kSameAngle;
-    if (!flat && std::abs(reading.tilt_deg + 90.0) >= kSameAngle) return std::nullopt;
+    const bool flat = std::abs(reading.tilt_deg) < kSameAngle_deg;
+    if (!flat && std::abs(reading.tilt_deg + 90.0) >= kSameAngle_deg) return std::nullopt;
     sums[flat ? 1 : 0] += reading.at;
     points[flat ? 1 : 0].push_back(reading.point);
   }

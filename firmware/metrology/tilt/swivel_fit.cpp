@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,13 +22,9 @@ using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 8> kColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kLeastLengths_mm = 10.0;
 constexpr double kLeastSine = 0.2;
-constexpr double kUnit = 1e-3;           // how far from 1 the length of a side may be
-constexpr double kAcross = 0.1;          // sine: how far along the tool it may be
-constexpr double kOpposite = -0.94;      // cosine: within 20 degrees
-constexpr Index kTool = 2;               // along Z while the head is level
-constexpr double kLeastNoise_mm = 1e-7;  // the digits of a case file
+constexpr double kAcross = 0.1;  // sine: how far along the tool it may be
+constexpr Index kTool = 2;       // along Z while the head is level
 constexpr double kSameStop_deg = 0.1;
 
 std::vector<SwivelReading> readingsOf(const Table& table) {
@@ -48,7 +45,7 @@ Outcome<std::vector<ShankTouch>, Refusal> touchesOf(const Dataset& dataset, cons
     const Vector3d side{part(5), part(6), part(7)};
     const Vector3d tool =
         Eigen::AngleAxisd{plane.sense * reading.swivel_deg * kDegree, Vector3d::Unit(plane.axis)} * Vector3d::UnitZ();
-    if (std::abs(side.norm() - 1.0) > kUnit || std::abs(side.dot(tool)) > kAcross) {
+    if (std::abs(side.norm() - 1.0) > kUnitLength || std::abs(side.dot(tool)) > kAcross) {
       return Refusal{"bad-direction", "table 'shank', row " + std::to_string(row + 1) +
                                           ": ux, uy, uz must be a unit vector across the tool, from the ball to the "
                                           "side that was touched"};
@@ -61,7 +58,8 @@ Outcome<std::vector<ShankTouch>, Refusal> touchesOf(const Dataset& dataset, cons
 bool opposed(const std::vector<ShankTouch>& touches) {
   return std::ranges::any_of(touches, [&](const ShankTouch& a) {
     return std::ranges::any_of(touches, [&](const ShankTouch& b) {
-      return std::abs(a.reading.swivel_deg - b.reading.swivel_deg) < kSameStop_deg && a.side.dot(b.side) < kOpposite;
+      return std::abs(a.reading.swivel_deg - b.reading.swivel_deg) < kSameStop_deg &&
+             a.side.dot(b.side) < kOppositeCosine;
     });
   });
 }
@@ -89,7 +87,7 @@ std::optional<Refusal> badSpan(const SwivelReadings& readings) {
   std::vector<SwivelReading> all = readings.tips;
   for (const auto& touch : readings.shank) all.push_back(touch.reading);
   const auto [shortest, longest] = std::ranges::minmax(all, {}, &SwivelReading::length_mm);
-  if (longest.length_mm - shortest.length_mm < kLeastLengths_mm) {
+  if (longest.length_mm - shortest.length_mm < kLeastLengthSpan_mm) {
     return Refusal{"length-span-too-small", "the tool lengths span " + text(longest.length_mm - shortest.length_mm) +
                                                 " mm, less than 10: read with two probes, two tips, or tip and shank"};
   }
@@ -239,7 +237,7 @@ Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel
   const double rest = 1.0 - std::cos(angle * kDegree);
   const Eigen::VectorXd terms = found.parameters.head(model.parameters());
   const double of_fit = found.dof > 0 ? std::sqrt(found.sumOfSquares() / static_cast<double>(found.dof)) : 1.0;
-  const double sd = sigma.stated ? 1.0 : std::max(of_fit, kLeastNoise_mm / sigma.value);  // of a reading, in sigma
+  const double sd = sigma.stated ? 1.0 : std::max(of_fit, kCaseDigits / sigma.value);  // of a reading, in sigma
   const auto seenAt = [&](double length_mm) { return (model.terms(angle, length_mm) * terms)[model.plane.axis]; };
   const Eigen::Vector2d seen{seenAt(shortest), seenAt(longest)};
   model.one_minus_cosine = true;

@@ -8,18 +8,17 @@
 #include <utility>
 
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kLeastSpan = 20.0;  // degrees
-constexpr double kSameAngle = 1e-6;  // degrees
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
   const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
   const double span = greatest.tilt_deg - least.tilt_deg;
-  if (span >= kLeastSpan) return std::nullopt;
+  if (span >= kLeastTiltSpan_deg) return std::nullopt;
   return Refusal{"tilt-span-too-small", "the tilts span " + text(span) + " degrees, less than 20: tilt further"};
 }
 
@@ -59,7 +58,7 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const Eigen::Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
     const double turned = std::remainder(other[row], 360.0);
-    const auto angle = std::llround((turned <= -180.0 + kSameAngle ? 180.0 : turned) / kSameAngle);
+    const auto angle = std::llround((turned <= -180.0 + kSameAngle_deg ? 180.0 : turned) / kSameAngle_deg);
     const auto [point, is_new] = points.try_emplace(angle, points.size());
     if (is_new) {
       places.emplace_back();

@@ -13,6 +13,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tool/tool_readings.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -28,7 +29,6 @@ constexpr std::array<std::string_view, 5> kCentreColumns{"is_tool", "x_mm", "y_m
 constexpr std::array<std::string_view, 10> kTouchColumns{"is_tool",   "nx",   "ny",   "nz",   "half_width_mm",
                                                          "radius_mm", "x_mm", "y_mm", "z_mm", "B_deg"};
 constexpr std::array<std::string_view, 4> kOffsetColumns{"B_deg", "x_mm", "y_mm", "z_mm"};
-constexpr double kSameAngle_deg = 1e-6;
 constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
 
 // The readings, and at which B each was made.

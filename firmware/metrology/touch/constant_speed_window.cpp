@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -14,7 +15,6 @@ constexpr std::size_t kLeastSamples = 3;
 constexpr double kMissingPeriods = 3.5;  // between samples: two may be lost anywhere
 // The most that a sawtooth of one step, some turns of it long, bends in the coefficient of (share of the window)^2.
 constexpr double kBendOfSteps = 2.9;
-constexpr double kResolution = 1e-7;  // unit of the stream: the digits of a case file
 
 // Speed change over the window, relative, where it stands out of the noise; 0 where it does not. noise: least deviation
 // of one sample to reckon with, as a few residuals may be small by chance. bend: that the encoder's steps may feign.
@@ -30,7 +30,7 @@ double speedChange(std::span<const double> times, std::span<const double> values
   const Eigen::Matrix3d normal = basis.transpose() * basis;
   const Eigen::Vector3d fitted = solveCholesky(normal, basis.transpose() * (x - x[0]).matrix());
   const double variance = ((x - x[0]).matrix() - basis * fitted).squaredNorm() / static_cast<double>(n - 3);
-  const double sd = std::sqrt(std::max(variance, noise * noise) * inverse(normal)(2, 2)) + kResolution;
+  const double sd = std::sqrt(std::max(variance, noise * noise) * inverse(normal)(2, 2)) + kCaseDigits;
   // With few samples the sd itself is uncertain.
   const double limit = 5.0 * (1.0 + 4.0 / static_cast<double>(n - 3));
   return std::abs(fitted[2]) > limit * sd + bend ? std::abs(2.0 * fitted[2] / fitted[1]) : 0.0;
@@ -66,7 +66,7 @@ std::optional<Refusal> tooRough(const Seen& seen, const Steady& steady) {
   const auto dof = static_cast<double>(steady.line.n - 2);
   const double rms = std::sqrt(steady.line.scatterAlong(seen.direction) / dof);
   const double sigma = std::max(
-      {seen.noise, kResolution,
+      {seen.noise, kCaseDigits,
        localDeviation(seen.stream.timesOf(steady.used), seen.stream.along(seen.direction, steady.used), Trim::light)});
   const bool many_spikes = steady.spikes.size() > std::max<std::size_t>(1, steady.used.size() / 10);
   // The rms of one residual or two is large by chance more often.

@@ -9,12 +9,12 @@
 #include "firmware/metrology/fit/robust_statistics.hpp"
 #include "firmware/metrology/touch/constant_speed_window.hpp"
 #include "firmware/metrology/touch/despiking.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr std::size_t kTrusted = 5;   // samples that tell a ramp from noise
-constexpr double kResolution = 1e-7;  // unit of the stream: the digits of a case file
+constexpr std::size_t kTrusted = 5;  // samples that tell a ramp from noise
 // Fractions of the deflection at rest between which the probe's line is fitted. The lower keeps off the seating of the
 // stylus; above the upper the machine still gathers speed.
 constexpr double kAtRest = 0.85;
@@ -71,7 +71,7 @@ Outcome<Deflected, Refusal> findContact(const Touch& touch) {
   // Where few samples are taken neighbours tell no noise: then what the free stylus shows does.
   const double noise =
       std::min(localDeviation(touch.probe.times, deflection, Trim::heavy), deviationAboutZero(deflection));
-  if (highest <= 10.0 * std::max(noise, kResolution)) {
+  if (highest <= 10.0 * std::max(noise, kCaseDigits)) {
     return aboutTouch(touch, "no-contact",
                       "no clear deflection of the probe was found; check that the touch reached the surface");
   }
@@ -158,7 +158,7 @@ std::vector<double> travelOf(const Touch& touch, std::size_t apex) {
 // ramp is as long before the time at which the line of constant speed leaves the place of rest as after it.
 double rampOf(const Seen& machine, std::size_t apex, const std::vector<double>& travel, const Steady& steady) {
   const double latest = travel[steady.used.begin];
-  const double hidden = std::max(4.0 * machine.noise, kResolution);
+  const double hidden = std::max(4.0 * machine.noise, kCaseDigits);
   const auto place = [&](std::size_t k) { return travel[k] - hidden; };  // the apex is the lowest of the noise
   std::size_t at_rest = apex;
   for (std::size_t k = apex; k < steady.used.begin; ++k) {

@@ -6,13 +6,13 @@
 
 #include "firmware/metrology/fit/line.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr double kMost_s = 3e-4;
 constexpr double kMedianSquare = 0.4549;  // of a normal variate
-constexpr double kFinest = 1e-7;          // unit of the stream: the digits of a case file
 // Shares of the deflection, and of the way back, between which a stream surely moves at constant speed.
 constexpr double kDeflected = 0.7;
 constexpr double kReleased = 0.1;
@@ -36,7 +36,7 @@ void addMisses(std::vector<Miss>& misses, const Stream& stream, const Eigen::Vec
   if (end < begin + 3) return;
   const auto& t = stream.times;
   const auto& x = moving.values;
-  const double still = std::max(noiseOf(stream, direction), kFinest);
+  const double still = std::max(noiseOf(stream, direction), kCaseDigits);
   const double rate = (x[end - 1] - x[begin]) / (t[end - 1] - t[begin]);
   for (std::size_t k = begin + 1; k + 1 < end; k += strideOf(end - begin)) {
     const double weight = (t[k] - t[k - 1]) / (t[k + 1] - t[k - 1]);

@@ -9,12 +9,12 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/robust_statistics.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 // Deviation that noise is never taken to be below, mm and raw: digits of a case file.
-constexpr double kFloor = 1e-7;
 constexpr double kMostOfSteps = 0.5;  // steps^2
 
 constexpr std::size_t kLeastResiduals = 6;  // of a stream: below, its noise is anyone's guess
@@ -31,7 +31,7 @@ struct Scatter {
     return *this;
   }
   SampleNoise variance() const {
-    return {std::max(along, 0.0) / dof + kFloor * kFloor, across / (2.0 * dof) + kFloor * kFloor};
+    return {std::max(along, 0.0) / dof + kCaseDigits * kCaseDigits, across / (2.0 * dof) + kCaseDigits * kCaseDigits};
   }
   // How much wider than a normal variate's the distribution is that so few residuals leave (JCGM 101, 6.4.9.4:
   // Student's).
@@ -120,7 +120,7 @@ NoiseLaw noiseLaw(std::span<const Retract> retracts, Line Retract::*member, std:
     const Eigen::Matrix2d covariance = inverse(normal);
     const Eigen::Vector2d solution = covariance * right;
     if (!(solution[1] > 3.0 * std::sqrt(covariance(1, 1)))) return law;
-    tried.still = std::max(solution[0] * all.spread(), kFloor * kFloor);
+    tried.still = std::max(solution[0] * all.spread(), kCaseDigits * kCaseDigits);
     tried.jitter = solution[1] * all.spread();
   }
   return tried;

@@ -8,13 +8,12 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/touch/size_line.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kOutlier = 4.5;           // weighted residual of a touch
 constexpr double kLeastDepthShare = 0.90;  // of the overtravel that the deflection must show
-constexpr double kGrossShare = 0.01;       // of the overtravel by which no touch may miss the feature
 
 // The noise that chi-square is counted in is known from so many residuals itself.
 bool exceeds(double reduced_chi2, std::size_t dof, const PooledNoise& noise, double deviations) {
@@ -136,7 +135,7 @@ void dropOutliers(Selection& selection) {
   while (true) {
     const auto& worst = kept.touches.fit.worst;
     const auto largest = std::ranges::max_element(worst);
-    if (*largest <= kOutlier) break;
+    if (*largest <= kOutlierDeviations) break;
     const std::string name = kept.touches.retracts[static_cast<std::size_t>(largest - worst.begin())].plan.name;
     kept.drop(name, {"residual-too-large", name + ": disagrees with the other touches (slip or dirt); touch again"});
     if (5 * (kept.touches.dropped.size() - selection.touches.dropped.size()) > selection.offered) return;
@@ -149,7 +148,7 @@ void dropOutliers(Selection& selection) {
 std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);
-    if (touches.fit.worst[i] <= kOutlier || misses_mm <= kGrossShare * depthOf(touches.retracts[i])) continue;
+    if (touches.fit.worst[i] <= kOutlierDeviations || misses_mm <= kGrossShare * depthOf(touches.retracts[i])) continue;
     return Refusal{"residual-too-large",
                    touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
                        " mm: check for slip, dirt, a wrong size or a loose stylus, and touch again"};

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/units/tolerances.hpp"
+
 namespace probebox::procedure {
 namespace {
 
@@ -16,8 +18,6 @@ constexpr std::array<std::string_view, 5> kTiltColumns{"tilt_deg", "C_deg", "x_m
 constexpr std::array<std::string_view, 5> kHeadColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kSwivelColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kQueryColumns{"B_deg", "L_mm"};
-// Within the tolerance of a pose. Errors are told against B = 0, where they are none.
-constexpr double kLevel_rad = 2e-3;
 
 std::vector<double> listOf(const std::array<double, 3>& v) {
   return {v.begin(), v.end()};
@@ -123,7 +123,8 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   for (const auto& stop : stops) {
     const Vector3d at = stop.meanOf(&metrology::BallCentre::centre_mm) + nominalTip(head, stop.b_rad, stop.length_mm);
     rows.append({degrees(stop.b_rad), stop.length_mm, at.x(), at.y(), at.z()});
-    if (std::abs(stop.b_rad) > kLevel_rad) queries.append({degrees(stop.b_rad), stop.length_mm});
+    // Errors are told against B = 0, where they are none.
+    if (std::abs(stop.b_rad) > kPoseTolerance_rad) queries.append({degrees(stop.b_rad), stop.length_mm});
   }
   dataset.tables.insert(dataset.tables.begin(), {std::move(rows), std::move(queries)});
 }

@@ -12,6 +12,7 @@
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/rim_loops.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -120,7 +121,6 @@ std::size_t poseCount(const ProcedureOptions&, const LoopState& state) {
 }
 
 constexpr Poses kRimSteps{.count = poseCount, .at = poseAt};
-constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
 
 constexpr Fact kRimBall{
     .place = "`[rim_ball]`",
@@ -142,7 +142,7 @@ constinit const LiveMethod kCentrelineBySteps{
     .feature = Feature::part_ball,
     .sides = kSphereSides,
     .poses = kRimSteps,
-    .usual = with(readings(), [](auto& options) { options.arc_rad = kReach_rad; }),
+    .usual = with(readings(), [](auto& options) { options.arc_rad = kUsualRimArc_rad; }),
     .least_arc_deg = 30,  // (B27)
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
       if (facts.rim_ball) options.c_on_line_rad = facts.rim_ball->c_on_line_rad;

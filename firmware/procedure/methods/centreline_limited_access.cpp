@@ -1,13 +1,13 @@
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 
-constexpr double kReach_rad = 1.3962634015954636;  // 40 degrees to either side
 // On both sides of 0 as far as the probe reaches.
 constexpr Poses kWithinReach{
     .count = [](const ProcedureOptions& options, const LoopState&) { return std::size_t{options.angles}; },
@@ -28,7 +28,7 @@ constinit const LiveMethod kCentrelineLimitedAccess{
     .poses = kWithinReach,
     .usual = with(readings(),
                   [](auto& options) {
-                    options.arc_rad = kReach_rad;
+                    options.arc_rad = kUsualRimArc_rad;
                     options.angles = 3;
                   }),
     .least_arc_deg = 30,  // (B27)

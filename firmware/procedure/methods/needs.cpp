@@ -4,13 +4,12 @@
 #include <string>
 
 #include "firmware/procedure/plan/plan.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
 
 constexpr double kLeastWay_mm = 0.3;
-// As the solvers want them.
-constexpr double kLeastLengths_mm = 10;
 
 }  // namespace
 
@@ -33,7 +32,7 @@ constinit const Fact kSwivelHead{
 
 constinit const Fact kProbeLengths{
     .place = "`[probe_tools]`",
-    .known = [](const Facts& facts) { return facts.probe_tools.span_mm() >= kLeastLengths_mm; },
+    .known = [](const Facts& facts) { return facts.probe_tools.span_mm() >= kLeastLengthSpan_mm; },
     .missing =
         "the probe in tools whose lengths differ by 10 mm or more: give [probe_tools] numbers in machine.toml, "
         "and [[tool]] with the length of each.",

@@ -7,12 +7,12 @@
 #include "firmware/capture/recording.hpp"
 #include "firmware/procedure/plan/step.hpp"
 #include "protocol/events/event.hpp"
+#include "protocol/units/tolerances.hpp"
 
 // Loops of centreline-by-steps: a ball on the rim of a large part (docs/metrology.md B.11). Angles are clockwise.
 namespace probebox::procedure {
 
-// Known loops: each starts from the zero of C that the previous one found.
-inline constexpr std::size_t kMostRimLoops = 5;
+// Known loops, at most kMostRimLoops: each starts from the zero of C that the previous one found.
 struct RimLoops {
   std::size_t count{1};
   std::array<double, kMostRimLoops> zeros_rad{};  // relative to the zero of C in the first loop

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "protocol/units/tolerances.hpp"
+
 namespace probebox::procedure {
 namespace {
 
@@ -11,7 +13,7 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   if (!step.turns) return true;
   for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
     const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], 2 * std::numbers::pi);
-    if (!(std::abs(off) <= Procedure::kPoseTolerance_rad)) return false;
+    if (!(std::abs(off) <= kPoseTolerance_rad)) return false;
   }
   return true;
 }

@@ -40,9 +40,6 @@ class Procedure {
   // A step that has not ended after this time plus its travel time is repeated.
   static constexpr Nanoseconds kStepTimeout = std::chrono::seconds{60};
 
-  // Largest difference between the reported and the wanted angle of a rotary axis.
-  static constexpr double kPoseTolerance_rad = 2e-3;
-
   // methods: that can be started, by their numbers. mm_per_count: of the linear axes.
   // probe: how it tells a contact.
   explicit Procedure(LiveMethods methods, capture::Capacity capacity,
