@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/units/ball_screw.hpp"
+
 // Describes the machine tool as its integrator knows it (machine.toml). Axes and signs as in ISO 841.
 namespace probebox::board {
 
@@ -37,15 +39,9 @@ struct AxisDescription {
 
 // Selects the meaning of the gain K of a screw, equation (D1): correction or error.
 enum class GainIs { correction, error };
-// Selects the end of the axis at which the fixed bearing of the screw is.
-enum class FixedBearing { low, high };
 
-// The ball screw of a linear axis with a sensor at its free end (CN101394969).
-struct ScrewDescription {
-  double length_mm{};
-  double offset_mm{};  // distance of the fixed bearing from machine position 0
-  double pitch_mm{};   // of the thread
-  FixedBearing fixed_bearing{FixedBearing::low};
+// The ball screw of a linear axis, and how its sensor is read.
+struct ScrewDescription : BallScrew {
   double gain{};
   GainIs gain_is{GainIs::correction};
   double reference_um{};  // reading of the sensor on the cold screw

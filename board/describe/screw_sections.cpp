@@ -14,8 +14,7 @@ void requireNutOnScrew(Section& section, const ScrewDescription& screw, const Ax
   for (const char* const key : {"length_mm", "offset_mm", "fixed_bearing"})
     if (!section.good(key)) return;
   if (axis.travel_min_mm >= axis.travel_max_mm) return;
-  const bool high = screw.fixed_bearing == FixedBearing::high;
-  const double near_mm = high ? screw.offset_mm - axis.travel_max_mm : screw.offset_mm + axis.travel_min_mm;
+  const double near_mm = screw.reversed ? screw.offset_mm - axis.travel_max_mm : screw.offset_mm + axis.travel_min_mm;
   const double far_mm = near_mm + axis.travel_max_mm - axis.travel_min_mm;
   if (near_mm < 0)
     section.problem("offset_mm", "= " + plain(screw.offset_mm) + " puts the nut " + plain(-near_mm) +
@@ -33,7 +32,7 @@ ScrewDescription readScrew(Section section, double hold_s, const AxisDescription
   screw.length_mm = section.number("length_mm", {50, 50'000});
   screw.offset_mm = section.number("offset_mm", kPosition_mm);
   screw.pitch_mm = section.number("pitch_mm", {0.1, 200});
-  screw.fixed_bearing = static_cast<FixedBearing>(section.choice("fixed_bearing", {"low", "high"}));
+  screw.reversed = section.choice("fixed_bearing", {"low", "high"}) == 1;
   requireNutOnScrew(section, screw, axis);
   screw.gain = section.number("gain", {-100, 100});
   screw.gain_is = static_cast<GainIs>(section.choice("gain_is", {"correction", "error"}));

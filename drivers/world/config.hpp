@@ -7,6 +7,7 @@
 
 #include "drivers/world/mount.hpp"
 #include "drivers/world/vector.hpp"
+#include "protocol/units/ball_screw.hpp"
 #include "protocol/units/time.hpp"
 
 // Configures the emulated machine. The box does not know any of it.
@@ -211,11 +212,8 @@ struct RotaryConfig {
 // A ball screw that warms up from the world's start on, with a sensor at its free end.
 struct ScrewConfig {
   bool fitted{false};
-  double length_mm{800};
-  double offset_mm{100};  // axis zero to the fixed bearing
-  double pitch_mm{10};
-  bool reversed{false};  // the fixed bearing is at the high end of the axis
-  double cold_um{0};     // longer than the reference by this at the start, and by `warm_um` in the end
+  BallScrew screw{.length_mm = 800, .offset_mm = 100, .pitch_mm = 10};
+  double cold_um{0};  // longer than the reference by this at the start, and by `warm_um` in the end
   double warm_um{60};
   double time_constant_s{600};
   std::array<double, 2> face_um{3, 0.8};  // of the face against a plane one: once and twice a turn

@@ -91,10 +91,7 @@ Vector3 leaning(const Vector3& axis, const Vector3& lean) {
 
 ScrewConfig screwOf(const board::WorldScrew& described, const board::ScrewDescription& screw) {
   return {.fitted = true,
-          .length_mm = screw.length_mm,
-          .offset_mm = screw.offset_mm,
-          .pitch_mm = screw.pitch_mm,
-          .reversed = screw.fixed_bearing == board::FixedBearing::high,
+          .screw = screw,
           .cold_um = described.cold_um,
           .warm_um = described.warm_um,
           .time_constant_s = described.time_constant_s,

@@ -30,8 +30,8 @@ double Screws::extension_um(std::size_t axis, MonoTime at) const {
 }
 
 double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) const {
-  const auto& screw = screws_[axis];
-  if (!screw.fitted) return 0;
+  if (!screws_[axis].fitted) return 0;
+  const BallScrew& screw = screws_[axis].screw;
   const double lever = screw.reversed ? -(screw.offset_mm - position_mm) / screw.length_mm
                                       : (position_mm + screw.offset_mm) / screw.length_mm;
   return lever * extension_um(axis, at) * 1e-3;
@@ -40,7 +40,7 @@ double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) co
 // The sum of two harmonics of the screw's turn, as a face that is cut askew and a little bent gives.
 double Screws::face_um(std::size_t axis, double motor_mm) const {
   const auto& screw = screws_[axis];
-  const double turn = 2 * std::numbers::pi * motor_mm / screw.pitch_mm;
+  const double turn = 2 * std::numbers::pi * motor_mm / screw.screw.pitch_mm;
   return screw.face_um[0] * std::cos(turn - 0.4) + screw.face_um[1] * std::cos(2 * turn - 1.9);
 }
 
@@ -51,7 +51,7 @@ bool Screws::take(Event& event, const Machine& machine, const FaultSchedule& fau
   if (given) {
     const double motor_mm = motorPosition_mm(axis_, machine.positionAt(at)[axis_], at);
     // A sensor that cannot follow the turns sees their mean.
-    const double turns_s = machine.speedAt(at) / screw.pitch_mm;
+    const double turns_s = machine.speedAt(at) / screw.screw.pitch_mm;
     const double seen = 1 / std::hypot(1.0, 2 * std::numbers::pi * turns_s * screw.sensor_time_constant_s);
     const double reading_um = screw.sensor_zero_um + extension_um(axis_, at) + seen * face_um(axis_, motor_mm) +
                               screw.noise_um * random_.normal();

@@ -26,7 +26,7 @@ std::optional<Error> whyRefused(const CorrectionsConfig& config) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const std::string name{"XYZ"[axis]};
     const auto& screw = config.screws[axis];
-    if (screw.fitted && !(screw.model.length_mm > 0 && screw.pitch_mm > 0))
+    if (screw.fitted && !(screw.model.length_mm > 0 && screw.model.pitch_mm > 0))
       return Error{"The screw of " + name + " needs a length and a pitch above 0: change [screw." + name +
                    "] in machine.toml."};
     if (!(config.limits[axis].size_mm >= 0 && config.limits[axis].rate_mm_s >= 0))

@@ -17,7 +17,6 @@ struct ScrewConfig {
   bool fitted{};
   metrology::ScrewModel model;  // its gain is the negative of (D2): it gives the correction to add
   metrology::ScrewLimits limits;
-  double pitch_mm{10};                         // of the thread: a turn of the screw moves the nut this far
   double angle_zero_mm{};                      // where sector 0 begins
   Nanoseconds stale{std::chrono::seconds{1}};  // age at which a reading expires
   Nanoseconds hold{std::chrono::seconds{5}};   // T_hold

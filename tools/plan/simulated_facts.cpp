@@ -26,15 +26,11 @@ procedure::BallPlate ballPlate(const SetUp& set_up) {
 }
 
 procedure::ScrewFacts screw(const SetUp& set_up) {
-  return {.length_mm = 800,
-          .offset_mm = 100,
-          .reversed = false,
-          .gain = 1,
-          .pitch_mm = set_up.screw_pitch_mm,
-          .sector_zero_mm = 0,
-          .threshold_rpm = 60,
-          .travel_min_mm = 0,
-          .travel_max_mm = 600};
+  procedure::ScrewFacts screw{{.length_mm = 800, .offset_mm = 100, .pitch_mm = set_up.screw_pitch_mm}};
+  screw.gain = 1;
+  screw.threshold_rpm = 60;
+  screw.travel_max_mm = 600;
+  return screw;
 }
 
 procedure::ToolSetter toolSetter(const SetUp& set_up) {

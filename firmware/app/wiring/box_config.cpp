@@ -56,15 +56,12 @@ std::array<std::optional<procedure::ScrewFacts>, kLinearAxes> screwFacts(const b
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
     const auto& screw = machine.screws[axis];
     if (!screw) continue;
-    all[axis] = {.length_mm = screw->length_mm,
-                 .offset_mm = screw->offset_mm,
-                 .reversed = screw->fixed_bearing == board::FixedBearing::high,
-                 .gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain,
-                 .pitch_mm = screw->pitch_mm,
-                 .sector_zero_mm = screw->sector_zero_mm,
-                 .threshold_rpm = screw->threshold_rpm,
-                 .travel_min_mm = machine.axes[axis].travel_min_mm,
-                 .travel_max_mm = machine.axes[axis].travel_max_mm};
+    auto& facts = all[axis].emplace(procedure::ScrewFacts{*screw});
+    facts.gain = screw->gain_is == board::GainIs::error ? screw->gain : -screw->gain;
+    facts.sector_zero_mm = screw->sector_zero_mm;
+    facts.threshold_rpm = screw->threshold_rpm;
+    facts.travel_min_mm = machine.axes[axis].travel_min_mm;
+    facts.travel_max_mm = machine.axes[axis].travel_max_mm;
   }
   return all;
 }

@@ -29,16 +29,13 @@ corrections::ReferenceConfig referenceOf(const board::AxisDescription& axis) {
 corrections::ScrewConfig screwOf(const board::ScrewDescription& screw) {
   corrections::ScrewConfig config;
   config.fitted = true;
-  config.model.length_mm = screw.length_mm;
-  config.model.offset_mm = screw.offset_mm;
+  static_cast<BallScrew&>(config.model) = screw;
   config.model.gain = screw.gain_is == board::GainIs::correction ? screw.gain : -screw.gain;
-  config.model.reversed = screw.fixed_bearing == board::FixedBearing::high;
   config.model.reference_um = screw.reference_um;
   config.model.threshold_rpm = screw.threshold_rpm;
   config.limits = {.least_extension_um = screw.extension_min_um,
                    .greatest_extension_um = screw.extension_max_um,
                    .rate_um_s = screw.rate_um_s};
-  config.pitch_mm = screw.pitch_mm;
   config.angle_zero_mm = screw.sector_zero_mm;
   config.stale = nanoseconds(screw.stale_s);
   config.hold = nanoseconds(screw.hold_s);

@@ -3,19 +3,18 @@
 #include <cstddef>
 #include <optional>
 
+#include "protocol/units/ball_screw.hpp"
+
 // Evaluates the thermal extension of a ball screw at every reading (CN101394969, docs/metrology.md section D). Nothing
 // allocates; box and off-line methods call the same functions.
 namespace probebox::metrology {
 
 inline constexpr std::size_t kMostSectors = 72;
 
-// One ball screw: a fixed bearing at one end, a floating one at the other, a sensor at the face of the free end.
-struct ScrewModel {
-  double length_mm{};  // bearing to sensor face
-  double offset_mm{};  // from the fixed bearing to the axis zero
-  double gain{};       // K; -1 where the sensor sees it all and the correction is wanted, +1 for the error
-  bool reversed{};  // the axis counts towards the fixed bearing: the distance is offset - position, and the sign turns
-  double reference_um{};                         // reading of the sensor on the cold screw (D1a)
+// One ball screw, and what the extension of it means.
+struct ScrewModel : BallScrew {
+  double gain{};          // K; -1 where the sensor sees it all and the correction is wanted, +1 for the error
+  double reference_um{};  // reading of the sensor on the cold screw (D1a)
   std::array<double, kMostSectors> sector_um{};  // T: deviation of the face from its mean plane, by sector
   std::size_t sector_count{};                    // 0: no table
   double threshold_rpm{};                        // above it the sensor averages over the face and the table is left out

@@ -6,16 +6,13 @@
 #include <vector>
 
 #include "protocol/events/event.hpp"
+#include "protocol/units/ball_screw.hpp"
 
 namespace probebox::procedure {
 
 // A ball screw with a sensor at its end, as described in machine.toml.
-struct ScrewFacts {
-  double length_mm{};
-  double offset_mm{};
-  bool reversed{};
+struct ScrewFacts : BallScrew {
   double gain{};  // K of (D2): predicts the error
-  double pitch_mm{};
   double sector_zero_mm{};
   double threshold_rpm{};
   double travel_min_mm{}, travel_max_mm{};  // machine positions of its axis

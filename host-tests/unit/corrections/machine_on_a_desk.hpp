@@ -24,6 +24,7 @@ class MachineOnADesk {
     config.screws[0].fitted = true;
     config.screws[0].model.length_mm = 800;
     config.screws[0].model.offset_mm = 100;
+    config.screws[0].model.pitch_mm = 10;
     config.screws[0].model.gain = -1;
     config.screws[0].model.threshold_rpm = 60;
     config.screws[0].limits = {.least_extension_um = -50, .greatest_extension_um = 300, .rate_um_s = 1e6};

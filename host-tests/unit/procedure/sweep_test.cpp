@@ -39,13 +39,11 @@ class Sweeping : public testing::Test {
   }
   static Facts facts() {
     Facts facts;
-    facts.screws[1] = ScrewFacts{.length_mm = 640,
-                                 .offset_mm = 140,
-                                 .reversed = true,
-                                 .gain = 0.9,
-                                 .pitch_mm = 10,
-                                 .sector_zero_mm = 2.5,
-                                 .threshold_rpm = 60};
+    ScrewFacts screw{{.length_mm = 640, .offset_mm = 140, .pitch_mm = 10, .reversed = true}};
+    screw.gain = 0.9;
+    screw.sector_zero_mm = 2.5;
+    screw.threshold_rpm = 60;
+    facts.screws[1] = screw;
     return facts;
   }
 
