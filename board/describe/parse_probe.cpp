@@ -40,7 +40,10 @@ Probe readProbe(Section& root) {
   auto section = root.section("probe");
   probe.serial_number = section.text("serial_number");
   const bool is_trigger = section.choice("kind", {"scanning", "trigger"}, 0) == 1;
-  is_trigger ? readSwitch(section, probe) : readChannels(section, probe);
+  if (is_trigger)
+    readSwitch(section, probe);
+  else
+    readChannels(section, probe);
   probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
   section.finish();
 

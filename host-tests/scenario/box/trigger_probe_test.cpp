@@ -121,7 +121,6 @@ TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
     const auto& trigger = config.touch_trigger;
     // The switch closes nearer to the surface than it opens; a reading is the mean of both.
     add(pulls, *result, "pre_travel_mm", {trigger.pre_travel_mm - trigger.hysteresis_mm / 2, trigger.lobe_mm, 0}, 3e-4);
-    const auto [tau_x, tau_y, tau_z] = scenario.truth().tau_s;
     EXPECT_NEAR(result->find("switch_late_s")->value(), trigger.late_s - config.delays.tau_machine_s[0], 1e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
