@@ -69,12 +69,16 @@ std::string reasonNow() {
   return std::strerror(errno);
 }
 
-void syncFolderOf(const std::string& path) {
+// True also where the file system does not sync folders by themselves.
+bool syncFolderOf(const std::string& path) {
   const auto folder = std::filesystem::path{path}.parent_path();
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
+  if (descriptor < 0) return false;
+  const bool synced = ::fsync(descriptor) == 0 || errno == EINVAL;
+  const int why = errno;
   ::close(descriptor);
+  errno = why;
+  return synced;
 }
 
 }  // namespace
@@ -167,10 +171,10 @@ void TwinFile::make() {
   }
   if (const auto written = write({}); !written) {
     why_not_writable_ = written.error().what;
-  } else if (::rename(fresh.c_str(), path_.c_str()) != 0) {
+  } else if (::rename(fresh.c_str(), path_.c_str()) != 0 || !syncFolderOf(path_)) {
     why_not_writable_ = path_ + " cannot be made (" + reasonNow() + ")";
   }
-  if (why_not_writable_.empty()) return syncFolderOf(path_);
+  if (why_not_writable_.empty()) return;
   ::unlink(fresh.c_str());
   ::close(std::exchange(descriptor_, -1));
 }
@@ -180,14 +184,22 @@ Outcome<void, Failure> TwinFile::write(std::string_view content) {
   const std::size_t room = copy_bytes_ - kHeaderBytes;
   if (content.size() > room)
     return Failure{Reason::bad_argument, path_ + " has room for " + std::to_string(room) + " bytes"};
-  const Copy next{number_ + 1, std::string{content}};
-  // Also after an error: what one copy may hold by now is never written again under the same number.
-  number_ = next.number;
-  const std::string block = blockOf(next, copy_bytes_);
+  const auto done = writeBoth(content);
+  if (done) {
+    content_ = content;
+  } else {
+    // One copy may hold the new text by now, and the next start would take it for the last word.
+    (void)writeBoth(content_);
+  }
+  return done;
+}
+
+Outcome<void, Failure> TwinFile::writeBoth(std::string_view content) {
+  // Rises after an error too: what one copy may hold by now is never written again under the same number.
+  const std::string block = blockOf({++number_, std::string{content}}, copy_bytes_);
   for (std::size_t copy = 0; copy < kCopies; ++copy) {
     TRY(writeCopy(copy, block));
   }
-  content_ = next.content;
   return {};
 }
 

@@ -31,13 +31,15 @@ class TwinFile {
   // Why write() cannot succeed; empty when it can.
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
-  // Both copies are on the disk when this returns; on an error content() stays what it was.
+  // Both copies are on the disk when this returns; on an error content() stays what it was, and the disk is given it
+  // again, so that the next start finds it too.
   Outcome<void, Failure> write(std::string_view content);
 
  private:
   TwinFile(std::string path, std::size_t most_bytes);
   void make();
   void read();
+  Outcome<void, Failure> writeBoth(std::string_view content);
   Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
 
   std::string path_;

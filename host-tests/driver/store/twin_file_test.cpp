@@ -136,6 +136,19 @@ TEST_F(TwinFileTest, TakesANewTextOnAFullDisk) {
   EXPECT_EQ(open().content(), std::string(kRoom, 'x'));
 }
 
+TEST_F(TwinFileTest, DoesNotComeBackWithATextThatItRefused) {
+  filled("the cut is on");
+  EXPECT_TRUE(holdsInChild([&] {
+    auto file = open();
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlim_t one_copy = std::filesystem::file_size(path()) / 2;
+    const rlimit limit{one_copy, one_copy};  // the first copy takes the new text, the second one does not
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    return !file.write("the cut is over") && file.content() == "the cut is on";
+  }));
+  EXPECT_EQ(open().content(), "the cut is on");
+}
+
 TEST_F(TwinFileTest, IsReadWhereItCannotBeWrittenAndSaysSo) {
   namespace fs = std::filesystem;
   filled("kept");
