@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "tools/case/csv.hpp"
-#include "tools/case/problems.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -19,10 +18,42 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using metrology::Dataset;
+using metrology::Refusal;
 using metrology::Table;
 using metrology::Value;
 
 constexpr const char* kConfig = "config.json";
+constexpr std::size_t kMostTold = 20;  // problems of a folder
+
+std::string inLines(const std::vector<std::string>& reasons) {
+  std::string text;
+  for (std::size_t k = 0; k < std::min(reasons.size(), kMostTold); ++k) text += (k == 0 ? "" : "\n  ") + reasons[k];
+  if (reasons.size() > kMostTold) text += "\n  and more, of which these are the first";
+  return text;
+}
+
+// Collects what is wrong with a case folder, so that one reading names every problem.
+class Problems {
+ public:
+  // No case: a file that cannot be read, or a configuration that names no method.
+  void addUnreadable(std::string reason) { unreadable_.push_back(std::move(reason)); }
+  // A case whose content supports no answer.
+  void add(Refusal refusal) { refusals_.push_back(std::move(refusal)); }
+
+  bool none() const { return unreadable_.empty() && refusals_.empty(); }
+  // One problem a line, in the order of finding; of very many only the first. A refusal has the name of the first.
+  Problem problem(const std::string& method) const {
+    std::vector<std::string> reasons = unreadable_;
+    for (const auto& refusal : refusals_)
+      reasons.push_back(reasons.empty() ? refusal.reason : refusal.name + ": " + refusal.reason);
+    if (!unreadable_.empty()) return Unreadable{inLines(reasons)};
+    return Unsupported{method, {refusals_.front().name, inLines(reasons)}};
+  }
+
+ private:
+  std::vector<std::string> unreadable_;
+  std::vector<Refusal> refusals_;
+};
 
 // Only of files: a pipe or a device may never end.
 std::optional<std::string> contentOf(const fs::path& file) {
