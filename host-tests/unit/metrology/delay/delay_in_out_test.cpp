@@ -93,12 +93,16 @@ TEST_P(HarderInOut, IsUnbiasedEfficientAndAsUncertainAsItSays) {
   for (int trial = 0; trial < 200; ++trial) {
     scene = simulation::shuffled(scene, random);
     const auto solved = solveDelayInOut(record(scene, random));
-    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    if (!solved.ok()) {
+      ASSERT_EQ(solved.error().name, "too-few-samples") << solved.error().reason;
+      continue;
+    }
     tau.add(solved->find("tau_s")->value() - scene.tau(), *solved->find("tau_s")->standardDeviation());
   }
+  EXPECT_GT(tau.count, 195);
   EXPECT_GT(std::pow(boundOf(scene), 2) / tau.variance(), GetParam().least_efficiency);
   EXPECT_THAT(tau.bias(), AllOf(Gt(-4.0), Lt(4.0)));
-  // Of 4000 drives with jittering stamps the mean square is 1.37, hardly ringing 1.19, of the others 0.85 to 0.98.
+  // Of 4000 drives with jittering stamps the mean square is 1.37, hardly ringing 1.19, of the others 0.85 to 1.0.
   EXPECT_THAT(tau.pull(), AllOf(Gt(0.6), Lt(1.4)));
 }
 
@@ -115,6 +119,25 @@ INSTANTIATE_TEST_SUITE_P(
                     Harder{"JitteringStamps", [](Scene& s) { s.stamp_jitter_s = 1e-4; }},
                     Harder{"MachineMuchSlower", [](Scene& s) { s.machine_rate_hz = 500.0, s.probe_rate_hz = 5000.0; }}),
     [](const auto& harder) { return harder.param.name; });
+
+// One drive in a hundred has too few samples left for the ringing and the delay.
+TEST(DelayInOut, AfterMuchBouncingIsAsUncertainAsItSaysOrRefused) {
+  std::mt19937_64 random{53};
+  Moments tau;
+  Scene scene = inOut();
+  scene.bounce_mm = 0.2;
+  for (int trial = 0; trial < 600; ++trial) {
+    scene = simulation::shuffled(scene, random);
+    const auto solved = solveDelayInOut(record(scene, random));
+    if (!solved.ok()) continue;
+    const double off_s = solved->find("tau_s")->value() - scene.tau();
+    const double sd_s = *solved->find("tau_s")->standardDeviation();
+    EXPECT_LT(std::abs(off_s), 7 * sd_s) << "drive " << trial;
+    tau.add(off_s, sd_s);
+  }
+  EXPECT_GT(tau.count, 585);
+  expectHonest(tau);
+}
 
 TEST(DelayInOut, SaysThatTheStylusRang) {
   std::mt19937_64 random{50};
