@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMostSensors = 3;  // one an axis
 constexpr Range kUmPerUnit{-1e6, 1e6};   // m to um
 constexpr Range kUnits{-1e7, 1e7};       // mV
-constexpr Range kPolledHz{1, 100};     // beyond, a device wants a buffer
+constexpr Range kPolledHz{1, 100};       // beyond, a device wants a buffer
 constexpr double kUsualHz = 10;
 
 // Channels that are read of each device; one channel is one sensor.

@@ -399,8 +399,7 @@ using Event =
     std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted, ProcedureAborted,
                  Solved, DelayActivated, CountedDeflection, CentrelineActivated, ScrewActivated, AxisHomed, CutInhibit,
                  StandingRestored, SourcesEnabled, AngleCount, PoseTold, SwivelActivated, RotaryActivated,
-                 ErrorsAtAngle, ServableWithin, ToolLengthActivated, CountedAxes, CountedIndex,
-                 ControlPositions>;
+                 ErrorsAtAngle, ServableWithin, ToolLengthActivated, CountedAxes, CountedIndex, ControlPositions>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

@@ -106,7 +106,9 @@ TEST_F(CounterOfTheKernel, IsUnwrappedAtSixteenAndThirtyTwoBits) {
 }
 
 TEST_F(CounterOfTheKernel, IsLatchedByAnEventThatTheKernelStamps) {
-  open({.latched_by = board::LatchedBy::capture, .latch_channel = 1, .latched_value = board::LatchedValue::capture,
+  open({.latched_by = board::LatchedBy::capture,
+        .latch_channel = 1,
+        .latched_value = board::LatchedValue::capture,
         .has_index = true});
   ASSERT_EQ(source->problem(), "");
   for (std::uint64_t i = 0; i < 100; ++i) {

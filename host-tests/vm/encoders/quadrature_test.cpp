@@ -1,3 +1,5 @@
+#include "drivers/gpio/quadrature.hpp"
+
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "drivers/gpio/linux_gpio.hpp"
-#include "drivers/gpio/quadrature.hpp"
 #include "gpio_sim.hpp"
 
 // An encoder on two lines of the kernel's gpio simulator, counted by the real driver.
@@ -29,8 +30,8 @@ MonoTime now() {
 class LinesOfAnEncoder : public testing::Test {
  protected:
   LinesOfAnEncoder() {
-    auto lines = std::make_unique<LinuxGpio>(quadratureLines({.name = "A", .chip = kLabel, .line = 0U},
-                                                             {.name = "B", .chip = kLabel, .line = 1U}));
+    auto lines = std::make_unique<LinuxGpio>(
+        quadratureLines({.name = "A", .chip = kLabel, .line = 0U}, {.name = "B", .chip = kLabel, .line = 1U}));
     const auto acquired = lines->acquire();
     EXPECT_TRUE(acquired) << acquired.error().what;
     source = std::make_unique<QuadratureSource>(

@@ -54,7 +54,8 @@ class ScaledRows : public CsvRows {
 }  // namespace
 
 ExitStatus run(const Export& options, const std::string& given, Console& console) {
-  if (const auto objection = objectionToFormat(options.output, Format::table_or_log)) return console.fail(usage(*objection));
+  if (const auto objection = objectionToFormat(options.output, Format::table_or_log))
+    return console.fail(usage(*objection));
   const auto recording = chooseRecording(options.input, given);
   if (!recording) return console.fail(recording.error());
   const TableJob job{*recording, options.output, options.force, options.triggers};

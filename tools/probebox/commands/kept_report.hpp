@@ -6,7 +6,8 @@
 
 namespace probebox::command {
 
-// A result that a box keeps, for a report: with its dataset, the result in force and the earlier ones about its subject.
+// A result that a box keeps, for a report: with its dataset, the result in force and the earlier ones about its
+// subject.
 Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id);
 
 }  // namespace probebox::command

@@ -17,7 +17,8 @@ ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console);
 
 enum class Format : std::uint8_t { table, table_or_log };
 
-// A table is CSV or NumPy, a log MCAP; any other suffix promises another format. A name without one, and a device, is CSV.
+// A table is CSV or NumPy, a log MCAP; any other suffix promises another format. A name without one, and a device, is
+// CSV.
 std::optional<std::string> objectionToFormat(const std::string& path, Format format);
 
 }  // namespace probebox::command
