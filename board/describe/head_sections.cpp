@@ -12,7 +12,7 @@ namespace {
 
 constexpr Range kSensorRange_mm{0.01, 50};
 
-SensorHeadDescription readDescription(Section section, const Machine& machine) {
+SensorHeadDescription readDescribedSensorHead(Section section, const Machine& machine) {
   SensorHeadDescription head;
   head.tool = static_cast<std::uint32_t>(section.integer("tool", kToolNumbers));
   head.range_mm = section.number("range_mm", kSensorRange_mm);
@@ -35,7 +35,7 @@ bool spansSpace(const std::array<std::array<double, 3>, 3>& m) {
   return std::abs(volume) >= kLeastVolume;
 }
 
-WorldSensorHead readEmulated(Section section, const World& world) {
+WorldSensorHead readEmulatedSensorHead(Section section, const World& world) {
   WorldSensorHead head;
   head.number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers));
   head.offset_mm = {section.number("offset_x_mm", {-10, 10}, 0), section.number("offset_y_mm", {-10, 10}, 0)};
@@ -56,11 +56,11 @@ WorldSensorHead readEmulated(Section section, const World& world) {
 
 void readSensorHead(Section& root, Machine& machine) {
   if (auto section = root.sectionIfThere("sensor_head"))
-    machine.sensor_head = readDescription(std::move(*section), machine);
+    machine.sensor_head = readDescribedSensorHead(std::move(*section), machine);
 }
 
 void readWorldHead(Section& root, World& world) {
-  if (auto section = root.sectionIfThere("sensor_head")) world.sensor_head = readEmulated(std::move(*section), world);
+  if (auto section = root.sectionIfThere("sensor_head")) world.sensor_head = readEmulatedSensorHead(std::move(*section), world);
 }
 
 }  // namespace probebox::board

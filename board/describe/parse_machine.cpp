@@ -136,17 +136,17 @@ std::uint16_t readSources(Section& section, const Machine& machine) {
 }
 
 BallPlateDescription readBallPlate(Section section, const Machine& machine) {
-  constexpr Range kPlace_mm{-10'000, 10'000};
+  constexpr Range kBallPlace_mm{-10'000, 10'000};
   BallPlateDescription plate;
-  plate.axis_point_mm = section.vector("axis_point_mm", kPlace_mm);
+  plate.axis_point_mm = section.vector("axis_point_mm", kBallPlace_mm);
   for (const std::size_t axis : {0U, 1U})
     requireNear(section, "axis_point_mm", plate.axis_point_mm.at(axis), axis, machine);
   plate.sd_mm = section.numberIfThere("sd_mm", {1e-6, 0.1});
-  plate.b_axis_point_mm = section.vectorIfThere("b_axis_point_mm", kPlace_mm);
+  plate.b_axis_point_mm = section.vectorIfThere("b_axis_point_mm", kBallPlace_mm);
   plate.station_correction = section.flag("station_correction", false);
   section.node("ball");
   for (auto& ball : section.sections("ball", kMostPlateBalls)) {
-    plate.balls_mm.push_back(ball.vector("at_mm", kPlace_mm));
+    plate.balls_mm.push_back(ball.vector("at_mm", kBallPlace_mm));
     ball.finish();
   }
   if (section.good("ball") && plate.balls_mm.size() < 3)

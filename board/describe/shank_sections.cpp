@@ -33,7 +33,7 @@ void checkLength(Section& section, const ProbeShankDescription& shank, const Mac
   }
 }
 
-ProbeShankDescription readDescription(Section section, const Machine& machine) {
+ProbeShankDescription readDescribedShank(Section section, const Machine& machine) {
   ProbeShankDescription shank;
   shank.tool = static_cast<std::uint32_t>(section.integer("tool", kToolNumbers));
   shank.radius_mm = section.number("radius_mm", kRadius_mm);
@@ -50,7 +50,7 @@ ProbeShankDescription readDescription(Section section, const Machine& machine) {
   return shank;
 }
 
-WorldShank readEmulated(Section section) {
+WorldShank readEmulatedShank(Section section) {
   WorldShank shank;
   shank.radius_mm = section.number("radius_mm", kRadius_mm);
   shank.from_mm = section.number("from_mm", kHeight_mm);
@@ -67,11 +67,11 @@ WorldShank readEmulated(Section section) {
 
 void readProbeShank(Section& root, Machine& machine) {
   if (auto section = root.sectionIfThere("probe_shank"))
-    machine.probe_shank = readDescription(std::move(*section), machine);
+    machine.probe_shank = readDescribedShank(std::move(*section), machine);
 }
 
 void readWorldShank(Section& spindle, WorldProbeSpindle& described) {
-  if (auto section = spindle.sectionIfThere("shank")) described.shank = readEmulated(std::move(*section));
+  if (auto section = spindle.sectionIfThere("shank")) described.shank = readEmulatedShank(std::move(*section));
 }
 
 }  // namespace probebox::board

@@ -11,7 +11,7 @@ namespace probebox::board {
 namespace {
 
 // Longest first, so that "_mm_s2" is not taken for "_s2" or "_mm".
-constexpr std::array<std::string_view, 38> kUnits{"_counts_per_mm",
+constexpr std::array<std::string_view, 38> kUnitSuffixes{"_counts_per_mm",
                                                   "_nm_per_count",
                                                   "_um_per_s",
                                                   "_mm_per_s",
@@ -51,7 +51,7 @@ constexpr std::array<std::string_view, 38> kUnits{"_counts_per_mm",
                                                   "_v"};
 
 std::pair<std::string_view, std::string_view> stemAndUnit(std::string_view key) {
-  for (const auto unit : kUnits) {
+  for (const auto unit : kUnitSuffixes) {
     if (key.size() > unit.size() && key.ends_with(unit)) {
       return {key.substr(0, key.size() - unit.size()), unit.substr(1)};
     }

@@ -54,7 +54,7 @@ void readToolLengths(std::vector<Section> sections, Machine& machine) {
   }
 }
 
-ToolSetterDescription readDescription(Section section, const Machine& machine) {
+ToolSetterDescription readDescribedSetter(Section section, const Machine& machine) {
   ToolSetterDescription setter;
   setter.trigger = section.text("trigger");
   setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
@@ -81,7 +81,7 @@ ToolSetterDescription readDescription(Section section, const Machine& machine) {
   return setter;
 }
 
-WorldToolSetter readEmulated(Section section) {
+WorldToolSetter readEmulatedSetter(Section section) {
   WorldToolSetter setter;
   setter.centre_mm = section.vector("centre_mm", kAnywhere);
   setter.half_width_mm = section.vector("half_width_mm", kHalfWidth_mm);
@@ -100,7 +100,7 @@ void readTools(Section& root, Machine& machine) {
 
 void readToolSetter(Section& root, Machine& machine) {
   if (auto section = root.sectionIfThere("tool_setter"))
-    machine.tool_setter = readDescription(std::move(*section), machine);
+    machine.tool_setter = readDescribedSetter(std::move(*section), machine);
 }
 
 bool hasTool(const World& world, std::uint32_t number) {
@@ -111,7 +111,7 @@ bool hasTool(const World& world, std::uint32_t number) {
 }
 
 void readWorldTools(Section& root, World& world) {
-  if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulated(std::move(*setter));
+  if (auto setter = root.sectionIfThere("tool_setter")) world.tool_setter = readEmulatedSetter(std::move(*setter));
   for (auto& section : root.sections("tool", kMostTools)) {
     const WorldCutter tool{
         .number = static_cast<std::uint32_t>(section.integer("number", kToolNumbers)),

@@ -1,12 +1,12 @@
 #include "board/describe/world_axes_sections.hpp"
 
-#include <numbers>
 #include <string>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::board {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr Range kSmall_um{0, 1000};
 
 WorldWave readWave(Section& section) {

@@ -20,7 +20,7 @@ constexpr Nanoseconds kTimeout = 10ms;  // for one edge: a thousand times what i
 constexpr Nanoseconds kRest = 500us;    // between pulses, so that the input rests too
 constexpr Nanoseconds kLongest = 3s;
 constexpr int kHopeless = 25;  // lost one after the other: nothing will come
-constexpr std::size_t kReadEdges = 16;
+constexpr std::size_t kEchoesAtOnce = 16;
 
 MonoTime now() {
   timespec time{};
@@ -126,7 +126,7 @@ class Wire {
   // The first edge that is no older than the write.
   bool read(LoopBackPulse& pulse) {
     while (true) {
-      const int got = gpiod_line_request_read_edge_events(input_.request.get(), buffer_.get(), kReadEdges);
+      const int got = gpiod_line_request_read_edge_events(input_.request.get(), buffer_.get(), kEchoesAtOnce);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) return errno == EAGAIN;
       if (got == 0) return false;  // the chip has gone
@@ -140,7 +140,7 @@ class Wire {
 
   HeldLine output_;
   HeldLine input_;
-  EventBuffer buffer_{gpiod_edge_event_buffer_new(kReadEdges)};
+  EventBuffer buffer_{gpiod_edge_event_buffer_new(kEchoesAtOnce)};
 };
 
 }  // namespace

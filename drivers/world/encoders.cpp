@@ -1,19 +1,19 @@
 #include "drivers/world/encoders.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 1;
 
 }  // namespace
 
 Encoders::Encoders(const Config& config, std::uint64_t seed)
     : config_{config.encoders},
       tau_s_{config.delays.tau_machine_s},
-      random_{seed, kStream},
+      random_{seed, RandomStream::encoders},
       sampling_{config.start, config.encoders.rate_hz, random_} {}
 
 bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults,
@@ -47,10 +47,10 @@ Event Encoders::countOf(std::size_t axis, MonoTime at) {
 }
 
 AngleCount Encoders::angleCount(MonoTime at) const {
-  const double degrees = angle_rad_ * 180 / std::numbers::pi + config_.c_power_up_deg;
+  const double angle_deg = degrees(angle_rad_) + config_.c_power_up_deg;
   return {.axis = RotaryAxis::c,
           .sequence = static_cast<std::uint32_t>(latch_),
-          .counts = std::llround(degrees * config_.c_counts_per_deg),
+          .counts = std::llround(angle_deg * config_.c_counts_per_deg),
           .at = at};
 }
 

@@ -1,14 +1,15 @@
 #include "drivers/world/linear_errors.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 namespace {
 
 double waveAt(const WaveConfig& wave, double position_mm) {
   if (wave.amplitude_mm == 0) return 0;
-  return wave.amplitude_mm * std::sin(2 * std::numbers::pi * position_mm / wave.length_mm + wave.phase_rad);
+  return wave.amplitude_mm * std::sin(kTurn * position_mm / wave.length_mm + wave.phase_rad);
 }
 
 }  // namespace

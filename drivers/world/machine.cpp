@@ -6,7 +6,6 @@
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 11;
 
 double wayBetween(const Pose& from, const Pose& to) {
   return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
@@ -30,7 +29,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       motion_{config.axes.home_mm},
       solids_{config},
       stylus_{config.probe},
-      random_{seed, kStream},
+      random_{seed, RandomStream::machine},
       mounts_{1 + config.part_spindle.further_mount_count} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);

@@ -6,7 +6,6 @@
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 2;
 
 }  // namespace
 
@@ -15,7 +14,7 @@ Probe::Probe(const Config& config, std::uint64_t seed)
       samples_{!config.touch_trigger.fitted},
       tau_s_{config.delays.tau_probe_s},
       channels_of_displacement_{inverse(config.probe.gain)},
-      random_{seed, kStream},
+      random_{seed, RandomStream::probe},
       sampling_{config.start, config.probe.rate_hz, random_} {}
 
 bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faults, Ledger& ledger) {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 7;
 
 }  // namespace
 
@@ -15,7 +15,7 @@ Screws::Screws(const Config& config, std::uint64_t seed)
     : screws_{config.screws},
       start_{config.start},
       interval_{std::llround(1e9 / config.drift_rate_hz)},
-      random_{seed, kStream},
+      random_{seed, RandomStream::screws},
       any_{std::ranges::any_of(config.screws, &ScrewConfig::fitted)} {}
 
 MonoTime Screws::nextAt() const {
@@ -40,7 +40,7 @@ double Screws::nutError_mm(std::size_t axis, double position_mm, MonoTime at) co
 // The sum of two harmonics of the screw's turn, as a face that is cut askew and a little bent gives.
 double Screws::face_um(std::size_t axis, double motor_mm) const {
   const auto& screw = screws_[axis];
-  const double turn = 2 * std::numbers::pi * motor_mm / screw.screw.pitch_mm;
+  const double turn = kTurn * motor_mm / screw.screw.pitch_mm;
   return screw.face_um[0] * std::cos(turn - 0.4) + screw.face_um[1] * std::cos(2 * turn - 1.9);
 }
 
@@ -52,7 +52,7 @@ bool Screws::take(Event& event, const Machine& machine, const FaultSchedule& fau
     const double motor_mm = motorPosition_mm(axis_, machine.positionAt(at)[axis_], at);
     // A sensor that cannot follow the turns sees their mean.
     const double turns_s = machine.speedAt(at) / screw.screw.pitch_mm;
-    const double seen = 1 / std::hypot(1.0, 2 * std::numbers::pi * turns_s * screw.sensor_time_constant_s);
+    const double seen = 1 / std::hypot(1.0, kTurn * turns_s * screw.sensor_time_constant_s);
     const double reading_um = screw.sensor_zero_um + extension_um(axis_, at) + seen * face_um(axis_, motor_mm) +
                               screw.noise_um * random_.normal();
     event = Drift{static_cast<Axis>(axis_), static_cast<std::int32_t>(std::lround(reading_um * 1e3)), at};

@@ -7,12 +7,11 @@
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 13;
 
 }  // namespace
 
 SetterLine::SetterLine(const Config& config, std::uint64_t seed)
-    : setter_{config.tool_setter}, kernel_{config.sync}, random_{seed, kStream} {}
+    : setter_{config.tool_setter}, kernel_{config.sync}, random_{seed, RandomStream::setter} {}
 
 // Deeper is later on the way in (sense 1), and earlier on the way out (-1).
 Nanoseconds SetterLine::lateness(double sense, double speed_mm_s) {

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::world {
 
@@ -13,7 +14,7 @@ MonoTime Instant::rounded() const {
 Stylus::Stylus(const ProbeConfig& probe)
     : bounce_mm_{probe.bounce_mm},
       decay_s_{probe.bounce_decay_s},
-      angular_frequency_{2 * std::numbers::pi * probe.stylus_frequency_hz} {}
+      angular_frequency_{kTurn * probe.stylus_frequency_hz} {}
 
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   Move way = move;  // of the ball while it is free

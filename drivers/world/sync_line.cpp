@@ -8,7 +8,6 @@
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 3;
 // A double is a reflection or a bounce of the pulse.
 constexpr double kDoubledEarliestNs = 5e3;
 constexpr double kDoubledLatestNs = 50e3;
@@ -21,7 +20,7 @@ Nanoseconds wholeNs(double ns) {
 
 SyncLine::SyncLine(const Config& config, std::uint64_t seed)
     : config_{config.sync},
-      random_{seed, kStream},
+      random_{seed, RandomStream::sync_line},
       tick_at_{config.start},
       period_ns_{static_cast<double>(config.sync.nominal_period.count()) * (1 + 1e-6 * config.sync.drift_ppm)},
       last_stamp_{config.start} {

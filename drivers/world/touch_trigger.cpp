@@ -8,7 +8,6 @@
 namespace probebox::world {
 namespace {
 
-constexpr std::uint64_t kStream = 17;
 constexpr int kChatters = 2;
 
 Nanoseconds ns(double seconds) {
@@ -23,7 +22,7 @@ double timeOver(double way_mm, double speed_mm_s) {
 }  // namespace
 
 TouchTrigger::TouchTrigger(const Config& config, std::uint64_t seed)
-    : trigger_{config.touch_trigger}, kernel_{config.sync}, random_{seed, kStream} {}
+    : trigger_{config.touch_trigger}, kernel_{config.sync}, random_{seed, RandomStream::touch_trigger} {}
 
 MonoTime TouchTrigger::nextAt(const Machine& machine) {
   if (next_ == end_) prepare(machine);

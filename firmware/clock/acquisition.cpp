@@ -4,17 +4,13 @@
 #include <cmath>
 #include <span>
 
+#include "firmware/clock/statistics.hpp"
+
 namespace probebox::clock {
 namespace {
 
 // Of a period: jitter, and 200 ppm over the 32 edges, stay within it.
 constexpr double kTolerance = 0.12;
-
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -4,19 +4,14 @@
 #include <cmath>
 #include <span>
 
+#include "firmware/clock/statistics.hpp"
+
 namespace probebox::clock {
 namespace {
 
-constexpr double kMadToSigma = 1.4826;
 // Standard deviation of the slope of n evenly spaced values, in spreads over the span: sqrt(12 / n), and a half more
 // for the median's efficiency and for arrivals that are not evenly spaced.
 constexpr double kSlopeMargin = 1.5;
-
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

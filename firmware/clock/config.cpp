@@ -3,12 +3,10 @@
 #include <cmath>
 #include <string>
 
+#include "firmware/clock/statistics.hpp"
+
 namespace probebox::clock {
 namespace {
-
-bool isWithin(double value, double low, double high) {
-  return std::isfinite(value) && value >= low && value <= high;
-}
 
 }  // namespace
 

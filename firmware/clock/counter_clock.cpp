@@ -4,20 +4,18 @@
 #include <cmath>
 #include <string>
 
+#include "firmware/clock/statistics.hpp"
+
 namespace probebox::clock {
 namespace {
 
-constexpr Nanoseconds kHoldoverAfter{500'000'000};
+constexpr Nanoseconds kHoldoverAfterSilence{500'000'000};
 // What may lie between the host's and the device's account of the time that has passed: data that had to wait.
 constexpr double kLongestBacklogNs = 1e9;
 constexpr std::int64_t kMisfits = 32;  // arrivals in a row: the line is another one now
 // A sample cannot be taken after it has arrived: a stamp later than that by more than the jitter explains is wrong.
 constexpr double kEarliestSpreads = 10;
 constexpr double kEarliestNs = 1e6;
-
-bool isWithin(double value, double low, double high) {
-  return std::isfinite(value) && value >= low && value <= high;
-}
 
 Nanoseconds wholePeriod(double rate_hz) {
   return Nanoseconds{std::llround(1e9 / rate_hz)};
@@ -171,7 +169,7 @@ void CounterClock::giveUp(ClockState state) {
 }
 
 void CounterClock::passTo(MonoTime at) {
-  if (phase_ != Phase::running || at - observed_ <= kHoldoverAfter || state_ == ClockState::ambiguous) return;
+  if (phase_ != Phase::running || at - observed_ <= kHoldoverAfterSilence || state_ == ClockState::ambiguous) return;
   state_ = ClockState::holdover;
   const bool is_vague = sigmaNs(filter().nearest(at)) > static_cast<double>(config_.max_sigma.count());
   if (is_vague) state_ = ClockState::ambiguous;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/clock/statistics.hpp"
+
 namespace probebox::clock {
 namespace {
 
@@ -15,7 +17,6 @@ constexpr double kGaussianSquares = 0.7785;  // E[clip(r, 1.5)^2]
 constexpr std::uint64_t kYoung = 8092;
 constexpr double kSlowest = 1.0 / 8192;  // of the tracking averages
 constexpr double kStray = -6;  // log of the density of stray edges against the peak: 1 % of edges over 0.6 period
-constexpr double kMadToSigma = 1.4826;
 
 }  // namespace
 

@@ -1,11 +1,11 @@
 #include "firmware/corrections/rotary_angle.hpp"
 
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::corrections {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 
 }  // namespace
 

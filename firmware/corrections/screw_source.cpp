@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::corrections {
 
@@ -60,7 +61,7 @@ void ScrewSource::tick(const MachineTick& tick) {
   const double position_mm = *tick.position_mm[axis_];
   const auto output = compensator_.step(
       {.position_mm = position_mm,
-       .angle_rad = 2 * std::numbers::pi * (position_mm - config_.angle_zero_mm) / config_.model.pitch_mm,
+       .angle_rad = kTurn * (position_mm - config_.angle_zero_mm) / config_.model.pitch_mm,
        .speed_rpm = 60 * std::abs(tick.speed_mm_s[axis_]) / config_.model.pitch_mm,
        .sensor_um = sensor_um},
       tick.elapsed_s);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "firmware/json/numbers.hpp"
 #include "protocol/units/wording.hpp"
 
 namespace probebox::json {
@@ -67,17 +68,6 @@ void write(Writer& writer, const metrology::Table& table) {
     writer.raw("}");
   });
   writer.raw("}");
-}
-
-double number(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
-}
-
-std::vector<double> numbers(const Json& json) {
-  std::vector<double> values;
-  values.reserve(json.size());
-  for (const auto& item : json) values.push_back(number(item));
-  return values;
 }
 
 metrology::Value value(const Json& json) {

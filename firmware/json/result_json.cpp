@@ -3,22 +3,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "firmware/json/numbers.hpp"
 #include "firmware/metrology/uncertainty/worst_determined.hpp"
 
 namespace probebox::json {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double number(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
-}
-
-std::vector<double> numbers(const Json& json) {
-  std::vector<double> values;
-  for (const auto& item : json) values.push_back(number(item));
-  return values;
-}
 
 // Of a result that was stored before there were such lists: none.
 std::vector<double> listed(const Json& item, const char* key) {

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -116,7 +117,7 @@ void RegisterImage::putRotary(const published::Snapshot& snapshot) {
     if (state.known) known |= bit;
     if (state.doubtful) doubtful |= bit;
     if (state.has_errors) with_errors |= bit;
-    put(address::angle + 2 * axis, state.known ? state.angle_rad * 180 / std::numbers::pi : 0);
+    put(address::angle + 2 * axis, state.known ? degrees(state.angle_rad) : 0);
     put(address::rotary_result + 2 * axis, modulo32(state.result_id));
     for (std::size_t i = 0; i < state.errors.size(); ++i) {
       const std::size_t offset = 2 * (axis * state.errors.size() + i);

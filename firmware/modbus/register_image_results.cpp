@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
 #include "firmware/modbus/register_image.hpp"
 #include "protocol/modbus/refusals.hpp"
 #include "protocol/modbus/result_blocks.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -141,7 +141,7 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
   put(address::step_speed, step.speed_mm_s);
   put(address::step_travel, step.travel_mm);
   put(address::step_shank, step.shank_height_mm);
-  putTriple(address::step_angle, step.angles_rad, 180 / std::numbers::pi);
+  putTriple(address::step_angle, step.angles_rad, 1 / kDegree);
   putTriple(address::step_target, target_mm.value_or(std::array<double, 3>{}), 1);
   const auto& [x, y, z] = features.setter_mm;
   putTriple(address::step_place, has_place ? std::array{x, y, z} : std::array<double, 3>{}, 1);

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::modbus {
 namespace {
@@ -139,7 +140,6 @@ std::optional<WriteRefusal> WritableRegisters::checkWish(const Words& words) {
 
 Wish WritableRegisters::wish() const {
   const auto scaled = [&](std::size_t address) { return valueAt(address, words_); };
-  const auto radians = [&](std::size_t address) { return scaled(address) * std::numbers::pi / 180; };
   Wish wish{.commit = words_[address::wish_commit],
             .what = static_cast<Wish::What>(words_[address::wish_what]),
             .of = static_cast<std::uint32_t>(scaled(address::wish_of)),
@@ -150,8 +150,8 @@ Wish WritableRegisters::wish() const {
   for (std::size_t i = 0; i < options.speed_count; ++i) options.speeds_mm_s[i] = scaled(address::wish_speed + i);
   options.overtravel_mm = scaled(address::wish_overtravel);
   options.clearance_mm = scaled(address::wish_clearance);
-  options.approach_rad = radians(address::wish_approach);
-  options.arc_rad = radians(address::wish_arc);
+  options.approach_rad = radians(scaled(address::wish_approach));
+  options.arc_rad = radians(scaled(address::wish_arc));
   options.angles = words_[address::wish_angles];
   options.balls = words_[address::wish_balls];
   options.axis = static_cast<std::uint8_t>(words_[address::wish_axis]);
@@ -173,7 +173,7 @@ PoseTold WritableRegisters::poseOf(const Words& words) {
                 .tool_length_mm = valueAt(address::pose_tool_length, words),
                 .at = {}};
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
-    pose.angles_rad[axis] = valueAt(address::pose_angle + 2 * axis, words) * std::numbers::pi / 180;
+    pose.angles_rad[axis] = radians(valueAt(address::pose_angle + 2 * axis, words));
   return pose;
 }
 
@@ -185,8 +185,7 @@ Marker WritableRegisters::markerOf(const Words& words) {
   marker.nominal_speed_mm_s = valueAt(address::marker_speed, words);
   marker.tool = words[address::marker_tool];
   for (std::size_t axis = 0; axis < marker.rotary_angles_rad.size(); ++axis) {
-    const double degrees = valueAt(address::marker_angle + 2 * axis, words);
-    marker.rotary_angles_rad[axis] = degrees * std::numbers::pi / 180;
+    marker.rotary_angles_rad[axis] = radians(valueAt(address::marker_angle + 2 * axis, words));
   }
   marker.at_rest = words[address::marker_at_rest] == 1;
   return marker;

@@ -4,7 +4,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::tape {
 namespace {
@@ -126,7 +127,7 @@ std::optional<double> valueOf(const std::vector<Word>& words, char letter) {
 }
 
 double radiansOf(const std::vector<Word>& words, std::size_t axis) {
-  return valueOf(words, "ABC"[axis]).value_or(0) * std::numbers::pi / 180;
+  return radians(valueOf(words, "ABC"[axis]).value_or(0));
 }
 
 Outcome<Report, Refused> markerOf(const std::vector<Word>& words, MarkerPhase phase) {

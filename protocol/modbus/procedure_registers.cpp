@@ -8,7 +8,7 @@ namespace {
 using enum Kind;
 using enum Access;
 
-constexpr std::array kRegisters = std::to_array<Register>({
+constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::setter_half_width, "setter, XYZ half width", f32, 1, "mm", read,
      "from the middle of the tool-setting device to its faces, as machine.toml has it"},
     {address::screw_cold_reading, "XYZ screw, cold reading", f32, 1, "um", read,
@@ -109,7 +109,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
 }  // namespace
 
 std::span<const Register> procedureRegisters() {
-  return kRegisters;
+  return kProcedureRegisters;
 }
 
 }  // namespace probebox::modbus

@@ -69,7 +69,7 @@ void describe(std::ostream& out, const Method& method) {
   for (const auto sentence : method.unobservable) out << "  " << sentence << "\n";
 }
 
-nlohmann::ordered_json toJson(const Method& method) {
+nlohmann::ordered_json describedAsJson(const Method& method) {
   nlohmann::ordered_json json{{"method", method.name},
                               {"title", method.title},
                               {"equations", method.equations},
@@ -108,7 +108,7 @@ int explainMethods(std::span<const std::string> names, bool json, std::ostream& 
   if (all) chosen.assign(metrology::allMethods().begin(), metrology::allMethods().end());
   for (const Method* method : chosen) {
     if (json) {
-      out << toJson(*method).dump() << "\n";
+      out << describedAsJson(*method).dump() << "\n";
     } else if (all) {
       out << padded(method->name) << method->title << "\n";
     } else {

@@ -4,7 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdio>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::casefolder {
 namespace {
@@ -54,7 +55,7 @@ Label errorMotionLabel(std::string_view key) {
 
 std::string errorMotionKey(std::string_view axis, std::size_t error, double angle_rad) {
   std::array<char, 48> at{};
-  std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_rad * 180 / std::numbers::pi, error < 3 ? "mm" : "rad");
+  std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", degrees(angle_rad), error < 3 ? "mm" : "rad");
   return kErrors.at(error) + std::string{axis} + at.data();
 }
 

@@ -10,10 +10,6 @@ using Eigen::Vector3d;
 using procedure::Feature;
 using procedure::Step;
 
-Vector3d vectorOf(const std::array<double, 3>& v) {
-  return {v[0], v[1], v[2]};
-}
-
 Vector3d turnedAbout(const Vector3d& point, double angle_rad, const Vector3d& axis, const Vector3d& through) {
   return through + Eigen::AngleAxisd{angle_rad, axis} * (point - through);
 }

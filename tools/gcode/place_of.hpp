@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+#include <array>
 #include <optional>
 
 #include "firmware/procedure/plan/step.hpp"
@@ -7,6 +9,8 @@
 #include "tools/gcode/setting.hpp"
 
 namespace probebox::gcode {
+
+inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
 // A jog or a sweep: no feature is touched.
 bool movesOneAxis(const procedure::Step& step);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/prompts.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/gcode/place_of.hpp"
 
 namespace probebox::gcode {
@@ -24,14 +24,9 @@ constexpr double kDwell_s = 0.1;   // at overtravel
 constexpr double kAfter_s = 0.3;
 constexpr double kHold_s = 1;
 
-Vector3d vectorOf(const std::array<double, 3>& v) {
-  return {v[0], v[1], v[2]};
-}
-
-std::array<double, 3> degrees(const std::array<double, 3>& angles_rad) {
-  std::array<double, 3> angles{};
-  std::ranges::transform(angles_rad, angles.begin(), [](double rad) { return rad * 180 / std::numbers::pi; });
-  return angles;
+std::array<double, 3> inDegrees(std::array<double, 3> angles_rad) {
+  for (double& angle : angles_rad) angle = degrees(angle);
+  return angles_rad;
 }
 
 std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting) {
@@ -68,7 +63,7 @@ class Unroller {
   Unroller(const procedure::Plan& plan, const Setting& setting) : plan_{plan}, setting_{setting} {
     for (std::size_t i = 0; i < plan.step_count; ++i) {
       if (!plan.steps[i].turns) continue;
-      const auto angles = degrees(plan.steps[i].touch.rotary_angles_rad);
+      const auto angles = inDegrees(plan.steps[i].touch.rotary_angles_rad);
       for (std::size_t axis = 0; axis < 3; ++axis) used_[axis] = used_[axis] || angles[axis] != 0;
     }
   }
@@ -154,7 +149,7 @@ class Unroller {
 
   void turnTo(const std::array<double, 3>& angles_rad) {
     angles_rad_ = angles_rad;
-    if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{degrees(angles_rad_), used_});
+    if (used_ != std::array<bool, 3>{}) blocks_.push_back(Turn{inDegrees(angles_rad_), used_});
   }
 
   void beginTipControl() {
@@ -177,7 +172,7 @@ class Unroller {
   }
 
   void mark(bool begin, const Step& step) {
-    blocks_.push_back(Mark{begin, index_, degrees(angles_rad_), tool_, step.touch.retract_speed_mm_s});
+    blocks_.push_back(Mark{begin, index_, inDegrees(angles_rad_), tool_, step.touch.retract_speed_mm_s});
   }
 
   void measure(const Step& step, const Place& place) {

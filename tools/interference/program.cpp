@@ -5,9 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <string>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::interference {
 namespace {
@@ -179,7 +180,6 @@ class Reader {
       return objection(line, "the end of the arc is not on its circle: correct I and J");
     const double from = std::atan2(-j, -i);
     double turn = std::atan2(to[1] - cy, to[0] - cx) - from;
-    constexpr double kTurn = 2 * std::numbers::pi;
     if (motion_ == 2 && turn >= -1e-9) turn -= kTurn;
     if (motion_ == 3 && turn <= 1e-9) turn += kTurn;
     const double each = 2 * std::acos(std::max(0.0, 1 - tolerance_mm_ / radius));

@@ -2,8 +2,9 @@
 
 #include <fcl/fcl.h>
 #include <limits>
-#include <numbers>
 #include <utility>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::interference {
 namespace {
@@ -16,11 +17,10 @@ Point pointOf(const fcl::Vector3d& v) {
 
 fcl::Transform3d poseOf(const board::CellSolid& solid) {
   fcl::Transform3d pose = fcl::Transform3d::Identity();
-  constexpr double kRadPerDegree = std::numbers::pi / 180;
   pose.translation() = fcl::Vector3d{solid.at_mm[0], solid.at_mm[1], solid.at_mm[2]};
-  pose.linear() = (Eigen::AngleAxisd{solid.turn_deg[2] * kRadPerDegree, fcl::Vector3d::UnitZ()} *
-                   Eigen::AngleAxisd{solid.turn_deg[1] * kRadPerDegree, fcl::Vector3d::UnitY()} *
-                   Eigen::AngleAxisd{solid.turn_deg[0] * kRadPerDegree, fcl::Vector3d::UnitX()})
+  pose.linear() = (Eigen::AngleAxisd{solid.turn_deg[2] * kDegree, fcl::Vector3d::UnitZ()} *
+                   Eigen::AngleAxisd{solid.turn_deg[1] * kDegree, fcl::Vector3d::UnitY()} *
+                   Eigen::AngleAxisd{solid.turn_deg[0] * kDegree, fcl::Vector3d::UnitX()})
                       .toRotationMatrix();
   return pose;
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "firmware/procedure/methods/needs.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::plan {
 namespace {
@@ -76,7 +77,7 @@ SetUp withProbeFor(const procedure::LiveMethod& method, SetUp set_up) {
 }
 
 Eigen::Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
-  const double at_rad = 2 * std::numbers::pi / 3 * (number - 1);
+  const double at_rad = kTurn / 3 * (number - 1);
   return set_up.ball_reach_mm * Eigen::Vector3d{std::cos(at_rad), std::sin(at_rad), static_cast<double>(number)};
 }
 

@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 
 #include "firmware/capture/touch_capture.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/plan/contact.hpp"
 #include "tools/plan/simulated_facts.hpp"
 
@@ -129,7 +129,7 @@ bool SimulatedRecording::sweep(const procedure::Step& step) {
   sample(1 / interval_s, drive.duration() + 2 * interval_s,
          [&](double t) { fits = machineRow(t, drive.at(t) * along + noise(set_up_.machine_noise_um)) && fits; });
   sample(set_up_.screw_rate_hz, drive.duration(), [&](double t) {
-    const double turn_rad = 2 * std::numbers::pi * (drive.at(t) - screw.sector_zero_mm) / screw.pitch_mm;
+    const double turn_rad = kTurn * (drive.at(t) - screw.sector_zero_mm) / screw.pitch_mm;
     const double reading_um = screwSensor_um(turn_rad, t) + normal(set_up_.screw_noise_um);
     fits = recording_.append(capture::DriftRow{
                .at = at(now_s_ + t), .reading_nm = static_cast<std::int32_t>(std::lround(reading_um * 1e3))}) &&

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <vector>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::command {
 namespace {
@@ -34,7 +34,7 @@ std::string methodsWith(bool (*has)(const LiveMethod&)) {
 std::string usualArcs() {
   std::map<int, std::vector<std::string_view>, std::greater<>> methods_of_arc;
   for (const LiveMethod* method : procedure::liveMethods()) {
-    const auto arc_deg = static_cast<int>(std::lround(method->usual.arc_rad * 180 / std::numbers::pi));
+    const auto arc_deg = static_cast<int>(std::lround(degrees(method->usual.arc_rad)));
     if (arc_deg != 0) methods_of_arc[arc_deg].push_back(method->name());
   }
   std::string text;

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 
+#include "protocol/units/angle.hpp"
 #include "tools/case/quantities.hpp"
+#include "tools/report/digits.hpp"
 
 namespace probebox::report {
 namespace {
@@ -17,19 +17,12 @@ using metrology::Estimate;
 using metrology::Shape;
 
 constexpr std::string_view kSixErrors = "six_errors";
-constexpr std::array<std::string_view, 6> kErrors{"EX", "EY", "EZ", "EA", "EB", "EC"};
+constexpr std::array<std::string_view, 6> kErrorNames{"EX", "EY", "EZ", "EA", "EB", "EC"};
 constexpr std::array<std::string_view, 3> kAxes{"X", "Y", "Z"};
 constexpr std::array<std::string_view, 3> kTurns{"A", "B", "C"};
 
-std::string shortly(double value) {
-  std::array<char, 40> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value + 0.0, std::chars_format::general, 6);
-  return {buffer.data(), end.ptr};
-}
-
-std::string degrees(double radians) {
-  return shortly(std::round(radians * 180.0 / std::numbers::pi * 1e4) / 1e4) + " deg";
+std::string angleText(double angle_rad) {
+  return shortly(std::round(degrees(angle_rad) * 1e4) / 1e4, 6) + " deg";
 }
 
 std::string spaced(std::string name) {
@@ -71,19 +64,19 @@ std::string axisLetter(const Subject& subject) {
 std::string rowName(const Subject& subject, const Estimate& estimate, std::size_t row) {
   if (estimate.key == kSixErrors && subject.result() != nullptr) {
     const auto* angles = subject.result()->find("angle_rad");
-    if (angles != nullptr && row < angles->values.size()) return degrees(angles->values[row]);
+    if (angles != nullptr && row < angles->values.size()) return angleText(angles->values[row]);
   }
   const auto* swivel = columnOf(subject, "queries", "B_deg");
   const auto* length = columnOf(subject, "queries", "L_mm");
   if (estimate.key == "error_at_queries_mm" && swivel != nullptr && length != nullptr && row < swivel->size() &&
       row < length->size()) {
-    return "B = " + shortly((*swivel)[row]) + " deg, L = " + shortly((*length)[row]) + " mm";
+    return "B = " + shortly((*swivel)[row], 6) + " deg, L = " + shortly((*length)[row], 6) + " mm";
   }
   return std::to_string(row + 1);
 }
 
 std::string columnName(const Subject& subject, const Estimate& estimate, std::size_t column) {
-  if (estimate.key == kSixErrors) return std::string{kErrors[column % kErrors.size()]} + axisLetter(subject);
+  if (estimate.key == kSixErrors) return std::string{kErrorNames[column % kErrorNames.size()]} + axisLetter(subject);
   if (estimate.columns == 3 && estimate.key.ends_with("_mm")) return std::string{kAxes[column]};
   return "column " + std::to_string(column + 1);
 }
@@ -109,7 +102,7 @@ std::string titleOf(const Estimate& estimate) {
 
 Label unitOf(const Estimate& estimate, std::size_t k) {
   if (estimate.key == kSixErrors) {
-    return k % kErrors.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
+    return k % kErrorNames.size() < 3 ? Label{estimate.key, "um", 1e3} : Label{estimate.key, "urad", 1e6};
   }
   return casefolder::labelOf(estimate.key);
 }

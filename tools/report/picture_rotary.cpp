@@ -1,17 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "protocol/units/angle.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/pictures.hpp"
 
 namespace probebox::report {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr std::size_t kErrors = 6;
+constexpr std::size_t kErrorsOfPose = 6;
 
 Plot against(const Subject& subject, const std::vector<double>& angles, const metrology::Estimate& errors,
              std::size_t first, double factor, const char* title, const char* label) {
@@ -21,8 +20,8 @@ Plot against(const Subject& subject, const std::vector<double>& angles, const me
     std::vector<Point> points;
     std::vector<double> bars;
     for (std::size_t k = 0; k < angles.size(); ++k) {
-      const std::size_t at = kErrors * k + first + part;
-      points.push_back({angles[k] * kDegrees, errors.values[at] * factor});
+      const std::size_t at = kErrorsOfPose * k + first + part;
+      points.push_back({degrees(angles[k]), errors.values[at] * factor});
       bars.push_back(2.0 * combinedOf(errors, at).value_or(0.0) * factor);
     }
     plot.addWithBars(std::move(points), bars, kLooks[part], columnName(subject, errors, first + part));
@@ -56,7 +55,7 @@ Plot vectors(const Subject& subject, const std::vector<double>& angles, const me
   std::vector<Point> by;
   double longest = 0.0;
   for (std::size_t k = 0; k < angles.size(); ++k) {
-    const std::size_t row = kErrors * k;
+    const std::size_t row = kErrorsOfPose * k;
     by.push_back({1e3 * errors.values[row + plane.first], 1e3 * errors.values[row + plane.second]});
     longest = std::max(longest, std::hypot(by.back().x, by.back().y));
   }
@@ -78,11 +77,11 @@ Plot vectors(const Subject& subject, const std::vector<double>& angles, const me
 std::vector<Plot> rotaryPictures(const Subject& subject) {
   const auto& result = *subject.result();
   const auto* errors = result.find("six_errors");
-  if (errors == nullptr || errors->columns != kErrors) return {};
+  if (errors == nullptr || errors->columns != kErrorsOfPose) return {};
   const auto* stated = result.find("angle_rad");
   if (stated == nullptr) return {};
   const auto& angles = stated->values;
-  if (angles.size() * kErrors != errors->values.size()) return {};
+  if (angles.size() * kErrorsOfPose != errors->values.size()) return {};
   std::vector<Plot> plots;
   if (const auto plane = planeAcross(subject)) plots.push_back(vectors(subject, angles, *errors, *plane));
   plots.push_back(against(subject, angles, *errors, 0, 1e3, "Translations, bars of U", "error (um)"));

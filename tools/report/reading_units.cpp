@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "protocol/units/angle.hpp"
 #include "tools/case/readable.hpp"
 
 namespace probebox::report {
@@ -11,7 +11,7 @@ namespace probebox::report {
 AxisUnit axisUnitOf(std::string_view key) {
   if (key == "t_s") return {"time (s)", 1.0};
   const std::string name{key};
-  if (name.ends_with("_rad")) return {name.substr(0, name.size() - 4) + " (deg)", 180.0 / std::numbers::pi};
+  if (name.ends_with("_rad")) return {name.substr(0, name.size() - 4) + " (deg)", 1.0 / kDegree};
   if (name.ends_with("_deg")) return {name.substr(0, name.size() - 4) + " (deg)", 1.0};
   auto [label, unit, factor] = casefolder::labelOf(name);
   std::ranges::replace(label, '_', ' ');

@@ -1,8 +1,6 @@
 #include "tools/report/sections.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -14,6 +12,7 @@
 #include "firmware/metrology/fit/noise_check.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/reading_sd.hpp"
@@ -30,19 +29,6 @@ using metrology::Shape;
 
 constexpr std::size_t kMostRows = 72;   // numbers of what was found on the way
 constexpr std::size_t kMostShares = 6;  // of the worst-determined combination
-
-// The shortest digits that read back as the same double.
-std::string allDigits(double value) {
-  std::array<char, 40> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return {buffer.data(), end.ptr};
-}
-
-std::string shortly(double value) {
-  std::array<char, 40> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 4);
-  return {buffer.data(), end.ptr};
-}
 
 std::string numberCell(const std::string& text, double exact) {
   return "<td class=\"n\" title=\"" + allDigits(exact) + "\">" + escaped(text) + "</td>";
@@ -145,7 +131,7 @@ std::string combinationOf(const Subject& subject, const metrology::Weakest& weak
   for (std::size_t at = 0; at < shown; ++at) {
     const double share = weakest.coefficients[order[at]];
     text += at == 0 ? "" : share < 0.0 ? " - " : " + ";
-    text += shortly(at == 0 ? share : std::abs(share)) + " (" +
+    text += shortly(at == 0 ? share : std::abs(share), 4) + " (" +
             nameOfComponent(subject, weakest.components[order[at]]) + ")";
   }
   return shown < order.size()
@@ -202,9 +188,9 @@ std::string budgetTable(const Result& result) {
 std::string residualsTable(const Result& result) {
   std::string text = "<h2>Residuals</h2>\n<table>\n";
   const std::string unit = result.residuals.unit.empty() ? "" : " " + result.residuals.unit;
-  text += row("residual rms", shortly(result.rms) + unit);
+  text += row("residual rms", shortly(result.rms, 4) + unit);
   const auto sd = readingSd(result);
-  if (sd) text += row("sd of one reading", shortly(*sd) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
+  if (sd) text += row("sd of one reading", shortly(*sd, 4) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
   if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
   text += row("degrees of freedom", std::to_string(result.dof));
   if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));
@@ -226,7 +212,7 @@ std::string unobservableList(const Subject& subject) {
   auto sentences = result.unobservable;
   if (result.weakest) {
     sentences.push_back("determined worst: " + combinationOf(subject, *result.weakest) + ", each in its own sd: " +
-                        shortly(result.weakest->sd) + " times as uncertain as if they were independent");
+                        shortly(result.weakest->sd, 4) + " times as uncertain as if they were independent");
   }
   return list("What these data cannot observe", sentences);
 }
@@ -237,7 +223,7 @@ std::string factsTable(const Result& result) {
   if (method != nullptr) {
     text += row("equations", std::string{method->equations}) + row("patent", std::string{method->source});
   }
-  text += row("condition", shortly(result.condition) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
+  text += row("condition", shortly(result.condition, 4) + " (of the scaled Jacobian; 1 is best, 1e6 is refused)");
   if (const auto figure = result.designFigure()) {
     text +=
         row("design figure", "sd of " + casefolder::designText(metrology::partsOf(result.estimates.front()).front().key,

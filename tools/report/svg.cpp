@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 #include <utility>
 
+#include "protocol/units/angle.hpp"
 #include "tools/report/html.hpp"
 
 namespace probebox::report {
@@ -93,30 +93,6 @@ std::vector<Point> thinned(const std::vector<Point>& points) {
   return kept;
 }
 
-struct Range {
-  double low{std::numeric_limits<double>::infinity()};
-  double high{-std::numeric_limits<double>::infinity()};
-
-  void include(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  double width() const { return high - low; }
-  // Some air on both sides; a range of one value gets a width.
-  void pad() {
-    if (!(low <= high)) low = 0.0, high = 1.0;
-    const double least = std::max(std::abs(low), std::abs(high)) * 1e-9 + 1e-12;
-    const double air = width() > least ? 0.06 * width() : std::max(0.05 * std::abs(low), 1e-6);
-    low -= air;
-    high += air;
-  }
-  void widenTo(double width_wanted) {
-    const double more = (width_wanted - width()) / 2.0;
-    low -= more;
-    high += more;
-  }
-};
-
 std::string marker(Look look, double x, double y) {
   const Paint paint = paintOf(look);
   if (look == Look::squares) {
@@ -182,6 +158,30 @@ std::string arrow(double x1, double y1, double x2, double y2, const Paint& paint
 
 }  // namespace
 
+struct Plot::Range {
+  double low{std::numeric_limits<double>::infinity()};
+  double high{-std::numeric_limits<double>::infinity()};
+
+  void include(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double width() const { return high - low; }
+  // Some air on both sides; a range of one value gets a width.
+  void pad() {
+    if (!(low <= high)) low = 0.0, high = 1.0;
+    const double least = std::max(std::abs(low), std::abs(high)) * 1e-9 + 1e-12;
+    const double air = width() > least ? 0.06 * width() : std::max(0.05 * std::abs(low), 1e-6);
+    low -= air;
+    high += air;
+  }
+  void widenTo(double width_wanted) {
+    const double more = (width_wanted - width()) / 2.0;
+    low -= more;
+    high += more;
+  }
+};
+
 // Where the data lie and how they map to the picture.
 struct Plot::Frame {
   Range x;
@@ -199,7 +199,7 @@ struct Plot::Frame {
 std::vector<Point> circleAround(Point centre, double radius) {
   std::vector<Point> points;
   for (int k = 0; k <= 120; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / 120.0;
+    const double angle = kTurn * k / 120.0;
     points.push_back({centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle)});
   }
   return points;

@@ -54,6 +54,7 @@ class Plot {
     Look look{};
     std::string legend;
   };
+  struct Range;
   struct Frame;
 
   Frame frame() const;

@@ -1,11 +1,10 @@
 #include "tools/report/values.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cstddef>
 #include <optional>
 
+#include "tools/report/digits.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
 
@@ -20,13 +19,6 @@ using metrology::Shape;
 constexpr std::size_t kShort = 3;        // numbers of a vector that stands in the table of short values
 constexpr std::size_t kMostCells = 600;  // of one table: a compensation for a whole cycle has thousands
 constexpr std::size_t kAcross = 4;       // numbers of a long vector side by side
-
-// The shortest digits that read back as the same double.
-std::string allDigits(double value) {
-  std::array<char, 40> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return {buffer.data(), end.ptr};
-}
 
 std::string titled(const char* tag, const char* attributes, const std::string& text, double exact) {
   return "<" + std::string{tag} + attributes + " title=\"" + allDigits(exact) + "\">" + escaped(text) + "</" + tag +

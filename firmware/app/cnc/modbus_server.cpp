@@ -33,18 +33,18 @@ microseconds turnaround(unsigned baud) {
   return std::max(microseconds{1750}, microseconds{38'500'000 / baud});
 }
 
-struct FreeContext {
-  void operator()(modbus_t* context) const { modbus_free(context); }
-};
-struct FreeMapping {
-  void operator()(modbus_mapping_t* mapping) const { modbus_mapping_free(mapping); }
-};
-
 }  // namespace
 
 // libmodbus builds the answers; requests are found by length and CRC before it sees them. It writes into a pipe, so
 // that the bytes of an answer are known when the line echoes them.
 struct ModbusServer::Library {
+  struct FreeContext {
+    void operator()(modbus_t* context) const { modbus_free(context); }
+  };
+  struct FreeMapping {
+    void operator()(modbus_mapping_t* mapping) const { modbus_mapping_free(mapping); }
+  };
+
   explicit Library(const ModbusOptions& options)
       : context{modbus_new_rtu(options.line.path.c_str(), static_cast<int>(options.line.settings.baud), 'N', 8, 1)},
         mapping{modbus_mapping_new(0, 0, modbus::kRegisterCount, modbus::kRegisterCount)} {

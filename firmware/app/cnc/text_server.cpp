@@ -11,7 +11,7 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr milliseconds kIdle{1000};
+constexpr milliseconds kLongestWait{1000};
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void TextServer::wait() {
     if (line_.pipe() == nullptr) return;
   }
   const auto due = std::chrono::ceil<milliseconds>(next_record_ - now);
-  const auto patience = streams ? std::clamp(due, milliseconds{0}, kIdle) : kIdle;
+  const auto patience = streams ? std::clamp(due, milliseconds{0}, kLongestWait) : kLongestWait;
   const bool waits = !session_.toSend().empty();
   std::array<pollfd, 2> on{pollfd{line_.pipe()->descriptor(), static_cast<short>(POLLIN | (waits ? POLLOUT : 0)), 0},
                            pollfd{line_.wakeUp(), POLLIN, 0}};

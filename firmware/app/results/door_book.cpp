@@ -11,7 +11,7 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kMostBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
+constexpr std::size_t kMostBookBytes = DoorBook::kMostDoors * (2 * DoorBook::kMostName + 64);
 constexpr const char* kUnknown = "unknown: the file of inhibits was damaged";
 
 // All that the file holds.
@@ -62,7 +62,7 @@ std::string problemOf(const store::TwinFile& file) {
 
 DoorBook::DoorBook(const std::string& path, std::function<bool(bool)> tell_core)
     : tell_core_{std::move(tell_core)},
-      file_{store::TwinFile::open(path, kMostBytes)},
+      file_{store::TwinFile::open(path, kMostBookBytes)},
       doors_{doorsIn(file_.content())},
       problem_{problemOf(file_)} {
   if (!file_.lost()) return;

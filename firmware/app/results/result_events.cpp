@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/subject_axis.hpp"
 #include "firmware/metrology/methods.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
@@ -147,7 +147,7 @@ Outcome<std::vector<Event>> swivel(const metrology::Result& result, RotaryAxis a
     events.emplace_back(ErrorsAtAngle{.of = ErrorsOf::swivel,
                                       .axis = axis,
                                       .result_id = id,
-                                      .angle_rad = row[0] * std::numbers::pi / 180,
+                                      .angle_rad = radians(row[0]),
                                       .errors = {row[1], row[2], row[3]},
                                       .at = now});
   }

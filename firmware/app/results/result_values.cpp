@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <utility>
 
 #include "firmware/app/results/subject_axis.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
@@ -35,7 +35,7 @@ void appendSixErrors(const Estimate& six, const Estimate& angles_rad, const std:
   const std::string letter = axis ? std::string{"ABC"[static_cast<std::size_t>(*axis)]} : "";
   for (std::size_t i = 0; i < six.values.size(); ++i) {
     std::array<char, 48> at{};
-    const double angle_deg = angles_rad.values[i / kErrors.size()] * 180 / std::numbers::pi;
+    const double angle_deg = degrees(angles_rad.values[i / kErrors.size()]);
     std::snprintf(at.data(), at.size(), "_at_%.6g_deg_%s", angle_deg, i % kErrors.size() < 3 ? "mm" : "rad");
     values.push_back({.key = kErrors[i % kErrors.size()] + letter + at.data(),
                       .value = six.values[i],

@@ -16,7 +16,7 @@ using messages::ErrorCode;
 using messages::Operation;
 
 // Leaves room for the envelope in one answer of a link.
-constexpr std::size_t kMostBytes = 12'000;
+constexpr std::size_t kMostAnswerBytes = 12'000;
 
 Reply whyNot(const store::Failure& failure) {
   switch (failure.reason) {
@@ -118,9 +118,9 @@ Reply ResultsDesk::listResults(std::span<const std::byte> body) {
     if (!rests_on) return whyNot(rests_on.error());
     for (const auto& [id, subject, in_force] : *rests_on) summary.rests_on.push_back({id, subject, !in_force});
     // One that no answer holds comes in parts; others wait for the next answer.
-    const bool is_whole = keepValues(summary, std::exchange(first_value, 0), kMostBytes);
+    const bool is_whole = keepValues(summary, std::exchange(first_value, 0), kMostAnswerBytes);
     bytes += messages::encodedSize(summary);
-    if (bytes > kMostBytes && !answer.results.empty()) {
+    if (bytes > kMostAnswerBytes && !answer.results.empty()) {
       answer.more = true;
       break;
     }
@@ -198,7 +198,7 @@ Reply ResultsDesk::history(std::span<const std::byte> body) {
   for (const auto& transition : *transitions) {
     auto on_the_wire = wireTransition(transition);
     bytes += messages::encodedSize(on_the_wire);
-    if (bytes > kMostBytes) {
+    if (bytes > kMostAnswerBytes) {
       answer.more = true;
       break;
     }
@@ -217,7 +217,7 @@ Reply ResultsDesk::getDataset(std::span<const std::byte> body) {
   }
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The data end before that offset.");
   return ok(messages::GetDataset::Answer{
-      .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostBytes)});
+      .total_bytes = all.size(), .offset = request->offset, .bytes = all.substr(request->offset, kMostAnswerBytes)});
 }
 
 Reply ResultsDesk::getResult(std::span<const std::byte> body) {
@@ -245,7 +245,7 @@ Reply ResultsDesk::getResult(std::span<const std::byte> body) {
   if (request->offset > all.size()) return refused(ErrorCode::not_found, "The document ends before that offset.");
   answer.dataset_kept = document_.dataset_kept;
   answer.total_bytes = all.size();
-  answer.bytes = all.substr(request->offset, kMostBytes - messages::encodedSize(answer));
+  answer.bytes = all.substr(request->offset, kMostAnswerBytes - messages::encodedSize(answer));
   if (request->offset + answer.bytes.size() == all.size()) document_ = {};
   return ok(answer);
 }

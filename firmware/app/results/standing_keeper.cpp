@@ -13,7 +13,7 @@ namespace {
 
 using Correction = StandingKeeper::Correction;
 
-constexpr std::size_t kMostBytes = 200;
+constexpr std::size_t kMostStandingBytes = 200;
 
 // All that the file holds.
 struct Content {
@@ -53,7 +53,7 @@ ServableWithin within(const Correction& centre_mm, const Correction& margin_mm, 
 
 StandingKeeper::StandingKeeper(const std::string& path, const Limits& limits,
                                std::function<void(const Event&)> tell_core)
-    : file_{store::TwinFile::open(path, kMostBytes)}, limits_{limits}, tell_core_{std::move(tell_core)} {
+    : file_{store::TwinFile::open(path, kMostStandingBytes)}, limits_{limits}, tell_core_{std::move(tell_core)} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) ahead_mm_[axis] = limits[axis].rate_mm_s * kAhead_s;
   if (!file_.notice().empty()) logWarning(file_.notice());
   if (!file_.whyNotWritable().empty()) setProblem(file_.whyNotWritable());

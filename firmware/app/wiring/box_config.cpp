@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <variant>
 
@@ -11,6 +10,7 @@
 #include "firmware/app/wiring/board_sources.hpp"
 #include "firmware/app/wiring/corrections_config.hpp"
 #include "firmware/app/wiring/encoder_sources.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::app {
 namespace {
@@ -71,7 +71,7 @@ procedure::BFacts bFacts(const board::TiltDescription& tilt) {
   procedure::BFacts facts{
       .axis = tilt.axis, .count = tilt.angles_deg.size(), .angles_rad = {}, .sigma_rad = tilt.sigma_rad};
   std::ranges::transform(tilt.angles_deg, facts.angles_rad.begin(),
-                         [](double angle_deg) { return angle_deg * std::numbers::pi / 180; });
+                         [](double angle_deg) { return radians(angle_deg); });
   return facts;
 }
 
@@ -96,7 +96,7 @@ procedure::ProbeTools probeTools(const board::Machine& machine) {
 std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
   const auto& ball = machine.rim_ball;
   if (!ball) return std::nullopt;
-  return procedure::RimBall{.c_on_line_rad = ball->c_deg * std::numbers::pi / 180,
+  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg),
                             .level_limit_mm = ball->level_limit_mm};
 }
 

@@ -13,6 +13,7 @@
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -90,7 +91,7 @@ Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
   }
   const auto [least, greatest] = std::ranges::minmax(rim, {}, &RimReading::c);
   if (greatest.c - least.c < 2.0 * kLeastHalfArc_rad) {
-    return Refusal{"arc-too-short", "C spans " + text((greatest.c - least.c) * 180.0 / std::numbers::pi) +
+    return Refusal{"arc-too-short", "C spans " + text(degrees(greatest.c - least.c)) +
                                         " degrees, less than 30: turn 15 degrees or more to either side"};
   }
   TRY(const auto fit, fitRotation(readings, noise.noise));

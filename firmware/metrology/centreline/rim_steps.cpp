@@ -16,6 +16,7 @@
 #include "firmware/metrology/dataset/table_columns.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -67,7 +68,7 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
   std::array<double, 2> counts{};
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    const double angle = std::remainder(rows(row, 0), 2.0 * std::numbers::pi);
+    const double angle = std::remainder(rows(row, 0), kTurn);
     const bool zero = std::abs(angle) < kSameAngle_rad;
     if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle_rad) {
       return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
@@ -121,7 +122,7 @@ Outcome<RimSteps, Refusal> stepsOf(const Loop& loop, std::size_t number, bool la
   }
   if (plus->c < kLeastHalfArc_rad) {
     return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " +
-                                        text(plus->c * 180.0 / std::numbers::pi) +
+                                        text(degrees(plus->c)) +
                                         " degrees, less than 15: turn 30 to 45 to either side"};
   }
   return RimSteps{plus->at, minus->at, zero ? zero->at : Vector2d{0.0, 0.0}, plus->c};

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "firmware/metrology/touch/previous_delay.hpp"
 #include "firmware/metrology/touch/touch.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -314,7 +314,7 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
   if (!matched) return plain;
   if (matched->warning.empty()) {
     matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
-                       text(ringing->w / (2.0 * std::numbers::pi)) + " Hz: the ringing is fitted and removed";
+                       text(ringing->w / kTurn) + " Hz: the ringing is fitted and removed";
   } else {
     matched->least_dof = kLeastFreedom;
   }

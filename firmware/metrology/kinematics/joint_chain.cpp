@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 7> kColumns{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
+constexpr std::array<std::string_view, 7> kChainColumns{"revolute", "px_mm", "py_mm", "pz_mm", "ux", "uy", "uz"};
 
 Vector3d turned(const Joint& joint, double angle, const Vector3d& at) {
   return joint.point + Eigen::AngleAxisd{angle, joint.direction} * (at - joint.point);
@@ -24,9 +24,9 @@ Vector3d turned(const Joint& joint, double angle, const Vector3d& at) {
 }  // namespace
 
 Outcome<JointChain, Refusal> JointChain::read(const Dataset& dataset) {
-  TRY(const auto table, checkedTable(dataset, "chain", kColumns));
+  TRY(const auto table, checkedTable(dataset, "chain", kChainColumns));
   TRY(const auto tip, requiredVector(dataset, "tip_mm"));
-  const Eigen::MatrixXd rows = columnsOf(*table, kColumns);
+  const Eigen::MatrixXd rows = columnsOf(*table, kChainColumns);
   std::vector<Joint> joints;
   for (Index row = 0; row < rows.rows(); ++row) {
     const std::string name = "table 'chain', row " + std::to_string(row + 1) + ": ";

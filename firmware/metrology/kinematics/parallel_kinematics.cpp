@@ -21,7 +21,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::array<std::string_view, 14> kColumns{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
+constexpr std::array<std::string_view, 14> kLegColumns{"kind",  "q",  "lx_mm", "ly_mm", "lz_mm", "px_mm", "py_mm",
                                                     "pz_mm", "ux", "uy",    "uz",    "cx_mm", "cy_mm", "cz_mm"};
 constexpr std::size_t kDelta = 3, kHexapod = 6;
 constexpr double kClosed_mm = 1e-10;
@@ -74,9 +74,9 @@ ParallelKinematics::ParallelKinematics(std::vector<Leg> legs, const Vector3d& ti
 }
 
 Outcome<ParallelKinematics, Refusal> ParallelKinematics::read(const Dataset& dataset) {
-  TRY(const auto table, checkedTable(dataset, "legs", kColumns));
+  TRY(const auto table, checkedTable(dataset, "legs", kLegColumns));
   TRY(const auto tip, requiredVector(dataset, "tip_mm"));
-  const MatrixXd rows = columnsOf(*table, kColumns);
+  const MatrixXd rows = columnsOf(*table, kLegColumns);
   std::vector<Leg> legs;
   for (Index row = 0; row < rows.rows(); ++row) {
     TRY(const auto leg, legOf(rows.row(row).transpose(), "table 'legs', row " + std::to_string(row + 1) + ": "));

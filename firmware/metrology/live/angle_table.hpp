@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "firmware/metrology/dataset/result.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/tolerances.hpp"
 
@@ -37,7 +37,6 @@ class AngleTable {
   std::optional<Row> at(double angle) const { return between_ == Between::fourier ? harmonics(angle) : chord(angle); }
 
  private:
-  static constexpr double kTurn = 2.0 * std::numbers::pi;
   static constexpr double kWidestGap = kTurn * 100.0 / 360.0;
 
   static double withinTurn(double angle) {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kBand = 0.1;  // of the threshold, to either side
 
 }  // namespace

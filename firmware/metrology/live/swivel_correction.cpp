@@ -1,8 +1,9 @@
 #include "firmware/metrology/live/swivel_correction.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <vector>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 
@@ -24,7 +25,7 @@ Outcome<SwivelCorrection, Refusal> SwivelCorrection::from(const Result& result, 
   std::vector<double> angles;
   std::vector<Eigen::Vector3d> errors;
   for (std::size_t k = 0; k + 4 <= left->values.size(); k += 4) {
-    angles.push_back(left->values[k] * std::numbers::pi / 180.0);
+    angles.push_back(radians(left->values[k]));
     errors.emplace_back(left->values[k + 1], left->values[k + 2], left->values[k + 3]);
   }
   TRY(const auto table, AngleTable<3>::make(angles, errors, Between::linear));

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/rotary_joint_errors.hpp"
 #include "firmware/metrology/rotary/rotary_location.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -28,7 +28,6 @@ using Balls = std::map<double, Vector3d>;
 
 constexpr std::array<std::string_view, 5> kFirstColumns{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kBallColumns{"ball", "x_mm", "y_mm", "z_mm"};
-constexpr double kTurn = 2.0 * std::numbers::pi;
 // Chi-square of six errors that the readings at phi = 0 may differ by from those with the linear axes only: 6 + 4
 // sqrt(12).
 constexpr double kSameState = 20.0;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "firmware/metrology/fit/rigid_motion.hpp"
 #include "firmware/metrology/rotary/plate_readings.hpp"
 #include "firmware/metrology/rotary/rotary_location.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -32,7 +32,6 @@ constexpr double kStationRadius = 30.0;  // mm
 // sd of the condition on the stations, in sigma of a reading. It chooses among equivalent descriptions and measures
 // nothing, so its sd must not reach the results: with 0.01 it adds 0.02 % to an sd, and the fit stays well conditioned.
 constexpr double kGaugeSigma = 0.01;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 Matrix3d turned(const Vector3d& rotation) {
   const double angle = rotation.norm();
@@ -115,7 +114,7 @@ std::optional<Refusal> badRank(const PlateReadings& stack, const NominalAxis& ax
       design.bottomRows<3>() = smallMotionRows(idealOf(stack, reading, axis));
     }
     if (design.rows() >= 6 && scaledCondition(design.transpose() * design) <= kConditionLimit) continue;
-    return Refusal{"rank-too-small", "at " + text(stack.angles[k] * kDegrees) +
+    return Refusal{"rank-too-small", "at " + text(degrees(stack.angles[k])) +
                                          " degrees the balls of all mounts do not determine six errors: read three "
                                          "that are not on one line, in one mount or in several"};
   }
@@ -247,7 +246,7 @@ Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& ke
     const PlateReading& reading = stack.readings[k / 3];
     const auto of_ball = static_cast<Index>(3 * (k / 3)), coordinate = static_cast<Index>(k % 3);
     const double angle = reading.angle ? stack.angles[*reading.angle] : 0.0;
-    residuals.names.push_back((reading.angle ? "first, " + text(angle * kDegrees) + " degrees" : "second") +
+    residuals.names.push_back((reading.angle ? "first, " + text(degrees(angle)) + " degrees" : "second") +
                               ", mount " + std::to_string(reading.mount + 1) + ", ball " +
                               std::to_string(reading.ball + 1) + ", " + "xyz"[k % 3] + "_mm");
     residuals.at.push_back(angle);

@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_direction.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -15,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kLeastSector = kTurn / 6.0;
 
 // Whether the angles tell the location.

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -19,9 +19,9 @@ using Eigen::VectorXd;
 
 constexpr double kLeastTurns = 2.0;  // within a contact: slower oscillations look like the motion
 constexpr double kMostTurns = 50.0;
-constexpr Index kLeastSamples = 12;
+constexpr Index kLeastOfContact = 12;
 constexpr double kSignificant = 4.0;                // deviations
-constexpr double kFinest = 1e-6;                    // mm and raw: what kinks and the digits of a case file leave
+constexpr double kFinestNoise = 1e-6;                    // mm and raw: what kinks and the digits of a case file leave
 constexpr std::array kDecays{1.0, 3.0, 6.0, 12.0};  // per contact
 
 // Frequency and decay, per contact of the longest length.
@@ -51,7 +51,7 @@ std::optional<Beyond> beyondMotion(const DrivenContact& contact, double tau_s) {
     if (t >= contact.from && t <= contact.until && !at_kink) rows.push_back(k);
   }
   const auto n = static_cast<Index>(rows.size());
-  if (n < kLeastSamples) return std::nullopt;
+  if (n < kLeastOfContact) return std::nullopt;
   Beyond beyond{.since = ArrayXd{n}, .motion = {}, .left = VectorXd{n}};
   MatrixXd columns{n, 3};
   std::size_t cursor = 0;
@@ -71,7 +71,7 @@ std::optional<Beyond> beyondMotion(const DrivenContact& contact, double tau_s) {
   beyond.left = beyond.without(beyond.left);
   // Probe samples between two of the machine share its noise.
   const double shared = gain * gain * std::max(1.0, machine.period() / probe.period());
-  beyond.variance = std::max(smallerVariance(probe) + shared * smallerVariance(machine), kFinest * kFinest);
+  beyond.variance = std::max(smallerVariance(probe) + shared * smallerVariance(machine), kFinestNoise * kFinestNoise);
   return beyond;
 }
 
@@ -94,7 +94,7 @@ class Contacts {
     const double dof = 2.0 * static_cast<double>(each_.size()) + 2.0;
     if (explained(tone) < dof + kSignificant * std::sqrt(2.0 * dof)) return std::nullopt;
     ContactRinging found{
-        .w = 2.0 * std::numbers::pi * tone.turns / length_s_, .decay = tone.decay / length_s_, .amplitudes = {}};
+        .w = kTurn * tone.turns / length_s_, .decay = tone.decay / length_s_, .amplitudes = {}};
     for (const auto& one : each_) found.amplitudes.push_back(amplitude(one, tone));
     return found;
   }
@@ -102,7 +102,7 @@ class Contacts {
  private:
   ArrayXd left(const Beyond& one, double decay) const { return (-decay / length_s_ * one.since).exp(); }
   Eigen::MatrixX2d turned(const Beyond& one, double turns) const {
-    const ArrayXd turn = 2.0 * std::numbers::pi * turns / length_s_ * one.since;
+    const ArrayXd turn = kTurn * turns / length_s_ * one.since;
     Eigen::MatrixX2d columns{turn.size(), 2};
     columns << turn.cos(), turn.sin();
     return columns;

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/configured_gain.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -29,7 +29,7 @@ constexpr double kSeen = 0.05;        // rms of the normals along a direction in
 constexpr double kHardlySeen = 0.01;  // and along one where it is, unless it looks like the steps
 constexpr double kLikeSteps = 0.25;   // of their squares
 constexpr double kOwnShare = 0.05;    // of the squares of the rate, that no error of the place may look like
-constexpr std::size_t kLeastSamples = 50;
+constexpr std::size_t kLeastOfContour = 50;
 
 // Rows of one scan as points on their stamps.
 struct Points {
@@ -58,7 +58,7 @@ Points pointsOf(const Table& table, std::span<const std::string_view> columns, d
 }
 
 std::optional<Refusal> wrongStamps(const Points& points, const std::string& scan, const std::string& table) {
-  if (points.times.size() < kLeastSamples) {
+  if (points.times.size() < kLeastOfContour) {
     return Refusal{"too-few-samples", scan + " has " + std::to_string(points.times.size()) + " samples in table '" +
                                           table + "', fifty are needed; record it again"};
   }
@@ -194,7 +194,7 @@ std::optional<Refusal> unusable(const ContourScan& scan, const ScanQuestion& que
                                     " cannot separate the delay from the position of the feature: at constant speed a "
                                     "delay looks like a displaced feature; change distance, direction or speed"};
   }
-  const double lasts_s = question.in_circles ? 2.0 * std::numbers::pi * scan.distance.values.front() / scan.speed_mm_s
+  const double lasts_s = question.in_circles ? kTurn * scan.distance.values.front() / scan.speed_mm_s
                                              : scan.distance.times.back() - scan.distance.times.front();
   if (question.window_s >= 0.5 * lasts_s) {
     return Refusal{"window-too-large", "search_window_s is " + text(question.window_s) + " s and " + scan.name +

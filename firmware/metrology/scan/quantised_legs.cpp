@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr std::size_t kLeastSamples = 4;
+constexpr std::size_t kLeastOfRun = 4;
 constexpr double kLeastShare = 0.05;  // of the residuals' variance, that the steps' may be worth looking at
 
 struct Leg {
@@ -36,7 +36,7 @@ std::vector<Leg> legsOf(const Stream& machine, const std::array<std::pair<double
   std::vector<Leg> legs;
   for (const auto& [from, until] : between) {
     const Run run = runBetween(clean.times, from, until);
-    if (run.size() < kLeastSamples) return {};
+    if (run.size() < kLeastOfRun) return {};
     const Line line = fitLine(clean.timesOf(run), clean.valuesOf(run));
     legs.push_back({runBetween(machine.times, from, until), line, Rounding{clean.timesOf(run), line, steps}});
   }

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -22,7 +22,6 @@ constexpr double kLeastSpanUm = 5.0;
 constexpr std::size_t kLeastSamples = 10;
 constexpr double kLeastTurns = 3.0;
 constexpr double kDriftLimitUmS = 0.1;
-constexpr double kTurn = 2.0 * std::numbers::pi;
 // Deviation of the places inside a sector, in sector widths (0.29 when evenly spread), below which all samples count as
 // taken at one place and tell no slope.
 constexpr double kOnePlace = 0.1;

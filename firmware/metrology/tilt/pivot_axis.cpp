@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,7 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr Index kAxis = 4;              // parameters of the axis: pivot, lean
 constexpr double kMostLeanPerMm = 0.2;  // rad/mm: a lever of 5 mm
 

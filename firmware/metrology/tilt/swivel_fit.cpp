@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "firmware/metrology/dataset/configuration.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -21,7 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 constexpr std::array<std::string_view, 8> kColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLeastSine = 0.2;
 constexpr double kAcross = 0.1;  // sine: how far along the tool it may be
 constexpr Index kTool = 2;       // along Z while the head is level

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
   const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);

@@ -11,7 +11,7 @@
 namespace probebox::metrology {
 namespace {
 
-constexpr std::size_t kLeastSamples = 3;
+constexpr std::size_t kLeastOfWindow = 3;
 constexpr double kMissingPeriods = 3.5;  // between samples: two may be lost anywhere
 // The most that a sawtooth of one step, some turns of it long, bends in the coefficient of (share of the window)^2.
 constexpr double kBendOfSteps = 2.9;
@@ -89,7 +89,7 @@ Refusal aboutTouch(const Touch& touch, std::string name, const std::string& what
 
 std::optional<Refusal> tooSparse(const Seen& seen, Run run) {
   const auto times = seen.stream.timesOf(run);
-  if (times.size() < kLeastSamples) {
+  if (times.size() < kLeastOfWindow) {
     return aboutTouch(
         seen.touch, "too-few-samples",
         std::to_string(times.size()) + " " + seen.name +
@@ -114,7 +114,7 @@ Outcome<Steady, Refusal> fitWindow(const Seen& seen, Window window) {
   const Run used{from + run.run.begin, from + run.run.end};
   if (auto bad = tooSparse(seen, used)) return *bad;
   const Steady steady = lineOf(seen, run, from);
-  if (steady.line.n < kLeastSamples) return *tooSparse(seen, {used.begin, used.begin + steady.line.n});
+  if (steady.line.n < kLeastOfWindow) return *tooSparse(seen, {used.begin, used.begin + steady.line.n});
   const double change = speedChange(stream.timesOf(used), stream.along(seen.direction, used), seen.noise,
                                     kBendOfSteps * seen.steps.maxCoeff());
   if (change > 0.02) {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <span>
 
 #include "firmware/metrology/fit/decompositions.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr double kNearRest = 0.85;    // share of the deflection at rest that still counts as near it
 constexpr double kSeparating = 0.02;  // and at which the stylus is as good as free
 constexpr double kStanding = 1e-5;    // of the overtravel, that a machine at rest may seem to move
-constexpr std::size_t kLeastSamples = 6;
+constexpr std::size_t kLeastOfDwell = 6;
 constexpr double kLeastTurns = 1.5;  // of the oscillation within a rest: slower ones look like a drift
 constexpr double kSignificant = 5.0;
 // What bounds the work: a stylus has long come to rest by then, and few touches tell the tone of all.
@@ -98,7 +98,7 @@ Ramps rampsOf(const Touch& touch, double overtravel_mm) {
 
 std::optional<Rest> restOf(const Touch& touch, std::size_t index) {
   const auto& times = touch.probe.times;
-  if (times.size() < kLeastSamples || touch.machine.times.size() < kLeastSamples) return std::nullopt;
+  if (times.size() < kLeastOfDwell || touch.machine.times.size() < kLeastOfDwell) return std::nullopt;
   const std::vector<double> share = shares(touch.probe);
   std::size_t last = share.size();
   while (last > 0 && !(share[last - 1] >= kNearRest)) --last;
@@ -113,7 +113,7 @@ std::optional<Rest> restOf(const Touch& touch, std::size_t index) {
   const double to = times[plateau.last] - ramps.out_s;
   const auto begin = static_cast<std::size_t>(std::ranges::lower_bound(times, from) - times.begin());
   const auto end = static_cast<std::size_t>(std::ranges::upper_bound(times, to) - times.begin());
-  if (end < begin + kLeastSamples) return std::nullopt;
+  if (end < begin + kLeastOfDwell) return std::nullopt;
   Rest rest{index, {begin, std::min(end, begin + kMostSamples)}, until, 0.0};
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd values = touch.probe.values.col(channel);
@@ -128,7 +128,7 @@ Eigen::MatrixX3d shapes(std::span<const double> times, double from, double lengt
   Eigen::MatrixX3d shape{static_cast<Eigen::Index>(times.size()), 3};
   for (std::size_t k = 0; k < times.size(); ++k) {
     const double share = (times[k] - from) / length_s;
-    const double turn = 2.0 * std::numbers::pi * tone.turns * share;
+    const double turn = kTurn * tone.turns * share;
     const double left = std::exp(-tone.decay * share);
     shape.row(static_cast<Eigen::Index>(k)) << 1.0, left * std::cos(turn), left * std::sin(turn);
   }

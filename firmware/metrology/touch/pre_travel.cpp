@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/sphere.hpp"
 #include "firmware/metrology/touch/switched_touch.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -56,10 +56,10 @@ std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touche
   }
   std::ranges::sort(around_rad);
   double widest =
-      around_rad.empty() ? 2 * std::numbers::pi : around_rad.front() + 2 * std::numbers::pi - around_rad.back();
+      around_rad.empty() ? kTurn : around_rad.front() + kTurn - around_rad.back();
   for (std::size_t i = 1; i < around_rad.size(); ++i) widest = std::max(widest, around_rad[i] - around_rad[i - 1]);
   if (widest <= kWidestGap) return std::nullopt;
-  return Refusal{"few-directions", "no touch across the stylus for " + text(widest * 180 / std::numbers::pi) +
+  return Refusal{"few-directions", "no touch across the stylus for " + text(degrees(widest)) +
                                        " degrees around it: touch the sphere at least every 50 degrees, best every 30"};
 }
 

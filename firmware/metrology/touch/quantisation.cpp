@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 using Eigen::Index;
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double square(double value) {
   return value * value;

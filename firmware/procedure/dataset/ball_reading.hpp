@@ -8,6 +8,7 @@
 
 #include "firmware/capture/recording.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
+#include "protocol/units/angle.hpp"
 
 // Rows from which the tables of ball readings are made.
 namespace probebox::procedure {
@@ -31,10 +32,6 @@ struct ShankReading {
   Eigen::Vector3d at_mm;  // used along `side` only
   double sd_mm{};         // k = 1
 };
-
-inline double degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
-}
 
 // Rounds to the multiple of 180 degrees that the step asked for; the machine reports angles within its tolerance.
 inline double halfTurns_deg(double angle_rad) {

@@ -18,7 +18,7 @@ using metrology::Table;
 
 constexpr std::array<std::string_view, 7> kAlignmentColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm",
                                                             "y_mm",          "ux",    "uy"};
-constexpr std::array<std::string_view, 8> kSwivelColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
+constexpr std::array<std::string_view, 8> kShankColumns{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 // More than any shank is off its nominal radius.
 constexpr double kRadiusTolerance_mm = 0.1;
 constexpr double kSameSide = 0.99;  // cosine
@@ -74,17 +74,17 @@ double besideMiddle(const std::vector<ShankReading>& all, const ShankReading& to
 }
 
 // The touches from one side at one stop of B.
-struct Stop {
+struct ShankStop {
   double b_rad{};
   Vector3d side;
   Vector3d sum{Vector3d::Zero()};
   double touches{};
 };
 
-std::vector<Stop> stopsOf(const std::vector<ShankReading>& touches) {
-  std::vector<Stop> stops;
+std::vector<ShankStop> stopsOf(const std::vector<ShankReading>& touches) {
+  std::vector<ShankStop> stops;
   for (const auto& touch : touches) {
-    auto stop = std::ranges::find_if(stops, [&](const Stop& s) {
+    auto stop = std::ranges::find_if(stops, [&](const ShankStop& s) {
       return std::abs(s.b_rad - touch.b_rad) < kSameStop_rad && s.side.dot(touch.side) > kSameSide;
     });
     if (stop == stops.end()) stop = stops.insert(stops.end(), {.b_rad = touch.b_rad, .side = touch.side});
@@ -92,7 +92,7 @@ std::vector<Stop> stopsOf(const std::vector<ShankReading>& touches) {
     ++stop->touches;
   }
   // Half a turn of A has to be between two: one alone shows the run-out of the shank.
-  std::erase_if(stops, [](const Stop& stop) { return stop.touches < 2; });
+  std::erase_if(stops, [](const ShankStop& stop) { return stop.touches < 2; });
   return stops;
 }
 
@@ -131,7 +131,7 @@ void addShankOfAlignment(metrology::Dataset& dataset, const std::vector<ShankRea
 void addShankOfSwivel(metrology::Dataset& dataset, const std::vector<ShankReading>& touches, const Facts& facts) {
   const double length_mm = facts.probe_shank->length_mm();
   const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
-  auto table = Table::withColumns("shank", kSwivelColumns);
+  auto table = Table::withColumns("shank", kShankColumns);
   auto& queries = *std::ranges::find(dataset.tables, "queries", &Table::name);
   double queried_rad = 0;
   for (const auto& stop : stopsOf(touches)) {

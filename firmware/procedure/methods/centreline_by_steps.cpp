@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/rim_loops.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
@@ -50,7 +50,7 @@ void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const F
     const auto& at = reading.centre.centre_mm;
     const RimStep rim = rimStep(reading.note);
     if (rim.loop == 0) {
-      stylus.append({halfTurns_deg(reading.a_rad) * std::numbers::pi / 180, at.x(), at.y()});
+      stylus.append({radians(halfTurns_deg(reading.a_rad)), at.x(), at.y()});
     } else {
       table.append({static_cast<double>(rim.loop), angleOf(reading, ball.c_on_line_rad), at.x(), at.y()});
     }

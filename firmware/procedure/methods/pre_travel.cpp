@@ -2,12 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -20,7 +20,6 @@ struct Ring {
 // Twelve at the equator show the lobes, those below it tell the part along the stylus from the height of the sphere.
 // The shank of a stylus passes the sphere at 20 degrees below.
 constexpr std::array<Ring, 4> kRings{{{12, 0, 0}, {6, 0, 45}, {12, 15, -20}, {1, 0, 90}}};
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSpeed_mm_s = 5;
 
 std::array<double, 3> directionOf(const Ring& ring, int touch) {

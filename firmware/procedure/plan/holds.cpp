@@ -1,19 +1,11 @@
 #include "firmware/procedure/plan/holds.hpp"
 
 #include <array>
-#include <numbers>
 
 #include "firmware/procedure/plan/wording.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
-namespace {
-
-std::string degrees(double angle_rad) {
-  return number(angle_rad * 180 / std::numbers::pi);
-}
-
-}  // namespace
-
 std::optional<Error> whyNoHolds(const ProcedureOptions& options) {
   if (options.head_tool != 0 && options.head_range_mm > 0) return std::nullopt;
   return Error{"The sensor head is not described: give [sensor_head] tool and range_mm in machine.toml."};
@@ -36,8 +28,8 @@ Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) 
 std::string holdPrompt(const Step& step) {
   const auto& touch = step.touch;
   std::string text = mountPrompt(touch);
-  if (step.b_moves == BMoves::table) text += "the table at a tilt of " + degrees(touch.rotary_angles_rad[1]) + " deg, ";
-  text += "A at " + degrees(touch.rotary_angles_rad[0]) + " and C at " + degrees(touch.rotary_angles_rad[2]) +
+  if (step.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(touch.rotary_angles_rad[1])) + " deg, ";
+  text += "A at " + number(degrees(touch.rotary_angles_rad[0])) + " and C at " + number(degrees(touch.rotary_angles_rad[2])) +
           " deg; with tool " + std::to_string(touch.tool) + " in the spindle, hold its centre still ";
   if (touch.travel_mm > 0) {
     const std::size_t axis = axisAlong(touch.outward_normal);

@@ -3,11 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string>
 
 #include "firmware/procedure/plan/holds.hpp"
 #include "firmware/procedure/plan/poses.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -18,10 +18,6 @@ std::array<double, 3> retractOf(const Side& side, double approach_rad) {
     direction[i] = std::cos(approach_rad) * side.outward_normal[i] + std::sin(approach_rad) * side.aside[i];
   }
   return direction;
-}
-
-double degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
 }
 
 // An option that would have no effect in this method. Does not allocate when there is none: the core asks.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
@@ -12,7 +12,7 @@ namespace {
 bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   if (!step.turns) return true;
   for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
-    const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], 2 * std::numbers::pi);
+    const double off = std::remainder(angles_rad[axis] - step.touch.rotary_angles_rad[axis], kTurn);
     if (!(std::abs(off) <= kPoseTolerance_rad)) return false;
   }
   return true;

@@ -2,19 +2,15 @@
 
 #include <array>
 #include <cstdio>
-#include <numbers>
 
 #include "firmware/procedure/plan/holds.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 #include "firmware/procedure/plan/wording.hpp"
+#include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
 
 namespace {
-
-double degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
-}
 
 std::string spindleOf(const Step& step) {
   return step.touch.tool == 0 ? "the probe" : "tool " + std::to_string(step.touch.tool);

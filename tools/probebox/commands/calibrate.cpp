@@ -1,9 +1,9 @@
 #include <filesystem>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "firmware/json/dataset_json.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/acceptance.hpp"
 #include "tools/probebox/commands/axis_number.hpp"
@@ -19,13 +19,12 @@ namespace {
 using messages::ProcedureState;
 
 messages::StartProcedure::Request requestOf(const Calibrate& options) {
-  constexpr double kRadPerDegree = std::numbers::pi / 180;
   return {.method = options.method,
           .speeds_mm_s = options.speeds_mm_s,
           .overtravel_mm = options.overtravel_mm.value_or(0),
           .clearance_mm = options.clearance_mm.value_or(0),
-          .approach_rad = options.approach_deg.value_or(0) * kRadPerDegree,
-          .arc_rad = options.arc_deg.value_or(0) * kRadPerDegree,
+          .approach_rad = options.approach_deg.value_or(0) * kDegree,
+          .arc_rad = options.arc_deg.value_or(0) * kDegree,
           .angles = options.angles.value_or(0),
           .balls = options.balls.value_or(0),
           .axis = axisNumber(options.axis),

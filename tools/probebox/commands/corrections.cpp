@@ -2,10 +2,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
+#include "protocol/units/angle.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/pace.hpp"
 #include "tools/probebox/link/box.hpp"
@@ -57,7 +57,7 @@ std::optional<messages::TellPose::Request> poseOf(const std::string& text) {
     const auto axis = name.size() == 1 ? kLetters.find(name) : std::string_view::npos;
     if (axis != std::string_view::npos) {
       pose.axes = static_cast<std::uint8_t>(pose.axes | 1U << axis);
-      pose.angles_rad[axis] = value * std::numbers::pi / 180;
+      pose.angles_rad[axis] = radians(value);
     } else if (name == "tool" && value >= 0 && value <= 65'535 && value == std::floor(value)) {
       pose.has_tool = true;
       pose.tool = static_cast<std::uint32_t>(value);

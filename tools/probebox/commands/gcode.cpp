@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cstdlib>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware/procedure/plan/plan.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/gcode/picture.hpp"
 #include "tools/gcode/program.hpp"
 #include "tools/gcode/unroll.hpp"
@@ -64,7 +64,7 @@ procedure::Facts factsOf(const Gcode& options) {
   const auto describe = [&](procedure::BFacts& b) {
     b.axis = options.b_axis == "Y" ? std::array<double, 3>{0, 1, 0} : std::array<double, 3>{1, 0, 0};
     b.count = options.tilts_deg.size();
-    for (std::size_t i = 0; i < b.count; ++i) b.angles_rad[i] = options.tilts_deg[i] * std::numbers::pi / 180;
+    for (std::size_t i = 0; i < b.count; ++i) b.angles_rad[i] = radians(options.tilts_deg[i]);
   };
   describe(*facts.tilting_table);
   describe(facts.swivel_head->b);

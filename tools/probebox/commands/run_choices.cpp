@@ -1,9 +1,9 @@
 #include "tools/probebox/commands/run_choices.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/nearest.hpp"
 #include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/link/box.hpp"
@@ -25,15 +25,14 @@ Outcome<const procedure::LiveMethod*, Trouble> methodOf(const RunChoices& choice
 }
 
 plan::Wanted wantedOf(const procedure::LiveMethod& method, const RunChoices& options) {
-  constexpr double kRadPerDegree = std::numbers::pi / 180;
   plan::Wanted wanted{.method = &method};
   auto& chosen = wanted.options;
   chosen.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size());
   std::ranges::copy(options.speeds_mm_s, chosen.speeds_mm_s.begin());
   chosen.overtravel_mm = options.overtravel_mm.value_or(0);
   chosen.clearance_mm = options.clearance_mm.value_or(0);
-  chosen.approach_rad = options.approach_deg.value_or(0) * kRadPerDegree;
-  chosen.arc_rad = options.arc_deg.value_or(0) * kRadPerDegree;
+  chosen.approach_rad = options.approach_deg.value_or(0) * kDegree;
+  chosen.arc_rad = options.arc_deg.value_or(0) * kDegree;
   chosen.angles = options.angles.value_or(0);
   chosen.balls = options.balls.value_or(0);
   chosen.axis = axisNumber(options.axis);
@@ -55,8 +54,8 @@ std::string chosenOf(const plan::Wanted& wanted) {
   };
   add_number("--overtravel", options.overtravel_mm);
   add_number("--clearance", options.clearance_mm);
-  add_number("--approach", options.approach_rad * 180 / std::numbers::pi);
-  add_number("--arc", options.arc_rad * 180 / std::numbers::pi);
+  add_number("--approach", degrees(options.approach_rad));
+  add_number("--arc", degrees(options.arc_rad));
   add_number("--angles", options.angles);
   add_number("--heights", options.balls);
   if (options.axis != 0) add(std::string{"--axis "} + "XYZABC"[options.axis - 1]);

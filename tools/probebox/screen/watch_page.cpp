@@ -4,8 +4,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 
+#include "protocol/units/angle.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/probebox/text/report.hpp"
 
@@ -16,7 +16,6 @@ constexpr std::size_t kLabel = 12;       // columns of the labels at the left
 constexpr std::size_t kValueWidth = 24;  // "   a   -123456 nm  "
 constexpr std::size_t kFirstDeflection = 11;
 constexpr std::size_t kRowsBelow = 7;
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 class Page {
  public:
@@ -120,7 +119,7 @@ void positions(Page& page, const WatchState& state) {
   for (std::size_t k = 0; k < axes.size() && k < 3; ++k) {
     if (!axes[k].described) continue;
     page.put(6, column, std::string(1, "ABC"[k]), Style::soft);
-    page.put(6, column + 2, axes[k].known ? printed("%+12.4f deg", axes[k].angle_rad * kDegrees) : "     not known",
+    page.put(6, column + 2, axes[k].known ? printed("%+12.4f deg", degrees(axes[k].angle_rad)) : "     not known",
              axes[k].known && !axes[k].doubtful ? Style::plain : Style::warned);
     column += 22;
   }

@@ -4,13 +4,14 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "protocol/units/angle.hpp"
 
 namespace probebox::command {
 namespace {
 
 // Letters, digits and single underscores, with a letter in front: what ROS takes for the name of a field.
-std::string fieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
+std::string mcapFieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
   std::string name;
   for (const char c : columnName(channel)) {
     const bool usual = std::isalnum(static_cast<unsigned char>(c)) != 0;
@@ -41,7 +42,6 @@ std::vector<std::pair<std::string, std::string>> aboutTheBox(const messages::Des
 // Fields of a trigger, once for the definition and once for the values.
 void fieldsOf(const messages::Trigger& t, auto&& field) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kDegrees = 180 / std::numbers::pi;
   constexpr std::string_view kAxes = "xyzabc";
   const auto known = [](std::uint8_t mask, std::size_t axis) { return (unsigned{mask} >> axis & 1U) != 0; };
   field("int64", "number", std::int64_t{t.number});
@@ -52,7 +52,7 @@ void fieldsOf(const messages::Trigger& t, auto&& field) {
   for (std::size_t k = 0; k < 3; ++k)
     field("float64", std::string{kAxes[k]} + "_mm", known(t.has_position, k) ? t.position_mm[k] : kUnknown);
   for (std::size_t k = 0; k < 3; ++k)
-    field("float64", std::string{kAxes[k + 3]} + "_deg", known(t.has_angle, k) ? t.angle_rad[k] * kDegrees : kUnknown);
+    field("float64", std::string{kAxes[k + 3]} + "_deg", known(t.has_angle, k) ? degrees(t.angle_rad[k]) : kUnknown);
   for (std::size_t k = 0; k < 3; ++k)
     field("float64", std::string{"correction_"} + kAxes[k] + "_mm", t.correction_mm[k]);
   field("uint8", "correction_valid", std::uint8_t{t.correction_valid});
@@ -74,7 +74,7 @@ void McapRows::begin(const messages::Descriptor& descriptor) {
 
 void McapRows::declare(const messages::Descriptor& descriptor) {
   std::string sample = "int64 sample\n";
-  for (const auto& channel : descriptor.channels) sample += "float64 " + fieldName(channel, sample) + "\n";
+  for (const auto& channel : descriptor.channels) sample += "float64 " + mcapFieldName(channel, sample) + "\n";
   samples_ = file_->channel("/probebox/samples", file_->schema("probebox/msg/Sample", sample));
   gaps_ = file_->channel("/probebox/gaps",
                          file_->schema("probebox/msg/Gap", "int64 first_sample\nint64 samples\nstring reason\n"));

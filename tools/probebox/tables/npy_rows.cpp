@@ -15,7 +15,7 @@ constexpr const char* kOwnFields = "('delay_result_id', ('tau_x_s', ('tau_y_s', 
 constexpr std::size_t kCountWidth = 20;  // digits of the number of rows, filled up with spaces
 
 // Quotes and what is not ASCII would need care in the header, and numpy takes no name twice.
-std::string fieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
+std::string npyFieldName(const messages::ChannelDescription& channel, const std::string& so_far) {
   std::string name = columnName(channel);
   for (auto& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
@@ -52,7 +52,7 @@ void NpyRows::begin(const messages::Descriptor& descriptor) {
   output_.emplace(std::move(output).value());
   types_ = field("sample", "<i8") + field("time_ns", "<i8");
   for (const auto& channel : descriptor.channels)
-    types_ += field(fieldName(channel, types_ + kOwnFields), typeOf(channel));
+    types_ += field(npyFieldName(channel, types_ + kOwnFields), typeOf(channel));
   types_ += field("delay_result_id", "<u8");
   for (const auto* name : {"tau_x_s", "tau_y_s", "tau_z_s"}) types_ += field(name, "<f8");
   writeHeader();

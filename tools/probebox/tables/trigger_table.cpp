@@ -3,11 +3,11 @@
 #include <array>
 #include <iostream>
 #include <limits>
-#include <numbers>
 #include <string_view>
 #include <vector>
 
 #include "protocol/frame/bytes.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/probebox/cli/output.hpp"
 #include "tools/probebox/tables/csv_rows.hpp"
 #include "tools/probebox/tables/npy_rows.hpp"
@@ -22,8 +22,7 @@ void columns(const messages::Trigger& t, auto&& column) {
     return (unsigned{t.has_position} >> axis & 1U) != 0 ? t.position_mm[axis] : kUnknown;
   };
   const auto angle = [&](std::size_t axis) {
-    constexpr double kDegrees = 180 / std::numbers::pi;
-    return (unsigned{t.has_angle} >> axis & 1U) != 0 ? t.angle_rad[axis] * kDegrees : kUnknown;
+    return (unsigned{t.has_angle} >> axis & 1U) != 0 ? degrees(t.angle_rad[axis]) : kUnknown;
   };
   column("number", "<u4", t.number);
   column("line", "|u1", t.line);

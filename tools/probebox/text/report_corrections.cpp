@@ -1,14 +1,13 @@
 #include <array>
-#include <numbers>
 #include <string>
 
+#include "protocol/units/angle.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
 namespace {
 
 constexpr std::array kSources{"screw", "swivel", "rotary", "centreline"};
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array kHealths{"not configured", "good", "held", "invalid"};
 constexpr std::array kReferenceFaults{"none", "impossible speed", "index at the wrong count", "encoder lost"};
 constexpr std::array kSensorFaults{"none", "silent", "out of range", "unplugged"};
@@ -55,7 +54,7 @@ Json positionOf(std::uint8_t has_position, const std::array<double, 3>& position
 
 Json anglesOf(std::uint8_t has_angle, const std::array<double, 3>& angle_rad) {
   auto angle_deg = angle_rad;
-  for (double& angle : angle_deg) angle *= kDegrees;
+  for (double& angle : angle_deg) angle = degrees(angle);
   return positionOf(has_angle, angle_deg);
 }
 
@@ -65,7 +64,7 @@ Json rotaryOf(const std::vector<messages::RotaryAxisStatus>& axes) {
     const auto& axis = axes[i];
     if (!axis.described && axis.result_id == 0) continue;
     Json object{{"axis", std::string{"ABC"[i % 3]}},
-                {"angle_deg", axis.known ? Json(axis.angle_rad * kDegrees) : Json()},
+                {"angle_deg", axis.known ? Json(degrees(axis.angle_rad)) : Json()},
                 {"doubtful", axis.doubtful},
                 {"last_reference_fault", named(kReferenceFaults, axis.last_fault)},
                 {"reference_losses", axis.reference_losses},
@@ -110,7 +109,7 @@ std::string lineOf(char name, const messages::RotaryAxisStatus& axis) {
   std::string all = printed("%c ", name);
   if (axis.known) {
     all +=
-        printed("at %.4f deg", axis.angle_rad * kDegrees) + (axis.doubtful ? ", in doubt: no value for too long" : "");
+        printed("at %.4f deg", degrees(axis.angle_rad)) + (axis.doubtful ? ", in doubt: no value for too long" : "");
   } else {
     all += "angle not known";
     if (axis.last_fault != 0) all += std::string{" since: "} + named(kReferenceFaults, axis.last_fault);

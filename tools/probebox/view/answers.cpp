@@ -2,10 +2,10 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <utility>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/angle.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/kept_report.hpp"
@@ -41,7 +41,6 @@ Json needsOf(const procedure::LiveMethod& method) {
 
 // The options that have an effect, with their usual values. Zero is the method's own choice.
 Json optionsOf(const procedure::LiveMethod& method) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   const auto& usual = method.usual;
   Json all = Json::object();
   if (usual.speed_count > 0 && method.kind == procedure::Kind::touch) {
@@ -54,8 +53,8 @@ Json optionsOf(const procedure::LiveMethod& method) {
   };
   add("overtravel_mm", usual.overtravel_mm);
   add("clearance_mm", usual.clearance_mm);
-  add("approach_deg", usual.approach_rad * kDegrees);
-  add("arc_deg", usual.arc_rad * kDegrees);
+  add("approach_deg", degrees(usual.approach_rad));
+  add("arc_deg", degrees(usual.arc_rad));
   add("angles", usual.angles);
   add("balls", usual.balls);
   if (method.takes_tool) all["tool"] = 1;
@@ -193,15 +192,14 @@ Answer reportPage(link::Client& box, Console& console, std::uint64_t id) {
 }
 
 Answer start(link::Client& box, Console& console, const std::string& body) {
-  constexpr double kRadPerDegree = std::numbers::pi / 180;
   PageRequest asked{body};
   messages::StartProcedure::Request request;
   request.method = asked.text("method");
   request.speeds_mm_s = asked.numbers("speeds_mm_s");
   request.overtravel_mm = asked.number("overtravel_mm");
   request.clearance_mm = asked.number("clearance_mm");
-  request.approach_rad = asked.number("approach_deg") * kRadPerDegree;
-  request.arc_rad = asked.number("arc_deg") * kRadPerDegree;
+  request.approach_rad = asked.number("approach_deg") * kDegree;
+  request.arc_rad = asked.number("arc_deg") * kDegree;
   request.angles = asked.count<std::uint16_t>("angles");
   request.balls = asked.count<std::uint16_t>("balls");
   request.axis = asked.axis();
