@@ -6,12 +6,15 @@
 
 #include "protocol/events/activation.hpp"
 #include "protocol/events/axes.hpp"
+#include "protocol/events/counted.hpp"
+#include "protocol/events/procedure.hpp"
 #include "protocol/units/quantity.hpp"
 #include "protocol/units/time.hpp"
 
 // Defines every input of the core as an event: a plain, trivially copyable value with its own stamp. The core is a
 // function of the event sequence, so a journal of events replays to the same bytes. Each event lists its fields once,
-// for the journal's encoder and decoder and for the reference page.
+// for the journal's encoder and decoder and for the reference page. Requests of people and programs are events too, so
+// a journal contains every cause.
 namespace probebox {
 
 // Purpose of an input of the box. box.toml maps roles to lines of gpio chips.
@@ -74,31 +77,6 @@ struct Drift {
   }
 };
 
-enum class MarkerPhase : std::uint8_t { begin = 0, end = 1, abandon = 2 };
-
-// State of the machine during a calibration, as sent by the controller: angles, tool and step, which the encoders do
-// not show.
-struct Marker {
-  std::uint32_t procedure{};
-  std::uint32_t step{};
-  MarkerPhase phase{};
-  std::array<double, 3> rotary_angles_rad{};
-  std::uint32_t tool{};
-  double nominal_speed_mm_s{};
-  bool at_rest{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("procedure", self.procedure, "the run that the step belongs to, as the box numbered it");
-    field("step", self.step, "step of the procedure, from 0");
-    field("phase", self.phase, "0 begin, 1 end, 2 abandon (the step is repeated)");
-    field("rotary_angles_rad", self.rotary_angles_rad, "rad, A B C");
-    field("tool", self.tool, "tool number, 0 for none");
-    field("nominal_speed_mm_s", self.nominal_speed_mm_s, "mm/s, commanded measuring speed of the step");
-    field("at_rest", self.at_rest, "1 when all axes are at standstill");
-    field("at", self.at, "ns, monotonic, of this boot");
-  }
-};
-
 // Reports the present time. It drives ages, holdover, staleness and time-outs when no other events arrive.
 struct TimeAdvanced {
   MonoTime at{};
@@ -125,130 +103,6 @@ struct SourceLost {
   template <class AnyAxis>
   constexpr bool concerns(AnyAxis axis) const {
     return axes == 0 || (axes & axisBit(axis)) != 0;
-  }
-};
-
-// Requests of people and programs are events too, so a journal contains every cause.
-
-inline constexpr std::size_t kMostSpeeds = 8;
-inline constexpr std::size_t kMostBAngles = 6;
-inline constexpr std::size_t kMostProbeTools = 4;
-
-// Options of a run. Zero means the method's default.
-struct ProcedureOptions {
-  std::uint8_t speed_count{};
-  std::array<double, kMostSpeeds> speeds_mm_s{};
-  double overtravel_mm{};
-  double clearance_mm{};
-  double approach_rad{};
-  double arc_rad{};
-  std::uint16_t angles{};
-  std::uint16_t balls{};
-  std::uint8_t axis{};
-  double travel_mm{};
-  std::uint8_t b_count{};
-  std::array<double, kMostBAngles> b_angles_rad{};
-  std::array<double, 3> b_axis{};
-  std::uint8_t tool_count{};
-  std::array<std::uint32_t, kMostProbeTools> tools{};
-  std::uint32_t tool{};
-  std::uint32_t head_tool{};
-  double head_range_mm{};
-  double shank_height_mm{};
-  double c_on_line_rad{};
-  std::uint16_t stations{};
-  std::uint8_t mounts{};
-  // As asked for. They are replaced by travel, tools and heights above before a run is started, so no event has them.
-  std::uint16_t turns{};  // of the screw
-  bool head{};            // a sensor head measures in the place of the probe
-  bool shank{};           // the shank of the stylus is the second length
-  static constexpr void fields(auto& self, auto&& field) {
-    field("speed_count", self.speed_count, "how many of the speeds are chosen");
-    field("speeds_mm_s", self.speeds_mm_s, "mm/s, of the touches");
-    field("overtravel_mm", self.overtravel_mm, "mm into the surface after contact");
-    field("clearance_mm", self.clearance_mm, "mm off the surface before and after a touch");
-    field("approach_rad", self.approach_rad, "rad, between the approach and the surface's normal");
-    field("arc_rad", self.arc_rad, "rad, over which the angles of the rotary axis are spread");
-    field("angles", self.angles, "how many angles of the rotary axis");
-    field("balls", self.balls, "how many balls of the rotating part");
-    field("axis", self.axis, "1 X, 2 Y, 3 Z: whose screw is turned; 5 B, 6 C: whose errors are measured");
-    field("travel_mm", self.travel_mm, "mm, of that axis");
-    field("b_count", self.b_count, "how many of the angles of B are chosen");
-    field("b_angles_rad", self.b_angles_rad, "rad, of the table that tilts or the head that swivels");
-    field("b_axis", self.b_axis, "unit vector along a machine axis that B turns about, right-handed");
-    field("tool_count", self.tool_count, "how many of the tools are chosen");
-    field("tools", self.tools, "numbers of the tools that carry the probe");
-    field("tool", self.tool, "number of the tool that is measured");
-    field("head_tool", self.head_tool, "number of the tool that is the sensor head, in the place of the probe");
-    field("head_range_mm", self.head_range_mm, "mm, to either side, that its sensors read");
-    field("shank_height_mm", self.shank_height_mm,
-          "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
-    field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
-    field("stations", self.stations, "at how many places the balls of a plate are read; 0: all balls at every angle");
-    field("mounts", self.mounts, "in how many ways the plate is put on the table, one after the other");
-  }
-};
-
-// Starts a measuring procedure.
-struct ProcedureStarted {
-  std::uint32_t run{};
-  std::uint16_t method{};
-  MonoTime at{};
-  ProcedureOptions options{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "number of the run, rising, given by the box");
-    field("method", self.method, "number of the method, as procedure lists them");
-    field("at", self.at, "ns, monotonic, of this boot");
-    field("options", self.options, "what was chosen about the run");
-  }
-};
-
-// Aborts a measuring procedure.
-struct ProcedureAborted {
-  std::uint32_t run{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "the run that is given up");
-    field("at", self.at, "ns, monotonic, of this boot");
-  }
-};
-
-// Reports that the worker has solved the data of a run, or refused them.
-struct Solved {
-  std::uint32_t run{};
-  bool refused{};
-  std::uint64_t result_id{};
-  MonoTime at{};
-  std::uint8_t loops{};
-  double c_zero_rad{};
-  bool closes{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "the run that was solved");
-    field("refused", self.refused, "1 when the data support no answer");
-    field("result_id", self.result_id, "the stored result or refusal; 0 when it could not be stored");
-    field("at", self.at, "ns, monotonic, of this boot");
-    field("loops", self.loops, "the run goes on, with so many loops of centreline-by-steps; 0: it is over");
-    field("c_zero_rad", self.c_zero_rad, "rad clockwise, where the zero of C is in the last of them");
-    field("closes", self.closes, "1: after the last of them the ball is read at that zero, and all is done");
-  }
-};
-
-// One sample of a probe receiver that counts samples on its own oscillator. firmware/clock assigns its time.
-struct CountedDeflection {
-  std::uint8_t run{};
-  std::uint32_t counter{};
-  std::array<std::int32_t, 3> channels_nm{};
-  bool clipped{};
-  bool newest{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "another value than before: the counter began anew");
-    field("counter", self.counter, "the receiver's own sample counter, wraps; a gap means samples were lost");
-    field("channels_nm", self.channels_nm, "nm at unit gain, channels a, b, c");
-    field("clipped", self.clipped, "1 when a channel is at the end of its range");
-    field("newest", self.newest,
-          "1 when it was the last sample taken before `at`: only then `at` tells about its time");
-    field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
   }
 };
 
@@ -337,60 +191,6 @@ struct PoseTold {
     field("tool", self.tool, "its number, 0 for none");
     field("tool_length_mm", self.tool_length_mm, "mm; 0: as machine.toml has it by its number");
     field("at", self.at, "ns, monotonic, of this boot");
-  }
-};
-
-// The counts of axes that a receiver read with one of its samples. firmware/clock assigns the time of that sample.
-struct CountedAxes {
-  std::uint8_t run{};
-  std::uint32_t counter{};
-  std::uint8_t axes{};
-  std::array<std::int64_t, kLinearAxes + kRotaryAxes> counts{};
-  std::uint8_t faults{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "another value than before: the receiver began anew, and its counts do not go on");
-    field("counter", self.counter, "the receiver's sample counter: that of the deflection before");
-    field("axes", self.axes, "whose counts there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
-    field("counts", self.counts, "encoder counts, X Y Z A B C; their size is in machine.toml");
-    field("faults", self.faults, "axes, as above, whose counter has lost counts since the sample before");
-    field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
-  }
-};
-
-// The pulse of an index mark that a receiver latched on its sample counter.
-struct CountedIndex {
-  std::uint8_t run{};
-  std::uint32_t counter{};
-  std::uint32_t fraction{};
-  std::uint8_t axis{};
-  std::int64_t counts{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "that of the sample before the pulse");
-    field("counter", self.counter, "the receiver's sample counter: the last sample before the pulse");
-    field("fraction", self.fraction, "from that sample to the pulse, in 2^-32 of a sample period");
-    field("axis", self.axis, "0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
-    field("counts", self.counts, "encoder counts at the pulse");
-    field("at", self.at, "ns, monotonic, of this boot: when the packet arrived");
-  }
-};
-
-// Positions of axes that the controller knows, numbered on its own counter. firmware/clock assigns their time.
-struct ControlPositions {
-  std::uint8_t run{};
-  std::uint32_t counter{};
-  std::uint8_t axes{};
-  std::array<std::int64_t, kLinearAxes + kRotaryAxes> counts{};
-  bool newest{};
-  MonoTime at{};
-  static constexpr void fields(auto& self, auto&& field) {
-    field("run", self.run, "another value than before: the counter began anew");
-    field("counter", self.counter, "the controller's own counter or time stamp when it had these positions; wraps");
-    field("axes", self.axes, "whose positions there are: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
-    field("counts", self.counts, "positions as counts, X Y Z A B C; their size is in machine.toml");
-    field("newest", self.newest, "1 for the last of a message: only then `at` tells about its time");
-    field("at", self.at, "ns, monotonic, of this boot: when they arrived, which is later than they were valid");
   }
 };
 

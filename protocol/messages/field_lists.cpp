@@ -13,6 +13,7 @@
 
 #include "protocol/codec/block.hpp"
 #include "protocol/frame/frame.hpp"
+#include "protocol/messages/cases.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/request.hpp"

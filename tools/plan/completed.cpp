@@ -3,6 +3,7 @@
 #include <string>
 
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
 
 namespace probebox::plan {
 namespace {
@@ -16,7 +17,8 @@ Refusal badOption(const Error& error) {
 }  // namespace
 
 Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedure::Facts& facts) {
-  auto [method, options, turns, by] = wanted;
+  auto [method, options] = wanted;
+  const auto by = procedure::readBy(options);
   if (!method->calibrates) {
     return Refusal{"not-forecast",
                    std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
@@ -30,10 +32,9 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   if (facts.trigger_probe) {
     if (const auto why = procedure::whyUnready(*method, facts, true, by)) return Refusal{"not-forecast", why->what};
   }
-  if (turns != 0 && !method->takes_axis) {
+  if (options.turns != 0 && !method->takes_axis) {
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
-  options.turns = static_cast<std::uint16_t>(turns);
   const auto described = procedure::described(*method, options, facts, by);
   if (!described) return badOption(described.error());
   options = *described;

@@ -81,8 +81,8 @@ void spread(std::vector<Wanted>& all, const auto& values, const auto& set) {
 }
 
 std::vector<Wanted> candidates(const Wanted& given) {
-  const auto& [method, options, turns, by] = given;
-  const bool holds = by == procedure::ReadBy::head || method->kind == procedure::Kind::hold;
+  const auto& [method, options] = given;
+  const bool holds = options.head || method->kind == procedure::Kind::hold;
   const bool reads_balls = method->finds_a_place && !method->takes_tool;
   std::vector<Wanted> all{given};
   if (options.speed_count == 0 && !holds && !reads_balls && !method->takes_axis) {
@@ -100,9 +100,9 @@ std::vector<Wanted> candidates(const Wanted& given) {
     for (std::uint16_t count = method->fewest_balls; count <= 7; ++count) counts.push_back(count);
     spread(all, counts, [](Wanted& wanted, std::uint16_t balls) { wanted.options.balls = balls; });
   }
-  if (method->takes_axis && turns == 0) {
-    spread(all, std::array<unsigned, 7>{3, 4, 6, 8, 10, 15, 20},
-           [](Wanted& wanted, unsigned chosen) { wanted.turns = chosen; });
+  if (method->takes_axis && options.turns == 0) {
+    spread(all, std::array<std::uint16_t, 7>{3, 4, 6, 8, 10, 15, 20},
+           [](Wanted& wanted, std::uint16_t turns) { wanted.options.turns = turns; });
   }
   return all;
 }

@@ -1,7 +1,6 @@
 #pragma once
 #include "firmware/procedure/plan/live_method.hpp"
-#include "firmware/procedure/plan/readiness.hpp"
-#include "protocol/events/event.hpp"
+#include "protocol/events/procedure.hpp"
 
 namespace probebox::plan {
 
@@ -9,8 +8,6 @@ namespace probebox::plan {
 struct Wanted {
   const procedure::LiveMethod* method{};
   ProcedureOptions options{};  // zeros are the method's own
-  unsigned turns{};            // of a screw; 0: the method's own
-  procedure::ReadBy by{};
 };
 
 }  // namespace probebox::plan

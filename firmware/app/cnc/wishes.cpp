@@ -7,6 +7,7 @@
 #include "firmware/procedure/plan/live_method.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/results.hpp"
+#include "protocol/messages/run_request.hpp"
 
 namespace probebox::app {
 namespace {
@@ -16,26 +17,6 @@ using messages::Operation;
 using What = modbus::Wish::What;
 
 enum : std::uint16_t { kInHand = 1, kDone = 2, kRefused = 3 };
-
-messages::StartProcedure::Request startOf(const procedure::LiveMethod& method, const ProcedureOptions& options) {
-  messages::StartProcedure::Request request;
-  request.method = method.name();
-  request.speeds_mm_s = {options.speeds_mm_s.begin(), options.speeds_mm_s.begin() + options.speed_count};
-  request.overtravel_mm = options.overtravel_mm;
-  request.clearance_mm = options.clearance_mm;
-  request.approach_rad = options.approach_rad;
-  request.arc_rad = options.arc_rad;
-  request.angles = options.angles;
-  request.balls = options.balls;
-  request.axis = options.axis;
-  request.turns = options.turns;
-  request.tool = options.tool;
-  request.head = options.head;
-  request.shank = options.shank;
-  request.stations = options.stations;
-  request.mounts = options.mounts;
-  return request;
-}
 
 struct Asked {
   Operation operation{};
@@ -48,7 +29,7 @@ std::optional<Asked> askedOf(const modbus::Wish& wish, const std::string& by) {
     case What::start: {
       const auto* method = procedure::methodNumbered(procedure::liveMethods(), wish.method);
       if (method == nullptr) return std::nullopt;
-      return Asked{Operation::start_procedure, messages::encoded(startOf(*method, wish.options))};
+      return Asked{Operation::start_procedure, messages::encoded(messages::requestOf(method->name(), wish.options))};
     }
     case What::abort:
       return Asked{Operation::abort_procedure, messages::encoded(messages::AbortProcedure::Request{.run = wish.of})};

@@ -211,10 +211,9 @@ Reply ControlDesk::startProcedure(const board::Access& may, std::span<const std:
   TRY(const auto options, plannedOptions(*method, *request, facts, state));
   if (const auto error = procedure::whyRefused(*method, options, with_.deflection_limit_mm))
     return refused(ErrorCode::refused, error->what);
-  const auto by = request->head    ? procedure::ReadBy::head
-                  : request->shank ? procedure::ReadBy::shank
-                                   : procedure::ReadBy::tip;
-  if (const auto error = procedure::whyUnready(*method, facts, state.snapshot.delay.calibrated, by))
+  const bool has_delay = state.snapshot.delay.calibrated;
+  if (const auto error = procedure::whyUnready(*method, facts, has_delay,
+                                               procedure::readBy({.head = request->head, .shank = request->shank})))
     return refused(ErrorCode::wrong_state, error->what);
   if (method->finds_a_place) {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "protocol/messages/cases.hpp"
+
 namespace probebox::app {
 namespace {
 

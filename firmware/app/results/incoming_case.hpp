@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "firmware/metrology/dataset/dataset.hpp"
+#include "protocol/messages/cases.hpp"
 #include "protocol/messages/results.hpp"
 #include "protocol/units/outcome.hpp"
 

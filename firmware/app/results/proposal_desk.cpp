@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "firmware/app/log/log.hpp"
+#include "protocol/messages/cases.hpp"
 #include "protocol/units/wording.hpp"
 
 namespace probebox::app {

@@ -11,9 +11,9 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kColumns{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 5> kColumnsOfAAxisAlignment{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 
-constexpr std::array kNeeds{&kProbeLengths};
+constexpr std::array kNeedsOfAAxisAlignment{&kProbeLengths};
 
 constexpr Poses kTwoByTwoByLength{
     .count = [](const ProcedureOptions& options, const LoopState&) { return 4 * toolsOf(options).size(); },
@@ -29,7 +29,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   const Facts& facts = run.facts;
   dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
-  auto table = metrology::Table::withColumns("readings", kColumns);
+  auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
   for (const auto& reading : readings) {
     table.append({facts.lengthOf(reading.tool), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y()});
@@ -45,7 +45,7 @@ constinit const LiveMethod kAAxisAlignment{
     .solver = &metrology::kAAxisAlignment,
     .steps = "one ball with every tool that carries the probe, A and C at 0 and 180 degrees, five touches each",
     .steps_by_shank = "the same with the tip of one tool, then ±X and ±Y with its shank in each pose",
-    .needs = kNeeds,
+    .needs = kNeedsOfAAxisAlignment,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,

@@ -11,7 +11,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kColumns{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 5> kColumnsOfCAxisAlignment{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 
 // The part turns as seldom as possible: C is outermost, then A, then the balls.
 constexpr Poses kHeights{
@@ -39,7 +39,7 @@ void addAlignment(metrology::Dataset& dataset, const BallReadings& found, const 
   // Here the two readings of one stop of C share its error: for the mean of four that is one of its full size in each.
   dataset.config["sigma_mm"] = std::hypot(sigmaOf(readings), armOf(readings) * run.facts.sigma_c_rad);
   std::ranges::stable_sort(readings, {}, [](const Reading& r) { return std::array{r.ball, r.c_rad, r.a_rad}; });
-  auto table = metrology::Table::withColumns("readings", kColumns);
+  auto table = metrology::Table::withColumns("readings", kColumnsOfCAxisAlignment);
   for (const auto& reading : readings) {
     table.append({heightOf(readings, reading.ball), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y()});

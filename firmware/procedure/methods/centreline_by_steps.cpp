@@ -17,7 +17,8 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 4> kReadingsColumns{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 4> kReadingsColumnsOfCentrelineBySteps{"loop", "C_rad_clockwise_from_plus_y",
+                                                                              "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
 // The steps need the same angle twice: what a machine reads beside it by less is that angle.
 constexpr double kSameAngle_rad = 1e-5;
@@ -44,7 +45,7 @@ RimLoops loopsOf(const capture::Recording& recording) {
 // Tables readings and stylus, and the keys.
 void addRimSteps(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const RimBall ball = run.facts.rim_ball.value_or(RimBall{});
-  auto table = metrology::Table::withColumns("readings", kReadingsColumns);
+  auto table = metrology::Table::withColumns("readings", kReadingsColumnsOfCentrelineBySteps);
   auto stylus = metrology::Table::withColumns("stylus", kStylusColumns);
   for (const auto& reading : found.readings) {
     const auto& at = reading.centre.centre_mm;
@@ -126,7 +127,7 @@ constexpr Fact kRimBall{
     .place = "`[rim_ball]`",
     .known = [](const Facts& facts) { return facts.rim_ball.has_value(); },
     .missing = "the angle of C at which the ball is above the axis, along +Y: give [rim_ball] c_deg in machine.toml."};
-constexpr std::array kNeeds{&kRimBall};
+constexpr std::array kNeedsOfCentrelineBySteps{&kRimBall};
 
 }  // namespace
 
@@ -137,7 +138,7 @@ constinit const LiveMethod kCentrelineBySteps{
         "one ball, A at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees "
         "to either side of its zero (`--arc` halves), from a new zero as long as the two are not level, five "
         "loops at most; at last C at zero; five touches each",
-    .needs = kNeeds,
+    .needs = kNeedsOfCentrelineBySteps,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,

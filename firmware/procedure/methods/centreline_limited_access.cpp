@@ -6,7 +6,8 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
+constexpr std::array<std::string_view, 3> kColumnsOfCentrelineLimitedAccess{"C_rad_clockwise_from_plus_y", "x_mm",
+                                                                            "y_mm"};
 
 // On both sides of 0 as far as the probe reaches.
 constexpr Poses kWithinReach{
@@ -34,7 +35,7 @@ constinit const LiveMethod kCentrelineLimitedAccess{
     .least_arc_deg = 30,  // (B27)
     .dataset = [](const FinishedRun& run) {
       return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-        addCentreline(dataset, found.readings, of.facts, kColumns, -1);
+        addCentreline(dataset, found.readings, of.facts, kColumnsOfCentrelineLimitedAccess, -1);
       });
     }};
 

@@ -7,8 +7,8 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kFive{5.0}, kTen{10.0}, kTwenty{20.0};
-constexpr std::array<std::span<const double>, 3> kSpeedSets{kFive, kTen, kTwenty};
+constexpr std::array kFiveOfDelayInOut{5.0}, kTen{10.0}, kTwenty{20.0};
+constexpr std::array<std::span<const double>, 3> kSpeedSetsOfDelayInOut{kFiveOfDelayInOut, kTen, kTwenty};
 
 }  // namespace
 
@@ -23,6 +23,6 @@ constinit const LiveMethod kDelayInOut{.number = 6,
                                            [](const FinishedRun& run) {
                                              return RunDataset{touchesOf(run), {}, {}};
                                            },
-                                       .speed_sets = kSpeedSets};
+                                       .speed_sets = kSpeedSetsOfDelayInOut};
 
 }  // namespace probebox::procedure

@@ -9,7 +9,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kNeeds{&kSphereDiameter};
+constexpr std::array kNeedsOfDelayKnownSphere{&kSphereDiameter};
 
 }  // namespace
 
@@ -17,7 +17,7 @@ constinit const LiveMethod kDelayKnownSphere{.number = 2,
                                              .solver = &metrology::kDelayKnownSphere,
                                              .why_no_trigger = kNoDelayOfTrigger,
                                              .steps = "five sides at 25 mm/s",
-                                             .needs = kNeeds,
+                                             .needs = kNeedsOfDelayKnownSphere,
                                              .sides = kSphereSides,
                                              .usual = touchesAt(25),
                                              .dataset = [](const FinishedRun& run) {

@@ -7,9 +7,9 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kFive{5.0, 10.0, 20.0, 30.0, 40.0};
-constexpr std::array<std::span<const double>, 7> kSpeedSets{kPairs[0], kPairs[1], kPairs[2], kPairs[3],
-                                                            kPairs[4], kPairs[5], kFive};
+constexpr std::array kFiveOfDelayMultiSpeed{5.0, 10.0, 20.0, 30.0, 40.0};
+constexpr std::array<std::span<const double>, 7> kSpeedSetsOfDelayMultiSpeed{
+    kPairs[0], kPairs[1], kPairs[2], kPairs[3], kPairs[4], kPairs[5], kFiveOfDelayMultiSpeed};
 
 }  // namespace
 
@@ -23,6 +23,6 @@ constinit const LiveMethod kDelayMultiSpeed{.number = 1,
                                                 [](const FinishedRun& run) {
                                                   return RunDataset{touchesOf(run), {}, {}};
                                                 },
-                                            .speed_sets = kSpeedSets};
+                                            .speed_sets = kSpeedSetsOfDelayMultiSpeed};
 
 }  // namespace probebox::procedure

@@ -8,7 +8,7 @@ namespace probebox::procedure {
 namespace {
 
 constexpr double kApproach_rad = 0.4363323129985824;  // 25 degrees
-constexpr std::array kNeeds{&kSphereDiameter};
+constexpr std::array kNeedsOfDelayNonNormal{&kSphereDiameter};
 
 }  // namespace
 
@@ -17,7 +17,7 @@ constinit const LiveMethod kDelayNonNormal{
     .solver = &metrology::kDelayNonNormal,
     .why_no_trigger = kNoDelayOfTrigger,
     .steps = "five sides at 25 mm/s, 25 degrees off the normal",
-    .needs = kNeeds,
+    .needs = kNeedsOfDelayNonNormal,
     .sides = kSphereSides,
     .usual = with(touchesAt(25), [](auto& options) { options.approach_rad = kApproach_rad; }),
     .dataset = [](const FinishedRun& run) {

@@ -7,9 +7,9 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kNeeds{&kSphereDiameter};
-constexpr std::array<std::span<const double>, 6> kSpeedSets{kPairs[0], kPairs[1], kPairs[2],
-                                                            kPairs[3], kPairs[4], kPairs[5]};
+constexpr std::array kNeedsOfDelayPerAxis{&kSphereDiameter};
+constexpr std::array<std::span<const double>, 6> kSpeedSetsOfDelayPerAxis{kPairs[0], kPairs[1], kPairs[2],
+                                                                          kPairs[3], kPairs[4], kPairs[5]};
 
 }  // namespace
 
@@ -19,7 +19,7 @@ constinit const LiveMethod kDelayPerAxis{
     .solver = &metrology::kDelayPerAxis,
     .why_no_trigger = kNoDelayOfTrigger,
     .steps = "five sides at 10 and 40 mm/s; nothing reaches the sphere from -Z, so tau_z comes from two speeds (A11)",
-    .needs = kNeeds,
+    .needs = kNeedsOfDelayPerAxis,
     .sides = kSphereSides,
     .usual = touchesAt(10, 40),
     .dataset =
@@ -28,6 +28,6 @@ constinit const LiveMethod kDelayPerAxis{
           addSphereSize(built.dataset, run.facts);
           return built;
         },
-    .speed_sets = kSpeedSets};
+    .speed_sets = kSpeedSetsOfDelayPerAxis};
 
 }  // namespace probebox::procedure

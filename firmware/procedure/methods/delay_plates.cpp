@@ -16,7 +16,7 @@ constexpr std::array<Side, 2> kFaces{{
 constexpr Fact kGap{.place = "`[datum_plates] gap_mm`",
                     .known = [](const Facts& facts) { return facts.gap_mm.has_value(); },
                     .missing = "the distance between the plates: give [datum_plates] gap_mm in machine.toml."};
-constexpr std::array kNeeds{&kGap};
+constexpr std::array kNeedsOfDelayPlates{&kGap};
 
 }  // namespace
 
@@ -24,7 +24,7 @@ constinit const LiveMethod kDelayPlates{.number = 3,
                                         .solver = &metrology::kDelayPlates,
                                         .why_no_trigger = kNoDelayOfTrigger,
                                         .steps = "both faces of a gap at 25 mm/s",
-                                        .needs = kNeeds,
+                                        .needs = kNeedsOfDelayPlates,
                                         .feature = Feature::plates,
                                         .sides = kFaces,
                                         .usual = touchesAt(25),

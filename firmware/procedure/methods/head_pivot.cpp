@@ -13,7 +13,7 @@ constexpr Fact kBallOfHead{
     .missing =
         "the position of the datum sphere: give [swivel_head] ball_mm in machine.toml, relative to the reference "
         "from which the pivot is wanted."};
-constexpr std::array kNeeds{&kSwivelHead, &kBallOfHead};
+constexpr std::array kNeedsOfHeadPivot{&kSwivelHead, &kBallOfHead};
 
 // A stands still while the head swivels before a ball that stands still.
 constexpr Poses kSwivelled{
@@ -32,7 +32,7 @@ constinit const LiveMethod kHeadPivot{
     .steps =
         "the datum sphere at every angle of the head, A at 0 and 180 degrees; five sides of the stylus' own frame "
         "each, four where one is at the sphere's stem",
-    .needs = kNeeds,
+    .needs = kNeedsOfHeadPivot,
     .finds_a_place = true,
     .sides = kSphereSides,
     .poses = kSwivelled,

@@ -19,7 +19,7 @@ constexpr Fact kCheckedBall{
     .known = [](const Facts& facts) { return facts.checked_ball.has_value(); },
     .missing =
         "a description of the ball: give [periodic_check] ball_diameter_mm and ball_centre_z_mm in machine.toml."};
-constexpr std::array kNeeds{&kCheckedBall};
+constexpr std::array kNeedsOfPeriodicCheck{&kCheckedBall};
 
 // What a wrong delay adds to touches from one side, k = 1.
 double delayError_mm(const capture::Recording& recording) {
@@ -63,7 +63,7 @@ constinit const LiveMethod kPeriodicCheck{
     .number = 14,
     .solver = &metrology::kPeriodicCheck,
     .steps = "one ball, A and C at 0 and 180 degrees independently, five touches each; what needs no swivel (B = 0)",
-    .needs = kNeeds,
+    .needs = kNeedsOfPeriodicCheck,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,

@@ -13,7 +13,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 6> kColumns{"phi_rad", "mount", "ball", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 6> kColumnsOfPlateTables{"phi_rad", "mount", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 5> kColumnsOfOneMount{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 // More than what B stands beside zero.
 constexpr double kLeastTilt_rad = 0.01;
@@ -50,7 +50,7 @@ struct PlateTables {
 
   PlateTables(const std::vector<Reading>& readings, bool about_b, bool mounts) {
     const auto named = [mounts](const char* name, std::size_t from) {
-      return mounts ? metrology::Table::withColumns(name, std::span{kColumns}.subspan(from))
+      return mounts ? metrology::Table::withColumns(name, std::span{kColumnsOfPlateTables}.subspan(from))
                     : metrology::Table::withColumns(name, std::span{kColumnsOfOneMount}.subspan(from));
     };
     const auto angleAt = [&](std::uint16_t mount, std::uint16_t stop) {

@@ -54,7 +54,7 @@ constexpr OwnSteps kSphere{.why_refused = nullptr, .fill = addSphere};
 constexpr Fact kKnownSphere{.place = "`[datum_sphere] diameter_mm`",
                             .known = [](const Facts& facts) { return facts.sphere_diameter_mm.has_value(); },
                             .missing = "the size of the sphere: give [datum_sphere] diameter_mm in machine.toml."};
-constexpr std::array kNeeds{&kTriggerProbe, &kKnownSphere};
+constexpr std::array kNeedsOfPreTravel{&kTriggerProbe, &kKnownSphere};
 
 }  // namespace
 
@@ -64,7 +64,7 @@ constinit const LiveMethod kPreTravel{
     .steps =
         "the datum sphere in 31 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
         "20 degrees below it, every 60 degrees 45 degrees above it, and the top; A, B and C at 0",
-    .needs = kNeeds,
+    .needs = kNeedsOfPreTravel,
     .usual = touchesAt(kSpeed_mm_s),
     .own_steps = &kSphere,
     .also_refused = whyTooMany,

@@ -28,7 +28,7 @@ constexpr Fact kBallPlate{
     .place = "`[ball_plate]`",
     .known = [](const Facts& facts) { return facts.ball_plate.has_value(); },
     .missing = "the certified positions of the balls: give [ball_plate] and its balls in machine.toml."};
-constexpr std::array kNeeds{&kBallPlate};
+constexpr std::array kNeedsOfRotaryAxisErrors{&kBallPlate};
 
 constexpr Fact kPointOfB{
     .place = "`[ball_plate] b_axis_point_mm`",
@@ -145,7 +145,7 @@ constinit const LiveMethod kRotaryAxisErrors{
     .steps_about_b =
         "the same balls at every tilt of the table with C at zero, and once more level; five touches each, four where "
         "a ball's stem has tilted into a side; also with `--head`",
-    .needs = kNeeds,
+    .needs = kNeedsOfRotaryAxisErrors,
     .needs_about_b = kNeedsAboutB,
     .finds_a_place = true,
     .feature = Feature::part_ball,

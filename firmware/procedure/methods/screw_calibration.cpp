@@ -12,7 +12,7 @@ namespace probebox::procedure {
 namespace {
 
 constexpr Fact kScrew{.place = "`[screw.X]`", .known = nullptr, .missing = {}};  // sweepOptions() checks it
-constexpr std::array kNeeds{&kScrew};
+constexpr std::array kNeedsOfScrewCalibration{&kScrew};
 
 std::optional<Error> whyNoSweep(const ProcedureOptions& options) {
   if (auto error = outside("An axis", options.axis, 1, kLinearAxes, "(X, Y, Z)")) return error;
@@ -55,7 +55,7 @@ constinit const LiveMethod kScrewCalibration{
     .number = 10,
     .solver = &metrology::kScrewCalibration,
     .steps = "one axis (`--axis`) alone at a constant speed through whole turns of its screw (`--turns`), no touches",
-    .needs = kNeeds,
+    .needs = kNeedsOfScrewCalibration,
     .kind = Kind::sweep,
     .takes_axis = true,
     .own_steps = &kSweep,

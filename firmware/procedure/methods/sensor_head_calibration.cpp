@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<std::string_view, 6> kColumns{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
-constexpr std::array kNeeds{&kSensorHead};
+constexpr std::array<std::string_view, 6> kColumnsOfSensorHeadCalibration{"ux_mm", "uy_mm", "uz_mm", "s1", "s2", "s3"};
+constexpr std::array kNeedsOfSensorHeadCalibration{&kSensorHead};
 
 // As parts of the range of a sensor: the middle of the ball is found by hand to within the rest.
 constexpr std::array<double, 4> kMoves{0.4, 0.2, -0.2, -0.4};
@@ -44,7 +44,7 @@ constexpr OwnSteps kMovesAroundTheMiddle{.why_refused = whyNoHolds,
 void addMoves(metrology::Dataset& dataset, const std::vector<Hold>& holds) {
   Vector3d reference = Vector3d::Zero();
   for (const auto& hold : holds) reference += hold.at_mm / static_cast<double>(holds.size());
-  auto moves = metrology::Table::withColumns("moves", kColumns);
+  auto moves = metrology::Table::withColumns("moves", kColumnsOfSensorHeadCalibration);
   for (const auto& hold : holds) {
     const Vector3d u = reference - hold.at_mm;
     moves.append({u.x(), u.y(), u.z(), hold.sensors[0], hold.sensors[1], hold.sensors[2]});
@@ -62,7 +62,7 @@ constinit const LiveMethod kSensorHeadCalibration{
     .steps =
         "13 holds of the sensor head over the datum sphere: in its middle, and 0.2 and 0.4 of `range_mm` to either "
         "side of it along X, Y and Z; A, B and C at 0",
-    .needs = kNeeds,
+    .needs = kNeedsOfSensorHeadCalibration,
     .kind = Kind::hold,
     .own_steps = &kMovesAroundTheMiddle,
     .dataset = [](const FinishedRun& run) {

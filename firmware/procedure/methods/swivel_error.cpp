@@ -9,7 +9,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kNeeds{&kSwivelHead, &kProbeLengths};
+constexpr std::array kNeedsOfSwivelError{&kSwivelHead, &kProbeLengths};
 
 // Both readings of which the mean is taken belong to one stop of B.
 constexpr Poses kByLength{
@@ -35,7 +35,7 @@ constinit const LiveMethod kSwivelError{
     .steps_by_shank =
         "the same with the tip of one tool, then its shank: from the four sides across the tool, but for "
         "one that looks down",
-    .needs = kNeeds,
+    .needs = kNeedsOfSwivelError,
     .finds_a_place = true,
     .sides = kSphereSides,
     .poses = kByLength,

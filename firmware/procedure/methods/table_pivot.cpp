@@ -7,7 +7,7 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array kNeeds{&kTiltingTable};
+constexpr std::array kNeedsOfTablePivot{&kTiltingTable};
 
 // C stands still while the table tilts: what it stops beside its angle is then a part of where the ball stands.
 constexpr Poses kTilted{
@@ -26,7 +26,7 @@ constinit const LiveMethod kTablePivot{
     .steps =
         "one ball at every tilt of the table, C at 0 and 180 degrees; five touches each, four where the ball's "
         "stem has tilted into a side",
-    .needs = kNeeds,
+    .needs = kNeedsOfTablePivot,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,

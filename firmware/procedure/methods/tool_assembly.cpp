@@ -14,12 +14,13 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 5> kReadingsColumns{"workpiece_variant", "rep", "W0_x_mm", "W0_y_mm", "L0_z_mm"};
+constexpr std::array<std::string_view, 5> kReadingsColumnsOfToolAssembly{"workpiece_variant", "rep", "W0_x_mm",
+                                                                         "W0_y_mm", "L0_z_mm"};
 constexpr std::array<std::string_view, 3> kHolderColumns{"holder_id", "L1_mm", "sd_mm"};
 constexpr std::array<std::string_view, 3> kToolColumns{"tool_id", "L2_mm", "sd_mm"};
 
 metrology::Table readingsOf(const std::vector<Round>& rounds, const std::array<double, 3>& reference_mm) {
-  auto readings = metrology::Table::withColumns("readings", kReadingsColumns);
+  auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolAssembly);
   double rep = 0;
   for (const auto& round : rounds) {
     readings.append({1, ++rep, round.middle_mm(0) - reference_mm[0], round.middle_mm(1) - reference_mm[1],
@@ -71,7 +72,7 @@ constexpr Fact kMeasuringUnit{
     .missing =
         "a tool-setting device at a known position: give [tool_setter] with accepted_mm in machine.toml; "
         "tool-setter finds it (setter_mm of its result)."};
-constexpr std::array kNeeds{&kMeasuringUnit};
+constexpr std::array kNeedsOfToolAssembly{&kMeasuringUnit};
 
 constexpr Poses kToolAlone{
     .count = [](const ProcedureOptions&, const LoopState&) { return kRounds; },
@@ -82,7 +83,7 @@ constexpr Poses kToolAlone{
 constinit const LiveMethod kToolAssembly{.number = 21,
                                          .solver = &metrology::kToolAssembly,
                                          .steps = "the same faces, three rounds with the tool of `--tool N` alone",
-                                         .needs = kNeeds,
+                                         .needs = kNeedsOfToolAssembly,
                                          .finds_a_place = true,
                                          .feature = Feature::tool_setter,
                                          .sides = kSetterSides,

@@ -15,7 +15,7 @@ namespace {
 
 using metrology::Refusal;
 
-constexpr std::array<std::string_view, 4> kReadingsColumns{"is_tool", "x_mm", "y_mm", "z_mm"};
+constexpr std::array<std::string_view, 4> kReadingsColumnsOfToolSetter{"is_tool", "x_mm", "y_mm", "z_mm"};
 // More than any device trips before or behind its faces: half_width_mm or the ball is another one.
 constexpr double kWidthTolerance_mm = 0.1;
 
@@ -35,7 +35,7 @@ std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSe
 }
 
 metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& setter, double ball_mm) {
-  auto readings = metrology::Table::withColumns("readings", kReadingsColumns);
+  auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolSetter);
   for (const auto& round : rounds) {
     // A tool's length ends at its tip, the probe's at the centre of its ball.
     const double above_mm = setter.half_width_mm[2] + (round.tool != 0 ? 0 : ball_mm / 2);
@@ -77,7 +77,7 @@ constexpr Fact kToolSetterAndTool{
     .place = "`[tool_setter]` and `[[tool]]`, its line in box.toml",
     .known = [](const Facts& facts) { return facts.tool_setter.has_value(); },
     .missing = "a tool-setting device: give [tool_setter] in machine.toml, and its line as a [[trigger]] in box.toml."};
-constexpr std::array kNeeds{&kToolSetterAndTool};
+constexpr std::array kNeedsOfToolSetter{&kToolSetterAndTool};
 
 // The probe first, then the tool.
 constexpr Poses kToolChange{.count = [](const ProcedureOptions&, const LoopState&) { return 2 * kRounds; },
@@ -92,7 +92,7 @@ constinit const LiveMethod kToolSetter{
     .steps =
         "faces +X, -X, +Y, -Y, +Z, +Z of the tool-setting device, three rounds with the probe and three with the "
         "tool of `--tool N`, at 5 mm/s, A and C at 0",
-    .needs = kNeeds,
+    .needs = kNeedsOfToolSetter,
     .finds_a_place = true,
     .feature = Feature::tool_setter,
     .sides = kSetterSides,

@@ -7,6 +7,7 @@
 
 #include "firmware/app/wiring/daemon.hpp"
 #include "host-tests/host/test_host.hpp"
+#include "protocol/messages/cases.hpp"
 #include "sphere_case.hpp"
 
 // Cases that hosts propose to a daemon, which goes on whatever becomes of them.

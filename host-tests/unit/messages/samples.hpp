@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/messages/cases.hpp"
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/request.hpp"

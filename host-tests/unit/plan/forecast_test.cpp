@@ -94,8 +94,8 @@ TEST(Forecast, KnowsEveryMethodOfTheBoxThatMeasures) {
 TEST(Forecast, KnowsEveryWayToMeasure) {
   for (const LiveMethod* method : procedure::liveMethods()) {
     const auto name = method->name();
-    if (!method->steps_by_head.empty()) expectPrecise({.method = method, .by = procedure::ReadBy::head}, name);
-    if (method->takesShank()) expectPrecise({.method = method, .by = procedure::ReadBy::shank}, name);
+    if (!method->steps_by_head.empty()) expectPrecise({.method = method, .options = {.head = true}}, name);
+    if (method->takesShank()) expectPrecise({.method = method, .options = {.shank = true}}, name);
   }
 }
 
@@ -103,11 +103,11 @@ TEST(Forecast, OfAScrewGainsByItsTurns) {
   Wanted wanted{.method = &procedure::kScrewCalibration};
   EXPECT_EQ(forecast(wanted, {}).error().name, "bad-option") << "which screw?";
   wanted.options.axis = 3;
-  wanted.turns = 4;
+  wanted.options.turns = 4;
   const double four = sdOf(*forecast(wanted, {}), "drift_um_s");
-  wanted.turns = 16;
+  wanted.options.turns = 16;
   EXPECT_LT(sdOf(*forecast(wanted, {}), "drift_um_s"), four / 4) << "a slope gains by the cube of the time";
-  EXPECT_EQ(forecast({.method = &procedure::kCentreline, .turns = 4}, {}).error().name, "bad-option");
+  EXPECT_EQ(forecast({.method = &procedure::kCentreline, .options = {.turns = 4}}, {}).error().name, "bad-option");
 }
 
 TEST(Forecast, GrowsWithTheNoise) {

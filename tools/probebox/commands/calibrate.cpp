@@ -3,11 +3,11 @@
 #include <utility>
 
 #include "firmware/json/dataset_json.hpp"
-#include "protocol/units/angle.hpp"
+#include "protocol/messages/run_request.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/acceptance.hpp"
-#include "tools/probebox/commands/axis_number.hpp"
 #include "tools/probebox/commands/commands.hpp"
+#include "tools/probebox/commands/run_choices.hpp"
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/followed_run.hpp"
 #include "tools/probebox/link/stored_results.hpp"
@@ -18,22 +18,11 @@ namespace {
 
 using messages::ProcedureState;
 
-messages::StartProcedure::Request requestOf(const Calibrate& options) {
-  return {.method = options.method,
-          .speeds_mm_s = options.speeds_mm_s,
-          .overtravel_mm = options.overtravel_mm.value_or(0),
-          .clearance_mm = options.clearance_mm.value_or(0),
-          .approach_rad = options.approach_deg.value_or(0) * kDegree,
-          .arc_rad = options.arc_deg.value_or(0) * kDegree,
-          .angles = options.angles.value_or(0),
-          .balls = options.balls.value_or(0),
-          .axis = axisNumber(options.axis),
-          .turns = options.turns.value_or(0),
-          .tool = options.tool.value_or(0),
-          .head = options.head,
-          .shank = options.shank,
-          .stations = options.stations.value_or(0),
-          .mounts = options.mounts.value_or(0)};
+Outcome<messages::StartProcedure::Request, Trouble> requestOf(const Calibrate& choices) {
+  TRY(auto options, optionsOf(choices));
+  options.stations = choices.stations.value_or(0);
+  options.mounts = choices.mounts.value_or(0);
+  return messages::requestOf(choices.method, options);
 }
 
 // One run of a method, from its start to its result.
@@ -43,7 +32,9 @@ class Run {
       : options_{options}, console_{console}, run_{std::move(uri), console} {}
 
   ExitStatus go() {
-    const auto last = run_.go(requestOf(options_));
+    const auto request = requestOf(options_);
+    if (!request) return console_.fail(request.error());
+    const auto last = run_.go(*request);
     if (!last) {
       if (last.error().status == ExitStatus::interrupted) return ExitStatus::interrupted;
       return console_.fail(last.error());

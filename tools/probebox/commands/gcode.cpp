@@ -134,13 +134,12 @@ struct Written {
 };
 
 Outcome<Written, Trouble> unrolled(const Gcode& options) {
-  TRY(const auto method, methodOf(options));
+  TRY(const auto wanted, wantedOf(options));
   if (auto trouble = whyTooMany(options)) return *trouble;
-  const auto wanted = wantedOf(*method, options);
   const auto completed = plan::completed(wanted, factsOf(options));
   if (!completed) return Trouble{ExitStatus::failed, completed.error().name, completed.error().reason};
   procedure::Plan plan;
-  procedure::fill(plan, *method, *completed);
+  procedure::fill(plan, *wanted.method, *completed);
   const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
   if (!options.tape.empty() && &dialect != &gcode::linuxcnc())
     return usage("--tape names the line to the box for linuxcnc alone: omit it; comments of the program name that of " +

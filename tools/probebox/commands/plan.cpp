@@ -67,7 +67,7 @@ Json describe(const plan::Forecast& forecast) {
 // "25 touches", "1 sweep".
 std::string stepsOf(const plan::Forecast& forecast) {
   const auto& wanted = forecast.wanted;
-  const bool holds = wanted.by == procedure::ReadBy::head || wanted.method->kind == procedure::Kind::hold;
+  const bool holds = wanted.options.head || wanted.method->kind == procedure::Kind::hold;
   const bool sweeps = wanted.method->takes_axis;
   const std::string one = sweeps ? "sweep" : holds ? "hold" : "touch";
   return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
@@ -84,8 +84,8 @@ std::string page(const plan::Forecast& forecast) {
   return all;
 }
 
-ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Console& console) {
-  const auto found = plan::proposals(wantedOf(method, options), setUpOf(options), *options.time_s);
+ExitStatus propose(const plan::Wanted& wanted, const Plan& options, Console& console) {
+  const auto found = plan::proposals(wanted, setUpOf(options), *options.time_s);
   if (!found) return console.fail({ExitStatus::failed, found.error().name, found.error().reason});
   if (found->empty())
     return console.fail(
@@ -99,7 +99,7 @@ ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Con
       console.object(describe(one));
     else
       console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
-                   "probebox calibrate " + std::string{method.name()} + " " + chosenOf(one.wanted));
+                   "probebox calibrate " + std::string{wanted.method->name()} + " " + chosenOf(one.wanted));
   }
   return ExitStatus::ok;
 }
@@ -107,11 +107,10 @@ ExitStatus propose(const procedure::LiveMethod& method, const Plan& options, Con
 }  // namespace
 
 ExitStatus run(const Plan& options, const std::string&, Console& console) {
-  const auto chosen = methodOf(options);
-  if (!chosen) return console.fail(chosen.error());
-  const procedure::LiveMethod* method = *chosen;
-  if (options.time_s) return propose(*method, options, console);
-  const auto expected = plan::forecast(wantedOf(*method, options), setUpOf(options));
+  const auto wanted = wantedOf(options);
+  if (!wanted) return console.fail(wanted.error());
+  if (options.time_s) return propose(*wanted, options, console);
+  const auto expected = plan::forecast(*wanted, setUpOf(options));
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});
   if (console.json())
     console.object(describe(*expected));

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/messages/cases.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/link/box.hpp"

@@ -11,7 +11,27 @@
 
 namespace probebox::command {
 
-Outcome<const procedure::LiveMethod*, Trouble> methodOf(const RunChoices& choices) {
+Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices) {
+  if (choices.speeds_mm_s.size() > kMostSpeeds)
+    return usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some");
+  ProcedureOptions options;
+  options.speed_count = static_cast<std::uint8_t>(choices.speeds_mm_s.size());
+  std::ranges::copy(choices.speeds_mm_s, options.speeds_mm_s.begin());
+  options.overtravel_mm = choices.overtravel_mm.value_or(0);
+  options.clearance_mm = choices.clearance_mm.value_or(0);
+  options.approach_rad = radians(choices.approach_deg.value_or(0));
+  options.arc_rad = radians(choices.arc_deg.value_or(0));
+  options.angles = choices.angles.value_or(0);
+  options.balls = choices.balls.value_or(0);
+  options.axis = axisNumber(choices.axis);
+  options.turns = choices.turns.value_or(0);
+  options.tool = choices.tool.value_or(0);
+  options.head = choices.head;
+  options.shank = choices.shank;
+  return options;
+}
+
+Outcome<plan::Wanted, Trouble> wantedOf(const RunChoices& choices) {
   const procedure::LiveMethod* method = procedure::methodNamed(choices.method);
   if (method == nullptr) {
     std::string known;
@@ -19,33 +39,13 @@ Outcome<const procedure::LiveMethod*, Trouble> methodOf(const RunChoices& choice
     return usage("no box runs " + choices.method + didYouMean(choices.method, procedure::methodNames()) +
                  "; use one of: " + known);
   }
-  if (choices.speeds_mm_s.size() > kMostSpeeds)
-    return usage("a run has up to " + std::to_string(kMostSpeeds) + " speeds: omit some");
-  return method;
-}
-
-plan::Wanted wantedOf(const procedure::LiveMethod& method, const RunChoices& options) {
-  plan::Wanted wanted{.method = &method};
-  auto& chosen = wanted.options;
-  chosen.speed_count = static_cast<std::uint8_t>(options.speeds_mm_s.size());
-  std::ranges::copy(options.speeds_mm_s, chosen.speeds_mm_s.begin());
-  chosen.overtravel_mm = options.overtravel_mm.value_or(0);
-  chosen.clearance_mm = options.clearance_mm.value_or(0);
-  chosen.approach_rad = options.approach_deg.value_or(0) * kDegree;
-  chosen.arc_rad = options.arc_deg.value_or(0) * kDegree;
-  chosen.angles = options.angles.value_or(0);
-  chosen.balls = options.balls.value_or(0);
-  chosen.axis = axisNumber(options.axis);
-  chosen.tool = options.tool.value_or(0);
-  wanted.turns = options.turns.value_or(0);
-  if (options.head) wanted.by = procedure::ReadBy::head;
-  if (options.shank) wanted.by = procedure::ReadBy::shank;
-  return wanted;
+  TRY(const auto options, optionsOf(choices));
+  return plan::Wanted{.method = method, .options = options};
 }
 
 std::string chosenOf(const plan::Wanted& wanted) {
   std::string text;
-  const auto& [method, options, turns, by] = wanted;
+  const auto& options = wanted.options;
   for (std::size_t i = 0; i < options.speed_count; ++i)
     text += printed("%s%g", i == 0 ? "--speed " : ",", options.speeds_mm_s[i]);
   const auto add = [&](const std::string& words) { text += (text.empty() ? "" : " ") + words; };
@@ -59,10 +59,10 @@ std::string chosenOf(const plan::Wanted& wanted) {
   add_number("--angles", options.angles);
   add_number("--heights", options.balls);
   if (options.axis != 0) add(std::string{"--axis "} + "XYZABC"[options.axis - 1]);
-  add_number("--turns", turns);
+  add_number("--turns", options.turns);
   add_number("--tool", options.tool);
-  if (by == procedure::ReadBy::head) add("--head");
-  if (by == procedure::ReadBy::shank) add("--shank");
+  if (options.head) add("--head");
+  if (options.shank) add("--shank");
   return text;
 }
 

@@ -8,9 +8,10 @@
 
 namespace probebox::command {
 
-// The method of a run that no box is asked about. Trouble: no such method, or more speeds than a run can have.
-Outcome<const procedure::LiveMethod*, Trouble> methodOf(const RunChoices& choices);
-plan::Wanted wantedOf(const procedure::LiveMethod& method, const RunChoices& choices);
+// Trouble: more speeds than a run can have.
+Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices);
+// A run that no box is asked about. Trouble: no such method, too.
+Outcome<plan::Wanted, Trouble> wantedOf(const RunChoices& choices);
 // The options of calibrate that make this run.
 std::string chosenOf(const plan::Wanted& wanted);
 

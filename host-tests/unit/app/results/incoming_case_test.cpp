@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/messages/cases.hpp"
+
 namespace probebox::app {
 namespace {
 
