@@ -8,10 +8,10 @@
 
 namespace probebox::command {
 
-// The method of a run that no box is asked about. Trouble: no such method, or more speeds than a run can have.
+// Finds the method of a run without asking a box. Trouble: no such method, or more speeds than a run can have.
 Outcome<const procedure::LiveMethod*, Trouble> methodOf(const RunChoices& choices);
 plan::Wanted wantedOf(const procedure::LiveMethod& method, const RunChoices& choices);
-// The options of calibrate that make this run.
+// Returns the options with which `calibrate` makes this run.
 std::string chosenOf(const plan::Wanted& wanted);
 
 }  // namespace probebox::command
