@@ -5,11 +5,11 @@
 
 namespace probebox::plan {
 
-// A run before it is begun: what calibrate is told.
+// The request for a run, as the options of `calibrate` state it.
 struct Wanted {
   const procedure::LiveMethod* method{};
-  ProcedureOptions options{};  // zeros are the method's own
-  unsigned turns{};            // of a screw; 0: the method's own
+  ProcedureOptions options{};  // 0: the default of the method
+  unsigned turns{};            // of a screw; 0: the default of the method
   procedure::ReadBy by{};
 };
 
