@@ -286,7 +286,7 @@ struct ResultHistory {
   };
 };
 
-// Somebody's word about a cut. Each door holds an inhibit of its own, over restarts too. Since protocol 1.2.
+// Declares that a cut is on or over. Each door has an inhibit of its own, which survives restarts. Since protocol 1.2.
 struct SetInhibit {
   static constexpr Operation kOperation = Operation::set_inhibit;
   struct Request {
@@ -376,8 +376,8 @@ struct ProposeCase {
 // Names the progress of a proposed case.
 enum class CaseProgress : std::uint8_t { working = 0, done = 1, cancelled = 2 };
 
-// What comes of a case that was proposed to be followed. A case that nobody asks after for 5 s is given up, and nothing
-// of it is stored. Since protocol 1.2.
+// Reports the progress of a case that was proposed to be followed. After 5 s without this request the case is cancelled
+// and nothing of it is stored. Since protocol 1.2.
 struct FollowCase {
   static constexpr Operation kOperation = Operation::follow_case;
   struct Request {
