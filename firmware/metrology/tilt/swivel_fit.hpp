@@ -48,8 +48,8 @@ struct ShankTouch {
 struct SwivelReadings {
   std::vector<SwivelReading> tips;
   std::vector<ShankTouch> shank;  // of one tool with the tip, which is then the only one
-  // In the sd of a coordinate of a tip across the swivel axis: of a touch with the shank, and of a tip's along the
-  // axis.
+  // sd of a touch with the shank, and of a tip's coordinate along the axis, in units of the sd of a tip's coordinate
+  // across the swivel axis.
   double shank_spread{1.0};
   double along_spread{1.0};
 
@@ -61,7 +61,7 @@ struct SwivelReadings {
 // several-tips, bad-direction, not-opposed, and what checkedTable refuses.
 Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, const SwivelPlane& plane);
 
-// Angles other than zero, whole turns aside.
+// Number of angles other than zero, apart from whole turns.
 std::size_t swivelAngles(const SwivelReadings& readings);
 
 // Three rows a tip's reading, then one a touch of the shank; in units of the sd of a coordinate of a tip, but for
