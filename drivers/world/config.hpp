@@ -140,7 +140,7 @@ struct PartSpindleConfig {
   std::size_t further_mount_count{0};
 };
 
-// A table that tilts the part spindle with all that stands on it, about a line. B of the controller.
+// A table that tilts the part spindle and everything on it about a line. B of the controller.
 struct TiltingTableConfig {
   bool fitted{false};
   Vector3 point_mm{};

@@ -16,7 +16,7 @@ class Pace {
     if (until.seconds) end_ = link::now() + Nanoseconds{static_cast<std::int64_t>(*until.seconds * 1e9)};
   }
 
-  // True once for every update that is due.
+  // Returns true once for every update that is due.
   bool due() {
     const auto now = link::now();
     if (now < next_) return false;
