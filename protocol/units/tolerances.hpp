@@ -39,7 +39,8 @@ inline constexpr double kSameTableAngle_rad = 1e-8;
 inline constexpr double kOutlierDeviations = 4.5;
 // Residuals of balls beyond this many sigma refuse a case: 4 would refuse one good case in some thousands.
 inline constexpr double kWorstResidual_sigma = 5;
-// Largest deviation of a touch from the feature, as a share of the overtravel (chosen).
+// A touch refuses the case if it is an outlier and misses the feature by more than this share of the overtravel
+// (chosen).
 inline constexpr double kGrossShare = 0.01;
 // Share of the samples of a waveform or contour that may be dropped (chosen).
 inline constexpr double kMostDroppedShare = 0.10;

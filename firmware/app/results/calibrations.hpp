@@ -84,7 +84,7 @@ class Calibrations {
   std::string lastRefusal() const;
 
  private:
-  // A case that waits for the solver or is being solved. A live run comes first; a proposal can be cancelled.
+  // A case that waits for the solver or is being solved, in order of arrival. Only a proposal can be cancelled.
   struct Case {
     std::vector<metrology::NamedSubject> subjects;
     store::Origin origin;
