@@ -30,7 +30,7 @@ struct LoopBack {
 // (sensors.drift).
 struct Devices {
   std::string encoders;
-  double encoder_rate_hz{};  // how often all axes are latched, unless one has a rate of its own
+  double encoder_rate_hz{};  // rate at which axes are latched, unless one has a rate of its own
   std::string probe;
   std::string drift{"none"};  // sensors of the ball screws
   Encoders encoders_by_axis{};

@@ -8,8 +8,8 @@
 
 #include "protocol/units/outcome.hpp"
 
-// cell.toml: what stands around the tool, as simple solids or STL. mm, machine axes; for pictures and interference
-// only.
+// Describes the surroundings of the tool as simple solids or STL (cell.toml), mm, machine axes. For pictures and
+// interference checks only.
 namespace probebox::board {
 
 enum class SolidPart : std::uint8_t { machine, fixture, workpiece };
@@ -23,20 +23,20 @@ struct CellSolid {
   double radius_mm{};                // of a cylinder, whose axis is its own Z, or a sphere
   double height_mm{};                // of a cylinder
   std::string file;                  // of a mesh: STL, beside cell.toml
-  std::array<double, 3> at_mm{};     // its middle; of a mesh its own origin
+  std::array<double, 3> at_mm{};     // position of its middle; for a mesh, of its origin
   std::array<double, 3> turn_deg{};  // about X, then Y, then Z of the machine
 };
 
-// A tool in its holder, round about Z, the spindle above.
+// A tool in its holder, rotationally symmetric about Z, with the spindle above.
 struct CellTool {
   std::uint32_t number{};
   double holder_radius_mm{};
   double holder_length_mm{};  // from the gauge line to its face, L1
   double radius_mm{};
-  double length_mm{};                              // from the holder's face to the tip, as the store has it
-  double cutting_mm{};                             // of it, from the tip on: may touch the workpiece in feed
-  std::optional<double> assembled_length_mm;       // the same as it was measured, L3
-  std::optional<std::array<double, 2>> offset_mm;  // of the tip from the spindle axis as it was measured, W1
+  double length_mm{};                              // from the holder's face to the tip, as stored
+  double cutting_mm{};                             // of the edges, from the tip on: may touch the workpiece
+  std::optional<double> assembled_length_mm;       // length_mm as measured, L3
+  std::optional<std::array<double, 2>> offset_mm;  // measured offset of the tip from the spindle axis, W1
 };
 
 struct Cell {
@@ -47,7 +47,7 @@ struct Cell {
   std::vector<CellTool> tools;
 };
 
-// Strict, as the other descriptions are. `file_name` is for messages.
+// Reads strictly, as the other descriptions. file_name: for messages.
 Outcome<Cell> parseCell(std::string_view text, std::string_view file_name);
 
 }  // namespace probebox::board

@@ -17,16 +17,16 @@ inline constexpr std::string_view kEncoderAxes = "XYZABC";
 inline constexpr std::size_t kEncoderLetters = kEncoderAxes.size();
 inline constexpr std::size_t kLinearEncoders = 3;
 
-// When the kernel's counter is read: by a timer, or at an event of its own that the sync line makes.
+// When the kernel's counter is read: by a timer, or at one of its events, which the sync line causes.
 enum class LatchedBy : std::uint8_t { polling, index, capture, change_of_state };
-// What is read at that event: the count itself, or the value that the device captured.
+// Value that is read at that event: the count itself, or the value that the device captured.
 enum class LatchedValue : std::uint8_t { count, capture };
 
 // One Count of a counter device of the kernel (/dev/counterN).
 struct CounterEncoder {
   std::string device{};  // "counter0", a path, or the name in /sys/bus/counter/devices/counterN/name
   std::uint8_t count{};  // countN of that device
-  std::uint8_t bits{};   // the count wraps after so many; 0: after its ceiling
+  std::uint8_t bits{};   // width of the count, which then wraps; 0: it wraps after its ceiling
   LatchedBy latched_by{LatchedBy::polling};
   std::uint8_t latch_channel{};
   LatchedValue latched_value{LatchedValue::count};
@@ -38,7 +38,7 @@ struct CounterEncoder {
 struct QuadratureEncoder {
   GpioLine a;
   GpioLine b;
-  double maximum_edge_rate_hz{};  // of both lines together; beyond it counts are refused
+  double maximum_edge_rate_hz{};  // of both lines together; above it no counts are delivered
 };
 
 inline constexpr std::uint8_t kMostReceiverChannels = 8;
@@ -56,9 +56,9 @@ struct ControlEncoder {
 
 struct EncoderDescription {
   std::variant<CounterEncoder, QuadratureEncoder, ReceiverEncoder, ControlEncoder> by;
-  double rate_hz{};       // how often it gives a count
-  bool is_absolute{};     // its counts tell the position after a restart too
-  std::uint32_t line{1};  // of its kind in box.toml
+  double rate_hz{};       // of its counts
+  bool is_absolute{};     // its counts give the position after a restart, too
+  std::uint32_t line{1};  // line of its `kind` in box.toml
 };
 
 // By axis, in the order of kEncoderAxes.

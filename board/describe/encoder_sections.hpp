@@ -5,7 +5,7 @@
 
 namespace probebox::board {
 
-// Reads [encoder.AXIS] of box.toml. `box`: all that was read before it, the devices and index lines among it.
+// Reads [encoder.AXIS] of box.toml. box: with everything that was read before, including devices and index lines.
 Encoders readEncoders(Section& root, const Box& box, TakenLines& taken);
 
 }  // namespace probebox::board

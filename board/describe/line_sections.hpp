@@ -10,7 +10,7 @@
 // Lines of gpio chips in box.toml.
 namespace probebox::board {
 
-// Two roles on one line would take it from each other, and a name must tell which line it is.
+// Lines and names already in use: a line can have only one role, and a name must be unique.
 struct TakenLines {
   std::map<std::pair<std::string, LineAddress>, std::string> lines;
   std::set<std::string> names;
@@ -19,7 +19,7 @@ struct TakenLines {
 // Reads the keys of a line and leaves the others of its section alone.
 GpioLine gpioLine(Section& section, const std::string& default_name, TakenLines& taken);
 
-// One line of several that belong together: `key` = { chip = ..., line = ... }, called "WHOLE KEY".
+// Reads one of several lines that belong together: `key` = { chip = ..., line = ... }; its name is "WHOLE KEY".
 GpioLine lineOf(Section& whole, const std::string& key, const std::string& whole_name, TakenLines& taken);
 
 }  // namespace probebox::board

@@ -47,14 +47,14 @@ struct ScrewDescription : BallScrew {
   double reference_um{};  // reading of the sensor on the cold screw
   double extension_min_um{};
   double extension_max_um{};
-  double rate_um_s{};       // how fast the extension that is compensated may change
+  double rate_um_s{};       // limit of the rate of change of the compensated extension
   double threshold_rpm{};   // of the sector table
   double sector_zero_mm{};  // axis position at which sector 0 begins
   double stale_s{};
   double hold_s{};
 };
 
-// The ball on the part that periodic-check reads, with the position that was accepted.
+// The ball on the part that periodic-check reads, with its accepted position.
 struct PeriodicCheckDescription {
   double ball_diameter_mm{};
   double ball_centre_z_mm{};                           // machine position at C = 0
@@ -74,7 +74,7 @@ struct BallPlateDescription {
   std::optional<double> sd_mm;                             // of a certified coordinate (k = 1)
   std::optional<std::array<double, 3>> b_axis_point_mm{};  // of the nominal B axis, likewise
   bool
-      station_correction{};  // the axis turns by multiples of the balls' pitch, and errors of linear axes are taken out
+      station_correction{};  // the axis turns by multiples of the balls' pitch; errors of linear axes are removed (E11)
   std::vector<std::array<double, 3>> balls_mm;
 };
 inline constexpr std::size_t kMostPlateBalls = 7;
@@ -120,7 +120,7 @@ struct RotaryAxisDescription {
   int sense{1};                                // +1 when counts rise in the positive direction of the axis, else -1
   ReferenceBy reference{ReferenceBy::homing};  // absolute or homing
   double maximum_speed_deg_s{};                // faster counts are taken for an encoder error
-  double stale_s{};                            // an older angle is in doubt; 0: an angle holds until the next
+  double stale_s{};                            // an older angle is in doubt; 0: an angle is valid until the next
 };
 
 // A head that swivels the tool.

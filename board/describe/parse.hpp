@@ -11,8 +11,8 @@
 #include "board/describe/world.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Strict reading of the descriptions. An unknown or missing key, a wrong type, a value out of range, a doubtful unit or
-// a text that does not print is an error that names file, line, key and remedy. All problems are reported, one a line.
+// Reads the descriptions strictly. An unknown or missing key, a wrong type, a value out of range, a doubtful unit or an
+// unprintable text is an error that names file, line, key and remedy. All problems are reported, one per line.
 namespace probebox::board {
 
 struct Descriptions {
@@ -35,9 +35,8 @@ std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& mach
 // The same of a touch-trigger probe.
 std::optional<std::uint8_t> lineOfProbeSwitch(const Box& box, const Probe& probe);
 
-// Reads box.toml, machine.toml, probe.toml, service.toml and, where there is one, world.toml. A file that `overrides`
-// (--config) has too is read from there instead. Reads ordinary files only, and not more of them than a description
-// may have.
+// Reads box.toml, machine.toml, probe.toml, service.toml and, if it exists, world.toml; files in `overrides` (--config)
+// replace them. Reads ordinary files only, up to the longest length of a description.
 Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory,
                                     const std::filesystem::path& overrides = {});
 

@@ -21,7 +21,7 @@ struct ProbeSwitch {
 
 struct Probe {
   std::string serial_number;
-  // Of a touch-trigger probe, which has no channels: gain, rate and noise below are then those of no probe.
+  // For a touch-trigger probe, which has no channels: gain, rate and noise below then have no meaning.
   std::optional<ProbeSwitch> by_switch;
   Matrix3 gain{};     // mm of deflection in machine axes per mm of channels a, b, c: (A3)
   double rate_hz{};   // nominal sample rate

@@ -33,7 +33,7 @@ class Problems {
   // "box.toml:12"
   std::string place(std::uint32_t line) const { return file_name_ + ":" + std::to_string(std::max(line, 1U)); }
 
-  // Returns one problem a line; of very many only the first.
+  // Returns one problem per line, up to 100.
   Error error() const {
     constexpr std::size_t kMost = 100;
     auto sorted = found_;

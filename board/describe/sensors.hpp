@@ -9,11 +9,11 @@
 // (raw + offset) x scale of sysfs: mV, mA, m.
 namespace probebox::board {
 
-// Three channels of a converter that are the probe's deflections. Its frames are taken at a trigger, such as the sync
-// line.
+// Three channels of a converter that carry the probe's deflections. A trigger, such as the sync line, starts its
+// frames.
 struct ProbeAdc {
-  std::string device;                   // as its driver calls it, its label, or "iio:device0"
-  std::string trigger;                  // empty: the one that the device has
+  std::string device;                   // the driver's name, a label, or "iio:device0"
+  std::string trigger;                  // empty: the device keeps its present one
   std::array<std::string, 3> channels;  // "voltage0"
   std::array<double, 3> um_per_unit{};
   std::array<double, 3> zero_unit{};  // value without a deflection
@@ -26,7 +26,7 @@ struct DriftSensor {
   std::string channel;
   double um_per_unit{};
   bool buffered{};     // read through the kernel's buffer, with its stamps
-  double rate_hz{10};  // how often it is read; of a buffer: what its trigger gives
+  double rate_hz{10};  // at which it is read; with a buffer: of its trigger
 };
 
 struct Sensors {

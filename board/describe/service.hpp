@@ -9,9 +9,9 @@ namespace probebox::board {
 
 // Lists the rights of a link or a line besides reading. Rights that are not named are not granted.
 struct Access {
-  bool allow_marker{false};     // begin and end steps, tell the pose and the tool
-  bool allow_homing{false};     // say where an axis stands
-  bool allow_inhibit{false};    // say that a cut begins or ends
+  bool allow_marker{false};     // begin and end steps, report the pose and the tool
+  bool allow_homing{false};     // report the position of a homed axis
+  bool allow_inhibit{false};    // declare that a cut begins or ends
   bool allow_calibrate{false};  // start and abort procedures, propose cases
   bool allow_accept{false};     // accept, roll back, switch sources
 
@@ -21,7 +21,7 @@ struct Access {
 // Gives a link or a line rights of its own instead of those of [access].
 struct Door {
   std::string address;  // as in links or cnc
-  bool read_only{};     // nothing is allowed; a link that other computers can reach has to say so
+  bool read_only{};     // nothing but reading is allowed; required for a link that other computers can reach
   Access access;
 };
 
@@ -33,7 +33,7 @@ struct StreamSettings {
 struct Service {
   std::vector<std::string> links;  // "tcp:127.0.0.1:7627", "serial:/dev/ttyS1"
   std::vector<std::string> cnc;    // "modbus:/dev/ttyS2,baud=19200,parity=even,unit=1"
-  // Where a person finds each of them: "service.toml:3: 'links'".
+  // Place of each in the file, for messages: "service.toml:3: 'links'".
   std::vector<std::string> link_places, cnc_places;
   Access access;  // of all that have no door of their own
   std::vector<Door> doors;

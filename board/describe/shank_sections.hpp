@@ -6,7 +6,7 @@
 // Reads the shank of the stylus: [probe_shank] of machine.toml and [probe_spindle.shank] of world.toml.
 namespace probebox::board {
 
-// Call it after the tools have been read, one of which carries the shank.
+// Optional section. Call after the tools have been read, one of which carries the shank.
 void readProbeShank(Section& root, Machine& machine);
 // Reads it into the first tool of the spindle; optional.
 void readWorldShank(Section& spindle, WorldProbeSpindle& described);

@@ -7,8 +7,8 @@
 
 namespace probebox::board {
 
-// Finds the known key nearest to an unknown one, and the remedy: the unit is missing or another one is read, or the key
-// is misspelt. `nearest` and `remedy` are empty when no key is near.
+// The known key nearest to an unknown one, with the remedy: the unit is missing or wrong, or the key is misspelt. Both
+// are empty when no key is near.
 struct Suggestion {
   std::string nearest;
   std::string remedy;

@@ -28,7 +28,7 @@ struct WorldClock {
   Jitter jitter{Jitter::none};
   double jitter_us{};  // standard deviation (gauss) or median (lognormal)
   double outlier_probability{};
-  double outlier_us{};  // how late an outlier is, at most
+  double outlier_us{};  // maximum delay of an outlier
   double missing_probability{};
   double doubled_probability{};
   double spurious_probability{};
@@ -45,7 +45,7 @@ struct WorldEncoders {
 struct WorldAxes {
   double acceleration_mm_s2{};
   double traverse_mm_s{};
-  Vector3 home_mm{};  // where the stylus ball stands when the machine starts
+  Vector3 home_mm{};  // position of the stylus ball at the start
 };
 
 // A wave along the travel of an axis.
@@ -62,8 +62,7 @@ struct WorldLinearAxes {
   Vector3 squareness_rad{};                         // EA0Z of Z to Y, EB0Z of Z to X, EC0Y of Y to X
 };
 
-// What a rotary axis does beside its turn: a cosine (less 1) and a sine of its angle, along (mm) and about (rad) X, Y,
-// Z.
+// Error motions of a rotary axis: a cosine (minus 1) and a sine of its angle, along (mm) and about (rad) X, Y, Z.
 struct WorldAxisErrors {
   Vector3 cosine_mm{}, sine_mm{};
   Vector3 cosine_rad{}, sine_rad{};
@@ -79,7 +78,8 @@ struct WorldProbe {
   double dropout_probability{};  // per sample
 };
 
-// A touch-trigger probe in the place of the scanning one. Pre-travel is the way from contact until its switch opens.
+// A touch-trigger probe instead of the scanning one. Pre-travel is the travel of the body from contact until the switch
+// opens.
 struct WorldTouchTrigger {
   double pre_travel_mm{};        // across the stylus, mean
   double lobe_mm{};              // its three lobes about the stylus' axis
@@ -122,7 +122,7 @@ struct WorldPartSpindle {
   WorldAxisErrors errors;
 };
 
-// A table that tilts the part's spindle with all that stands on it: B of the controller.
+// A table that tilts the part's spindle and everything on it: B of the controller.
 struct WorldTiltingTable {
   Vector3 axis{};      // nominally, unit vector along X or Y: a positive tilt is right-handed about it
   Vector3 point_mm{};  // of the true axis
@@ -145,7 +145,7 @@ struct WorldShank {
   double from_mm{}, to_mm{};
   std::array<double, 2> offset_mm{};  // of its axis from the spindle's where it begins, at A = 0, X Y
   std::array<double, 2> lean{};       // of its axis, dx/dz and dy/dz, at A = 0
-  double lever{1};                    // what the stylus' ball is moved by where the shank is moved by 1
+  double lever{1};                    // displacement of the stylus' ball per displacement of the shank
 };
 
 // The probe in another tool than the first.
@@ -161,7 +161,7 @@ struct WorldProbeSpindle {
   std::array<double, 2> stylus_offset_mm{};  // of the stylus ball from the axis at A = 0, X Y
   double stylus_length_mm{};                 // below the machine's reference
   std::optional<WorldShank> shank;
-  std::uint32_t tool{};  // the number of the tool that is all this
+  std::uint32_t tool{};  // number of the tool with this stylus
   std::vector<WorldTool> further_tools;
 };
 
@@ -171,18 +171,18 @@ struct WorldRotary {
   double c_counts_per_deg{};  // of an encoder of C; 0: it has none
 };
 
-// A ball screw that warms up from the start on, with a sensor at its free end. Its pitch, its length and where it is
-// held are what machine.toml says.
+// A ball screw that warms up from the start, with a sensor at its free end. Pitch, length and bearing are those of
+// machine.toml.
 struct WorldScrew {
   double cold_um{};  // longer than the reference by this at the start, and by `warm_um` in the end
   double warm_um{};
   double time_constant_s{};
-  std::array<double, 2> face_um{};  // of the face that the sensor looks at: once and twice a turn
+  std::array<double, 2> face_um{};  // deviation of the face from a plane, one and two periods per turn
   double noise_um{};                // k = 1
   double sensor_time_constant_s{};
 };
 
-// The device that tools are set on: a block with a switch.
+// The tool-setting device: a block with a switch.
 struct WorldToolSetter {
   Vector3 centre_mm{};
   Vector3 half_width_mm{};
@@ -198,12 +198,12 @@ struct WorldCutter {
   double radius_mm{};
 };
 
-// A sensor head in the magazine: three displacement sensors that look at one ball.
+// A sensor head in the magazine: three displacement sensors that measure one ball.
 struct WorldSensorHead {
   std::uint32_t number{};
   std::array<double, 2> offset_mm{};  // of its centre, where all read zero, from the spindle's axis, X and Y at A = 0
   double length_mm{};                 // from the machine's reference down to that centre
-  std::array<std::array<double, 3>, 3> sensors{};  // a row a sensor: what it reads per mm of the ball along X, Y, Z
+  std::array<std::array<double, 3>, 3> sensors{};  // one row per sensor: its reading per mm of the ball along X, Y, Z
   double range_mm{};                               // of a reading, to either side
   double noise_um{};                               // k = 1, one sensor
 };
@@ -227,7 +227,7 @@ struct World {
   WorldProbe probe;
   std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
-  // What is not described is not there.
+  // Parts without a description do not exist.
   std::optional<WorldPlates> plates;
   std::optional<WorldPartSpindle> part_spindle;
   std::optional<WorldTiltingTable> tilting_table;

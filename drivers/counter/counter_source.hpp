@@ -14,23 +14,23 @@ namespace probebox::counter {
 struct CounterConfig {
   std::size_t axis{};          // place in X Y Z A B C
   std::string device{};        // for messages
-  std::uint8_t bits{};         // the count wraps after so many; 0: after its ceiling
+  std::uint8_t bits{};         // width of the count, which then wraps; 0: it wraps after its ceiling
   bool is_latched{};           // at each event of the sync line, else polled
   Nanoseconds interval{};      // between counts
   double fastest_counts_hz{};  // of the axis; 0: not known
 };
 
-// Gives the counts of one axis from a counter device that may be absent, appear and disappear, unwrapped, with the
-// kernel's stamps where the sync line latches them; index pulses as edges of the axis' index line.
+// Delivers the unwrapped counts of one axis from a counter device that may be absent, appear and disappear. Counts that
+// the sync line latches have the kernel's stamps. Index pulses are edges of the axis' index line.
 //
 // A polled count is stamped with the middle of its read; its true time is anywhere in it, so the sd of the stamp is the
-// read's duration over sqrt(12). Reads that took longer than kLongestRead are made again, and left out at last.
+// duration of the read over sqrt(12). A read longer than kLongestRead is repeated, up to kReads times, then omitted.
 class CounterSource final : public io::EventSource {
  public:
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
   static constexpr Nanoseconds kLongestRead = std::chrono::microseconds{100};
-  static constexpr int kReads = 3;  // at most, for one count
-  // So long without a latching event, and somebody is told.
+  static constexpr int kReads = 3;  // maximum for one count
+  // After so long without a latching event a problem is reported.
   static constexpr Nanoseconds kSilence = std::chrono::seconds{1};
 
   CounterSource(std::unique_ptr<CounterPort> port, const CounterConfig& config);
@@ -42,7 +42,7 @@ class CounterSource final : public io::EventSource {
   // Events without a value, latches that came twice, and reads that took too long.
   std::uint64_t unusable() const override { return unusable_; }
 
-  // Of the polled counts of about the last second: root mean square; 0 for latched ones, whose stamps are the kernel's.
+  // Root mean square sd of the stamps of polled counts in about the last second; 0 for latched counts.
   Nanoseconds stampSd() const;
 
  private:

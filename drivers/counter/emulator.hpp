@@ -9,7 +9,7 @@
 namespace probebox::counter {
 
 // Emulates a counter device of the kernel: an axis turns it, its count wraps, and its events wait in a queue of the
-// kernel's size, which loses the newest ones without a word.
+// kernel's size, which drops the newest ones silently when it is full.
 class EmulatedCounter final : public CounterPort {
  public:
   struct Config {
@@ -17,7 +17,7 @@ class EmulatedCounter final : public CounterPort {
     std::uint64_t power_up{};  // what it shows before the axis moves
     Nanoseconds interval{};    // of polling; zero: none
     std::size_t queue_events{64};
-    // What a read takes, and how far in it the count is taken, as a share.
+    // Duration of a read, and the fraction of it after which the count is taken.
     Nanoseconds read_takes{std::chrono::microseconds{8}};
     double read_at{0.5};
   };
@@ -32,7 +32,7 @@ class EmulatedCounter final : public CounterPort {
   void unplug() { is_there_ = false, events_.clear(); }
   // The counter counts from 0 again.
   void plugIn(MonoTime at);
-  // The next reads take so long: the processor was taken away.
+  // Makes the next reads take so long, as when the process loses the processor.
   void slowReads(int reads, Nanoseconds take) { slow_reads_ = reads, slow_take_ = take; }
 
   Outcome<OpenedCount> open() override;

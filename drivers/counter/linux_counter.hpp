@@ -9,7 +9,8 @@
 
 namespace probebox::counter {
 
-// One Count of a counter device of the kernel: its value by sysfs, its events by /dev/counterN (linux/counter.h).
+// Reads one Count of a counter device of the kernel: its value from sysfs, its events from /dev/counterN
+// (linux/counter.h).
 class LinuxCounter final : public CounterPort {
  public:
   // interval: of polling; not used where the sync line latches the count.

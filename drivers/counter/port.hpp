@@ -8,7 +8,7 @@
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
-// The seam between a counter device and what is made of its counts.
+// Interface between a counter device, real or emulated, and the code that evaluates its counts.
 namespace probebox::counter {
 
 // Events of a counter that the box watches, as linux/counter.h numbers them.
@@ -17,19 +17,19 @@ enum class Happened : std::uint8_t { latched, index };
 // One event, as the kernel queued it.
 struct CounterEvent {
   Happened what{};
-  std::uint64_t value{};  // of what was watched: the count, or the captured value
+  std::uint64_t value{};  // the watched value: the count, or the captured value
   bool is_valid{true};    // the kernel could read it
   MonoTime at{};          // the kernel's stamp
 };
 
-// The count as it was read between two readings of the clock.
+// A count, and the times just before and after its read.
 struct PolledCount {
   std::uint64_t value{};
   MonoTime before{};
   MonoTime after{};
 };
 
-// What a device says about one of its counts when it is opened.
+// Properties of a count, read when its device is opened.
 struct OpenedCount {
   std::uint64_t ceiling{};  // the largest value before it wraps to 0; 0: the device does not say
 };
@@ -47,7 +47,7 @@ class CounterPort {
   virtual std::optional<std::size_t> readEvents(std::span<CounterEvent> into) = 0;
   // Reads the count now; nothing when the device is gone.
   virtual std::optional<PolledCount> poll() = 0;
-  // True once in every interval of polling, when it is time to read; a port without a timer says so by `now`.
+  // True once in every interval of polling, when a read is due; a port without a timer decides by `now`.
   virtual bool isDue(MonoTime now) = 0;
 
   // Readable when there are events or it is time to poll; -1 when it is not open.

@@ -5,19 +5,19 @@
 
 namespace probebox::counter {
 
-// Continues counts that wrap. The way from one count to the next is the shorter one, so it must be less than half the
-// range; after `longest_unread` an axis may have gone further.
+// Unwraps counts. Each step is taken as the shorter of the two possible ones, so it must be less than half the range;
+// after `longest_unread` an axis may have moved further.
 class Unwrap {
  public:
   struct Count {
     std::int64_t counts{};
-    bool goes_on{};  // from the last one; false for the first, and for one that came too late to tell
+    bool goes_on{};  // continues the last count; false for the first, and for one that came too late to be unwrapped
   };
 
-  // range: how many values the count has; 0 for all of 64 bits.
+  // range: number of values of the count; 0 for 2^64.
   Unwrap(std::uint64_t range, Nanoseconds longest_unread) : range_{range}, longest_unread_{longest_unread} {}
 
-  // A count that does not go on from the last one is taken as it is.
+  // A count that does not continue the last one is taken unchanged.
   Count push(std::uint64_t raw, MonoTime at) {
     const std::uint64_t value = range_ == 0 ? raw : raw % range_;
     const bool goes_on = has_last_ && at - at_ <= longest_unread_;
@@ -30,7 +30,7 @@ class Unwrap {
   bool hasLast() const { return has_last_; }
 
  private:
-  // Modulo 2^64: down is a large number.
+  // The shorter step modulo 2^64: a negative one is a large number.
   std::uint64_t shorterWay(std::uint64_t value) const {
     const std::uint64_t up = value >= value_ || range_ == 0 ? value - value_ : range_ - (value_ - value);
     return range_ != 0 && up > range_ / 2 ? up - range_ : up;

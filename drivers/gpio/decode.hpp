@@ -41,8 +41,8 @@ class EdgeDecoder {
   // Returns nullopt for an edge of a line that is not watched; such edges are counted.
   std::optional<Edge> decode(const RawEdge& raw);
 
-  // Makes an event from a line's present level, with the last known sequence, so no loss is counted. nullopt for a line
-  // that is not watched. The caller sets the stamp.
+  // Makes an event from the present level of a line, with the last known sequence, so that no loss is counted. nullopt
+  // for a line that is not watched. The caller sets the stamp.
   std::optional<Edge> found(unsigned offset, bool high) const;
 
   // Call after the lines were requested anew: the kernel counts from 1 again, and sequences continue. Losses in between

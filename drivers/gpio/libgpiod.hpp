@@ -27,7 +27,7 @@ using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, Free<gpiod_edge_eve
 
 // Explains why a chip cannot be used. code: an errno.
 Error chipFailure(const std::string& chip, int code);
-// By a path, a name such as gpiochip0, or a label.
+// Opens a chip by a path, a name such as gpiochip0, or a label.
 Outcome<Chip> openChip(const std::string& wanted);
 Outcome<unsigned> offsetOf(gpiod_chip& chip, const std::string& chip_name, const RequestedLine& line);
 // Explains why the kernel refused a request, usually because another process holds a line. The offsets of `wanted` are
@@ -35,7 +35,7 @@ Outcome<unsigned> offsetOf(gpiod_chip& chip, const std::string& chip_name, const
 Error requestFailure(gpiod_chip& chip, const ChipLines& wanted, int code, const std::string& not_possible,
                      const std::string& remedy);
 
-// One edge of an input, stamped by the kernel on CLOCK_MONOTONIC.
+// Adds an input whose edges the kernel stamps on CLOCK_MONOTONIC.
 bool addInput(gpiod_line_config& config, const WatchedLine& line);
 
 }  // namespace probebox::gpio

@@ -27,8 +27,8 @@ struct ChipLines {
   std::vector<RequestedLine> lines;
 };
 
-// All lines of the box in the order sync, triggers, index lines, skips, inhibits, each to be requested separately: then
-// a missing line does not affect others, and no line fills another's kernel buffer.
+// Lists all lines of the box in the order sync, triggers, index lines, skips, inhibits, each for a request of its own:
+// a missing line then does not affect others, and no line fills the kernel buffer of another.
 std::vector<ChipLines> linesApart(const board::Box& box);
 
 // "sync", "trigger", ...: the source of this line.

@@ -12,19 +12,19 @@
 
 namespace probebox::gpio {
 
-// Number of A and of B among the edges of a quadrature encoder's lines.
+// Line numbers of A and B in the edges of a quadrature encoder.
 enum class Phase : std::uint8_t { a = 0, b = 1 };
 
-// Counts the transitions of A and B: four a period, up while A leads B. Pure.
+// Counts the transitions of A and B: four per period, up while A leads B. Pure.
 class QuadratureDecoder {
  public:
   enum class Heard : std::uint8_t {
-    level,    // a present level, as after the lines were requested: no transition
+    level,    // the present level, after the lines were requested: no transition
     counted,  // a step up or down
-    broken,   // a transition was missed: the count does not go on from the last one
+    broken,   // a transition was missed: the count does not continue the last one
   };
 
-  // edge.line: a Phase. Missed edges show in the sequence, or as an edge to the level that the line had already.
+  // edge.line: a Phase. A missed edge shows as a gap in the sequence, or as an edge to the level the line already had.
   Heard push(const Edge& edge);
   // Forgets the levels: the lines were lost.
   void restart() { known_ = {}; }
@@ -49,21 +49,21 @@ struct QuadratureConfig {
   double maximum_edge_rate_hz{};
 };
 
-// The two lines of an encoder as one chip's request: the order of edges is kept within a request only.
+// Puts the two lines of an encoder into one request, because the kernel keeps the order of edges only within a request.
 ChipLines quadratureLines(const board::GpioLine& a, const board::GpioLine& b);
 
-// Gives the counts of one axis at equal intervals, from the edges of its lines A and B. Each count is that of its stamp
-// exactly, because edges are stamped; an edge that arrives later than kPatience counts from then on. Delivers
-// SourceLost when transitions were missed, when edges come faster than allowed (then no counts, until they come at 0.8
-// times that rate), and when the lines are gone.
+// Delivers the counts of one axis at equal intervals from the edges of its lines A and B. Edges are stamped, so each
+// count is exact for its stamp; an edge that arrives more than kPatience late counts from its arrival on. Delivers
+// SourceLost when transitions were missed, when edges exceed the allowed rate (counts then stop until the rate is below
+// 0.8 times the limit), and when the lines are gone.
 class QuadratureSource final : public io::EventSource {
  public:
-  // The kernel has an edge this long after its stamp, or is late.
+  // An edge that the kernel delivers later than this after its stamp is late.
   static constexpr Nanoseconds kPatience = std::chrono::milliseconds{2};
-  // The rate of edges is that of the latest so many.
+  // Number of latest edges that define the rate.
   static constexpr std::size_t kRateEdges = 64;
 
-  // edges: of the lines that quadratureLines() gives.
+  // edges: source of the lines of quadratureLines().
   QuadratureSource(std::unique_ptr<io::EventSource> edges, const QuadratureConfig& config);
 
   std::size_t read(std::span<Event> into, MonoTime now) override;

@@ -9,18 +9,18 @@
 
 namespace probebox::gpio {
 
-// Emulates the lines A and B of an incremental encoder on a gpio chip: positions in counts go in, and edges come out,
-// after the levels that the lines had when they were requested. A full queue loses its oldest edge, as the kernel's.
+// Emulates the lines A and B of an incremental encoder on a gpio chip: takes positions in counts and delivers edges,
+// after the levels of the lines at the request. A full queue drops its oldest edge, as the kernel does.
 class EmulatedQuadrature final : public io::EventSource {
  public:
   explicit EmulatedQuadrature(std::size_t queue_edges = 1024) : most_edges_{queue_edges} {}
 
-  // Turns the encoder from where it is, at constant speed, so that it arrives at `count` at `at`, which must not
+  // Turns the encoder at constant speed from its present count so that it reaches `count` at `at`, which must not
   // decrease.
   void turnTo(std::int64_t count, MonoTime at);
-  // A and B are exchanged at the connector from now on.
+  // Exchanges A and B at the connector.
   void exchangeLines() { exchanged_ = !exchanged_; }
-  // The kernel does not see the next edges: they were too short for it.
+  // Hides the next edges from the kernel, as pulses that are too short.
   void hideEdges(unsigned edges) { to_hide_ = edges; }
 
   // Unplugs the chip, and plugs it in again.

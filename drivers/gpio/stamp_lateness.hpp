@@ -13,12 +13,12 @@ namespace probebox::gpio {
 // the duration of the write.
 struct StampLateness {
   std::size_t pulses{};
-  std::size_t lost{};    // of them; what follows is of the others
-  Nanoseconds median{};  // the constant bias that edges alone do not show
+  std::size_t lost{};    // of these; the statistics below are of the others
+  Nanoseconds median{};  // the constant bias, which edges alone cannot show
   Nanoseconds p99{};     // 99 of 100 are no later (nearest rank)
   Nanoseconds largest{};
   Nanoseconds bracket{};  // median duration of the write
-  Nanoseconds sigma{};    // 1.4826 times the median distance from the median: outliers do not count
+  Nanoseconds sigma{};    // 1.4826 times the median absolute deviation, which is robust against outliers
 };
 
 // Evaluates the pulses. Pure. Refused when more than half of them were lost, or there are none. `lines`: for the

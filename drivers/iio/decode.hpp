@@ -15,7 +15,7 @@
 
 namespace probebox::iio {
 
-// What a channel measures.
+// Measured quantity of a channel: a channel of the probe, or the sensor of a ball screw.
 struct OfProbe {
   std::uint8_t channel{};  // 0 a, 1 b, 2 c
 };
@@ -24,16 +24,17 @@ struct OfScrew {
 };
 using Measures = std::variant<OfProbe, OfScrew>;
 
-// From the converter's number to nm: (number + offset) x scale is in the kernel's unit (mV, mA, m), as sysfs has it.
+// Converts the converter's number to nm: (number + offset) x scale is the value in the kernel's unit (mV, mA, m), with
+// offset and scale from sysfs.
 struct Conversion {
   double offset{};
   double scale{1};
   double um_per_unit{};
-  double zero_unit{};  // value in the kernel's unit that is 0 um
+  double zero_unit{};  // value in the kernel's unit at 0 um
 
   double nm(double number) const { return ((number + offset) * scale - zero_unit) * um_per_unit * 1e3; }
 };
-// Rounded, and clipped to what an event can hold.
+// Rounds, and clips to the range of an event.
 std::int32_t wholeNm(double nm);
 
 struct FrameChannel {
@@ -58,17 +59,17 @@ class FrameDecoder {
 
   explicit FrameDecoder(FrameConfig config);
 
-  // frame: config.bytes of them. into: kMostEvents or more. Returns the number of events. The deflection is that of the
-  // frame before: its counter is known only now.
+  // frame: config.bytes bytes. into: kMostEvents or more. Returns the number of events. The deflection is that of the
+  // previous frame, whose counter is known only now.
   std::size_t decode(std::span<const std::byte> frame, std::span<Event> into);
 
-  // The device was opened: numbers of its frames begin anew.
+  // Call when the device was opened: the numbers of its frames begin anew.
   void startRun(std::uint8_t run);
 
   bool hasProbe() const { return has_probe_; }
   bool hasScrew() const { return has_screw_; }
   const FrameCounter& counter() const { return counter_; }
-  // Frames whose stamp is not after that of the frame before.
+  // Number of frames whose stamp is not later than that of the previous frame.
   std::uint64_t unusable() const { return unusable_; }
 
  private:

@@ -10,8 +10,8 @@
 
 namespace probebox::iio {
 
-// Emulates a converter behind the kernel's buffer: physical values in, frames with stamps out, as read() of
-// /dev/iio:deviceN gives them. When the buffer is full, the kernel drops the newest frame and says nothing.
+// Emulates a converter behind the kernel's buffer: takes physical values and delivers stamped frames as read() of
+// /dev/iio:deviceN does. A full buffer drops the newest frame silently, as in the kernel.
 class EmulatedConverter {
  public:
   struct Channel {
@@ -24,7 +24,7 @@ class EmulatedConverter {
   struct Config {
     double rate_hz{1000};  // nominal
     double offset_ppm{};   // its period is longer than nominal by this
-    // How much later than the trigger the kernel stamps a frame.
+    // Delay from the trigger to the kernel's stamp of the frame.
     std::function<Nanoseconds()> lateness{[] { return Nanoseconds{}; }};
     std::vector<Channel> channels;
     std::size_t buffer_frames{256};
@@ -32,9 +32,9 @@ class EmulatedConverter {
 
   EmulatedConverter(Config config, MonoTime start);
 
-  // Converts until `now`, into the buffer.
+  // Converts up to `now` into the buffer.
   void advanceTo(MonoTime now);
-  // What waits in the buffer, as far as there is room in `into`: whole frames.
+  // Moves whole frames from the buffer to `into`, as many as fit; returns the number of bytes.
   std::size_t read(std::span<std::byte> into);
 
   std::size_t frameBytes() const { return layout_.bytes; }

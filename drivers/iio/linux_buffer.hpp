@@ -12,14 +12,14 @@
 
 namespace probebox::iio {
 
-// Reads a device through the kernel's buffer: frames that a trigger, such as the sync line, starts and that the kernel
-// stamps. Sets the device up in sysfs: channels, stamps on CLOCK_MONOTONIC, trigger, length of the buffer. A device
-// that is absent or goes is tried again every second.
+// Reads a device through the kernel's buffer: a trigger, such as the sync line, starts each frame, and the kernel
+// stamps it. Sets the device up in sysfs: channels, stamps on CLOCK_MONOTONIC, trigger, length of the buffer. Retries
+// an absent or lost device every second.
 class LinuxBuffer final : public io::EventSource {
  public:
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
-  // channels.buffered
+  // channels.buffered must be true.
   explicit LinuxBuffer(DeviceChannels channels);
   ~LinuxBuffer() override;
 
@@ -27,7 +27,7 @@ class LinuxBuffer final : public io::EventSource {
   std::size_t read(std::span<Event> into, MonoTime now) override;
   int descriptor() const override;
   std::string_view name() const override { return name_; }
-  // Why there are no samples, or that they do not come at rate_hz.
+  // Explains why there are no samples, or that their rate is not rate_hz.
   std::string_view problem() const override { return problem_; }
   std::uint64_t unusable() const override;
 

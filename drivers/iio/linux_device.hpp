@@ -9,11 +9,11 @@
 
 namespace probebox::iio {
 
-// A device of the kernel's industrial I/O in sysfs. Everything reads the files anew, because the device may go at any
-// time.
+// A device of the kernel's industrial I/O in sysfs. Every call reads the files again, because the device may disappear
+// at any time.
 class LinuxDevice {
  public:
-  // name: as its driver calls it, its label, or "iio:device0". Errors: none of that name, two of them.
+  // name: the driver's name, a label, or "iio:device0". Errors: no such device, or two of that name.
   static Outcome<LinuxDevice> find(const std::string& name);
 
   const std::string& name() const { return name_; }
@@ -24,15 +24,15 @@ class LinuxDevice {
   Outcome<std::string> read(std::string_view attribute) const;
   // A number that the kernel wrote as a decimal.
   Outcome<double> number(std::string_view attribute) const;
-  // nullopt when it was written.
+  // Returns nullopt on success.
   std::optional<Error> write(std::string_view attribute, std::string_view value) const;
-  // Writes unless the attribute says so already: a box without the right to write may have been set up by others.
+  // Writes unless the attribute has this value already: a box without write permission may have been set up by others.
   std::optional<Error> ensure(std::string_view attribute, std::string_view value) const;
 
-  // "scale" or "offset" of a channel such as "voltage0": its own, or the one that it shares with others of its kind;
-  // `otherwise` when the device has neither.
+  // Reads "scale" or "offset" of a channel such as "voltage0": its own attribute, or the one shared by channels of its
+  // kind; `otherwise` when the device has neither.
   Outcome<double> channelNumber(const std::string& channel, const char* what, double otherwise) const;
-  // Switches off what was enabled for the buffer.
+  // Disables all channels that were enabled for the buffer.
   std::optional<Error> disableScanElements() const;
 
  private:
@@ -42,7 +42,7 @@ class LinuxDevice {
   std::string name_;
 };
 
-// The number and unit of a channel, with um_per_unit and zero_unit of its description.
+// Builds the conversion of a channel from sysfs and the um_per_unit and zero_unit of its description.
 Outcome<Conversion> conversionOf(const LinuxDevice& device, const std::string& channel, double um_per_unit,
                                  double zero_unit);
 

@@ -15,9 +15,9 @@
 
 namespace probebox::iio {
 
-// Reads the screw sensors of a device without a buffer, one value after the other. The kernel makes the reader wait for
-// each conversion, often for milliseconds, so a thread of its own reads, and read() takes what is there. A reading has
-// the time in the middle of its conversion. A device that is absent or goes is tried again at the next reading.
+// Reads the screw sensors of a device without a buffer, one value after the other. Each read blocks for a conversion,
+// often for milliseconds, so a thread of its own reads, and read() takes the finished readings. A reading is stamped
+// with the middle of its conversion. An absent or lost device is retried at the next reading.
 class LinuxPolled final : public io::EventSource {
  public:
   explicit LinuxPolled(DeviceChannels channels);

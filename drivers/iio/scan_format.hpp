@@ -10,7 +10,7 @@
 
 namespace probebox::iio {
 
-// How one channel lies in a frame of the kernel's buffer: scan_elements/in_CHANNEL_type, such as "le:s12/16>>4".
+// Format of one channel in a frame of the kernel's buffer: scan_elements/in_CHANNEL_type, such as "le:s12/16>>4".
 struct ScanFormat {
   bool big_endian{};
   bool is_signed{};
@@ -19,29 +19,29 @@ struct ScanFormat {
   unsigned shift{};         // the value begins at this bit
 
   std::size_t bytes() const { return storage_bits / 8; }
-  // Smallest and largest value, where a converter clips.
+  // Smallest and largest value, at which a converter clips.
   std::int64_t least() const;
   std::int64_t greatest() const;
   friend bool operator==(const ScanFormat&, const ScanFormat&) = default;
 };
 
-// Errors: not of the form above, a width that no channel has, several values in one channel ("X3").
+// Errors: another form than above, an impossible width, several values in one channel ("X3").
 Outcome<ScanFormat> parseScanFormat(std::string_view text);
 
-// The kernel's stamp, the last channel of a frame: int64, ns, as the machine has it.
+// The kernel's stamp, the last channel of a frame: int64, ns, in native byte order.
 inline constexpr ScanFormat kStampFormat{.big_endian = std::endian::native == std::endian::big,
                                          .is_signed = true,
                                          .real_bits = 64,
                                          .storage_bits = 64,
                                          .shift = 0};
 
-// bytes: format.bytes() of them.
+// bytes: format.bytes() bytes.
 std::int64_t readValue(const ScanFormat& format, std::span<const std::byte> bytes);
-// The opposite, for the emulator. A value out of the range is clipped as a converter does.
+// The opposite, for the emulator. A value out of range is clipped, as a converter does.
 void writeValue(const ScanFormat& format, std::int64_t value, std::span<std::byte> bytes);
 
-// Where enabled channels lie in a frame, in the order of their scan index: each is aligned to its own size, and the
-// frame to the largest.
+// Offsets of the enabled channels in a frame, in the order of their scan index: each channel is aligned to its own
+// size, and the frame to the largest.
 struct FrameLayout {
   std::vector<std::size_t> offsets;
   std::size_t bytes{};

@@ -15,19 +15,19 @@ struct NamedChannel {
   double zero_unit{};
 };
 
-// What the box reads of one device: through its buffer, or one value at a time.
+// The channels that the box reads from one device, through its buffer or one value at a time.
 struct DeviceChannels {
   std::string device;
   bool buffered{};
-  std::string trigger;  // of the buffer; empty: the one that the device has already
-  double rate_hz{};     // of the buffer: nominal, what the trigger gives; else how often each value is read
+  std::string trigger;  // of the buffer; empty: the device keeps its present one
+  double rate_hz{};     // nominal rate of the buffer's trigger; without a buffer the rate at which each value is read
   std::vector<NamedChannel> channels;
 };
 
 // "ad7606-8 (probe, screw X)", for messages.
 std::string describe(const DeviceChannels& device);
 
-// One entry a device: a device with a probe is read through its buffer, and its screw sensors with it.
+// Returns one entry per device. A device with a probe is read through its buffer, together with its screw sensors.
 // probe_rate_hz: rate_hz of probe.toml.
 std::vector<DeviceChannels> devicesOf(const board::Sensors& sensors, double probe_rate_hz);
 

@@ -6,7 +6,7 @@
 
 namespace probebox::io {
 
-// One of the axes that may have an encoder, by its place in X Y Z A B C, and the events that tell about it.
+// One of the axes that may have an encoder, by its place in X Y Z A B C, and the events about it.
 class EncoderAxis {
  public:
   explicit constexpr EncoderAxis(std::size_t number) : number_{number} {}
@@ -20,11 +20,11 @@ class EncoderAxis {
     if (isLinear()) return Count{static_cast<Axis>(number_), sequence, counts, at};
     return AngleCount{static_cast<RotaryAxis>(number_ - kLinearAxes), sequence, counts, at};
   }
-  // The pulse of its index mark.
+  // A pulse of its index mark.
   Event index(std::uint32_t sequence, MonoTime at) const {
     return Edge{LineRole::index, static_cast<std::uint8_t>(number_), Level::active, sequence, at};
   }
-  // Its encoder is gone (disconnected), or its counts do not go on from the last ones (overrun).
+  // The encoder is gone (disconnected), or its counts do not continue the last ones (overrun).
   Event lost(LossReason reason, std::uint32_t events, MonoTime at) const {
     return SourceLost{Source::encoders, reason, events, at, bit()};
   }

@@ -21,9 +21,9 @@ struct PortAddress {
 Outcome<PortAddress> parsePort(std::string_view text);
 
 struct PortCounters {
-  std::uint64_t connections{};       // a host configured the box, or selected the interface anew
-  std::uint64_t suspensions{};       // the bus fell asleep
-  std::uint64_t discarded_bytes{};   // not known to have arrived, or not read, when a connection ended
+  std::uint64_t connections{};       // times that a host configured the box or selected the interface again
+  std::uint64_t suspensions{};       // times that the bus was suspended
+  std::uint64_t discarded_bytes{};   // perhaps not delivered, or not read, when a connection ended
   std::uint64_t failed_transfers{};  // while a connection was up
   std::uint64_t stalled_requests{};  // unknown control requests to this interface
 };

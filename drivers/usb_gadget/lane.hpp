@@ -24,7 +24,7 @@ class Lane {
   void cancel();
 
  protected:
-  // All transfers are back.
+  // Call when all transfers are back.
   void forget();
   Transfer& at(std::uint64_t k) { return ring_[k % ring_.size()]; }
   bool full() const { return next_ - oldest_ == ring_.size(); }

@@ -22,7 +22,7 @@ struct Endpoint {
 // permission are listed too.
 struct Device {
   std::string serial_number;  // empty if the device has none
-  std::string product;        // what it calls itself
+  std::string product;        // product string of the device
   std::string path;           // "1-1.4": bus and ports, as the kernel names it
   std::string node;           // "/dev/bus/usb/001/005"
   std::uint8_t bus{};

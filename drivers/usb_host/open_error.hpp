@@ -4,7 +4,7 @@
 
 namespace probebox::usb_host {
 
-// Why a USB device cannot be used: for a program (kind) and for a person (what, with the remedy).
+// Explains why a USB device cannot be used: `kind` for a program, `what` for a person, with the remedy.
 struct OpenError {
   enum class Kind : std::uint8_t {
     unavailable,    // this computer offers no USB to programs
@@ -13,7 +13,7 @@ struct OpenError {
     no_permission,  // no permission for this user
     busy,           // another program or a driver of the kernel has claimed it
     gone,           // it was unplugged while it was being opened
-    failed,         // anything else: `what` has libusb's own word
+    failed,         // anything else: `what` has the message of libusb
   };
   Kind kind{};
   std::string what;

@@ -18,7 +18,7 @@ namespace probebox::usb_host {
 enum class EndpointState : std::uint8_t {
   open,
   stalled,  // the device reported an error (stall)
-  failed,   // the bus failed again and again
+  failed,   // repeated bus errors
   gone,     // unplugged
 };
 
@@ -27,14 +27,14 @@ std::string_view nameOf(EndpointState state);
 struct EndpointCounters {
   std::uint64_t transfers{};  // completed, with any outcome
   std::uint64_t bytes{};
-  std::uint64_t errors{};     // transfers that the bus spoilt; what they moved until then counts
+  std::uint64_t errors{};     // transfers that a bus error ended; the bytes moved before it count
   std::uint64_t overflows{};  // the device sent more than a packet can hold
   std::uint64_t stalls{};
 };
 
 class TransferRing;
 
-// One transfer of libusb with its buffer, used over and over.
+// One transfer of libusb with its buffer, which is reused.
 struct TransferSlot {
   enum class Stage : std::uint8_t { idle, in_flight, done };
 

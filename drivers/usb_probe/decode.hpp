@@ -11,7 +11,7 @@
 
 namespace probebox::usb_probe {
 
-// What the axis counters of a receiver are wired to.
+// Axis to which a counter of a receiver is wired.
 struct CounterAxis {
   std::uint8_t axis{};  // place in X Y Z A B C
   bool has_index{};     // its index latches are used
@@ -38,12 +38,12 @@ class ReceiverDecoder {
   bool idle() const { return next_ == packet_.header.count && told_ == pending_; }
   std::size_t unfinished() const { return reader_.unfinished(); }  // bytes of an unfinished packet
   const PacketCounters& counters() const { return reader_.counters(); }
-  // Axis counters in the packets: of the last one.
+  // Number of axis counters in the last packet.
   std::size_t axisCounters() const { return packet_.more.counters; }
   // axisBit() of each axis that is wired.
   std::uint8_t axes() const { return axis_bits_; }
 
-  // Discards everything: the device was opened again.
+  // Discards all state, for a device that was opened again.
   void restart();
 
  private:

@@ -38,9 +38,10 @@ class EmulatedReceiver {
 
   // Drops the next packets.
   void losePackets(std::size_t packets) { to_lose_ = packets; }
-  // An index pulse of this counter, at a time between the last packet and the next one. At most kMostLatches a packet.
+  // Makes an index pulse of this counter at a time between the last packet and the next; at most kMostLatches per
+  // packet.
   void pulse(std::uint8_t counter, MonoTime at);
-  // From now on this counter loses counts.
+  // Makes this counter lose counts from now on.
   void breakWire(std::uint8_t counter) { broken_ = static_cast<std::uint16_t>(broken_ | 1U << counter); }
 
   // Restarts the receiver, as after a power failure.
@@ -64,7 +65,7 @@ class EmulatedReceiver {
   Counts counts_;
   std::uint16_t broken_{};
   std::vector<Sample> taken_;
-  std::vector<std::int64_t> counted_;  // of each sample all counters
+  std::vector<std::int64_t> counted_;  // sample by sample, all counters of each
   std::vector<IndexLatch> latches_;
   std::vector<std::byte> bytes_;
 };

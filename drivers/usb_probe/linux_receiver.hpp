@@ -14,16 +14,16 @@ class HotPlug;
 
 namespace probebox::usb_probe {
 
-// Reads samples of a probe receiver on USB that may be absent, appear and disappear. Delivers SourceLost once when it
-// disappears, and once for its encoders, and samples again when it can be opened. Each sample carries the completion
-// time of its transfer, read in libusb's callback; that is later than `now`.
+// Reads samples of a probe receiver on USB that may be absent, appear and disappear. When it disappears, delivers
+// SourceLost once for the probe and once for its encoders; samples follow when it can be opened again. Each sample
+// carries the completion time of its transfer, read in libusb's callback, which may be later than `now`.
 class LinuxReceiver final : public io::EventSource {
  public:
   // Retry interval without hot-plug events.
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};
 
-  // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: what its axis counters are
-  // wired to.
+  // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: to which its counters are
+  // wired.
   explicit LinuxReceiver(std::string name, const CounterAxes& axes = {});
   ~LinuxReceiver() override;
 

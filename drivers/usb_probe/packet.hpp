@@ -103,7 +103,7 @@ constexpr std::size_t packetBytes(std::size_t samples, std::size_t counters, std
   return packetBytes(samples) + kCountersHeaderBytes + samples * counters * kCountBytes + latches * kLatchBytes;
 }
 inline constexpr std::size_t kMostPacketBytes = packetBytes(kMostSamples, kMostCounters, kMostLatches);
-// Every packet has as many bytes, so that both headers can be waited for.
+// Smallest packet of any version: both headers fit into it, so a reader can wait for so many bytes.
 inline constexpr std::size_t kLeastPacketBytes = packetBytes(1);
 
 enum class PacketFault : std::uint8_t {
@@ -148,10 +148,10 @@ Outcome<Packet, PacketFault> decodePacket(std::span<const std::byte> bytes);
 // kMostSamples.
 std::size_t encodePacket(PacketHeader header, std::span<const Sample> samples, std::span<std::byte> into);
 
-// What version 2 has in addition.
+// Contents that version 2 adds.
 struct Counters {
   std::size_t counters{};                // 1 to kMostCounters
-  std::span<const std::int64_t> counts;  // of each sample all counters
+  std::span<const std::int64_t> counts;  // sample by sample, all counters of each
   std::span<const IndexLatch> latches;   // at most kMostLatches
 };
 // The same in version 2.

@@ -10,8 +10,8 @@
 namespace probebox::usb_probe {
 
 struct PacketCounters {
-  std::uint64_t packets{};       // good ones
-  std::uint64_t packet_bytes{};  // theirs
+  std::uint64_t packets{};       // good packets
+  std::uint64_t packet_bytes{};  // bytes of good packets
   std::uint64_t bad_crc{};
   std::uint64_t bad_count{};
   std::uint64_t bad_version{};
@@ -47,11 +47,11 @@ class PacketReader {
   void drop(PacketFault fault);
   std::span<const std::byte> held() const { return std::span{buffer_}.subspan(begin_, end_ - begin_); }
 
-  // A packet, and what a damaged one may have taken of the next.
+  // Room for a packet, and for the part of the next one that a damaged packet may have claimed.
   std::array<std::byte, 2 * kMostPacketBytes> buffer_{};
   std::size_t begin_{};
   std::size_t end_{};
-  bool cut_{};              // nothing more comes for what is held
+  bool cut_{};              // the held packet was cut off: no more bytes of it will come
   std::size_t returned_{};  // bytes of the packet that was returned last, still at the beginning
   PacketCounters counters_{};
 };

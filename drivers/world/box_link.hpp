@@ -23,11 +23,11 @@ enum class RunState : std::uint8_t {
 enum class StepKind : std::uint8_t {
   touch = 0,   // in, a dwell, and out
   in_out = 1,  // in and at once back out
-  jog = 2,     // one axis alone, and nothing is touched
+  jog = 2,     // move one axis without touching anything
   sweep = 3,   // the same, slowly and at constant speed
-  hold = 4,    // stand still there, and nothing is touched
+  hold = 4,    // stand still without touching anything
 };
-// Names what axis B turns in a step.
+// Part that axis B turns in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
 
@@ -50,12 +50,12 @@ struct Prompt {
   Vector3 rotary_angles_rad{};  // A B C
   BMoves b_moves{};
   bool referenced{true};  // the box knows where all axes stand
-  // Along the outward normal: of a jog or a sweep, and of where to hold, from the middle of the feature.
+  // Along the outward normal: travel of a jog or a sweep; for a hold, distance from the middle of the feature.
   double travel_mm{};
   std::uint32_t tool{};  // that has to be in the spindle; 0: whichever carries the probe
-  // Above the middle of the stylus' ball, where its shank is to meet the feature; 0: the ball is to.
+  // Height above the middle of the stylus' ball at which its shank touches the feature; 0: the ball touches.
   double shank_height_mm{};
-  std::uint16_t mount{};  // in which the balls of the part have to be, from 1; 0: as they are
+  std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -32,7 +32,7 @@ struct SyncConfig {
   double jitter_us{10};      // standard deviation (gauss) or median (lognormal)
   double jitter_shape{0.5};  // standard deviation of the logarithm (lognormal)
   double outlier_probability{0.005};
-  double outlier_us{80};  // how much later an outlier is, at most
+  double outlier_us{80};  // maximum delay of an outlier
   double missing_probability{0};
   double doubled_probability{0};
   double spurious_probability{0};
@@ -44,16 +44,16 @@ struct EncoderConfig {
   double counts_per_mm{1e6};
   std::array<int, 3> sense{1, 1, 1};  // -1 when counts fall in the positive direction of the axis
   double dropout_probability{0};      // per latch of one axis
-  Vector3 power_up_mm{};              // what the counters show at machine position 0: nobody knows after power-up
+  Vector3 power_up_mm{};              // what the counters show at machine position 0, arbitrary after power-up
   double c_counts_per_deg{0};         // of an encoder on the part spindle; 0: it has none
   double c_power_up_deg{0};           // what its counter shows at 0
 };
 
 struct AxesConfig {
   double acceleration_mm_s2{10'000};
-  double jerk_time_s{0.001};  // how long the acceleration takes to come and to go
+  double jerk_time_s{0.001};  // rise and fall time of the acceleration
   double traverse_mm_s{300};
-  Vector3 home_mm{10, -20, 110};  // where the stylus ball stands at the start
+  Vector3 home_mm{10, -20, 110};  // position of the stylus ball at the start
 };
 
 // A wave along the travel of an axis.
@@ -124,8 +124,8 @@ struct AxisErrorsConfig {
   Vector3 cosine_rad{}, sine_rad{};
 };
 
-// The part spindle: rotary axis C through `point_mm` along `direction`, and what stands on it. Balls are given where
-// they stand at C = 0, relative to the point, in machine axes.
+// The part spindle: rotary axis C through `point_mm` along `direction`, with the balls on it. Their positions are at
+// C = 0, relative to the point, in machine axes.
 struct PartSpindleConfig {
   static constexpr std::size_t kMostBalls = 8;
   Vector3 point_mm{};
@@ -140,7 +140,7 @@ struct PartSpindleConfig {
   std::size_t further_mount_count{0};
 };
 
-// A table that tilts the part spindle with all that stands on it, about a line. B of the controller.
+// A table that tilts the part spindle and everything on it about a line. B of the controller.
 struct TiltingTableConfig {
   bool fitted{false};
   Vector3 point_mm{};
@@ -170,7 +170,7 @@ struct ShankConfig {
   double from_mm{30}, to_mm{80};          // where its axis begins and ends, above the centre of the stylus' ball
   std::array<double, 2> offset_mm{0, 0};  // of its axis from the spindle's where it begins, at A = 0
   std::array<double, 2> lean{0, 0};       // of its axis, over its length upwards, at A = 0
-  double lever{1};                        // what the stylus' ball is moved by where the shank is moved by 1
+  double lever{1};                        // displacement of the stylus' ball per displacement of the shank
 };
 
 // Another tool of the probe's spindle: the probe with another stylus, a cutting tool or a sensor head. Its length ends
@@ -191,7 +191,7 @@ struct ProbeSpindleConfig {
   std::array<double, 2> stylus_offset_mm{0, 0};
   double stylus_length_mm{150};
   std::optional<ShankConfig> shank{};
-  std::uint32_t tool{1};  // which is in it at the start
+  std::uint32_t tool{1};  // in the spindle at the start
   std::vector<ToolConfig> further_tools;
 };
 
@@ -209,16 +209,16 @@ struct RotaryConfig {
   double noise_rad{0};  // of every stop, k = 1, of all axes but a head
 };
 
-// A ball screw that warms up from the world's start on, with a sensor at its free end.
+// A ball screw that warms up from the start of the world, with a sensor at its free end.
 struct ScrewConfig {
   bool fitted{false};
   BallScrew screw{.length_mm = 800, .offset_mm = 100, .pitch_mm = 10};
   double cold_um{0};  // longer than the reference by this at the start, and by `warm_um` in the end
   double warm_um{60};
   double time_constant_s{600};
-  std::array<double, 2> face_um{3, 0.8};  // of the face against a plane one: once and twice a turn
+  std::array<double, 2> face_um{3, 0.8};  // deviation of the face from a plane, with one and two periods per turn
   double noise_um{0.1};                   // k = 1, of one reading
-  double sensor_zero_um{0};               // what it reads on the cold screw
+  double sensor_zero_um{0};               // its reading on the cold screw
   double sensor_time_constant_s{0.15};
 };
 

@@ -13,7 +13,7 @@ class ContactEdges {
   explicit ContactEdges(std::uint8_t line) : line_{line} {}
 
   struct Next {
-    const Contact* contact{};  // none is known yet where this is null
+    const Contact* contact{};  // null: none is known yet
     Instant at;
     Level level{};
   };
@@ -42,7 +42,7 @@ class ContactEdges {
   Level level() const { return released_ ? Level::inactive : Level::active; }
 
   std::uint8_t line_;
-  std::uint64_t contact_{};  // the one that the next edge is of
+  std::uint64_t contact_{};  // number of the contact of the next edge
   bool released_{};          // the next edge is its release
   std::uint64_t taken_{};
 };

@@ -13,8 +13,8 @@
 namespace probebox::world {
 
 enum class Activity : std::uint8_t {
-  asking,      // at rest, wants to know what to do
-  rising,      // off the feature before, to the free height
+  asking,      // at rest, asks for the next step
+  rising,      // from the previous feature to the free height
   turning,     // the rotary axes
   travelling,  // to the approach point
   settling,
@@ -25,7 +25,7 @@ enum class Activity : std::uint8_t {
   recording,    // at rest, the delayed streams catch up
   ending,       // the marker is with the box
   abandoning,   // the marker is with the box
-  withdrawing,  // off the surface, because the procedure has gone
+  withdrawing,  // off the surface, because the procedure has ended
   parking,
 };
 
@@ -89,7 +89,7 @@ class Controller {
   Prompt step_;                   // what is being done
   Marker marker_;                 // the one that was posted last
   MonoTime posted_{};
-  MonoTime homed_{MonoTime::min()};  // when the box was told, or the machine last moved
+  MonoTime homed_{MonoTime::min()};  // when the box was told the position, or the machine last moved
   std::optional<Place> near_;        // where the probe is, unless at the free height
   Route route_;
   std::uint64_t finished_steps_{};

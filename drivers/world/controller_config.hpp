@@ -18,7 +18,7 @@ struct ControllerConfig {
   struct Plates {
     bool known{false};
     Vector3 middle_mm{};
-    double half_way_mm{};  // from the middle to where the stylus ball's centre meets a face
+    double half_way_mm{};  // distance of the stylus ball's centre from the middle when it meets a face
   } plates;
   struct Part {
     Vector3 point_mm{};  // of the rotary axis C, which is taken to be along Z
@@ -49,7 +49,7 @@ struct ControllerConfig {
     double length_mm{150};              // from the gauge line to the stylus ball or the tip
     std::optional<double> radius_mm{};  // of a tool that cuts; its tip ends it
   };
-  std::vector<Tool> tools{Tool{}};  // the first is there at the start
+  std::vector<Tool> tools{Tool{}};  // the first is in the spindle at the start
   struct Shank {
     bool known{false};
     std::uint32_t tool{1};    // that has it
@@ -57,7 +57,7 @@ struct ControllerConfig {
   } shank;
   double safe_distance_mm{2};     // traverses stay this far from the surface
   Vector3 park_mm{10, -20, 110};  // at a height that is free everywhere
-  bool homes{true};               // tells a box that has just started where the axes stand
+  bool homes{true};               // reports the positions of the axes to a box that has just started
   double run_out_mm{1.5};         // the retract keeps its speed until the clearance, and stops this far beyond
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins
   Nanoseconds dwell{std::chrono::milliseconds{100}};  // at overtravel
@@ -65,7 +65,7 @@ struct ControllerConfig {
   Nanoseconds afterwards{std::chrono::milliseconds{60}};
   Nanoseconds status_interval{std::chrono::milliseconds{50}};
   Nanoseconds resend_interval{std::chrono::milliseconds{200}};
-  Nanoseconds give_up{std::chrono::seconds{2}};  // a marker that is not answered by then
+  Nanoseconds give_up{std::chrono::seconds{2}};  // after so long without an answer to a marker
 };
 
 }  // namespace probebox::world

@@ -111,7 +111,7 @@ class Machine {
   Random random_;
   Hold hold_;
   Pose commanded_;
-  Pose stands_;  // really
+  Pose stands_;  // true angles
   ToolConfig tool_;
   std::size_t mounts_;
   std::size_t mount_{1};

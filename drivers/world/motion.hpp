@@ -52,7 +52,7 @@ struct Move {
   double timeAt(double distance_mm) const { return profile.timeAt(distance_mm * profile_per_mm); }
   double speedAt(double time_s) const { return profile.speedAt(time_s) / profile_per_mm; }
   Vector3 at(double distance_mm) const { return from + distance_mm * direction; }
-  // Of an instant `delay_s` before `stamp`, in seconds since the start.
+  // Seconds from the start to the instant `delay_s` before `stamp`.
   double elapsed(MonoTime stamp, double delay_s) const { return toSeconds(stamp - start) - delay_s; }
 };
 
@@ -67,7 +67,7 @@ class MotionHistory {
   bool atRest(MonoTime at) const;
   Vector3 target() const { return rest_; }  // where the last move ends
 
-  // `delay_s` before `at`.
+  // Position at the instant `delay_s` before `at`.
   Vector3 positionAt(MonoTime at, double delay_s = 0) const;
   double speedAt(MonoTime at) const;
 

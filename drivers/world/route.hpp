@@ -22,7 +22,7 @@ struct Place {
 class Route {
  public:
   Route() = default;
-  // Near one place, which the tip goes round.
+  // Plans a way near one place, around which the tip moves.
   static Route within(const Place& place, const Vector3& from, const Vector3& to);
   static Route up(const Place& place, const Vector3& from, double height_mm);
   // Plans the way down. Beside a feature it is vertical, because the shank above the tip has to pass too.

@@ -47,7 +47,7 @@ struct Contact {
 struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  std::optional<double> tool_radius_mm{};  // of a tool in the place of the probe
+  std::optional<double> tool_radius_mm{};  // of a tool instead of the probe
   bool is_head{};                          // a sensor head, which touches nothing
   std::optional<Shank> shank{};            // above the stylus' ball
 };

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-// The little algebra of three axes that an emulated machine needs.
+// Vectors and matrices of three axes, as far as the emulated machine needs them.
 namespace probebox::world {
 
 using Vector3 = std::array<double, 3>;
@@ -29,7 +29,7 @@ inline double norm(const Vector3& a) {
   return std::sqrt(dot(a, a));
 }
 
-// The zero vector for a vector without a direction.
+// Unit vector; the zero vector for a zero vector.
 inline Vector3 unit(const Vector3& a) {
   const double length = norm(a);
   return length > 0 ? (1 / length) * a : Vector3{};
@@ -50,7 +50,7 @@ constexpr Matrix3 operator*(const Matrix3& a, const Matrix3& b) {
   return product;
 }
 
-// Of a matrix that has one: a gain matrix far from singular.
+// Inverse of a matrix that is far from singular, such as a gain matrix.
 constexpr Matrix3 inverse(const Matrix3& m) {
   const Vector3 a = cross(m[1], m[2]), b = cross(m[2], m[0]), c = cross(m[0], m[1]);
   const double scale = 1 / dot(m[0], a);
@@ -63,7 +63,7 @@ constexpr Matrix3 transposed(const Matrix3& m) {
   return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
 
-// By a right-handed angle about a unit vector (Rodrigues).
+// Rotation by a right-handed angle about a unit vector (Rodrigues).
 inline Matrix3 rotation(const Vector3& axis, double angle_rad) {
   const double c = std::cos(angle_rad), s = std::sin(angle_rad), v = 1 - c;
   const auto& [x, y, z] = axis;

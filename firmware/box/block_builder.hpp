@@ -41,7 +41,7 @@ class BlockBuilder {
   codec::BlockHeader header_;
   MonoTime opened_{};
   std::vector<std::int64_t> columns_;  // channel by channel, samples_ values each
-  std::vector<std::int64_t> packed_;   // channel by channel, as many as there are
+  std::vector<std::int64_t> packed_;   // channel by channel, without unused room
   std::vector<std::byte> bytes_;
 };
 

@@ -35,7 +35,7 @@ struct BoxConfig {
   bool counts_have_own_stamps{};                             // axes are read one by one, and not latched together
   procedure::LiveMethods methods{procedure::liveMethods()};  // that can be run
   std::optional<std::uint8_t> tool_setter_line;              // number of a line with the role trigger
-  std::optional<std::uint8_t> probe_switch_line;             // the same of a touch-trigger probe; nothing: it scans
+  std::optional<std::uint8_t> probe_switch_line;             // the same for a touch-trigger probe; empty: it scans
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block is closed at this age even when it is not full
 };
@@ -54,7 +54,7 @@ class Box {
   Box(const BoxConfig& config, Outputs& outputs);
 
   void push(const Event& event);
-  // Publishes what is known before the first TimeAdvanced, so that nobody reads zeros meanwhile.
+  // Publishes the state before the first TimeAdvanced, so that no reader gets zeros meanwhile.
   void showBeforeStart(MonoTime now);
 
   const State& state() const { return state_; }

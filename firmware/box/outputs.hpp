@@ -20,7 +20,7 @@ class Outputs {
   virtual bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) = 0;
   virtual bool lost(const latch::Lost& lost) = 0;
 
-  // Takes triggers in the order of their numbers. One that finds no room is dropped: the next one's number and
+  // Takes triggers in the order of their numbers. Without room a trigger is dropped: the number of the next one and
   // Box::nextTrigger() show the gap.
   virtual void trigger(const PlacedTrigger& trigger) = 0;
 

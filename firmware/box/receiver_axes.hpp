@@ -9,8 +9,8 @@
 
 namespace probebox::box {
 
-// What the axis counters of a receiver need from one sample to the next: the time of the sample, and whether counts go
-// on.
+// State of a receiver's axis counters from one sample to the next: the time of the sample, and whether the counts are
+// continuous.
 class ReceiverAxes {
  public:
   // The receiver's deflection with this number was taken at `at`; nullopt when its time is unknown.
@@ -18,18 +18,18 @@ class ReceiverAxes {
     counter_ = counter;
     at_ = at;
   }
-  // The time of these counts, that of the deflection before them.
+  // The time of these counts is that of the deflection before them.
   std::optional<MonoTime> timeOf(const CountedAxes& counted) const {
     return counted.counter == counter_ ? at_ : std::nullopt;
   }
-  // Axes, as bits, whose counts do not go on from the last ones.
+  // Returns the axes, as bits, whose counts do not continue the last ones.
   std::uint8_t broken(const CountedAxes& counted) {
     const bool is_new_run = axes_ != 0 && counted.run != run_;
     run_ = counted.run;
     axes_ = counted.axes;
     return is_new_run ? counted.axes : counted.faults;
   }
-  // The receiver has gone: what comes next does not go on, and that has been said.
+  // Call when the receiver has gone and this was reported: a new run of the next counts is then not reported again.
   void forget() { axes_ = 0; }
 
   std::size_t axes() const { return static_cast<std::size_t>(std::popcount(axes_)); }

@@ -11,14 +11,14 @@ namespace probebox::metrology {
 // The methods that solve() knows, in alphabetical order.
 std::span<const Method* const> allMethods();
 
-// Nothing where there is no method of that name.
+// Null if there is no method of that name.
 const Method* methodNamed(std::string_view name);
 
-// Solves by a method that need not be among them, as solve() does.
+// Solves as solve() does, by a method that need not be in the list.
 Solved solve(const Dataset& dataset, const Method& method);
 
-// What the results of such a case are about: "delay", "screw-x", "tool-4"; of a method that says none, or a case that
-// does not say which, the method's name.
+// Subject of the results of such a case: "delay", "screw-x", "tool-4"; the method's name if the method has no subject
+// or the case does not determine it.
 std::string subjectOf(const Dataset& dataset);
 
 // All subjects that a result of the case may answer, subjectOf() first.
@@ -28,7 +28,7 @@ struct NamedSubject {
 };
 std::vector<NamedSubject> subjectsOf(const Dataset& dataset);
 
-// Whether a method names this subject, numbers and letters aside.
+// True if a method has this subject, apart from numbers and letters of axes.
 bool isSubject(std::string_view name);
 
 }  // namespace probebox::metrology

@@ -8,29 +8,29 @@
 
 namespace probebox::modbus {
 
-// Removes the box's own answers from what a line delivers. An RS-485 adapter whose receiver stays on while it sends
-// hears them, and the answer to a write of one register is that request byte for byte: it would be answered again for
-// ever.
+// Removes echoes of the box's own answers from the received bytes. An RS-485 adapter whose receiver stays on while it
+// sends receives them, and the answer to a write of one register equals the request: it would be answered again
+// forever.
 //
-// An answer that cannot be a request (of a read, of a write of several registers, an exception) shows whether the line
-// echoes. Until the first of these, an answer to a write of one register that comes back is passed on kMostRepeats
-// times in a row, as a master may repeat a write, and then taken for an echo. Allocates nothing.
+// An answer that cannot be a request (to a read, to a write of several registers, an exception) shows whether the line
+// echoes. Before the first of these, a returning answer to a write of one register is passed on kMostRepeats times in a
+// row, since a master may repeat a write, and then taken for an echo. Allocates nothing.
 class LineEcho {
  public:
   static constexpr int kMostRepeats = 2;
 
-  // The answer that was just sent.
+  // Call with the answer that was just sent.
   void sent(std::span<const std::uint8_t> answer);
 
-  // What of the bytes that came is the master's: `held`, which had come before and looked like an echo, then `rest`.
-  // Both are valid until the next call.
+  // The bytes that are the master's: `held`, received before and first taken for an echo, then `rest`. Valid until the
+  // next call.
   struct Passed {
     std::span<const std::byte> held;
     std::span<const std::byte> rest;
   };
   Passed strip(std::span<const std::byte> bytes);
 
-  // The line has been silent for longer than an echo takes.
+  // Call when the line has been silent for longer than an echo takes.
   void silence();
   bool awaiting() const { return size_ > 0; }
 

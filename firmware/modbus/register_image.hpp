@@ -19,7 +19,7 @@ class RegisterImage {
   // value, clears `valid` and sets `degraded`.
   void fill(const published::Snapshot& snapshot, WordOrder order);
 
-  // The same with everything else that a line shows. Results are converted when they or the word order have changed.
+  // The same with the state of the line and results, which are converted only when they or the word order have changed.
   using Results = std::shared_ptr<const published::ServedResults>;
   void fill(const published::Snapshot& snapshot, const published::LineState& line, const Results& results,
             WordOrder order);

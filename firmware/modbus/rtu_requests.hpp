@@ -31,12 +31,11 @@ struct Request {
 // CRC-16 of Modbus over serial line 1.02, section 6.2.2.
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
-// Finds requests in what a serial line delivers. Length and CRC decide, not the gaps between bytes, which USB adapters
-// and busy systems do not keep. A frame begins after silence or where a good one ended. Answers of other units are
-// passed over as a whole, and so is a damaged frame with all that it says it holds: what looks like a request inside of
-// either is none. Garbage that begins no frame is skipped and counted, and a request may follow it without a pause. A
-// request of a function whose length is not known is found where the line was silent before it or a frame ended there,
-// so that it can be refused. Allocates nothing.
+// Finds requests in the bytes of a serial line by length and CRC, not by the gaps between bytes, which USB adapters and
+// busy systems do not preserve. A frame begins after silence or after a good frame. Answers of other units, and damaged
+// frames over their stated length, are skipped as a whole: what looks like a request inside them is none. Garbage that
+// begins no frame is skipped and counted; a request may follow it without a pause. A request with a function of unknown
+// length is found only after silence or a good frame, so that it can be refused. Allocates nothing.
 class RtuRequests {
  public:
   // Takes as many bytes as fit; offer the rest after next() has returned nothing.

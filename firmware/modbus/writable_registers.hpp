@@ -21,14 +21,14 @@ struct WriteRefusal {
   std::string_view reason;
 };
 
-// What a controller wants of runs and results: registers 800 to 837. Zero means the method's default.
+// Request of a controller about a run or a result: registers 800 to 837. Options of zero mean the method's default.
 struct Wish {
   enum class What : std::uint16_t { start = 1, abort = 2, accept = 3, accept_although_it_differs = 4 };
   std::uint16_t commit{};
   What what{};
   std::uint32_t of{};  // run or result
   std::uint16_t method{};
-  ProcedureOptions options{};  // as asked for
+  ProcedureOptions options{};  // as requested
 };
 
 // Holds what the master of one line has written: word order, inhibit, and the marker, homing and pose in preparation.
@@ -38,12 +38,12 @@ class WritableRegisters {
   // pose when their commit register was written, and a change of inhibit. The caller sets the stamps.
   Outcome<std::vector<Event>, WriteRefusal> write(std::uint16_t first, std::span<const std::uint16_t> values);
 
-  // What outlives a restart of the box and a line that was unplugged: as it was kept.
+  // Restores the stored choices after a restart of the box or when an unplugged line is back.
   void restore(WordOrder order, bool inhibits);
-  // The line was unplugged: markers, homings and poses that were being put together are gone.
+  // Call when the line was unplugged: discards markers, homings and poses in preparation.
   void restart() { *this = {}; }
 
-  // What was committed last; a commit of 0: nothing yet.
+  // The request that was committed last; commit 0: none yet.
   Wish wish() const;
 
   WordOrder wordOrder() const { return static_cast<WordOrder>(words_[address::word_order]); }

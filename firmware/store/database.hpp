@@ -17,11 +17,11 @@ class Database {
  public:
   // Also provides row_sum(...) to SQL: a CRC-32C over all of its arguments and their types.
   static Outcome<Database, Failure> open(const std::string& path);
-  // Never makes a file or changes one.
+  // Never creates or changes a file.
   static Outcome<Database, Failure> openToRead(const std::string& path);
   static Outcome<Database, Failure> inMemory();
 
-  // From now on no transaction begins: it is refused with this reason.
+  // Refuses every later transaction with this reason.
   void forbidWriting(std::string why) { why_not_writable_ = std::move(why); }
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
@@ -67,7 +67,7 @@ class Statement {
   std::int64_t number(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
-  // Binds what this row has in the column to the next place of `other`.
+  // Binds this row's value in the column to the next place of `other`.
   void copyTo(Statement& other, int column) const;
 
  private:

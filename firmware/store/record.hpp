@@ -8,12 +8,12 @@
 
 #include "firmware/metrology/dataset/result.hpp"
 
-// What the store keeps of one result.
+// Everything that the store keeps about a result.
 namespace probebox::store {
 
 // As stored in the file and sent on the wire: never renumber.
 enum class State : std::uint8_t { proposed = 0, accepted = 1, active = 2, retired = 3, refused = 4 };
-// In the file alone: a row that does not match its checksum. Nothing but damage() tells of it.
+// State in the file only: a row that does not match its checksum. Only damage() reports it.
 inline constexpr int kDamagedState = 5;
 std::string_view name(State state);
 
@@ -53,10 +53,10 @@ struct Transition {
   State to{};
   std::string utc;
   std::string by;      // empty: the box itself
-  std::string remark;  // what was said with it; or empty
+  std::string remark;  // of the person; may be empty
 };
 
-// How a result came to be, beside its data.
+// Origin of a result besides its data.
 struct Origin {
   std::vector<Id> rests_on{};  // results that it was computed with
   std::string by{};            // who vouches for it; empty: the box itself

@@ -22,14 +22,14 @@ Outcome<std::optional<Record>, Failure> readAtMostOne(Statement& statement);
 inline constexpr std::string_view kOfBinding = "subject = ? AND probe = ? AND machine = ? AND mounting = ?";
 Statement& bind(Statement& statement, const Binding& binding);
 
-// Gives a row that was changed its new checksum. Only for rows that were read, and found whole, in this transaction.
+// Updates the checksum of a changed row. Only for rows that were read and found intact in this transaction.
 Outcome<void, Failure> seal(Database& database, Id id);
 
-// Marks every row that does not match its checksum, so that it is in nobody's way and never believed.
+// Marks every row that does not match its checksum, so that it is ignored everywhere.
 Outcome<void, Failure> markDamaged(Database& database);
 
-// What is damaged or missing, each in a sentence with its remedy; results about which a later one was accepted are left
-// out.
+// One sentence with its remedy for each damaged or missing row, except for results that a later accepted one of the
+// same subject has replaced.
 Outcome<std::vector<std::string>, Failure> damagedRows(Database& database);
 
 Outcome<void, Failure> note(Database& database, Id id, State to, std::string_view utc, std::string_view by,

@@ -14,12 +14,11 @@ std::int64_t knownSchema();
 // Refuses files of other programs or of a newer schema, then checks every page. Changes nothing.
 Outcome<void, Failure> inspect(Database& database);
 
-// Brings the file to the newest schema, all steps in one transaction. Gives what a person should know of it, or
-// nothing.
+// Updates the file to the newest schema, all steps in one transaction. Returns a notice for a person, or an empty text.
 Outcome<std::string, Failure> migrate(Database& database);
 
-// Gives every result that an earlier version stored the subject of the quantity that it found (subjects.cpp). Rows that
-// are not whole stay as they are. Gives what a person should know of it, or nothing. Inside a transaction.
+// Assigns every result that an earlier version stored to the subject of the quantity that it found (subjects.cpp).
+// Damaged rows stay unchanged. Returns a notice for a person, or an empty text. Call inside a transaction.
 Outcome<std::string, Failure> assignSubjects(Database& database);
 
 }  // namespace probebox::store

@@ -6,8 +6,8 @@
 
 namespace probebox::store {
 
-// Renames a file that cannot be used to PATH.REASON-1, or the first number that is free, with its journal; deletes
-// nothing. Gives the new name; an error when the folder does not let it.
+// Renames an unusable file, with its journal, to PATH.REASON-1 or the first free number; deletes nothing. Returns the
+// new name; an error when the folder does not permit it.
 Outcome<std::string, Failure> setAside(const std::string& path, const std::string& reason);
 
 }  // namespace probebox::store

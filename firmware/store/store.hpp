@@ -38,14 +38,14 @@ class Store {
   // Number of datasets kept for results that were never accepted. Datasets of accepted results are all kept.
   static constexpr std::size_t kOtherDatasets = 20;
 
-  // Makes the file when it is missing, brings an older one to the newest schema, and checks every page and row. A file
-  // that is damaged, empty or another program's is moved aside, never deleted; every row that is whole is taken over,
-  // and notice() says all that. A newer schema, a read-only, unreadable or locked file and a full disk are refused by
-  // name, and the file is left as it is.
+  // Makes the file when it is missing, updates an older one to the newest schema, and checks every page and row. A file
+  // that is damaged, empty or of another program is moved aside, never deleted; its intact rows are copied, and
+  // notice() reports it. Refuses, without changing the file: a newer schema, a read-only, unreadable or locked file, a
+  // full disk.
   static Outcome<Store, Failure> open(const std::string& path);
 
-  // The same, and where that is refused a store that can be read and keeps nothing: it has what can be read of the
-  // file, and whyNotWritable() says what is wrong. Everything that would change it is refused with that reason.
+  // The same, but where open() refuses, returns a read-only store with everything readable of the file. Every change is
+  // then refused with the reason in whyNotWritable().
   static Store openAnyhow(const std::string& path);
 
   Store(Store&&) noexcept;
@@ -54,9 +54,9 @@ class Store {
 
   // Message about the opening for a person; empty when it succeeded without one.
   const std::string& notice() const { return notice_; }
-  // Empty when the store takes what it is given.
+  // Reason why nothing can be stored; empty when it can.
   const std::string& whyNotWritable() const;
-  // What is damaged or lost, for as long as it matters: a sentence each, with its remedy.
+  // One sentence with its remedy for each damaged or lost result, until a later one has replaced it.
   std::vector<std::string> damage();
 
   // dataset: the measured data as JSON, for `calibrate --save`; may be empty. utc: present time, ISO 8601.
@@ -85,11 +85,11 @@ class Store {
   Outcome<std::optional<Record>, Failure> active(const Binding& binding);
   Outcome<std::vector<Record>, Failure> inState(State state);       // oldest first
   Outcome<std::vector<Record>, Failure> newest(std::size_t count);  // newest first, every state
-  // No refusals; by rising id, at most `count` with an id above `after`.
+  // Results by rising id, at most `count` with an id above `after`, without refusals.
   Outcome<std::vector<Record>, Failure> resultsAfter(Id after, std::size_t count);
   // The greatest id below the newest `count` results, refusals not counted; 0 when there are fewer.
   Outcome<Id, Failure> idBeforeNewest(std::size_t count);
-  Outcome<std::string, Failure> dataset(Id id);              // empty: none came, or it was dropped
+  Outcome<std::string, Failure> dataset(Id id);              // empty: none was given, or it was dropped
   Outcome<std::vector<Transition>, Failure> history(Id id);  // in the order in which it happened
   Outcome<std::vector<Transition>, Failure> history(const HistoryRange& range);
   // By rising id.
@@ -108,7 +108,7 @@ class Store {
   Outcome<Record, Failure> withdrawNow(Id id, std::string_view by, std::string_view utc);
   bool setDamagedRowsAside();
 
-  // Once more where a damaged row stood in the way that can be set aside.
+  // Repeats `act` once if a damaged row made it fail and can be set aside.
   template <class Act>
   auto withoutDamage(const Act& act) {
     auto done = act();

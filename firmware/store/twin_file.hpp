@@ -9,13 +9,13 @@
 
 namespace probebox::store {
 
-// One small text that survives every end. The file has its full size from the beginning and holds the text twice, each
-// copy with a number that rises and a CRC-32C: a cut write spoils one copy, a damaged disk block too, and a full disk
-// none, because nothing grows. One thread.
+// Stores one small text so that it survives any interruption. The file has its full size from the beginning and holds
+// two copies, each with an increasing number and a CRC-32C. An interrupted write or a damaged disk block spoils only
+// one copy; a full disk spoils none, because the file does not grow. One thread.
 class TwinFile {
  public:
-  // Reads what was written last, or makes the file, with room for `most_bytes`. One without a whole copy is moved
-  // aside, never deleted. Never fails: where the disk gives or takes nothing, whyNotWritable() says so.
+  // Reads the last text, or makes the file with room for `most_bytes`. A file without an intact copy is moved aside,
+  // never deleted. Never fails: whyNotWritable() reports problems of the disk.
   static TwinFile open(const std::string& path, std::size_t most_bytes);
 
   TwinFile(TwinFile&& other) noexcept;
@@ -24,15 +24,15 @@ class TwinFile {
 
   // Empty when nothing was ever written.
   const std::string& content() const { return content_; }
-  // What a person must know about the opening; empty when all was well.
+  // Notice about the opening, for a person; empty without one.
   const std::string& notice() const { return notice_; }
-  // Something was written once, and cannot be read any more: content() is empty for that reason.
+  // True if an earlier text could not be read: content() is empty for that reason.
   bool lost() const { return lost_; }
   // Why write() cannot succeed; empty when it can.
   const std::string& whyNotWritable() const { return why_not_writable_; }
 
-  // Both copies are on the disk when this returns; on an error content() stays what it was, and the disk is given it
-  // again, so that the next start finds it too.
+  // Both copies are on disk when this returns. On an error content() stays unchanged and is written again, so that the
+  // next start finds it, too.
   Outcome<void, Failure> write(std::string_view content);
 
  private:

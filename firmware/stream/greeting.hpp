@@ -11,18 +11,18 @@
 #include "protocol/frame/frame.hpp"
 #include "protocol/messages/handshake.hpp"
 
-// What stands before a session: who may have one.
+// Decides which hosts get a session.
 namespace probebox::stream {
 
-// Why a host that says this HELLO gets no session; nullopt when both have a protocol version in common.
+// Explains why this HELLO gets no session; nullopt when both sides have a protocol version in common.
 std::optional<messages::Refusal> whyNoSession(const frame::Header& header, const messages::Hello& hello);
 
 // One whole REFUSAL frame with delimiters before and behind, for a connection without a session.
 std::vector<std::byte> refusalFrame(const messages::Refusal& refusal);
 
-// Judges the first bytes of a connection that anybody can open (TCP). They have to be HELLO, after any number of
-// delimiters: a browser that is led to post frames to the port begins with a line of HTTP, and is a stranger whatever
-// follows. A serial line needs no gate: garbage before HELLO is noise there.
+// Checks the first bytes of a connection that anyone can open (TCP): they must be HELLO, after any number of
+// delimiters. A browser that was tricked into posting frames to the port begins with a line of HTTP, and is rejected
+// whatever follows. A serial line needs no gate: garbage before HELLO is noise there.
 class HelloGate {
  public:
   enum class Verdict : std::uint8_t { undecided, stranger, hello };
@@ -30,11 +30,11 @@ class HelloGate {
   // Longest HELLO with the delimiters around it; a HELLO of protocol 1.2 has 45 bytes.
   static constexpr std::size_t kMostBytes = 256;
 
-  // bytes: what came next, at most room(). A verdict other than undecided is final.
+  // bytes: the next received bytes, at most room(). A verdict other than undecided is final.
   Verdict push(std::span<const std::byte> bytes);
   std::size_t room() const { return bytes_.size() - size_; }
 
-  // After Verdict::hello: everything that came, for the session to receive; and why there will be no session.
+  // After Verdict::hello: all received bytes, for the session; and why there is no session, if so.
   std::span<const std::byte> bytes() const { return std::span{bytes_}.first(size_); }
   const std::optional<messages::Refusal>& refusal() const { return refusal_; }
 

@@ -26,7 +26,7 @@ class History {
   // Makes room by dropping the oldest. A gap before the block is kept as a loss of the clock (its index jumped); a
   // block with a decreasing index is ignored.
   void push(const EncodedBlock& block);
-  // In all profiles.
+  // Adds the gap in all profiles.
   void push(const GapNotice& gap);
 
   void push(const messages::Trigger& trigger) { triggers_.push(trigger); }
@@ -44,7 +44,7 @@ class History {
   }
 
  private:
-  // One profile's.
+  // The stream in one profile.
   struct Line {
     messages::Profile profile{};
     SampleRing ring;

@@ -50,7 +50,7 @@ class SampleFeed {
   bool running() const { return running_; }
   std::uint64_t queuedSamples() const;
   std::size_t queueHighWater() const { return high_water_; }
-  // Blocks and gaps with a decreasing index: the box offered them twice.
+  // Number of blocks and gaps with a decreasing index, which the box offered twice.
   std::uint64_t repeated() const { return repeated_; }
 
  private:

@@ -8,7 +8,7 @@
 #include "protocol/units/outcome.hpp"
 #include "protocol/units/time.hpp"
 
-// What goes wrong around a box, and what is asked of it, at given instants: a play. Equal plays run equally.
+// A play: faults around a box and commands to it at given instants. Equal plays run equally.
 namespace probebox::campaign {
 
 enum class Kind : std::uint8_t {
@@ -26,11 +26,11 @@ enum class Kind : std::uint8_t {
   drop_angles,
   // of the box
   overflow_queue,  // the capture queue has no room for `number` events
-  stall_worker,    // it does nothing for `lasts`
-  fill_disk,       // it takes no byte for `lasts`
+  stall_worker,    // the worker does nothing for `lasts`
+  fill_disk,       // the disk is full for `lasts`
   kill,            // the process dies at once
-  cut_power,       // and what was not synced is gone; bit `number` of one copy of each small file is spoilt
-  stop,            // the daemon ends by its own will
+  cut_power,       // data that were not synced are lost; bit `number` of one copy of each small file is damaged
+  stop,            // the daemon ends regularly
   // of hosts
   connect,
   cut_link,      // after `number` more bytes
@@ -67,12 +67,12 @@ struct Play {
   std::vector<Act> acts;        // in the order of time
 };
 
-// The play of this seed: rates, and acts drawn from a mixture that is itself drawn, so that calm plays, lasting faults
-// and storms all occur.
+// Draws the play of this seed: rates, and acts from a mixture that is drawn too, so that there are plays with few
+// faults, with long ones and with many.
 Play drawPlay(std::uint64_t seed, Nanoseconds length);
 
 std::string toJson(const Play& play);
-// The error names what is wrong with the text.
+// Reads a play. The error explains what is wrong with the text.
 Outcome<Play> playFrom(std::string_view json);
 
 }  // namespace probebox::campaign

@@ -12,7 +12,7 @@
 
 namespace probebox::campaign {
 
-// What the box has acknowledged: it must hold until something else is acknowledged, over every end of the box.
+// Everything that the box has acknowledged: it must hold until another acknowledgement, even if the box dies.
 class Believed {
  public:
   void accepted(const store::Record& record) {
@@ -36,7 +36,7 @@ class Believed {
     return found == in_force_.end() ? std::nullopt : std::optional{found->second};
   }
 
-  // Compares with what the box says. Results that waited come into force when no door holds a cut any more.
+  // Compares with the state of the box. Waiting results come into force when no door declares a cut any more.
   std::optional<std::string> whyBroken(const app::ResultsInForce& results, const app::DoorBook& doors) {
     for (const auto& door : held_) {
       if (!doors.inhibits(door)) return "the inhibit of " + door + " is forgotten";

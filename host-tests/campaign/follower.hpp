@@ -10,13 +10,13 @@
 
 namespace probebox::campaign {
 
-// A controller that polls the registers and moves its joints to the correction while `valid` is set, and holds them
-// otherwise. It knows MODBUS.md and the limits of rate, and nothing of the box.
+// A controller that polls the registers, moves its joints to the correction while `valid` is set, and holds them
+// otherwise. It knows only MODBUS.md and the limits of rate.
 class Follower {
  public:
   explicit Follower(const std::array<double, 3>& rate_mm_s) : rate_mm_s_{rate_mm_s} {}
 
-  // Reads the registers at this instant. The error says which rule they break.
+  // Reads the registers at this instant. Returns the rule that they break.
   std::optional<std::string> read(const published::Snapshot& snapshot, MonoTime now);
 
   // The box started anew: heartbeat and counters may begin anew.

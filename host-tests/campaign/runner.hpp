@@ -11,10 +11,10 @@
 
 namespace probebox::campaign {
 
-// Performs plays in processes of their own: one that dies, or never ends, is a finding like any other.
+// Performs plays in processes of their own, so that a crash or a hang is a finding like any other.
 class Runner {
  public:
-  // A play that takes longer than this, of real time, hangs.
+  // A play that takes longer than this in real time counts as hanging.
   static constexpr std::chrono::seconds kPatience{600};
 
   struct Done {
@@ -48,8 +48,8 @@ class Runner {
 
 Verdict perform(const Play& play, const Rules& rules = {});
 
-// The shortest play with a violation that can be found by leaving acts out, within so many attempts. `of`: its verdict.
-// `attempt` is told the number of acts that are left.
+// The shortest play with a violation that was found by omitting acts, within so many attempts. of: its verdict.
+// attempt: called with the number of remaining acts.
 struct Shrunk {
   Play play;
   Verdict verdict;

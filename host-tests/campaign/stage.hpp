@@ -20,9 +20,9 @@ struct Rules {
   double value_um{3};
 };
 
-// Performs a play: a box with its store and two hosts at an emulated machine, a Modbus master that follows, all on
-// virtual time; and checks the rules of docs/reliability.md at every step. One play a process: a full disk is the
-// process' own.
+// Performs a play on virtual time and checks the rules of docs/reliability.md at every step: a box with its store and
+// two hosts at an emulated machine, and a Modbus master that follows. One play per process, because the emulated full
+// disk acts on the whole process.
 class Stage {
  public:
   // folder: empty, for the files of the box.
@@ -40,7 +40,7 @@ class Stage {
   void command(const Act& act);
   void restart(const Act& act);
   void begin();
-  void carryOn();  // what lasts, and what follows by itself
+  void carryOn();  // continues lasting acts and their consequences
   void tendHosts();
   void accept();
   void rollBack();

@@ -15,7 +15,7 @@ struct Violation {
   std::string what;
 };
 
-// What plays have seen, so that a campaign shows what it tried.
+// Counts of events in plays, which show what a campaign has covered.
 struct Tally {
   std::uint64_t plays{};
   std::uint64_t restarts{};
@@ -26,7 +26,7 @@ struct Tally {
   std::uint64_t solved{};  // runs
   std::uint64_t accepted{};
   std::uint64_t rolled_back{};
-  std::uint64_t checks_of_values{};  // corrections held against the truth
+  std::uint64_t checks_of_values{};  // corrections compared with the truth
   std::array<std::uint64_t, kKinds> acts{};
   double hours{};
 

@@ -9,8 +9,8 @@
 #include "firmware/app/host/control_desk.hpp"
 #include "host-tests/emulation/hosts.hpp"
 
-// What of the daemon stands around its core, for one boot on virtual time: the store with all that is kept in it, and
-// the desk that answers controllers. The store's file outlives it.
+// The parts of the daemon around its core, for one boot on virtual time: the store with everything in it, and the desk
+// that answers controllers. The store's file outlives it.
 namespace probebox::scenario {
 
 class Boot {
@@ -18,15 +18,15 @@ class Boot {
   // Nothing is told to the core: that is what restored() is for.
   Boot(Office& office, const std::filesystem::path& file);
 
-  // What the core has to hear before anything else. `exactly`: what the CNC has read last, where that outlived the end.
+  // Events that the core must get first. exactly: the correction that the CNC has read last, if it survived the end.
   std::vector<Event> restored(const std::optional<std::array<double, kLinearAxes>>& exactly = std::nullopt);
-  // The daemon ends by its own will.
+  // Ends the daemon regularly.
   void end() { standing_.finish(office_.scenario().state().snapshot); }
 
   void run(Nanoseconds duration);
   // One round of the worker.
   void look();
-  // Asks as a controller would, over its control channel. Nothing for what the worker answers.
+  // Asks as a controller does, over its control channel. Only for requests that the worker does not answer.
   app::Reply ask(messages::Operation operation, std::span<const std::byte> body = {});
   template <class Operation>
   app::Reply ask(const typename Operation::Request& request) {

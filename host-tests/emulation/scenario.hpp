@@ -23,7 +23,7 @@
 
 namespace probebox::scenario {
 
-// What a box gave, byte for byte, and an account of its samples.
+// Records the output of a box, byte for byte, and accounts for its samples.
 class Recorder : public box::Outputs {
  public:
   bool block(SampleIndex first, std::uint32_t count, std::span<const std::byte> bytes) override;
@@ -55,7 +55,7 @@ world::Config warmingWorld();
 // The same with cold screws and absolute encoders.
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
-// What the emulated board's descriptions tell about features and rotary axes.
+// The facts about features and rotary axes in the emulated board's descriptions.
 procedure::Facts usualFacts();
 // The travel of its axes.
 app::MachineTravel usualTravel();
@@ -72,10 +72,10 @@ class Scenario {
   ~Scenario();
 
   void run(Nanoseconds duration);
-  // True when it came to be within that time.
+  // Returns true if `done` became true within that time.
   bool runUntil(const std::function<bool()>& done, Nanoseconds at_most);
   // The capture queue has no room for the next so many events.
-  // The controller talks to the box by this from now on. It must outlive the scenario's last run.
+  // The controller uses this link from now on. It must outlive the scenario's last run.
   void speakThrough(world::BoxLink& link);
   void overflowQueue(std::uint32_t events) { no_room_for_ += events; }
   void inject(world::FaultKind kind, Nanoseconds from_now, Nanoseconds duration, Nanoseconds jump = {});
@@ -85,12 +85,12 @@ class Scenario {
   // The run's two halves, for tests that do something in between.
   std::uint32_t start(const procedure::LiveMethod& method, const ProcedureOptions& options = {});
   std::optional<metrology::Solved> finish(std::uint32_t run);  // with all steps that follow from earlier ones
-  // What the run that was solved last had measured.
+  // The measured data of the run that was solved last.
   const metrology::Dataset& dataset() const { return dataset_; }
   // A result about the delay comes into force.
   void activateDelay(const std::array<double, 3>& tau_s);
-  // The daemon dies and comes back: a new box that hears `restored` first, and the machine goes on. The lines are asked
-  // for anew, so their edges count from 1 again.
+  // Restarts the daemon: a new box gets `restored` first, while the machine runs on. The lines are requested again, so
+  // their edges count from 1.
   void restartBox(std::span<const Event> restored = {});
 
   const box::Box& box() const { return *box_; }

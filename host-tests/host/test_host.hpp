@@ -14,24 +14,24 @@
 
 namespace probebox::support {
 
-// A host connected to the box under test, and what tests ask again and again. Waits are generous: a test fails by what
-// a box says, not by how long it takes.
+// A host connected to the box under test, with the requests that tests share. Waits are generous: a test fails by the
+// answers of the box, not by their time.
 class TestHost {
  public:
-  // uri: as probebox takes it, such as tcp:127.0.0.1:7627. Tries until the box answers; one that never does fails the
-  // test, and there is null.
+  // uri: as for probebox, such as tcp:127.0.0.1:7627. Tries until the box answers; if it never does, the test fails and
+  // the result is null.
   static std::unique_ptr<TestHost> connect(const std::string& uri, link::StreamListener* listener = nullptr);
 
   link::Client& client() { return *client_; }
 
-  // An answer that is none fails the test.
+  // Sends a request and returns its answer; the test fails without one.
   template <class Operation>
   typename Operation::Answer ask(const typename Operation::Request& request = {}) {
     auto answer = client_->request<Operation>(request, patience());
     EXPECT_TRUE(answer) << answer.error().what;
     return answer ? std::move(*answer) : typename Operation::Answer{};
   }
-  // The refusal that the box must answer with.
+  // Sends a request that the box must refuse and returns the refusal.
   template <class Operation>
   link::Failure refusal(const typename Operation::Request& request = {}) {
     auto answer = client_->request<Operation>(request, patience());
@@ -39,11 +39,11 @@ class TestHost {
     return answer ? link::Failure{} : answer.error();
   }
 
-  // No more samples; what came and what was lost, as the box closes its books.
+  // Ends the samples and returns the final balance of received and lost ones.
   link::Balance finish();
-  // Listens for so long.
+  // Serves the link for this time.
   void linger(std::chrono::milliseconds duration);
-  // Listens until it is so; false after a generous while, or when the link is lost.
+  // Serves the link until the condition holds; false after a generous time-out, or when the link is lost.
   bool eventually(const std::function<bool()>& is_so);
   bool waitForLock();
   // Starts delay-multi-speed and waits for its end, whatever that is.

@@ -14,7 +14,7 @@
 #include "firmware/metrology/solve.hpp"
 #include "host-tests/metrology/moments.hpp"
 
-// What the tests of methods share: making datasets, and judging answers against a truth.
+// Shared by the tests of methods: making datasets, and judging answers against a truth.
 namespace probebox::metrology {
 
 inline double uniform(std::mt19937_64& random, double low, double high) {
@@ -76,7 +76,7 @@ struct Judgement {
   double efficiency() const { return bound_count / bound_squares; }
 };
 
-// An estimate without bias, as good as the data allow, that knows how good it is.
+// Expects an unbiased, efficient estimate whose stated sd agrees with its errors.
 inline void expectHonest(const Judgement& judgement, double least_efficiency = 0.9) {
   EXPECT_THAT(judgement.efficiency(), testing::AllOf(testing::Gt(least_efficiency), testing::Lt(1.15)));
   expectHonest(judgement.pulls);

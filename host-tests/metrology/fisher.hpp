@@ -6,7 +6,7 @@
 
 namespace probebox::metrology {
 
-// What an ideal machine would show, as a function of everything unknown about it.
+// Noise-free readings as a function of all unknowns.
 using Observe = std::function<Eigen::VectorXd(const Eigen::VectorXd& unknowns)>;
 
 // Smallest covariance that any unbiased estimate of the unknowns can have (Cramer and Rao) when each reading has the

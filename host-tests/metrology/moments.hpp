@@ -26,8 +26,8 @@ struct Moments {
   double bias() const { return sum / std::sqrt(squares); }
 };
 
-// Expects stated standard deviations that are neither too small nor too large: the mean square of the pulls lies in the
-// range that chi-square leaves once in 1000 times. independent: how many of the errors do not share their noise.
+// Expects stated standard deviations that are neither too small nor too large: the mean square of the pulls must lie in
+// the range that chi-square leaves once in 1000 times. independent: number of errors with independent noise.
 inline void expectHonest(const Moments& errors, std::size_t independent) {
   const auto range = rangeOf({.dof = independent});
   EXPECT_GT(errors.pull(), range.low) << "the stated sd are too large, by " << errors.count << " errors";

@@ -22,15 +22,15 @@ struct CounterSignal {
   int most_samples{8};
   std::uint32_t first_counter{};
   double lost{};         // share of transfers that never arrive
-  Nanoseconds polled{};  // a bus that asks at multiples of this only; zero: at any time
+  Nanoseconds polled{};  // interval at which the bus polls; zero: transfers arrive at any time
 };
 
 struct CountedSample {
   CountedDeflection event;
-  double taken_ns{};  // truly, after the source's start
+  double taken_ns{};  // true time after the source's start
 };
 
-// The two-state model that the clock assumes, drawn at random: truth and what a host sees of it.
+// Simulates the two-state model that the clock assumes: true times and the transfers that a host receives.
 class CounterSource {
  public:
   CounterSource(const CounterSignal& signal, std::uint64_t seed, MonoTime start = monoTime(1'234'567'890'123))
@@ -38,7 +38,7 @@ class CounterSource {
     setOffsetPpm(signal.offset_ppm);
   }
 
-  // The next transfer; empty when it is lost. Lives until the next call.
+  // Returns the next transfer; empty when it is lost. Valid until the next call.
   std::span<const CountedSample> next() {
     const int count = std::uniform_int_distribution{signal_.fewest_samples, signal_.most_samples}(random_);
     transfer_.clear();
@@ -62,20 +62,20 @@ class CounterSource {
 
   double offsetPpm() const { return offset_ppm_; }
   void setOffsetPpm(double ppm) { offset_ppm_ = ppm; }
-  // The next sample's count, and whether the device says that it began anew.
+  // Sets the count of the next sample. says_so: the device reports that its counter restarted.
   void jump(std::uint32_t counter, bool says_so) {
     counter_ = counter;
     if (says_so) ++run_;
   }
   std::uint32_t counter() const { return counter_; }
-  // No samples are taken for a while, and the counter stands still.
+  // Stops sampling and the counter for a while.
   void pause(Nanoseconds duration) { taken_ns_ += static_cast<double>(duration.count()); }
-  // Samples are taken, and nothing of them arrives.
+  // Takes samples of which nothing arrives.
   void silence(Nanoseconds duration) {
     const double end_ns = taken_ns_ + static_cast<double>(duration.count());
     while (taken_ns_ < end_ns) sample(), ++lost_;
   }
-  // Arrivals are later by this from now on.
+  // Delays all later arrivals by this.
   void setLate(Nanoseconds late) { late_ = late; }
 
  private:

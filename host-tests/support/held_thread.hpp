@@ -12,10 +12,10 @@
 
 namespace probebox::support {
 
-// One thread of another process, held still by ptrace for as long as this lives; the other threads run on.
+// Stops one thread of another process by ptrace while this object lives; the other threads run on.
 class HeldThread {
  public:
-  // thread: as it named itself (/proc/PID/task/*/comm).
+  // thread: its name (/proc/PID/task/*/comm).
   static Outcome<HeldThread> hold(pid_t process, const std::string& thread) {
     for (const auto& task : std::filesystem::directory_iterator{"/proc/" + std::to_string(process) + "/task"}) {
       std::string name;

@@ -8,10 +8,9 @@
 
 namespace probebox::support {
 
-// The record that codecs are measured on: a scan of a sphere at constant speed, as integers. The probe's deflection
-// points along the normal of the surface and follows it around; the servo's ripple and the encoders' own noise are on
-// the positions. Columns: sample, time, three deflections, three linear and two rotary encoders, flags: 58 bytes as a
-// packed structure.
+// Reference record for codecs: a scan of a sphere at constant speed, as integers. The probe's deflection points along
+// the normal of the surface; the positions contain ripple of the servo and noise of the encoders. Columns: sample,
+// time, three deflections, three linear and two rotary encoders, flags: 58 bytes as a packed structure.
 struct ScanSignal {
   double rate_hz{4000};
   double speed_mm_s{250};  // 15 m/min

@@ -12,8 +12,8 @@
 
 namespace probebox::support {
 
-// Spread of the kernel's stamps around the true edge. `bound_ns2` is the variance that the best possible use of one
-// stamp leaves: one over the Fisher information about location.
+// Distribution of the kernel's stamps around the true edge. bound_ns2: smallest variance that an estimate from one
+// stamp can have, one over the Fisher information about location.
 struct StampJitter {
   std::function<double(std::mt19937_64&)> draw_ns;
   double bound_ns2{};
@@ -32,7 +32,7 @@ inline StampJitter StampJitter::gaussian(double sigma_ns) {
 inline StampJitter StampJitter::lognormal(double median_ns, double shape, double outlier_share) {
   const double mu = std::log(median_ns);
   const double information = std::exp(-2 * mu + 2 * shape * shape) * (1 + 1 / (shape * shape));
-  // Outliers say next to nothing about the location.
+  // Outliers carry next to no information about the location.
   return {[=](auto& random) {
             double delay = std::lognormal_distribution{mu, shape}(random);
             if (std::bernoulli_distribution{outlier_share}(random)) {
@@ -66,7 +66,7 @@ struct StampedEdge {
   std::optional<std::int64_t> tick;
 };
 
-// The two-state model that the clock assumes, drawn at random: truth and what the kernel makes of it.
+// Simulates the two-state model that the clock assumes: true times and the edges that the kernel stamps.
 class SyncSource {
  public:
   SyncSource(const SyncSignal& signal, std::uint64_t seed, MonoTime start = monoTime(1'234'567'890'123))
@@ -75,7 +75,7 @@ class SyncSource {
   }
 
   std::int64_t tick() const { return tick_; }
-  // How much later than `at` the tick truly was.
+  // True time of the tick minus `at`, ns.
   double trueNsAfter(MonoTime at) const {
     return static_cast<double>(start_ns_ + tick_ * std::llround(signal_.period_ns) - toNs(at)) + phase_ns_;
   }
@@ -85,7 +85,7 @@ class SyncSource {
   void setDriftNs(double drift_ns) { drift_ns_ = drift_ns; }
   void jump(double phase_ns) { phase_ns_ += phase_ns; }
 
-  // Goes to the next tick and gives its edges, in the order of their stamps.
+  // Advances to the next tick and delivers its edges in the order of their stamps.
   template <class Take>
   void next(Take&& take) {
     step();
@@ -169,8 +169,8 @@ class PhaseBound {
     frequency_step_ = signal.frequency_wander_ppb_per_sqrt_s * 1e-9 * signal.period_ns * std::sqrt(seconds);
   }
 
-  // The next tick, which had `edges` edges: 0, 1, or the expected share of them. Returns the variance of its phase,
-  // ns^2.
+  // Advances to the next tick. edges: number of its edges, 0 or 1, or the expected share. Returns the variance of its
+  // phase, ns^2.
   double step(double edges) {
     const double information = edges / bound_ns2_;
     const double pa = a_ + 2 * b_ + c_ + phase_step_ * phase_step_;
@@ -194,7 +194,7 @@ class PhaseBound {
   double c_{1e6};
 };
 
-// In the steady state of single losses.
+// The same bound in the steady state of single losses.
 inline double phaseBoundNs(const SyncSignal& signal) {
   PhaseBound bound{signal};
   double variance = 0;

@@ -6,7 +6,7 @@
 
 namespace probebox::support {
 
-// A folder of its own for each test, empty at first and gone afterwards.
+// Makes an empty folder for a test and removes it afterwards.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -17,9 +17,10 @@
 //   byte on, the last byte filled up with zeros | exceptions
 //   order: 0 to 3, that difference, with as many seeds; 4, tracking (prediction.hpp), with 3 seeds
 //   seed j: the j-th difference at sample j, as zigzag varint (0, -1, 1, -2 ... as 0, 1, 2, 3 ...; 7 bits a byte,
-//   lowest first, 0x80 where more follow) exceptions: their number and u8 bytes of a high part, then their positions,
-//   then their high parts (two's complement): the residual is high part x 2^width + its `width` bits. Number and
-//   positions (of residuals, from 0) are u8 where the column has at most 256 residuals, u16 elsewhere.
+//   lowest first, 0x80 where more follow)
+//   exceptions: their number, u8 bytes of a high part, then their positions, then their high parts (two's complement):
+//   the residual is high part x 2^width + its `width` bits. Number and positions (of residuals, from 0) are u8 for a
+//   column of at most 256 residuals, else u16.
 //
 // Order 0 with width 8 x bytes of the channel and no exceptions is a column of profile raw.
 namespace probebox::codec {

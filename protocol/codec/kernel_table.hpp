@@ -50,7 +50,7 @@ struct Kernels {
   void (*unpack[65])(const std::byte* from, std::size_t groups, std::int64_t* values);
   // Replaces the residuals x[0], x[1] ... of that difference by values; the seeds precede x in memory.
   void (*integrate[kMostOrder + 1])(std::int64_t* x, std::size_t count);
-  // The same of the predictor that tracks, of one column and more.
+  // The same for the tracking predictor, one or more columns.
   void (*untrack[kUntracked])(std::int64_t* const* x, std::size_t count);
 };
 

@@ -140,7 +140,7 @@ struct StandingRestored {
   }
 };
 
-// The disk knows that the correction is within these bounds: nothing beyond them may be served.
+// Bounds of the correction, already stored on disk: nothing beyond them may be served.
 struct ServableWithin {
   std::array<double, kLinearAxes> least_mm{};
   std::array<double, kLinearAxes> greatest_mm{};

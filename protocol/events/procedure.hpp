@@ -61,9 +61,9 @@ struct ProcedureOptions {
   double c_on_line_rad{};
   std::uint16_t stations{};
   std::uint8_t mounts{};
-  // As asked for. They are replaced by travel, tools and heights above before a run is started, so no event has them.
+  // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
   std::uint16_t turns{};  // of the screw
-  bool head{};            // a sensor head measures in the place of the probe
+  bool head{};            // a sensor head measures instead of the probe
   bool shank{};           // the shank of the stylus is the second length
   static constexpr void fields(auto& self, auto&& field) {
     field("speed_count", self.speed_count, "how many of the speeds are chosen");

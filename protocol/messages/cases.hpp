@@ -81,8 +81,8 @@ struct ProposeCase {
 // Names the progress of a proposed case.
 enum class CaseProgress : std::uint8_t { working = 0, done = 1, cancelled = 2 };
 
-// What comes of a case that was proposed to be followed. A case that nobody asks after for 5 s is given up, and nothing
-// of it is stored. Since protocol 1.2.
+// Reports the progress of a case that was proposed to be followed. After 5 s without this request the case is cancelled
+// and nothing of it is stored. Since protocol 1.2.
 struct FollowCase {
   static constexpr Operation kOperation = Operation::follow_case;
   struct Request {

@@ -49,7 +49,7 @@ struct AxisStatus {
   }
 };
 
-// A rotary axis: how it stands, and its errors there. Since protocol 1.2.
+// A rotary axis: its angle, and its errors there. Since protocol 1.2.
 struct RotaryAxisStatus {
   bool described{};
   bool known{};
@@ -92,7 +92,7 @@ struct SwivelStatus {
   }
 };
 
-// A trigger and what was being served then. Since protocol 1.2.
+// A trigger, with the correction that was served at that time. Since protocol 1.2.
 struct StampedTrigger {
   std::uint32_t number{};
   std::uint8_t has_position{};
@@ -212,7 +212,7 @@ struct HomeAxes {
   using Answer = Nothing;
 };
 
-// The controller says how its rotary axes stand, and which tool is in the spindle. Since protocol 1.2.
+// The controller reports the angles of its rotary axes and the tool in the spindle. Since protocol 1.2.
 struct TellPose {
   static constexpr Operation kOperation = Operation::tell_pose;
   struct Request {
@@ -251,7 +251,7 @@ struct TellPositions {
   using Answer = Nothing;
 };
 
-// Which sources are summed from now on; until the box starts again, when machine.toml says so. Since protocol 1.2.
+// Selects the sources that are summed from now on. After a restart those of machine.toml apply. Since protocol 1.2.
 struct EnableSources {
   static constexpr Operation kOperation = Operation::enable_sources;
   struct Request {

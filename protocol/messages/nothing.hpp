@@ -5,7 +5,7 @@
 // Declares the empty payload that many operations share.
 namespace probebox::messages {
 
-// Is the payload of requests and answers without fields.
+// The payload of requests and answers without fields.
 struct Nothing {
   static constexpr void fields(auto&, auto&&) {}
 };

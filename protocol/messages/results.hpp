@@ -286,7 +286,7 @@ struct ResultHistory {
   };
 };
 
-// Somebody's word about a cut. Each door holds an inhibit of its own, over restarts too. Since protocol 1.2.
+// Declares that a cut is on or over. Each door has an inhibit of its own, which survives restarts. Since protocol 1.2.
 struct SetInhibit {
   static constexpr Operation kOperation = Operation::set_inhibit;
   struct Request {

@@ -156,7 +156,7 @@ struct UsbPortStatus {
   }
 };
 
-// Events that reached the core and served nothing, or less than they might have. Since protocol 1.1.
+// Events that reached the core and were not, or not fully, used. Since protocol 1.1.
 struct UnusedEvents {
   std::uint64_t late{};
   std::uint64_t disordered{};
@@ -173,7 +173,7 @@ struct UnusedEvents {
   }
 };
 
-// A door that says that a cut is on. Since protocol 1.2.
+// A door that declares a cut. Since protocol 1.2.
 struct InhibitHolder {
   std::string door{};
   std::string by{};

@@ -5,7 +5,7 @@
 #include "protocol/messages/fields.hpp"
 #include "protocol/messages/types.hpp"
 
-// What travels beside SAMPLES (whose payload is a block of protocol/codec). Since protocol 1.0.
+// Frames of the stream other than SAMPLES, whose payload is a block of protocol/codec. Since protocol 1.0.
 namespace probebox::messages {
 
 // Declares missing samples, box to host, at their place in the stream.
@@ -23,7 +23,8 @@ struct Gap {
   }
 };
 
-// Box to host, where START asked for it: a trigger line became active. Each has its number, once. Since protocol 1.2.
+// Reports that a trigger line became active, box to host, if START asked for triggers. Numbers are unique. Since
+// protocol 1.2.
 struct Trigger {
   static constexpr MessageType kType = MessageType::trigger;
   std::uint32_t number{};
@@ -66,7 +67,7 @@ struct Trigger {
   }
 };
 
-// Box to host, in the place of the missing triggers. Since protocol 1.2.
+// Declares missing triggers, box to host, at their place in the stream. Since protocol 1.2.
 struct TriggerGap {
   static constexpr MessageType kType = MessageType::trigger_gap;
   std::uint32_t first{};
@@ -99,7 +100,7 @@ struct LinkCounters {
   }
 };
 
-// Counts the edges of the master clock by what became of them.
+// Counts the edges of the master clock by their use.
 struct EdgeCounters {
   std::uint64_t accepted{};
   std::uint64_t missing{};

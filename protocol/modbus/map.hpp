@@ -7,8 +7,8 @@
 
 #include "protocol/modbus/register.hpp"
 
-// The register map of the CNC's Modbus line, as data: it drives the image, the decoding of what is written, and
-// MODBUS.md. A released address never changes its meaning; the first block (0 to 37) is fixed for ever.
+// The register map of the CNC's Modbus line, as data for the image, the decoding of writes, and MODBUS.md. A released
+// address never changes its meaning; the first block (0 to 37) is fixed forever.
 namespace probebox::modbus {
 
 inline constexpr std::uint16_t kMagic = 0x5042;
@@ -165,10 +165,10 @@ enum Status : std::uint16_t {
   kReferenced = 128,
 };
 
-// Corrections saturate here in every format, so that all three say the same.
+// Corrections saturate here in every format, so that all three agree.
 inline constexpr double kCorrectionLimitMm = 3.2767;
 
-// All entries, by rising address; of a table the first row stands for all.
+// All entries, by rising address; a table is represented by its first row.
 std::span<const Register> registers();
 
 // The entry that begins at this address, in any row of a table, or null.
@@ -177,7 +177,7 @@ const Register* find(std::uint16_t address);
 // The entry whose registers include this address, or null.
 const Register* covering(std::uint16_t address);
 
-// `value` in the register's unit, saturating at the ends of its kind. One or two registers, in `order`.
+// Encodes `value`, in the register's unit, into one or two registers in `order`. Saturates at the limits of its kind.
 void encode(const Register& entry, double value, WordOrder order, std::span<std::uint16_t> image);
 // The same at another address: another row of a table.
 void encodeAt(const Register& entry, std::uint16_t address, double value, WordOrder order,

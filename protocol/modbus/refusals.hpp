@@ -11,7 +11,7 @@ struct RefusalCode {
   std::string_view text;
 };
 
-// Codes that need no name of a solver. Those up to kOfErrors are the error codes of MESSAGES.md.
+// Codes of refusals that come from no solver. Those up to kOfErrors are the error codes of MESSAGES.md.
 namespace refusal {
 enum : std::uint16_t {
   none = 0,

@@ -31,7 +31,7 @@ struct Register {
   std::string_view unit;  // empty: a plain number
   Access access;
   std::string_view meaning;
-  // A row of a table by number, from 1 on: so many rows, each so many registers after the one before.
+  // For a table: number of rows, numbered from 1, and registers from one row to the next.
   std::uint16_t rows{1};
   std::uint16_t row_registers{};
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <string_view>
 
-// Where the values of results that the core does not follow stand in the map. One definition: registers, pages and the
-// image come from it.
+// Places in the map of the values of results that the core does not use. Registers, pages and the image come from this
+// one definition.
 namespace probebox::modbus {
 
 enum class ValueUnit : std::uint8_t { mm, rad, number };

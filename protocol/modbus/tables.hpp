@@ -7,11 +7,11 @@
 
 #include "protocol/modbus/register.hpp"
 
-// The parts that registers() puts together, by rising address.
+// The parts from which registers() is assembled, by rising address.
 namespace probebox::modbus {
 
-// The axes in a name of a table below, "XYZ" or "ABC": its row stands for three, one for each of them, and the next
-// registers follow. Empty where the row stands for itself.
+// Returns the axes in a name of the tables below, "XYZ" or "ABC": such a row defines three entries, one for each axis,
+// in successive registers. Empty for a row that defines one entry.
 constexpr std::string_view axesIn(std::string_view name) {
   for (const std::string_view axes : {"XYZ", "ABC"})
     if (name.find(axes) != std::string_view::npos) return axes;
@@ -23,7 +23,7 @@ std::string_view kept(std::string text);
 
 std::span<const Register> procedureRegisters();
 
-// Those of resultBlocks() and toolTables().
+// The registers of resultBlocks() and toolTables().
 std::vector<Register> resultRegisters();
 
 }  // namespace probebox::modbus

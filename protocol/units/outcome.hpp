@@ -36,7 +36,7 @@ class [[nodiscard]] Outcome {
   std::variant<T, E> content_;
 };
 
-// The outcome of an action without a value: `return {};` says that it succeeded.
+// The outcome of an action without a value: `return {};` means success.
 template <class E>
 class [[nodiscard]] Outcome<void, E> {
  public:
@@ -55,7 +55,7 @@ class [[nodiscard]] Outcome<void, E> {
 
 }  // namespace probebox
 
-// Returns the error of an outcome to the caller, or goes on with its value:
+// Returns the error of an outcome to the caller, or continues with its value:
 //   TRY(const auto address, parseAddress(text));  declares `address`, the value
 //   TRY(connect(address));                        where there is no value, or none is needed
 // An expression with a comma outside of brackets, as in `A{b, c}.d()`, needs parentheses around it.

@@ -77,7 +77,7 @@ struct DeviceTime {
 // States of the master clock, as in clock servos. Samples exist only in `locked` and `holdover`.
 enum class ClockState : std::uint8_t { unlocked = 0, locked = 1, holdover = 2, ambiguous = 3 };
 
-// When a tick was, and how long ticks are now: integers, so that a sample index becomes the same time on every machine.
+// Time of a tick and present length of ticks, in integers, so that a sample index gives the same time on every machine.
 struct TickMap {
   Tick tick{};
   MonoTime at{};

@@ -5,45 +5,49 @@
 // Limits that several rooms share, each with its source: a derivation, an equation of docs/metrology.md, or a choice.
 namespace probebox {
 
-// Angles that locate an axis. By (B7) two tilts 20 degrees apart leave the pivot four times less certain than two that
-// are 90 degrees apart.
+// Smallest span of the angles that locate an axis. By (B7) two tilts 20 degrees apart give the pivot four times the sd
+// of two that are 90 degrees apart.
 inline constexpr double kLeastTiltSpan_deg = 20;
-// Half of an arc that locates a centre. It is found from 1 - cos of this angle, 0.034: noise of a reading counts 29
-// times.
+// Smallest half arc that locates a centre. The centre follows from 1 - cos of this angle, 0.034, which amplifies the
+// noise of a reading 29 times.
 inline constexpr double kLeastHalfArc_rad = 15.0 * std::numbers::pi / 180.0;
-// Tools or heights that find a direction. Its sd is sqrt 2 sigma over the span: 0.14 mrad a micrometre at 10 mm.
+// Smallest span of the tools or heights that determine a direction. Its sd is sqrt(2) sigma over the span: 0.14 mrad
+// per um at 10 mm.
 inline constexpr double kLeastLengthSpan_mm = 10;
-// Sides that face each other, by the cosine of their normals: within 20 degrees (chosen), where a touch misses the
-// diameter by 6 % of the offset.
+// Sides count as opposite if their normals have at most this cosine, within 20 degrees of opposite (chosen): a touch
+// then misses the diameter by 6 % of the offset.
 inline constexpr double kOppositeCosine = -0.94;
-// Deviation from 1 of the length of a unit vector: people write three digits.
+// Allowed deviation from 1 of the length of a unit vector: people write three digits.
 inline constexpr double kUnitLength = 1e-3;
 
-// Loops of centreline-by-steps. Chosen: one that has not closed by then does not converge.
+// Maximum number of loops of centreline-by-steps. Chosen: a run that has not closed by then does not converge.
 inline constexpr std::size_t kMostRimLoops = 5;
 // Reach of the probe to either side on the rim of a large part (chosen), 40 degrees each.
 inline constexpr double kUsualRimArc_rad = 1.3962634015954636;
-// Reported against wanted angle of a rotary axis, and a head or table that counts as level (chosen).
+// Allowed difference of the reported from the commanded angle of a rotary axis; also the limit within which a head or
+// table counts as level (chosen).
 inline constexpr double kPoseTolerance_rad = 2e-3;
 
-// Angles of stops that are equal. Chosen: above the digits of a case file, below the resolution of an encoder.
+// Difference up to which angles of stops are equal. Chosen: above the digits of a case file, below the resolution of an
+// encoder.
 inline constexpr double kSameAngle_deg = 1e-6;
 inline constexpr double kSameAngle_rad = 1e-6;
-// The same of angles of a table by angle, which are compared in the digits they were stored with.
+// The same for a table by angle, whose angles are compared in the digits they were stored with.
 inline constexpr double kSameTableAngle_rad = 1e-8;
 
-// Samples and touches beyond this many robust deviations are outliers: one honest one in 150 000.
+// Samples and touches beyond this many robust deviations are outliers: false for one Gaussian value in 150 000.
 inline constexpr double kOutlierDeviations = 4.5;
 // Residuals of balls beyond this many sigma refuse a case: 4 would refuse one good case in some thousands.
 inline constexpr double kWorstResidual_sigma = 5;
-// Share of the overtravel by which no touch may miss the feature (chosen).
+// A touch refuses the case if it is an outlier and misses the feature by more than this share of the overtravel
+// (chosen).
 inline constexpr double kGrossShare = 0.01;
 // Share of the samples of a waveform or contour that may be dropped (chosen).
 inline constexpr double kMostDroppedShare = 0.10;
 
-// Smallest difference in a stream, in its own unit: case files have seven decimals.
+// Smallest significant difference in a stream, in its own unit: case files have seven decimals.
 inline constexpr double kCaseDigits = 1e-7;
-// Smallest residual of balls, mm: what the digits of their angles and positions leave after a turn.
+// Smallest significant residual of balls, mm: the rounding of their angles and positions after a turn.
 inline constexpr double kBallResidualFloor_mm = 1e-5;
 
 }  // namespace probebox

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
 
-// What is found by on USB: the class of an interface, never vendor and product numbers, which belong to who sells the
-// device. Endpoint addresses are renumbered by every device controller: they are read from the descriptors, in this
+// Identifies devices on USB by the class of an interface, not by vendor and product numbers, which belong to the seller
+// of the device. Every device controller renumbers endpoint addresses: they are read from the descriptors, in this
 // order.
 namespace probebox::usb {
 

@@ -9,12 +9,12 @@
 
 namespace probebox::casefolder {
 
-// One table from the text of NAME.csv: a line of column names, then rows of as many finite numbers, every line ended.
-// Every problem is told, by file, line and column.
+// Reads a table from the text of NAME.csv: a line of column names, then rows of as many finite numbers, each line with
+// its end. Reports every problem with file, line and column.
 Outcome<metrology::Table, std::vector<metrology::Refusal>> parseCsv(std::string_view text,
                                                                     const std::string& table_name);
 
-// The text that parseCsv turns back into the same doubles.
+// Writes the text that parseCsv reads back as the same doubles.
 std::string formatCsv(const metrology::Table& table);
 
 }  // namespace probebox::casefolder

@@ -7,7 +7,7 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "tools/case/readable.hpp"
 
-// The values of a result one by one, with the names and units in which people read them.
+// Lists the values of a result one by one, with display names and units.
 namespace probebox::casefolder {
 
 struct Quantity {
@@ -16,7 +16,7 @@ struct Quantity {
   double value{};                  // in the key's unit, as sd and expanded
   std::optional<double> sd;        // k = 1
   std::optional<double> expanded;  // U, k = 2, type B inputs included
-  bool by_definition{};            // zero, such as the location of an axis along itself
+  bool by_definition{};            // zero by definition, such as the location of an axis along itself
 };
 
 // axis: the letter of the rotary axis that the result is about, empty for none. Errors of a rotary axis are named as in

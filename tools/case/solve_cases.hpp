@@ -5,8 +5,8 @@
 
 namespace probebox::casefolder {
 
-// What `probebox solve [--json] CASE...` does, but for the command line. Answers go to `out` in the order given: one
-// JSON object a line, or for a person a short table. What cannot be read is said on `err` (with JSON also on `out`),
+// Runs `probebox solve [--json] CASE...` behind the command line. Answers go to `out` in the order given: one JSON
+// object per line, or a short table for a person. Unreadable folders are reported on `err` (with JSON also on `out`)
 // and the rest is still solved. Returns the exit status: 0 every case solved; 1 at least one refused; 2 (wins over 1) a
 // folder that cannot be read, or none.
 int solveCases(std::span<const std::filesystem::path> folders, bool json, std::ostream& out, std::ostream& err);

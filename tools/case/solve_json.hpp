@@ -8,15 +8,14 @@
 
 namespace probebox::casefolder {
 
-// Stands first in every object below. Keys may be added within a version; 2 brought those from design on, and
-// expanded_k2 holds the type B inputs since then.
+// First key of every object below. Keys may be added within a version. Version 2 added those from `design` on, and the
+// type B inputs to expanded_k2.
 inline constexpr int kSchemaVersion = 2;
 
 // The answer to one case as one JSON object, keys in this order: schema_version, method, case, status, result, sd,
-// condition, rms, dof, warnings, then those that are known: chi2_reduced, chi2_dof, chi2_range (99.9 %),
-// expanded_k2, covariance, dropped, convention,
-// also, also_sd, design, design_figure, design_per, unobservable, weakest, budget, conditions, residuals. Numbers have
-// the digits that give the same double back. What is not finite becomes null.
+// condition, rms, dof, warnings, then those that are known: chi2_reduced, chi2_dof, chi2_range (99.9 %), expanded_k2,
+// covariance, dropped, convention, also, also_sd, design, design_figure, design_per, unobservable, weakest, budget,
+// conditions, residuals. Numbers have the shortest digits that read back as the same double; null if not finite.
 nlohmann::ordered_json toJson(const metrology::Result& result, std::string_view case_name);
 
 // schema_version, method, case, status "refused", refusal (the stable name), reason ("name: sentence").

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-// What a program does, before it is written in the words of a control.
+// The blocks of a program, independent of the dialect of a control.
 namespace probebox::gcode {
 
 enum class Way : std::uint8_t {
@@ -23,7 +23,7 @@ struct Move {
   Way way{};
   bool z_only{};  // X and Y stay, wherever they are
 };
-// Turns A, B and C, deg; `used` says which of them the program has.
+// Turns the axes A, B and C, deg. used: the ones that are commanded.
 struct Turn {
   std::array<double, 3> to_deg{};
   std::array<bool, 3> used{};
@@ -38,7 +38,7 @@ struct TipControl {
 struct Wait {
   double s{};
 };
-// Begin or end of a step, for the box.
+// Tells the box that a step begins or ends.
 struct Mark {
   bool begin{};
   std::size_t step{};

@@ -9,25 +9,26 @@
 
 namespace probebox::gcode {
 
-// How the box learns of begin and end of a step.
+// How the box learns that a step begins or ends.
 enum class Marks : std::uint8_t {
   lines,  // the control prints a line to the box's tape: face
   stops,  // the program stops, and a person presses Enter at `probebox calibrate`
 };
 
-// The words of one control. Each is a class in a file of its own; the base has what most of them share.
+// Writes blocks in the language of one control. Each dialect is a class in a file of its own; the base has what most of
+// them share.
 class Dialect {
  public:
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
-  // Where programs of this dialect were run, as a sentence.
+  // A sentence: on what controls or simulators programs of this dialect have run.
   virtual std::string_view tried() const = 0;
-  // What the control has to have for lines, one sentence a line.
+  // What the control needs for these marks, one sentence per line.
   virtual std::vector<std::string> needs(Marks marks) const = 0;
 
   virtual std::vector<std::string> head(std::string_view title) const = 0;
-  // Modes. device: of the line to the box, where the program names it; empty: the usual one.
+  // Sets the modes. device: line to the box, for dialects whose programs name it; empty: the usual one.
   virtual std::vector<std::string> start(Marks marks, std::string_view device) const = 0;
   virtual std::vector<std::string> end(Marks marks) const = 0;
   virtual std::string comment(std::string_view text) const;
@@ -41,7 +42,7 @@ class Dialect {
   virtual std::vector<std::string> mark(const Mark& mark) const = 0;
 };
 
-// The words of one by its name; nullptr for one that is not known.
+// Returns a dialect by its name; nullptr if it is unknown.
 const Dialect* dialectNamed(std::string_view name);
 std::span<const std::string_view> dialectNames();
 

@@ -6,12 +6,12 @@
 
 namespace probebox::gcode {
 
-// What Fanuc's custom macro B and its relatives share: lines are printed by DPRNT from variables.
+// Shared by Fanuc's custom macro B and its relatives: lines are printed by DPRNT.
 class MacroB : public Dialect {
  public:
-  // Milliseconds without a decimal point, which every parameter setting reads alike.
+  // Milliseconds without a decimal point: their meaning does not depend on the control's parameters.
   std::string wait(double s) const override;
-  // `first`: what keeps the control from printing before the motion has ended.
+  // first: blocks that keep the control from printing before the motion has ended.
   std::vector<std::string> printed(const Mark& mark, const std::vector<std::string>& first) const;
 };
 

@@ -7,7 +7,7 @@
 
 namespace probebox::gcode {
 
-// The path as SVG: from above (X, Y) and from the front (X, Z), to one scale, with the dry run above.
+// Draws the path as SVG from above (X, Y) and from the front (X, Z), at one scale, including the dry run.
 std::string picture(const Blocks& blocks, const Setting& setting, std::string_view title);
 
 }  // namespace probebox::gcode

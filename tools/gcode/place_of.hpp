@@ -10,15 +10,17 @@
 
 namespace probebox::gcode {
 
-inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
 
-// A jog or a sweep: no feature is touched.
+// True for a jog or a sweep, which touches no feature.
 bool movesOneAxis(const procedure::Step& step);
-// Explains what the setting lacks for this step; nullopt when it has all.
+// Explains what the setting lacks for this step; nullopt when it is complete.
 std::optional<Error> whyUnknown(const procedure::Step& step, const Setting& setting);
-// Where the feature of a step stands in the pose of that step, for a setting that lacks nothing.
+// Place of a step's feature in the pose of that step, for a setting that whyUnknown() accepts.
 Place placeOf(const procedure::Step& step, const Setting& setting);
-// Where the tip meets the surface.
+// Point at which the tip meets the surface.
 Eigen::Vector3d surfaceOf(const procedure::Step& step, const Place& place, const Setting& setting);
 
 }  // namespace probebox::gcode

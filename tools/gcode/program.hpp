@@ -9,12 +9,12 @@ namespace probebox::gcode {
 
 struct Heading {
   std::string method;
-  std::string command;   // that starts the run on the box, with its options
-  std::string zero;      // where the zero of the work offset has to be
-  std::string device{};  // of the line to the box, where the program names it; empty: the usual one
+  std::string command;   // command that starts the run on the box, with its options
+  std::string zero;      // required position of the work offset's zero
+  std::string device{};  // line to the box, for dialects whose programs name it; empty: the usual one
 };
 
-// The whole program: what it needs, a dry run above the part, a stop, then the run itself.
+// Writes the whole program: its requirements as comments, a dry run above the part, a stop, then the run.
 std::string program(const Blocks& blocks, const Setting& setting, const Heading& heading, const Dialect& dialect,
                     Marks marks);
 

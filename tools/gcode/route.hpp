@@ -6,7 +6,7 @@
 
 namespace probebox::gcode {
 
-// A feature that the tip goes round.
+// A feature with the space around it that traverses avoid.
 struct Place {
   enum class Shape : std::uint8_t { round, gap, block };
   Shape shape{Shape::round};
@@ -21,7 +21,7 @@ struct Feeds {
   double traverse_mm_min{}, near_mm_min{};
 };
 
-// Appends straight moves from one point near the place to another; opposite sides are joined over the top.
+// Appends straight moves from one point near the place to another; between opposite sides they go over the top.
 void goRound(Blocks& blocks, const Place& place, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              const Feeds& feeds);
 // Appends the way from a point near the place to the safe height.

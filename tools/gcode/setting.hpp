@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-// Where features are and how the machine may move, as a program without a view of the machine has to be told.
+// Positions of features and limits of motion. The user states them, since gcode works without a box.
 namespace probebox::gcode {
 
-// Coordinates are of the active work offset, mm, at the centre of the stylus ball (or the tip of a tool that cuts).
+// Coordinates: active work offset, mm, of the centre of the stylus ball (or of the tip of a cutting tool).
 struct Setting {
   Eigen::Vector3d at_mm{Eigen::Vector3d::Zero()};      // centre of the sphere, middle of the gap, middle of the setter
   std::vector<Eigen::Vector3d> balls_mm;               // of the part, at C = 0 and B = 0

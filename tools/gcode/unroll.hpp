@@ -6,11 +6,11 @@
 
 namespace probebox::gcode {
 
-// Turns the plan of a run into moves, marks and stops. Error: what the setting lacks, or what no fixed program can do,
-// with the remedy.
+// Turns the plan of a run into moves, marks and stops. Error, with the remedy: the setting lacks something, or later
+// steps depend on measured values, so that no fixed program can do the run.
 Outcome<Blocks> unroll(const procedure::Plan& plan, const Setting& setting);
 
-// The same moves above the part: nothing lower than the safe height, without marks and stops.
+// The same moves at or above the safe height, without marks and stops.
 Blocks dryRun(const Blocks& blocks, double safe_z_mm);
 
 }  // namespace probebox::gcode

@@ -19,9 +19,9 @@ struct Move {
 };
 
 // Reads the moves of a 3-axis program (ISO 6983 as LinuxCNC takes it): G0 to G3 with I and J in the plane XY, G20, G21,
-// G90, G91; arcs become chords that are off by `tolerance_mm` at most. Words that move nothing (F, S, N, most of M) are
-// passed over. Error: a line that would move the tool in a way that is not understood, or take another tool than number
-// `tool`, by its number. The path begins where X, Y and Z have each been commanded: before, the position is unknown.
+// G90, G91. Arcs become chords within `tolerance_mm`. Words without motion (F, S, N, most of M) are ignored. Error,
+// with the line number: a motion that is not supported, or a change to a tool other than number `tool`. The path begins
+// once X, Y and Z have each been commanded: before that the position is unknown.
 Outcome<std::vector<Move>> readProgram(std::string_view text, double tolerance_mm, std::uint32_t tool);
 
 }  // namespace probebox::interference

@@ -10,10 +10,10 @@
 
 namespace probebox::interference {
 
-// The lengths by which a tool is drawn and moved (CN103801980): measured ones in place of those in store.
+// Lengths of a tool for drawing and moving it (CN103801980): measured ones where they exist, else stored ones.
 struct Lengths {
-  double holder_mm{};     // L1
-  double assembled_mm{};  // from the holder's face to the tip: L3, or the stored one where none was measured
+  double holder_mm{};                 // L1
+  double assembled_mm{};              // from the holder's face to the tip: measured (L3), else stored
   std::array<double, 2> offset_mm{};  // of the tip from the spindle axis: W1
   bool measured{};
 };
@@ -22,12 +22,12 @@ Lengths lengthsOf(const board::CellTool& tool);
 enum class ToolPart : std::uint8_t { cutter, shank, holder };
 std::string_view nameOf(ToolPart part);
 
-// The smallest distance between a part of the tool and a solid. Zero where they touch or overlap.
+// Smallest distance between a part of the tool and a solid; zero if they touch or overlap.
 struct Nearest {
   double distance_mm{};
   std::string solid;
   ToolPart part{};
-  Point on_tool{}, on_solid{};  // machine coordinates; where they overlap a point of the overlap
+  Point on_tool{}, on_solid{};  // machine coordinates; a point of the overlap if they overlap
 };
 
 // Triangles of an STL file, binary or text, mm.
@@ -37,16 +37,16 @@ struct Mesh {
 };
 Outcome<Mesh> readStl(const std::filesystem::path& path);
 
-// The solids of a cell and one tool, measured against each other by FCL. The tool is upright.
+// Measures distances between one upright tool and the solids of a cell with FCL.
 class Scene {
  public:
-  // folder: where the files of meshes are. Error: a mesh that cannot be read.
+  // folder: contains the mesh files. Error: a mesh that cannot be read.
   static Outcome<std::unique_ptr<Scene>> open(const board::Cell& cell, const board::CellTool& tool,
                                               const std::filesystem::path& folder);
   ~Scene();
 
   // tip: machine coordinates of the tip without its offset. cuts: the edges may touch the workpiece.
-  // Nothing in the cell: an infinite distance.
+  // Returns an infinite distance for an empty cell.
   Nearest nearest(const Point& tip, bool cuts) const;
   const Lengths& lengths() const { return lengths_; }
 

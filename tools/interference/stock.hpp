@@ -6,16 +6,16 @@
 
 namespace probebox::interference {
 
-// A workpiece that is a box, as a field of heights over a grid of X and Y: what a 3-axis program leaves of it.
+// Material that a 3-axis program leaves of a box-shaped workpiece, as a height field over a grid of X and Y.
 class Stock {
  public:
-  // Cells of `grid_mm`, or larger ones where the box would need more than a few million.
+  // Uses cells of `grid_mm`, or larger ones where the box would need more than a few million.
   Stock(const board::CellSolid& box, double grid_mm);
 
   double grid() const { return grid_; }
-  // An upright cylinder from z upwards takes away what it covers.
+  // Removes the material in an upright cylinder from z upwards.
   void cut(double x, double y, double z, double radius);
-  // How far the material stands above the lower end of an upright cylinder, mm; 0 where it is free.
+  // Height of the material above the lower end of an upright cylinder, mm; 0 if it is free.
   double overlap(double x, double y, double z, double radius) const;
   double removed_mm3() const;
 

@@ -18,13 +18,13 @@
 
 namespace probebox::link {
 
-// Reports a failure between this host and its box, with the remedy.
+// Describes a failure between this host and its box, with the remedy.
 struct Failure {
   enum class Kind : std::uint8_t {
-    link_lost,    // the connection is gone or the box is silent: connect anew
-    timed_out,    // patience is over
-    box_refused,  // `code` and `what` are the box's own
-    no_protocol,  // what answers is no box, or one of another version
+    link_lost,    // the connection is gone or the box is silent: reconnect
+    timed_out,    // the Wait has ended
+    box_refused,  // `code` and `what` come from the box
+    no_protocol,  // the peer is no box, or one of an incompatible version
   };
   Kind kind{};
   messages::ErrorCode code{};
@@ -34,18 +34,18 @@ struct Failure {
 enum class LinkState : std::uint8_t { greeting, ready, lost };
 
 struct ClientOptions {
-  messages::BootId last_boot_id{};               // of the box seen last: allows resume
-  std::uint64_t window_bytes{1024 * 1024};       // of samples that may be on their way
+  messages::BootId last_boot_id{};               // of the last connected box: allows resuming
+  std::uint64_t window_bytes{1024 * 1024};       // of samples in flight
   Nanoseconds retry_period{500'000'000};         // HELLO, START, STOP and requests are sent again after this
-  Nanoseconds sign_of_life_period{200'000'000};  // how often the box hears from this host at least
-  Nanoseconds silence{2'000'000'000};            // of the box, after which the link is lost
+  Nanoseconds sign_of_life_period{200'000'000};  // longest pause between frames to the box
+  Nanoseconds silence{2'000'000'000};            // after so long without a frame of the box the link is lost
 };
 
 // Implements a host's end of one link. poll() never blocks; the calls that take a Wait repeat poll() until they are
 // done or the Wait ends. A lost link stays lost: the caller reconnects.
 class Client : private StreamListener {
  public:
-  // `listener` hears everything that comes (may be null) and outlives the client.
+  // `listener` receives all callbacks, may be null, and outlives the client.
   Client(io::Connection connection, ClientOptions options, StreamListener* listener = nullptr);
 
   Client(const Client&) = delete;  // the reader refers back to it
@@ -54,25 +54,25 @@ class Client : private StreamListener {
   LinkState poll(MonoTime now);
   LinkState state() const { return state_; }
   int descriptor() const { return connection_.data->descriptor(); }
-  // Whether the descriptor is to be watched for writing as well.
+  // True when the descriptor must be watched for writing as well.
   bool wantsToWrite() const { return connection_.data->watchedForWriting() && !data_out_.done(); }
   const StreamReader& reader() const { return reader_; }
   const std::optional<Failure>& failure() const { return failure_; }
 
-  // Sends HELLO until WELCOME, DESCRIPTOR and the test pattern have come.
+  // Repeats HELLO until WELCOME, DESCRIPTOR and the test pattern have come.
   Outcome<messages::Welcome, Failure> connect(const Wait& wait);
 
-  // Asks for samples; they go to the listener. credit_bytes is set from the options.
+  // Requests samples, which go to the listener. credit_bytes is set from the options.
   void start(messages::Start start);
-  // No more samples; the closing ledger follows as a heartbeat with streaming 0.
+  // Ends the samples; the closing ledger follows as a heartbeat with streaming 0.
   void stop();
   bool streaming() const { return wanted_.has_value(); }
-  // After stop(): the closing ledger is here.
+  // After stop(): the closing ledger has come.
   bool closed() const { return !wanted_ && !box_streams_; }
-  // stop(), and waits for the closing ledger.
+  // Calls stop() and waits for the closing ledger.
   Outcome<Balance, Failure> finish(const Wait& wait);
 
-  // One operation of messages/control.hpp, without waiting: ask(), then answered() until it says something.
+  // Runs one operation of messages/control.hpp without waiting: ask(), then answered() until it returns something.
   template <class Operation>
   std::uint32_t ask(const typename Operation::Request& request) {
     return send(Operation::kOperation, messages::encoded(request));
@@ -92,10 +92,10 @@ class Client : private StreamListener {
           Failure{Failure::Kind::no_protocol, {}, "the box's answer is cut off; update the older of the two"}};
     return Result{std::move(*body)};
   }
-  // Forgets a request, for a caller who has lost interest.
+  // Drops a request whose answer is not needed any more.
   void forget(std::uint32_t id) { requests_.erase(id); }
 
-  // The same, waiting.
+  // The same, and waits for the answer.
   template <class Operation>
   Outcome<typename Operation::Answer, Failure> request(const typename Operation::Request& request, const Wait& wait) {
     const auto id = ask<Operation>(request);
@@ -111,7 +111,7 @@ class Client : private StreamListener {
   bool round(const Wait& wait);
 
  private:
-  // What waits to go out on one lane.
+  // Bytes that wait to be sent on one lane.
   struct Outgoing {
     std::vector<std::byte> bytes;
     std::size_t written{};
@@ -166,7 +166,7 @@ class Client : private StreamListener {
   std::uint32_t last_id_{};
   std::map<std::uint32_t, Asked> requests_;
   std::optional<messages::Start> wanted_;
-  bool box_streams_{};              // as far as heartbeats have told
+  bool box_streams_{};              // according to the last heartbeat
   std::uint64_t received_bytes_{};  // since START
   std::uint64_t credited_bytes_{};
   std::optional<MonoTime> began_{};

@@ -21,18 +21,18 @@ struct Account {
 struct Balance {
   Account account{};
   std::uint64_t produced{};
-  // received + unreadable + declared lost + inferred lost == produced; and what the box says it sent and lost is what
-  // came, where no frame is missing.
+  // received + unreadable + declared lost + inferred lost == produced; and, unless frames are missing, the box's counts
+  // of sent and lost samples agree with this account.
   bool exact{};
 };
 
 // Follows sample indices and frame sequences of one link. A new stream (START) begins a new account.
 class HostLedger {
  public:
-  // Takes every frame in order. A jump of the sequence gives the number of frames lost on the link.
+  // Takes every frame in order; a jump of the sequence counts the frames lost on the link.
   void frame(std::uint32_t sequence);
 
-  // Takes a block or a gap. Returns the number of missing samples before it that no GAP declares.
+  // Each takes a block, gap or heartbeat and returns the missing samples before it that no GAP declares.
   messages::Gap samples(SampleIndex first, std::uint64_t count, bool readable);
   messages::Gap gap(const messages::Gap& gap);
   messages::Gap heartbeat(const messages::Heartbeat& beat);
@@ -44,13 +44,12 @@ class HostLedger {
   // Holes without a missing frame, and indices that went back: the box, not the wire, is at fault.
   std::uint64_t unexplained() const { return unexplained_; }
   std::uint64_t repeated() const { return repeated_; }
-  // The first sample that has not come; what comes after it in a recording that ends without a closing heartbeat is
-  // unknown.
+  // Index behind the last sample. What follows it is unknown in a recording without a closing heartbeat.
   SampleIndex next() const { return expected_; }
   bool begun() const { return begun_; }
   bool closed() const { return closed_; }
 
-  // A new link: sequence and stream begin anew. Totals of missing frames and faults stay.
+  // Begins a new link with a new sequence and stream. Totals of missing frames and faults stay.
   void restart();
 
  private:

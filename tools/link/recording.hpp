@@ -13,7 +13,7 @@
 #include "tools/link/stream_reader.hpp"
 
 // Writes and reads recordings (.pbx): the delimited frames of the box, the same bytes as on a serial line. A recording
-// cut at any byte can be read up to there.
+// that is cut at any byte can be read up to there.
 namespace probebox::link {
 
 class RecordingWriter {
@@ -32,13 +32,13 @@ class RecordingWriter {
   std::uint64_t bytes_{};
 };
 
-// Reports how a recording ended.
+// State of a recording at its end.
 struct RecordingEnd {
   frame::ReaderCounters frames{};
   ReaderFaults faults{};
   std::uint64_t bytes{};    // of the recording
-  std::size_t cut_bytes{};  // of a last frame that does not end
-  bool closed{};            // by the ledger of a STOP; otherwise what came after `next` is unknown
+  std::size_t cut_bytes{};  // of an incomplete last frame
+  bool closed{};            // has the closing ledger of a STOP; otherwise samples from `next` on are unknown
   SampleIndex next{};
   std::optional<Balance> balance{};  // as of the last heartbeat
   std::uint64_t frames_missing{};    // by the gaps in their sequences
@@ -46,10 +46,10 @@ struct RecordingEnd {
   bool triggers_exact{true};         // at every heartbeat
 };
 
-// Bytes read so far, of all (0 where that is not known).
+// Receives the bytes read so far and their total (0: unknown).
 using ReadingProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
-// Is called after every piece of the recording; returns true to end the reading.
+// Called after every piece of the recording; returns true to end the reading.
 using EnoughRead = std::function<bool()>;
 
 // Fails when the file cannot be read or holds no frame. "-" is the standard input.

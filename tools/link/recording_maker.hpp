@@ -11,20 +11,19 @@
 
 namespace probebox::link {
 
-// Makes a recording as a box and `record` would: WELCOME, DESCRIPTOR, TEST_PATTERN, samples and gaps, and the closing
-// ledger.
+// Writes a recording as from a box by `record`: WELCOME, DESCRIPTOR, TEST_PATTERN, samples and gaps, closing ledger.
 class RecordingMaker {
  public:
-  // samples: the most in a frame, 1 to codec::kMostFastSamples; fewer go where they would not fit. `out` outlives it.
+  // samples: maximum per frame, 1 to codec::kMostFastSamples; fewer where they would not fit. `out` outlives this.
   RecordingMaker(std::ostream& out, messages::Profile profile, std::size_t samples)
       : writer_{out}, profile_{profile}, most_{samples} {}
 
-  // Each is false when the output does not take it any more.
+  // Each returns false after a failed write.
   bool begin(const messages::Descriptor& descriptor);
-  // What follows is under this one.
+  // Changes the descriptor for the samples that follow.
   bool describe(const messages::Descriptor& descriptor);
-  // The next samples, which follow each other. columns: channel by channel, each a stretch of the same length. What is
-  // missing before `first` becomes a GAP. Every value fits its channel.
+  // Adds consecutive samples from `first` on. columns: one of equal length per channel; every value fits its channel.
+  // Missing samples before `first` become a GAP.
   bool add(SampleIndex first, std::span<const std::span<const std::int64_t>> columns);
   bool end();
 

@@ -16,8 +16,8 @@
 
 namespace probebox::link {
 
-// Holds received samples: columns[channel * count + k], to be multiplied by the channel's scale, and the descriptor
-// that they were encoded with, which need not be the latest. Valid during the call.
+// Received samples: columns[channel * count + k], to be multiplied by the channel's scale, and the descriptor they were
+// encoded with, which need not be the latest. Valid during the callback.
 struct DecodedBlock {
   const messages::Descriptor& descriptor;
   codec::BlockHeader header{};
@@ -28,16 +28,16 @@ struct DecodedBlock {
   }
 };
 
-// Receives the callbacks of a reader. Override those of interest.
+// Callbacks of a reader. Override those of interest.
 class StreamListener {
  public:
   virtual ~StreamListener() = default;
 
-  // Called for every good frame of the box before it is decoded: for a recorder.
+  // Called for every good frame of the box before it is decoded, for a recorder.
   virtual void onFrame(const frame::Frame&) {}
   virtual void onWelcome(const messages::Welcome&) {}
   virtual void onDescriptor(const messages::Descriptor&) {}
-  // ok: false when the pattern is wrong, which behind a CRC means that the box is another version.
+  // as_expected: false for a wrong pattern; since its CRC was right, the box has another version.
   virtual void onTestPattern(bool /*as_expected*/) {}
   virtual void onBlock(const DecodedBlock&) {}
   // Called for losses that the box declared.
@@ -45,7 +45,7 @@ class StreamListener {
   // Called for losses on the link; the reason is undefined.
   virtual void onHole(const messages::Gap&) {}
   virtual void onTrigger(const messages::Trigger&) {}
-  // Declared by the box, and frames that the wire lost.
+  // Triggers that the box declared lost, and those in frames lost on the link.
   virtual void onTriggerGap(const messages::TriggerGap&) {}
   virtual void onTriggerHole(const messages::TriggerGap&) {}
   // `balance` is empty before the stream's first sample.
@@ -55,8 +55,8 @@ class StreamListener {
 };
 
 struct ReaderFaults {
-  std::uint64_t strays{};             // skipped: what an earlier host of the line left, before WELCOME or DESCRIPTOR
-  std::uint64_t malformed{};          // good frames whose payload was no such message
+  std::uint64_t strays{};             // skipped before WELCOME or DESCRIPTOR: meant for an earlier host of the line
+  std::uint64_t malformed{};          // good frames with an invalid payload
   std::uint64_t unknown_type{};       // skipped: a later minor version
   std::uint64_t other_major{};        // skipped
   std::uint64_t unreadable_blocks{};  // no descriptor, another one, or an unknown profile
@@ -78,7 +78,7 @@ class StreamReader {
   const frame::ReaderCounters& counters() const { return reader_.counters(); }
   const ReaderFaults& faults() const { return faults_; }
   const std::optional<messages::Welcome>& welcome() const { return welcome_; }
-  // The last that came.
+  // The latest descriptor.
   const std::optional<messages::Descriptor>& descriptor() const { return descriptor_; }
   bool testPatternSeen() const { return test_pattern_seen_; }
   // Returns the bytes of an incomplete frame; at the end of a file, of the one that was cut off.
@@ -108,7 +108,7 @@ class StreamReader {
   ReaderFaults faults_{};
   std::optional<messages::Welcome> welcome_;
   std::optional<messages::Descriptor> descriptor_;
-  // By hash: a resumed stream goes back to earlier ones.
+  // Found by hash: a resumed stream may use earlier descriptors.
   struct Known {
     std::uint32_t hash{};
     messages::Descriptor descriptor;

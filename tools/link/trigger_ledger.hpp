@@ -17,15 +17,16 @@ struct TriggerAccount {
 // Follows the numbers of triggers over one link. A new stream (START) begins a new account.
 class TriggerLedger {
  public:
-  // Return the number of missing triggers before it that no TRIGGER_GAP declares.
+  // Each returns the missing triggers before it that no TRIGGER_GAP declares.
   messages::TriggerGap trigger(std::uint32_t number);
   messages::TriggerGap gap(const messages::TriggerGap& gap);
   messages::TriggerGap heartbeat(const messages::Heartbeat& beat);
 
   const TriggerAccount& account() const { return account_; }
-  // At every heartbeat so far: received + declared + inferred lost = what the box counts, and its own sum.
+  // True if received + declared lost + inferred lost equalled the box's count at every heartbeat, and the box's own
+  // counts added up.
   bool exact() const { return exact_; }
-  // A new link; what was not exact stays so.
+  // Begins a new link; exact() stays false once it was.
   void restart();
 
  private:
@@ -33,8 +34,8 @@ class TriggerLedger {
 
   TriggerAccount account_{};
   std::uint32_t stream_{};
-  std::uint32_t before_{};  // of the account: what the box counted before it was seen
-  std::uint32_t next_{};    // 0: not known yet
+  std::uint32_t before_{};  // triggers that the box had counted before this account began
+  std::uint32_t next_{};    // 0: unknown yet
   bool exact_{true};
 };
 

@@ -12,12 +12,12 @@
 
 namespace probebox::link {
 
-// Keeps the last seconds of a stream until a trigger comes, then passes on those, and what follows for a while, as a
-// recording of its own. It begins with the handshake, and with a heartbeat at which its ledger is zero; every later
-// heartbeat counts from there, and the last one closes the ledger. So `verify` finds the recording whole.
+// Keeps the last seconds of a stream until a trigger comes, then passes them and the frames that follow for a while to
+// the sink, as a recording of its own that `verify` finds complete: it begins with the handshake and a heartbeat whose
+// ledger is zero, later heartbeats count from there, and the last one closes the ledger.
 //
-// The history begins at a heartbeat, of which there are ten a second: it is up to 0.2 s longer than asked for, never
-// shorter, unless the stream itself is.
+// The history begins at a heartbeat (ten per second), so it is up to 0.2 s longer than requested, and shorter only if
+// the stream itself is.
 class TriggerWindow {
  public:
   using Sink = std::function<void(const frame::Frame&)>;
@@ -28,7 +28,7 @@ class TriggerWindow {
 
   TriggerWindow(Lengths lengths, Sink sink) : lengths_{lengths}, sink_{std::move(sink)} {}
 
-  // Every good frame of the box, as it came.
+  // Takes every good frame of the box in order.
   void frame(const frame::Frame& frame);
 
   // Number of the trigger that began the recording; nothing while none has come.
@@ -56,7 +56,7 @@ class TriggerWindow {
 
   Lengths lengths_;
   Sink sink_;
-  std::map<std::uint8_t, Kept> handshake_;  // before the first stretch, by type in the order of their coming
+  std::map<std::uint8_t, Kept> handshake_;  // received before the first stretch, by type
   std::deque<Stretch> history_;
   std::optional<messages::Heartbeat> base_;  // where the ledger of the recording begins; none on a later link
   std::optional<messages::BootId> boot_id_;

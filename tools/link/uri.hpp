@@ -33,22 +33,22 @@ struct Uri {
 
 Outcome<Uri> parseUri(std::string_view text);
 
-// Why there is no connection; `what` has the remedy.
+// Explains why there is no connection; `what` has the remedy.
 struct OpenFailure {
   enum class Kind : std::uint8_t {
     no_box,         // nothing answers there
-    no_permission,  // something is there, and this user may not
-    busy,           // something is there, and another program has it
-    ambiguous,      // several are there, and none was named
+    no_permission,  // this user may not open the device
+    busy,           // another program uses the device
+    ambiguous,      // there are several boxes, and none was named
   };
   Kind kind{};
   std::string what{};
 };
 
-// `usb` becomes usb:SERIAL, so that the same box is meant from now on; other URIs stay as they are.
+// Replaces `usb` by usb:SERIAL, so that later connections reach the same box; other URIs stay unchanged.
 Outcome<Uri, OpenFailure> settled(const Uri& uri);
 
-// Connects to a box. A file is no box: it is read by readRecording().
+// Connects to a box. Not for files: readRecording() reads them.
 Outcome<io::Connection, OpenFailure> open(const Uri& uri, std::chrono::milliseconds patience);
 
 }  // namespace probebox::link

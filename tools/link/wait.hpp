@@ -12,10 +12,10 @@ namespace probebox::link {
 // time; nothing once the time limit is over. Tests pass their own, without a clock.
 using Wait = std::function<std::optional<MonoTime>(int descriptor, bool for_writing)>;
 
-// CLOCK_MONOTONIC.
+// Time of CLOCK_MONOTONIC.
 MonoTime now();
 
-// Returns the real one; its time limit begins with this call. `interrupted` (Ctrl-C) ends it early and may be null.
+// Returns a Wait on the real clock whose time limit begins now. `interrupted` (Ctrl-C) ends it early and may be null.
 Wait patience(std::chrono::milliseconds limit, const std::atomic<bool>* interrupted = nullptr);
 
 }  // namespace probebox::link

@@ -8,8 +8,8 @@ class App;
 
 namespace probebox::pages {
 
-// What a shell offers when Tab is pressed behind `probebox`: commands, options, their choices, else names of files.
-// `methods`: what `calibrate`, `plan` and `gcode` take.
+// Writes the completion script of a shell: commands, options and their choices, else file names.
+// methods: the ones that `calibrate`, `plan` and `gcode` take.
 std::string bashCompletion(const CLI::App& command, const std::vector<std::string>& methods);
 std::string zshCompletion(const CLI::App& command, const std::vector<std::string>& methods);
 

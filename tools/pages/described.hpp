@@ -12,8 +12,8 @@ namespace probebox::pages {
 // One option or argument, as the pages need it.
 struct Described {
   std::vector<std::string> names;    // with their dashes; the name alone for an argument by position
-  std::string value;                 // what stands for its value; empty for a flag
-  std::vector<std::string> choices;  // the only values that it takes; empty: any
+  std::string value;                 // placeholder of its value; empty for a flag
+  std::vector<std::string> choices;  // allowed values; empty: any
   std::string text;
   std::string usual;  // its default; empty: none
   bool positional{};

@@ -8,7 +8,7 @@ class App;
 
 namespace probebox::pages {
 
-// The manual page of a command, from the same declarations that its --help prints. `section`: 1 or 8.
+// Writes the manual page of a command from the same declarations as its --help. section: 1 or 8.
 std::string manPage(const CLI::App& command, char section, std::string_view name, std::string_view purpose);
 
 }  // namespace probebox::pages

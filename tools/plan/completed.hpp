@@ -6,8 +6,8 @@
 
 namespace probebox::plan {
 
-// The options of a run as the box completes them from its descriptions. Refusal: not-forecast for a method without a
-// result; bad-option for one that this run cannot have.
+// Completes the options of a run as the box does from its descriptions. Refusal: not-forecast for a method without a
+// result; bad-option for an option that this run cannot have.
 Outcome<ProcedureOptions, metrology::Refusal> completed(const Wanted& wanted, const procedure::Facts& facts);
 
 }  // namespace probebox::plan

@@ -9,13 +9,13 @@
 
 namespace probebox::plan {
 
-inline constexpr double kLead_s = 0.02;  // at rest before and after a touch
+inline constexpr double kLead_s = 0.02;  // rest before and after a touch
 
 inline Eigen::Vector3d vectorOf(const std::array<double, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
-// From rest to rest over a distance, through a trapezoid of speed.
+// Moves over a distance from rest to rest with a trapezoidal speed profile. Units: mm, mm/s, mm/s2.
 class Drive {
  public:
   Drive(double distance, double speed, double acceleration)
@@ -25,7 +25,7 @@ class Drive {
         ramp_{speed_ / acceleration},
         cruise_{distance / speed_ - ramp_} {}
   double duration() const { return 2 * ramp_ + cruise_; }
-  // When it has come so far, s after its start.
+  // Time at which it has covered `distance`, s after its start.
   double timeOf(double distance) const {
     double before = 0, after = duration();
     for (int halving = 0; halving < 60; ++halving) {
@@ -46,7 +46,7 @@ class Drive {
   double distance_, speed_, acceleration_, ramp_, cruise_;
 };
 
-// Simulates one touch over time along a straight line through the touched point, where the tip sticks.
+// Simulates one touch over time along a straight line through the touched point, on which the tip does not slip.
 class Contact {
  public:
   Contact(const procedure::Step& step, const Eigen::Vector3d& surface, const SetUp& set_up)
@@ -61,12 +61,12 @@ class Contact {
 
   double duration() const { return 2 * kLead_s + in_.duration() + dwell_s_ + out_.duration(); }
   Eigen::Vector3d body(double t) const { return surface_ + outside(t) * retract_; }
-  // When a switch trips that has been pressed in by `depth_mm`, and when it lets go, s after the begin.
+  // Times at which the tip is at `depth_mm` on the way in and out, s after the beginning: a switch trips and releases.
   double contactTime(double depth_mm) const { return kLead_s + in_.timeOf(clearance_mm_ + depth_mm); }
   double releaseTime(double depth_mm) const {
     return kLead_s + in_.duration() + dwell_s_ + out_.timeOf(overtravel_mm_ - depth_mm);
   }
-  // Of a probe whose gain is the identity.
+  // Deflection of a probe whose gain matrix is the identity, mm.
   Eigen::Vector3d deflection(double t) const { return std::max(0.0, -outside(t)) * retract_; }
 
  private:
@@ -81,7 +81,7 @@ class Contact {
   Drive in_, out_;
 };
 
-// Of a step, without the way to the next one.
+// Duration of a step, s, without the way to the next one.
 inline double durationOf(const procedure::Step& step, const SetUp& set_up) {
   if (step.kind == procedure::Kind::hold) return set_up.hold_s;
   if (step.kind != procedure::Kind::sweep) return Contact{step, Eigen::Vector3d::Zero(), set_up}.duration();

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-// Holds the assumptions of a forecast: noise of the streams, stated features, and the motion of the machine.
+// Assumptions of a forecast: noise of the streams, stated features, and motion of the machine.
 namespace probebox::plan {
 
 struct SetUp {
@@ -11,25 +11,25 @@ struct SetUp {
   double machine_noise_um{0.5};  // standard deviation (k = 1) of one position
   double probe_rate_hz{2000};
   double probe_noise_um{0.4};  // the same, of one channel
-  // Of the depth at which a touch-trigger probe switches (k = 1); nothing: the probe scans.
+  // sd (k = 1) of the depth at which a touch-trigger probe switches; empty: a scanning probe.
   std::optional<double> switch_repeatability_um{};
-  double sd_pre_travel_um{0.15};  // of each part of its pre-travel in force
+  double sd_pre_travel_um{0.15};  // sd of each component of its pre-travel in force
 
   double sphere_diameter_mm{25};  // of the datum sphere, and of a ball of the part
   double gap_mm{26};              // between the plates
   double stylus_ball_diameter_mm{6};
-  double sigma_c_rad{5e-6};  // how exactly the rotary axis C finds an angle (k = 1)
-  double sigma_b_rad{5e-6};  // the same of a table that tilts or a head that swivels
+  double sigma_c_rad{5e-6};  // repeatability of an angle of the rotary axis C (k = 1)
+  double sigma_b_rad{5e-6};  // the same for a tilting table or a swivelling head
   // From the gauge line of the spindle to the stylus ball, with the tools that carry the probe.
   std::array<double, 4> tool_lengths_mm{150, 200};
-  double shank_height_mm{50};  // where the shank of the first of them touches, above the stylus ball
+  double shank_height_mm{50};  // height above the stylus ball at which the shank of the first tool touches
   double shank_radius_mm{5};
-  double ball_reach_mm{60};  // of the part's ball, from the axis that it turns about
-  double delay_s{4e-3};      // any: precision does not depend on it
+  double ball_reach_mm{60};  // distance of the part's ball from the axis that turns it
+  double delay_s{4e-3};      // arbitrary: precision does not depend on it
 
   // The tool-setting device and the stored lengths, each sd k = 1.
   double setter_half_width_mm{8};
-  double setter_repeatability_um{0.5};  // of the depth at which it switches
+  double setter_repeatability_um{0.5};  // sd of the depth at which it switches
   double sd_probe_offset_mm{0.0005};
   double sd_setter_mm{0.0006};
   double sd_holder_mm{0.001};
@@ -38,8 +38,8 @@ struct SetUp {
   double head_noise_um{0.2};  // of one sensor
   double head_range_mm{0.5};  // of a sensor, to either side
   double sd_head_centre_mm{0.001};
-  double sd_head_matrix{1e-4};  // of an entry of its calibration in force
-  double hold_s{0.2};           // how long it is held still, at least
+  double sd_head_matrix{1e-4};  // sd of an entry of its matrix in force
+  double hold_s{0.2};           // minimum duration of a hold
 
   // The sensor at the end of a ball screw.
   double screw_rate_hz{20};
@@ -48,7 +48,7 @@ struct SetUp {
 
   double acceleration_mm_s2{10'000};
   double dwell_s{0.1};    // at overtravel
-  double between_s{0.5};  // from one touch to the next, beside the touch itself
+  double between_s{0.5};  // from the end of one touch to the next
   double turning_s{2};    // from one pose of the rotary axes to the next
 };
 

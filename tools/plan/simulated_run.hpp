@@ -9,19 +9,19 @@
 
 namespace probebox::plan {
 
-// A run of the box's own plan on a machine without faults, and what it takes. Steps, windows, readings and solver are
-// the box's; the noise is drawn from the seed.
+// Simulates a run on a machine without faults. Plan, windows, readings and solver are those of the box; the noise is
+// drawn from the seed.
 struct SimulatedRun {
   metrology::Solved solved;
   double duration_s{};
   std::size_t steps{};
-  std::string axis{};  // of the rotary axis that it is about; empty for none
+  std::string axis{};  // letter of the rotary axis that the run is about; empty for none
 };
 // options: complete, as procedure::described() leaves them.
 SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up,
                           std::uint64_t seed);
 
-// How long such a run takes at least: a run whose steps follow from its readings may have more of them.
+// Shortest duration of such a run, s: a run whose steps follow from its readings may take longer.
 double shortestDuration(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& set_up);
 
 }  // namespace probebox::plan

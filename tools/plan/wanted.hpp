@@ -4,10 +4,10 @@
 
 namespace probebox::plan {
 
-// A run before it is begun: what calibrate is told.
+// The request for a run, as the options of `calibrate` state it.
 struct Wanted {
   const procedure::LiveMethod* method{};
-  ProcedureOptions options{};  // zeros are the method's own
+  ProcedureOptions options{};  // 0: the default of the method
 };
 
 }  // namespace probebox::plan

@@ -3,7 +3,7 @@
 
 namespace probebox::command {
 
-// Help about the methods that a box can run, from their descriptors.
+// Builds the help about the methods that a box can run from their descriptors.
 MethodHelp methodHelp();
 
 }  // namespace probebox::command

@@ -6,7 +6,7 @@
 
 namespace probebox::command {
 
-// The whole command: arguments without the program's name; returns the exit status.
+// Runs the whole command. arguments: without the program's name.
 ExitStatus run(std::span<const std::string> arguments, const Streams& streams);
 
 }  // namespace probebox::command

@@ -27,14 +27,14 @@ struct RecordedBlock {
 using Recorded =
     std::variant<messages::Descriptor, RecordedBlock, messages::Gap, messages::Trigger, messages::TriggerGap>;
 
-// Reads a recording piece by piece, as far as it is asked for. Samples come in rising order, each once: those that a
-// resumed link repeats are left out, and nothing is read beyond a restart of the box, where indices begin anew.
+// Reads a recording piece by piece on demand. Samples come in rising order, each once: repeats of a resumed link are
+// omitted, and reading ends at a restart of the box, where indices begin anew.
 class RecordedStream : private link::StreamListener {
  public:
-  // Fails when the file cannot be read, or its beginning does not say what its channels are.
+  // Fails when the file cannot be read or has no descriptor at its beginning.
   static Outcome<std::unique_ptr<RecordedStream>> open(const std::string& path);
 
-  // Nothing at the end.
+  // Returns nothing at the end.
   std::optional<Recorded> next();
 
   const messages::Descriptor& firstDescriptor() const { return *first_; }

@@ -16,18 +16,18 @@ namespace probebox::replay {
 
 struct ReplayOptions {
   double speed{1};  // times the recorded pace; 0: as fast as hosts read
-  bool once{};      // over when the recording is and the hosts have gone
+  bool once{};      // end when the recording has ended and the hosts have gone
   std::string name;
 };
 
-// A recording served as a box: hosts shake hands, start, resume, get samples, gaps and heartbeats, and the status. It
-// begins when the first host starts. What would change a box is refused. One thread.
+// Serves a recording as if it were a box: hosts connect, start, resume, and get samples, gaps, heartbeats and the
+// status. The replay begins when the first host starts. Requests that would change a box are refused. One thread.
 class ReplayBox {
  public:
   ReplayBox(std::unique_ptr<RecordedStream> recording, tcp::Listener listener, const ReplayOptions& options);
 
   const tcp::Address& address() const { return listener_.address(); }
-  // One round: waits a few milliseconds for hosts, or not at all when there is more to send. False when it is over.
+  // Runs one round: waits a few milliseconds for hosts, or not at all when there is more to send. False at the end.
   bool round();
 
   std::uint64_t samples() const { return samples_; }

@@ -14,16 +14,17 @@ struct Earlier {
   metrology::Result result;
 };
 
-// What a page compares its result with. Whoever knows the box fills it in:
+// What a page compares its result with; the caller that knows the box fills it in:
 //
 //   Subject subject{"result 17", result.method, dataset, result};
-//   subject.before.in_force = Earlier{"result 12", "2026-11-20T08:00:00Z", active};  // about the same subject
-//   subject.before.history = {oldest, ..., newest};  // measured before this one, any state but refused; in order of
-//   time page(std::span{&subject, 1}, version);
+//   subject.before.in_force = Earlier{"result 12", "2026-11-20T08:00:00Z", active};
+//   subject.before.history = {oldest, ..., newest};
+//   page(std::span{&subject, 1}, version);
 //
-// The page shows the change against the result in force with its sd, and the trend of the last nine of the history with
-// this one. Values are compared by key, so results of another method of the subject may stand in it: a key that one of
-// them does not have is omitted there. Where the result itself is in force, leave in_force empty.
+// in_force: about the same subject; empty if the result itself is in force. history: measured before the result, in any
+// state but refused. The page shows the change against in_force with its sd, and the trend over the last nine of the
+// history and this result. Values are compared by key, so the history may hold results of other methods of the subject;
+// keys that are missing on one side are omitted.
 struct Before {
   std::optional<Earlier> in_force;
   std::vector<Earlier> history;

@@ -14,16 +14,16 @@ enum class Verdict {
   refused,
 };
 
-// Writes the decision first, and the largest errors (or the first values) with U.
+// The decision about a result: a headline with the verdict, and the largest errors (or the first values) with U.
 struct Decision {
   Verdict verdict{Verdict::no_limit};
   std::string headline;
   std::vector<std::string> lines;
-  bool warned{};  // warnings, or a value without uncertainty: never green
+  bool warned{};  // there are warnings, or a value without uncertainty: the box is not green
 };
 Decision decide(const Subject& subject);
 
-// The box at the head of an article.
+// The box with the decision at the head of an article, as HTML.
 std::string decisionBox(const Subject& subject);
 
 }  // namespace probebox::report

@@ -4,7 +4,7 @@
 
 namespace probebox::report {
 
-// Text as HTML and SVG hold it: & < > " ' as entities, bytes that no XML may hold (controls, broken UTF-8) as U+FFFD.
+// Escapes text for HTML and SVG: & < > " ' as entities, bytes that XML forbids (controls, broken UTF-8) as U+FFFD.
 std::string escaped(std::string_view text);
 
 // <name>content</name>, the content escaped.

@@ -18,14 +18,14 @@ std::string axisLetter(const Subject& subject);
 // Error letters of rotary axes are those of ISO 230-7:2015: EXC to ECC are error motions, XOC, YOC, AOC, BOC location.
 std::string valueName(const Subject& subject, const metrology::Estimate& estimate, std::size_t k);
 
-// What the row of a matrix is: "60 deg", "B = 30 deg, L = 100 mm", "1"; and its column: "EXC", "X".
+// Names a row of a matrix ("60 deg", "B = 30 deg, L = 100 mm", "1") and a column ("EXC", "X").
 std::string rowName(const Subject& subject, const metrology::Estimate& estimate, std::size_t row);
 std::string columnName(const Subject& subject, const metrology::Estimate& estimate, std::size_t column);
 
 // Title of the object: "error motions of the axis", "sector table".
 std::string titleOf(const metrology::Estimate& estimate);
 
-// Unit that a person reads (casefolder::labelOf); error motions of a rotary axis in um and urad.
+// Display unit (casefolder::labelOf); error motions of a rotary axis in um and urad.
 casefolder::Label unitOf(const metrology::Estimate& estimate, std::size_t k);
 
 // Combined standard uncertainty of value k; nothing where it is unknown.

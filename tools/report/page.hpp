@@ -6,8 +6,8 @@
 
 namespace probebox::report {
 
-// One HTML document about these subjects, in their order: everything is inside it, nothing is fetched, no script runs,
-// and it prints on A4. version: of the program that writes it.
+// Writes one HTML document about these subjects, in their order. It is self-contained, has no scripts, and prints on
+// A4. version: of the program that writes it.
 std::string page(std::span<const Subject> subjects, const std::string& version);
 
 }  // namespace probebox::report

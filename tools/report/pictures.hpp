@@ -6,31 +6,31 @@
 
 namespace probebox::report {
 
-// The pictures that tell most about this answer, the most telling first; of a refusal those of the raw data. A picture
-// whose data are not at hand is left out.
+// Returns the plots for this answer, the most informative first; for a refusal, those of the raw data. Plots without
+// data are omitted.
 std::vector<Plot> pictures(const Subject& subject);
 
-// One kind of picture each, in a file of its own. Empty where the data are not there.
+// The kinds of plots, each in a file of its own. Empty without data.
 
-// Read minus fitted, reading by reading.
+// Residuals (read minus fitted) by reading.
 std::vector<Plot> residualPictures(const metrology::Result& result);
-// Measured size against speed with the fitted line and its intercept (A10), and what is left of it.
+// Measured size against speed with the fitted line and its intercept (A10), and the residuals.
 std::vector<Plot> sizePictures(const Subject& subject);
-// Machine and probe of one touch or scan, as they were stamped, and with the delay taken out of the machine's stamps.
+// Machine and probe of one touch or scan, as stamped, and with the delay removed from the machine's stamps.
 std::vector<Plot> streamPictures(const metrology::Dataset& dataset, const metrology::Result& result);
-// The same of a case that has no answer: as stamped.
+// The same for a case without a result: as stamped only.
 std::vector<Plot> rawStreamPictures(const metrology::Dataset& dataset);
-// Readings of one feature around the centre, what they are off the circle magnified.
+// Readings of one feature around its centre, with magnified deviations from the circle.
 std::vector<Plot> turnPictures(const metrology::Dataset& dataset, const metrology::Result& result);
 // Six errors against the angle, and the vectors of the table's centre around its axis.
 std::vector<Plot> rotaryPictures(const Subject& subject);
-// The sensor in time, the table of sectors, and the compensation.
+// Sensor against time, table of sectors, and compensation of a ball screw.
 std::vector<Plot> screwPictures(const Subject& subject);
 // Error of the head at the queried angles.
 std::vector<Plot> swivelPictures(const metrology::Dataset& dataset, const metrology::Result& result);
-// Points of a sphere or of readings in the plane of the machine, with the circle where there is one.
+// Points of a sphere, or readings, projected on the machine's plane, with the fitted circle if there is one.
 std::vector<Plot> planePictures(const metrology::Dataset& dataset, const metrology::Result* result);
-// Every column of the tables against the first one: what there is to see of any case.
+// Every column of the tables against the first one, for cases without plots of their own.
 std::vector<Plot> tablePictures(const metrology::Dataset& dataset);
 
 }  // namespace probebox::report

@@ -5,8 +5,9 @@
 
 namespace probebox::report {
 
-// sd of one reading, in the unit of the residuals, that the sd of the values rests on: the stated sigma, widened where
-// it was, or that of the residuals. Nothing where the result does not say it, or holds readings of several kinds.
+// Returns the sd of one reading from which the sd of the values follows, in the unit of the residuals: the stated sigma
+// (widened, if the fit did), or the scatter of the residuals. Nothing if the result does not hold it, or has several
+// kinds of readings.
 std::optional<double> readingSd(const metrology::Result& result);
 
 }  // namespace probebox::report

@@ -9,11 +9,11 @@
 
 namespace probebox::report {
 
-// What one report is about.
+// One result or refusal to report, with its data.
 struct Subject {
   std::string name;  // of the case folder, as it was given
   std::string method;
-  std::optional<metrology::Dataset> dataset;  // what was measured; nothing where only the answer is at hand
+  std::optional<metrology::Dataset> dataset;  // measured data; empty where only the answer is available
   std::variant<metrology::Result, metrology::Refusal> answer;
   Before before{};  // empty for a case that no box knows
 

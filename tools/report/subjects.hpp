@@ -9,16 +9,16 @@
 
 namespace probebox::report {
 
-// What a case folder holds, solved; or what a file of answers holds, as `probebox solve --json` writes it: one object
-// or one a line. The pictures of an answer come from its case folder where that is still there. Errors name the path,
-// the line and the remedy: neither folder nor file, not JSON, no answer of a solve, a case that could not be read.
+// Solves a case folder, or reads a file of answers as `probebox solve --json` writes it: one JSON object, or one per
+// line. Plots of an answer need its case folder to exist still. Errors name path, line and remedy: neither folder nor
+// file, not JSON, not an answer of solve, an unreadable case.
 Outcome<std::vector<Subject>> subjectsIn(const std::filesystem::path& path);
 
-// Solves the dataset of a kept result again for its residuals, which are not kept. False, and no residuals, where the
-// answer is another one now: it was solved by another version, or its dataset is not the whole.
+// Solves the dataset of a stored result again to get its residuals, which are not stored. Returns false, without
+// residuals, if the values now differ: another version solved it, or its dataset is incomplete.
 bool recallResiduals(Subject& subject);
 
-// The answers in such a text.
+// Reads the answers in the text of such a file.
 Outcome<std::vector<Subject>> subjectsOf(std::string_view text, const std::string& name);
 
 }  // namespace probebox::report

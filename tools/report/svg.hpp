@@ -9,7 +9,7 @@ struct Point {
   double y{};
 };
 
-// How a series of points is drawn. Shapes and dashes tell series apart on a printer without colours.
+// How a series is drawn. Shapes and dashes keep series distinguishable in black-and-white print.
 enum class Look {
   dots,       // blue circles
   squares,    // orange
@@ -20,30 +20,29 @@ enum class Look {
   dotted,     // grey line, thin
 };
 
-// One picture with two linear axes, from the data that it is given: the axes span all points, with ticks at round
-// numbers, and say what they show with its unit.
+// A plot with two linear axes, which span all points and have ticks at round numbers and labels with units.
 class Plot {
  public:
   Plot(std::string title, std::string x_label, std::string y_label);
 
-  // legend: empty, or what the series is. Points that are not finite are left out. Lines of more than 1000 points are
-  // thinned to the extremes of equal stretches.
+  // legend: name of the series, or empty. Points that are not finite are omitted. Lines of more than 1000 points are
+  // thinned to the extremes of equal intervals.
   void add(std::vector<Point> points, Look look, std::string legend = {});
-  // Points with a vertical bar of +- this, each.
+  // Points with a vertical error bar of +- bars[k] each.
   void addWithBars(std::vector<Point> points, const std::vector<double>& bars, Look look, std::string legend = {});
-  // From each point by a vector, with a head; both in the units of the axes.
+  // An arrow from each point by a vector, in the units of the axes.
   void addArrows(std::vector<Point> from, std::vector<Point> by, std::string legend = {});
-  // A line across the whole picture at this height.
+  // A horizontal line across the whole plot at y.
   void addLevel(double y, std::string legend = {});
-  // One mm is as long up as it is across.
+  // Gives both axes the same scale.
   void keepProportions() { proportional_ = true; }
-  // The horizontal axis counts things: its ticks are whole numbers.
+  // The horizontal axis is a count: its ticks are whole numbers.
   void countAcross() { counts_ = true; }
-  // The vertical axis includes this value.
+  // Extends the axes to include this point.
   void include(Point point) { included_.push_back(point); }
 
   bool empty() const;
-  // One <svg> element, without any reference to something outside itself.
+  // Returns one self-contained <svg> element.
   std::string svg() const;
 
  private:
@@ -71,7 +70,7 @@ class Plot {
 // Points of a circle, to be drawn as a line.
 std::vector<Point> circleAround(Point centre, double radius);
 
-// Round numbers within [low, high], about `wanted` of them, a step of 1, 2 or 5 times a power of ten apart.
+// Returns about `wanted` round numbers within [low, high], spaced by 1, 2 or 5 times a power of ten.
 std::vector<double> ticks(double low, double high, int wanted);
 
 }  // namespace probebox::report

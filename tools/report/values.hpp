@@ -5,9 +5,9 @@
 
 namespace probebox::report {
 
-// Every promised value: scalars and short vectors in one table, then one table for each matrix (an axis: its angles by
-// six errors) and each long vector. Values have the place that U, of two digits, ends at; the full digits stand in the
-// titles of the cells. Components that are zero by definition are named below instead.
+// Tables of every promised value: one for scalars and short vectors, then one for each matrix (such as the angles of an
+// axis by six errors) and each long vector. Values are rounded to the last place of U, which has two digits; tooltips
+// hold the full digits. Components that are zero by definition are listed below instead.
 std::string valueTables(const Subject& subject);
 
 }  // namespace probebox::report

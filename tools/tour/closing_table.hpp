@@ -9,9 +9,9 @@ namespace probebox::tour {
 // Prints the results of the tour beside the truth and decides its exit status.
 class ClosingTable {
  public:
-  // An estimate beside the truth: right within 4 standard deviations.
+  // Adds an estimate beside the truth; it is right within 4 standard deviations.
   void estimate(const std::string& what, const messages::NamedValue& found, double truth);
-  // Something that is right or not.
+  // Adds a finding that is right or wrong.
   void exact(const std::string& what, const std::string& found, bool right);
 
   bool allRight() const;

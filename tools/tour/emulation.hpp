@@ -8,7 +8,7 @@
 
 namespace probebox::tour {
 
-// Holds the truth of the emulated machine of this tour, which the box has to measure.
+// True values of the emulated machine, which the box has to measure.
 struct Truth {
   double tau_s{};
   double effective_diameter_mm{};  // datum sphere and stylus ball

@@ -7,7 +7,7 @@
 
 namespace probebox::tour {
 
-// A program started by this one, and ended with it.
+// Runs a program as a child process, which ends with this object.
 class Process {
  public:
   // The program's output goes to `log`.

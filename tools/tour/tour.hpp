@@ -11,7 +11,7 @@
 #include "tools/tour/closing_table.hpp"
 #include "tools/tour/emulation.hpp"
 
-// Shows a box at work without any hardware, as it happens, and checks what it shows.
+// Shows a box at work without any hardware, live, and checks what it shows.
 namespace probebox::tour {
 
 struct Stage {
@@ -20,7 +20,7 @@ struct Stage {
   ClosingTable table;
 };
 
-// Every part returns why it could not go on, or nothing.
+// Every part returns why it had to stop, or nothing.
 using Stopped = std::optional<Error>;
 
 Outcome<std::unique_ptr<link::Client>> meet(const tcp::Address& box, link::StreamListener* listener);
@@ -30,7 +30,7 @@ bool linger(link::Client& client, std::chrono::milliseconds duration);
 Stopped showClock(Stage& stage);
 // Leaves the delay in force.
 Stopped showCalibration(Stage& stage);
-// Wants a delay in force.
+// Needs a delay in force.
 Stopped showCentreline(Stage& stage);
 Stopped showStream(Stage& stage, std::uint64_t seed);
 // `port`: the CNC's end of the serial line.

@@ -10,7 +10,7 @@
 
 namespace probebox::app {
 
-// A line of a controller that is a Modbus master.
+// Serves a controller that is a Modbus master.
 class CncLine final : public CncFace {
  public:
   CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states, const CncColleagues& colleagues);
@@ -30,7 +30,7 @@ class CncLine final : public CncFace {
   StateBuffer& states_;
   CncColleagues with_;
   std::string device_;
-  std::string door_;  // in the book
+  std::string door_;  // name in the DoorBook
   TimeSource time_;
   LimitedWarning refused_{std::chrono::seconds{10}};  // a master may repeat a refused write at every cycle
   Wishes wishes_;

@@ -13,8 +13,8 @@
 
 namespace probebox::app {
 
-// Keeps a serial line open: opens it when it comes, and again after it was closed, without limit. Between two attempts
-// is a pause, also where the line opens and is closed at once.
+// Keeps a serial line open: opens it when the device appears, and reopens it without limit. Attempts are separated by a
+// pause, even if the line opens and closes at once.
 class LastingLine {
  public:
   using Open = std::function<Outcome<std::unique_ptr<io::BytePipe>>()>;
@@ -23,28 +23,28 @@ class LastingLine {
   static constexpr std::chrono::milliseconds kFirstPause{50};
   static constexpr std::chrono::milliseconds kLongestPause{2000};
 
-  // report: takes what a person should know: the line is lost, or is back.
+  // report: receives messages for a person: the line is lost, or is back.
   LastingLine(const serial::Address& address, Report report);
-  // The same with a way to open it. name: for reports.
+  // The same with another function that opens the line. name: for reports.
   LastingLine(std::string name, Open open, Report report);
 
-  // Calls `serve` again and again while the line is open, until stop(). It waits for the line and for wakeUp().
+  // Calls `serve` repeatedly while the line is open, until stop(). `serve` has to wait for the line and for wakeUp().
   void run(const std::function<void()>& serve);
   void stop();  // from any thread
 
-  // Opens it now, to report a wrong device or setting at the start.
+  // Opens the line now, to report a wrong device or setting at the start.
   Outcome<void> open();
-  // Tests whether it is open, and opens it where it is time to; otherwise comes a pause().
+  // Tests whether the line is open, and opens it when an attempt is due. False: wait for pause().
   bool opened();
   std::chrono::milliseconds pause();
 
   io::BytePipe* pipe() const { return pipe_.get(); }  // null while it is closed
-  // Bytes have come: only now has the line really come back.
+  // Call when bytes have come: only they prove that the line works again.
   void heard() { pause_ = kFirstPause; }
-  // It was closed.
+  // Call when the line was closed.
   void lost();
 
-  int wakeUp() const { return wake_up_.descriptor(); }  // readable at the end
+  int wakeUp() const { return wake_up_.descriptor(); }  // readable after stop()
   // Any thread:
   std::uint64_t rounds() const { return rounds_; }  // rises while run() works, with or without traffic
   std::uint64_t reopened() const { return reopened_; }

@@ -22,7 +22,7 @@ namespace probebox::app {
 struct ModbusOptions {
   serial::Address line;
   std::uint8_t unit{1};
-  std::string revision{"unknown"};  // of the firmware, for masters that ask who answers
+  std::string revision{"unknown"};  // of the firmware, for device identification
 };
 
 // "DEVICE[,baud=19200][,parity=even][,data=8][,stop=1][,unit=1]"
@@ -33,27 +33,27 @@ struct ModbusCounters {
   std::uint64_t refused{};     // answered by an exception
   std::uint64_t bad_frames{};  // runs of bytes that were not a request
   std::uint64_t skipped_bytes{};
-  std::uint64_t unsent{};    // answers that the line did not take
+  std::uint64_t unsent{};    // answers that the line did not accept
   std::uint64_t reopened{};  // times that the line was closed and opened again
 };
 
 // Serves the register map on one serial line in its own thread. A line that is closed is reopened, without limit.
 class ModbusServer {
  public:
-  // What a master chose that outlives a restart of the box and an adapter that was unplugged.
+  // Choices of a master that survive a restart of the box and an unplugged adapter.
   struct Kept {
     modbus::WordOrder word_order{};
     bool inhibits{};
   };
   // All of these are called on the thread of run().
   struct Faces {
-    std::function<published::Snapshot()> snapshot;     // what the next answer shows, as a whole
-    std::function<bool(std::span<const Event>)> take;  // what a write asks; false refuses all of it; without stamps
+    std::function<published::Snapshot()> snapshot;     // for the next answer
+    std::function<bool(std::span<const Event>)> take;  // events of a write, without stamps; false refuses all of them
     std::function<void(const std::string&)> report;    // the line was lost, or is back
-    std::function<Kept()> kept;                        // as it holds now for this line
-    std::function<bool(modbus::WordOrder)> keep;       // true: it is on the disk
-    std::function<void()> round{};                 // after every wait, once a second at least while the line is there
-    std::function<published::LineState()> line{};  // what else the next answer shows
+    std::function<Kept()> kept;                        // choices in force for this line
+    std::function<bool(modbus::WordOrder)> keep;       // stores a choice; true: it is on the disk
+    std::function<void()> round{};  // called after every wait, at least once a second while the line is open
+    std::function<published::LineState()> line{};               // further values of the next answer
     std::function<modbus::RegisterImage::Results()> results{};  // in force
     std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
   };

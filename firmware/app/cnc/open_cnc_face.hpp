@@ -15,7 +15,7 @@ using CncOptions = std::variant<ModbusOptions, TextOptions>;
 Outcome<CncOptions> parseCncLine(const std::string& text);
 const serial::Address& addressOf(const CncOptions& options);
 
-// may: what the controller may do.
+// may: rights of the controller.
 std::unique_ptr<CncFace> openCncFace(const CncOptions& options, const board::Access& may, StateBuffer& states,
                                      const CncColleagues& colleagues);
 

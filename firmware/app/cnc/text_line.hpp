@@ -9,7 +9,7 @@
 
 namespace probebox::app {
 
-// A line of a control that speaks text.
+// Serves a controller that sends and reads text.
 class TextLine final : public CncFace {
  public:
   TextLine(const TextOptions& options, const board::Access& may, StateBuffer& states, const CncColleagues& colleagues);
@@ -27,7 +27,7 @@ class TextLine final : public CncFace {
   StateBuffer& states_;
   CncColleagues with_;
   std::string device_;
-  std::string door_;  // in the book
+  std::string door_;  // name in the DoorBook
   TimeSource time_;
   LimitedWarning warnings_{std::chrono::seconds{10}};
   LimitedWarning reached_{std::chrono::seconds{1}, logInfo};

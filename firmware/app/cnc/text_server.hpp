@@ -19,19 +19,19 @@ namespace probebox::app {
 
 struct TextOptions {
   enum class Face : std::uint8_t {
-    records,  // a line a value, polled or streamed; each input is answered
+    records,  // one value per line, polled or streamed; each input is answered
     tape,     // a tape on request; input is answered only where `answers` says so
   };
   Face face{};
   serial::Address line;
   tape::Form form{};
-  tape::Ask usual{tape::Ask::corrections};  // what the reader of a control gets that only starts
-  std::chrono::milliseconds every{};        // records are streamed; 0: they are polled
+  tape::Ask usual{tape::Ask::corrections};  // what a control gets that only starts its reader
+  std::chrono::milliseconds every{};        // period of streamed records; 0: records are polled
   bool flow{};                              // XON and XOFF
   bool answers{};
 };
 
-// Either face, or nothing for a text that begins with neither:
+// Reads the options of either face; nothing for a text that begins with neither:
 // "records:DEVICE[,every=MS][,flow=yes|no][,baud=19200][,parity=even][,data=8][,stop=1]"
 // "tape:DEVICE[,dialect=g10|macro|nv][,first=500][,offset=0][,reader=corrections|centreline|delay|all][,answers=yes|no]
 //  [,flow=yes|no][,baud=9600][,parity=even][,data=7][,stop=2]"
@@ -41,7 +41,7 @@ struct TextCounters {
   std::uint64_t answered{};  // lines taken
   std::uint64_t refused{};   // lines refused
   std::uint64_t sent{};      // records and tapes
-  std::uint64_t unsent{};    // the same, because the line does not take them
+  std::uint64_t unsent{};    // records and tapes that the line did not accept
   std::uint64_t reopened{};
 };
 
@@ -50,8 +50,8 @@ class TextServer {
  public:
   // All of these are called on the thread of run().
   struct Faces {
-    std::function<published::Snapshot()> snapshot;                // what the next record or tape shows
-    std::function<std::optional<Error>(const tape::Said&)> take;  // all of a line or nothing; why it was refused
+    std::function<published::Snapshot()> snapshot;                // for the next record or tape
+    std::function<std::optional<Error>(const tape::Said&)> take;  // all of a line or nothing; returns why it refuses
     std::function<std::uint32_t()> run;                           // present run, for markers
     std::function<void(const std::string&)> report;       // the line was lost, or is back; a line that was refused
     std::function<void(const tape::Positions&)> reached;  // the control has reported positions

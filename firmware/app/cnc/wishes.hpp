@@ -13,21 +13,21 @@
 
 namespace probebox::app {
 
-// Turns what a controller wants of runs and results into requests as hosts make them, and keeps the answer for its
+// Converts a controller's requests about runs and results to requests as from a host, and keeps the answer for its
 // registers. Any thread.
 class Wishes {
  public:
   using Ask = std::function<void(messages::Operation, std::vector<std::byte> body, std::function<void(Reply)> then)>;
 
-  // by: in whose name results are accepted.
+  // by: the name under which results are accepted.
   Wishes(std::string by, Ask ask) : by_{std::move(by)}, ask_{std::move(ask)} {}
 
   void make(const modbus::Wish& wish);
-  // What the registers show; a start is not done before the box shows the run.
+  // State for the registers. A start counts as done once the box shows the run.
   published::WishState state(std::uint32_t present_run) const;
 
  private:
-  // Outlives this object where an answer comes late.
+  // Shared with pending answers, so it may outlive this object.
   struct Present {
     std::mutex mutex;
     published::WishState state;

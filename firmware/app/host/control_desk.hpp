@@ -34,7 +34,7 @@ struct Identity {
   std::vector<messages::LineStatus> lines;
 };
 
-// State known only to the thread of the links.
+// State that only the thread of the links knows.
 struct LinkVitals {
   std::uint64_t uptime_ms{};
   messages::LinkCounters from_hosts;  // all links since the start
@@ -61,16 +61,16 @@ class ControlDesk {
     const SourceTable& sources;
     std::function<std::vector<messages::CncLineStatus>()> cnc_lines;
     MachineTravel travel{};
-    std::uint8_t control_axes{};  // whose positions the controller tells: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
+    std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
   };
   ControlDesk(Identity identity, const Colleagues& colleagues, std::function<void(Reply)> reply_later);
 
-  // Nothing now means: later.
+  // Returns nothing when the answer comes later, through `reply_later`.
   std::optional<Reply> handle(const Caller& caller, const stream::PendingRequest& request, const box::State& state,
                               const LinkVitals& vitals);
 
-  // Takes markers, homed axes, poses and cuts from the controller, from any thread: all of them or none. Sets the
-  // stamps. Waits for the disk where a cut begins or ends; `door`: whose cut it is. `may`: what the controller may do.
+  // Takes markers, homed axes, poses and cuts from the controller, on any thread: all of them or none. Sets the stamps.
+  // Waits for the disk when a cut begins or ends. door: the line that declares the cut. may: rights of the controller.
   // Returns why they were refused; nullopt when they were taken.
   std::optional<Error> take(std::span<const Event> said, const std::string& door, const box::State& state,
                             const board::Access& may);

@@ -10,13 +10,13 @@
 
 namespace probebox::app {
 
-// A request of the box's own lines of a controller. It goes the way of a host's, with the same rights and refusals.
+// A request that comes in through a controller's line. It is handled as a host's, with the same rights and refusals.
 struct InsideRequest {
   std::string door;  // as DoorBook names it
   board::Access may;
   messages::Operation operation{};
   std::vector<std::byte> body;
-  std::function<void(Reply)> then;  // once, on the thread of the links, or never when the box stops before
+  std::function<void(Reply)> then;  // called once on the thread of the links, or never if the box stops before
 };
 
 }  // namespace probebox::app

@@ -39,7 +39,7 @@ class LinkService {
     messages::Descriptor descriptor;  // without the delay in force
     std::size_t history_bytes = 2U << 20U;
     std::size_t history_pieces = 2048;
-    std::size_t most_links = 8;  // of one listener
+    std::size_t most_links = 8;  // per listener
   };
 
   LinkService(Options options, ControlDesk& desk, Feed& feed, StateBuffer& states, Counters& counters, WakeUp& wake_up);
@@ -47,7 +47,7 @@ class LinkService {
   LinkService(const LinkService&) = delete;
   LinkService& operator=(const LinkService&) = delete;
 
-  // Before start(). may: what hosts may do that come in there.
+  // Call before start(). may: rights of the hosts that connect there.
   void listen(tcp::Listener listener, const board::Access& may);
   void serve(const serial::Address& line, const board::Access& may);
   void serve(const usb_gadget::PortAddress& port, const board::Access& may);
@@ -55,10 +55,10 @@ class LinkService {
   void start();
   void stop();
 
-  // Any thread: delivers an answer that took time.
+  // Any thread: delivers a late answer.
   void reply(Reply reply);
 
-  // Any thread: a request of a line of the controller.
+  // Any thread: takes a request from a controller's line.
   void ask(InsideRequest request);
 
  private:
@@ -66,7 +66,7 @@ class LinkService {
   struct Link {
     HostLink host;
     Door* door{};            // null: from the network
-    std::size_t listener{};  // then: which
+    std::size_t listener{};  // index of the listener, if from the network
     board::Access may;
     EventLoop::Watch watch;  // not for USB, whose port reports events
     bool closed{};
@@ -87,7 +87,7 @@ class LinkService {
   struct UsbPort : Door {
     usb_gadget::PortAddress address;
     std::unique_ptr<usb_gadget::GadgetPort> port;
-    EventLoop::Watch watch;  // for the port and for its link
+    EventLoop::Watch watch;  // of the port, which also serves its link
   };
 
   Link& adopt(io::Connection connection, const board::Access& may, Door* door);
@@ -133,11 +133,11 @@ class LinkService {
   messages::LinkCounters from_gone_hosts_;
   MonoTime state_seen_{};
   std::uint64_t described_result_{~std::uint64_t{0}};
-  bool a_block_has_come_{};  // before the first block its number comes from the state
+  bool a_block_has_come_{};  // until then the number of the next sample comes from the state
   std::mutex replies_mutex_;
   std::deque<Reply> replies_;
   std::deque<InsideRequest> asked_;                             // under replies_mutex_
-  std::map<std::uint64_t, std::function<void(Reply)>> inside_;  // by number of a link that no host has
+  std::map<std::uint64_t, std::function<void(Reply)>> inside_;  // by link number; no host has these numbers
   bool stopping_{};
   std::thread thread_;
 };

@@ -20,12 +20,12 @@ class LoopBackDesk {
   LoopBackDesk(std::optional<board::LoopBack> lines, std::unique_ptr<gpio::LoopBack> wire)
       : lines_{std::move(lines)}, wire_{std::move(wire)} {}
 
-  // Called by the thread of the links. Returns false while a measurement waits or runs; otherwise answer() or end()
-  // must follow.
+  // For the thread of the links. Returns false while a measurement waits or runs; otherwise answer() or end() must
+  // follow.
   bool begin() { return !busy_.exchange(true); }
   void end() { busy_ = false; }
 
-  // may: the rights of who asks.
+  // may: rights of the caller.
   Reply answer(std::span<const std::byte> body, const board::Access& may);
 
  private:

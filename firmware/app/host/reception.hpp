@@ -18,20 +18,20 @@
 
 namespace probebox::app {
 
-// Takes in what comes to the TCP listeners, until it has said HELLO. Connections without a HELLO take no link's place
-// and little memory; those that begin with anything else, or with nothing for kPatience, are closed. A host that cannot
-// have a session is told why, by a REFUSAL. One thread.
+// Accepts TCP connections and passes them on once they have sent HELLO. Until then they occupy no link and little
+// memory; those that send anything else first, or nothing for kPatience, are closed. A host that gets no session
+// receives a REFUSAL with the reason. One thread.
 class Reception {
  public:
   static constexpr Nanoseconds kPatience = std::chrono::seconds{2};
-  // Connections without a HELLO at once; one more closes the oldest of them.
+  // Connections that may wait for their HELLO at once; one more closes the oldest.
   static constexpr std::size_t kMostWaiting = 32;
 
   // A host that has said HELLO.
   struct Guest {
     std::unique_ptr<io::BytePipe> pipe;
-    stream::HelloGate gate;  // with what has come so far
-    std::size_t door{};      // which listener, in the order of listen()
+    stream::HelloGate gate;  // with the bytes received so far
+    std::size_t door{};      // index of the listener, in the order of listen()
   };
   struct Hall {
     std::function<std::optional<std::string>(std::size_t door)> why_full;  // nullopt: there is room for one more
@@ -39,18 +39,18 @@ class Reception {
   };
   Reception(EventLoop& loop, Hall hall) : loop_{loop}, hall_{std::move(hall)} {}
 
-  // Before open(). Returns the number of the door.
+  // Call before open(). Returns the index of the door.
   std::size_t listen(tcp::Listener listener);
-  // Begins to take connections in.
+  // Begins to accept connections.
   void open();
-  // Every few milliseconds: closes what has waited for too long.
+  // Call every few milliseconds: closes connections that have waited for too long.
   void advance(MonoTime now);
   void close();
 
   const messages::NotLetIn& counters() const { return counters_; }
 
  private:
-  // A connection on its way in, or, once it is refused, on its way out.
+  // A connection before its HELLO, or one that is being refused.
   struct Knock {
     std::unique_ptr<io::BytePipe> pipe;
     stream::HelloGate gate;

@@ -15,7 +15,7 @@ void logInfo(std::string_view text);
 void logWarning(std::string_view text);
 void logError(std::string_view text);
 
-// Writes from the calling thread, ahead of lines that wait for the worker: for a worker that hangs.
+// Writes from the calling thread, ahead of lines that wait for the worker. For reports of a worker that hangs.
 void logErrorAtOnce(std::string_view text);
 
 void leaveLogToWorker();
@@ -23,16 +23,16 @@ void drainLog();
 // At exit: writes waiting lines, and writes later ones directly.
 void writeLogHere();
 
-// Warnings that somebody outside can cause without end: one line in `pause` at most; what was left out meanwhile is
-// counted and said. One thread.
+// Limits warnings that an outside cause can repeat without end to one line per `pause`; suppressed lines are counted
+// and reported. One thread.
 class LimitedWarning {
  public:
-  // say: writes one line; logWarning() but in tests.
+  // say: writes one line; tests replace it.
   explicit LimitedWarning(Nanoseconds pause, std::function<void(std::string_view)> say = logWarning)
       : pause_{pause}, say_{std::move(say)} {}
 
   void warn(MonoTime now, std::string_view text);
-  // Says what was left out once the pause is over. To be called now and then.
+  // Reports suppressed lines once the pause is over. Call periodically.
   void look(MonoTime now);
 
  private:

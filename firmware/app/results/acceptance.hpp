@@ -5,7 +5,7 @@
 #include "firmware/app/results/compared_values.hpp"
 #include "firmware/store/store.hpp"
 
-// What is said about results that come into force.
+// Texts about results that come into force.
 namespace probebox::app {
 
 // "Result 5".
@@ -14,7 +14,7 @@ std::string named(store::Id id);
 // The refusal of a result that differs too much from the one in force.
 store::Failure tooFarApart(const store::Record& record, const Comparison& comparison);
 
-// A sentence for each retired result that this one rests on.
+// One sentence for each retired result that this one rests on.
 std::vector<std::string> onRetired(store::Store& store, const store::Record& record);
 
 }  // namespace probebox::app

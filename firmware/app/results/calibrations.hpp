@@ -22,55 +22,55 @@
 
 namespace probebox::app {
 
-// Solves recorded runs, keeps the results, and all that comes of them later. Lives on the worker's thread, except for
-// lastRefusal(), factsNow() and what ResultsInForce allows, which any thread may ask.
+// Solves recorded runs and proposed cases, and stores, serves and activates their results. For the worker's thread,
+// except lastRefusal(), factsNow(), valuesInUse() and those of ResultsInForce: any thread may call these.
 class Calibrations {
  public:
-  // `tell_core` hands a command to the core; false when its queue is full. `solver`: the program that solves cases
+  // tell_core: passes a command to the core; false when its queue is full. solver: the program that solves cases
   // (SolverProcess).
   using TellCore = std::function<bool(const Event&)>;
   Calibrations(store::Store store, Mounting mounting, procedure::Facts facts, std::function<MonoTime()> now,
                ResultsInForce::WhyUnfit why_unfit, TellCore tell_core, std::filesystem::path solver = {});
 
-  // What the core must hear before anything else: the results in force.
+  // Events that the core must get before any others: the results in force.
   std::vector<Event> restore() { return in_force_.restore(); }
-  // What the core says now, and what the solver has answered; called again and again.
+  // Handles the newest state of the core and the solver's answers. Call repeatedly.
   void look(const box::State& state);
-  // The correction that an earlier version kept in the store; StandingKeeper has it now.
+  // The last correction as an earlier version stored it; StandingKeeper keeps it now.
   std::optional<store::Standing> standingOfBefore();
   // Readable when the solver has something for look(); -1 while nothing is being solved.
   int solverDescriptor() const { return solver_.descriptor(); }
-  // The end of the daemon: waits for a run that is being solved, then keeps the data of one that is not as a refusal.
+  // At the end of the daemon: waits for a run that is being solved, and stores the data of an unsolved one as a
+  // refusal.
   void finishSolving(std::chrono::milliseconds at_most);
 
-  // A calibration is stored and proposed; what a selftest finds is answered alone.
+  // Solves a run. A calibration's result is stored as proposed; a selftest's findings are answered only.
   void solve(std::uint32_t run, const procedure::LiveMethod& method, const capture::Recording& recording,
              const capture::Scales& scales);
-  // Solves a case that was measured without the box, keeps what comes of it, and then says so: now, or in a later
-  // look(). A case that says of which probe, machine or mounting it is must mean those that the box describes. One at a
-  // time.
+  // Solves a case that was measured without the box, stores the outcome, and calls `then`, at once or in a later
+  // look(). A case that names its probe, machine or mounting must name those of this box. One at a time.
   struct Proposed {
     store::Id id{};
-    std::string refusal;          // name, colon and reason; empty where there is a result
-    std::vector<store::Id> also;  // of further subjects
+    std::string refusal;          // "name: reason"; empty if there is a result
+    std::vector<store::Id> also;  // results about further subjects
   };
   using Answered = std::function<void(Outcome<Proposed>)>;
-  // A case that does not name probe, machine and mounting needs somebody who says that they are those of this box:
-  // as_this_machine_by; empty: nobody does.
+  // as_this_machine_by: the person who vouches that a case without names of probe, machine and mounting was measured
+  // with those of this box; empty: no one does, and such a case is refused.
   void propose(metrology::Dataset dataset, const std::string& as_this_machine_by, Answered then);
-  // Beside its record: what it rests on, and who said that it is of this machine.
+  // Beyond the record: results that it rests on, and who vouched that it was measured on this machine.
   Outcome<std::vector<store::Dependence>, store::Failure> restsOn(store::Id id) { return store_.restsOn(id); }
   std::string adoptedBy(store::Id id);
   bool isProposing() const;
-  // Gives the proposed case up: nothing is stored, and nobody is told.
+  // Cancels the proposed case: nothing is stored and `then` is not called.
   void cancelProposal();
-  // As described, and what calibrations in force add to that. Any thread may ask.
+  // The described facts, with those from calibrations in force. Any thread.
   procedure::Facts factsNow() const;
-  // Values in use and where they come from. Any thread may ask.
+  // Values in use with their sources. Any thread.
   std::vector<messages::ValueInUse> valuesInUse() const { return app::valuesInUse(facts_, in_force_.about()); }
   ResultsInForce& inForce() { return in_force_; }
   const ResultsInForce& inForce() const { return in_force_; }
-  // By rising id, at most `count` above `after`; with `newest` none but the newest so many.
+  // Results by rising id, at most `count` above `after`; newest: only among the newest so many, 0 for all.
   Outcome<std::vector<store::Record>, store::Failure> results(store::Id after, std::size_t count, std::size_t newest);
   Outcome<std::vector<store::Transition>, store::Failure> history(const store::HistoryRange& range) {
     return store_.history(range);
@@ -84,12 +84,12 @@ class Calibrations {
   std::string lastRefusal() const;
 
  private:
-  // A case on its way through the solver. A live run waits for nobody; a proposal can be given up.
+  // A case that waits for the solver or is being solved, in order of arrival. Only a proposal can be cancelled.
   struct Case {
     std::vector<metrology::NamedSubject> subjects;
     store::Origin origin;
     std::string method;
-    std::shared_ptr<const std::string> text;  // as it is solved and stored
+    std::shared_ptr<const std::string> text;  // JSON, as solved and stored
     bool proposed{};
     std::function<void(const metrology::Solved&)> then;
     metrology::Dataset dataset;  // until it is being solved

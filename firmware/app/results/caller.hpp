@@ -6,10 +6,10 @@
 
 namespace probebox::app {
 
-// Who asks.
+// The sender of a request.
 struct Caller {
-  std::uint64_t link{};  // where the answer goes
-  std::string door;      // what the link came in through, as DoorBook names it
+  std::uint64_t link{};  // gets the answer
+  std::string door;      // door of the link, as DoorBook names it
   board::Access may;
 };
 

@@ -5,10 +5,10 @@
 
 #include "firmware/store/record.hpp"
 
-// A result beside the one in force about the same subject.
+// Compares a result with the one in force of the same subject.
 namespace probebox::app {
 
-// Beyond this many combined standard deviations a person has to say that he accepts the difference.
+// A larger difference, in combined standard deviations, must be accepted explicitly.
 inline constexpr double kMostSd = 4.0;
 
 struct ComparedValue {
@@ -28,15 +28,15 @@ struct ComparedValue {
 struct Comparison {
   store::Id with{};                   // the result in force; 0: none, this is the first about its subject
   std::vector<ComparedValue> values;  // those that both have, about the subject alone
-  std::size_t omitted{};              // smaller differences that are left out of `values`
+  std::size_t omitted{};              // number of smaller differences that `values` omits
 
   bool first() const { return with == 0; }
-  // A value differs, or there is none that both have.
+  // True if a value differs, or the results have no value in common.
   bool differs() const;
 };
 
-// `next` against `in_force`; both of one subject. Of two centrelines with heights the older one is taken at the height
-// of the newer.
+// Compares `next` with `in_force`, both of one subject. Of two centrelines with heights the older one is evaluated at
+// the height of the newer.
 Comparison compare(const store::Record& next, const store::Record& in_force);
 
 // Names the values that differ, with numbers: "centre_mm[0] 0.168 instead of 0.154 (+0.014, 180 sd)".

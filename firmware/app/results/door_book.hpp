@@ -12,13 +12,13 @@
 
 namespace probebox::app {
 
-// What came in through one door and must outlive it. A door is a line of the CNC ("modbus:/dev/ttyS2"), a link of hosts
-// ("serial:/dev/ttyS1", "usb", "network"), or a person ("person:Ada").
+// Lasting state of one door: a line of the CNC ("modbus:/dev/ttyS2"), a link of hosts ("serial:/dev/ttyS1", "usb",
+// "network"), or a person ("person:Ada").
 struct DoorEntry {
   std::string door{};
   std::uint16_t word_order{};  // of a Modbus line, as register 128 has it
-  bool inhibits{};             // says that a cut is on
-  std::string by{};            // who said so last; empty for a controller
+  bool inhibits{};             // declares that a cut is on
+  std::string by{};            // who declared it last; empty for a controller
   std::string since_utc{};     // ISO 8601
   static constexpr void fields(auto& self, auto&& field) {
     field("door", self.door, "");
@@ -29,17 +29,17 @@ struct DoorEntry {
   }
 };
 
-// Keeps what each door has chosen on the disk before anybody is told that it holds, and tells the core whether any door
-// says that a cut is on. Any thread; each call may wait for the disk.
+// Stores the choices of each door on disk before they are acknowledged, and tells the core whether any door declares a
+// cut. Any thread; each call may wait for the disk.
 class DoorBook {
  public:
   static constexpr std::size_t kMostDoors = 32;
   static constexpr std::size_t kMostName = 80;  // bytes of a door's or a person's name
 
-  // tell_core: hands over whether any door inhibits; false when the core's queue is full.
+  // tell_core: passes on whether any door inhibits; false when the core's queue is full.
   DoorBook(const std::string& path, std::function<bool(bool)> tell_core);
 
-  // What a person must know about the file; empty when all is well.
+  // Problem with the file, for a person; empty without one.
   std::string problem() const;
 
   std::uint16_t wordOrder(std::string_view door) const;
@@ -49,10 +49,10 @@ class DoorBook {
   bool anyInhibits() const;
   std::vector<DoorEntry> holders() const;
 
-  // A door says that a cut is on, or over. One that cannot be stored is in force all the same until the box ends, and
-  // the error says so; the end of a cut that cannot be stored does not count.
+  // Declares that a cut is on, or over. On a failure of the disk the begin of a cut holds until the box ends, and the
+  // error says so; the end of a cut is not accepted.
   std::optional<Error> setInhibit(std::string_view door, bool active, std::string_view by);
-  // A person clears what another door holds, such as that of a controller that is gone.
+  // Clears the inhibit of another door in the name of a person, such as for a controller that is gone.
   std::optional<Error> clearInhibit(std::string_view door, std::string_view by);
 
  private:
@@ -63,9 +63,9 @@ class DoorBook {
   void show(Doors doors);
 
   std::function<bool(bool)> tell_core_;
-  std::mutex changing_;  // held while the disk writes; whoever changes doors_ has it
+  std::mutex changing_;  // held while doors_ changes and the disk writes
   store::TwinFile file_;
-  bool unsaved_{};            // the file does not have what doors_ has
+  bool unsaved_{};            // doors_ differs from the file
   mutable std::mutex mutex_;  // never held for long
   Doors doors_;
   std::string problem_;

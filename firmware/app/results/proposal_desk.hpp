@@ -14,22 +14,22 @@
 
 namespace probebox::app {
 
-// Takes cases that hosts propose, and tells what comes of them. One is solved at a time. What its host does not ask
-// after any more is given up, and nothing of it is stored. On the worker's thread.
+// Takes cases that hosts propose and reports their outcome. One is solved at a time. A case whose host stops asking is
+// cancelled, and nothing of it is stored. For the worker's thread.
 class ProposalDesk {
  public:
   using Then = std::function<void(Reply)>;
   using Clock = std::chrono::steady_clock;
   explicit ProposalDesk(Calibrations& calibrations) : calibrations_{calibrations} {}
 
-  // Answers a piece of a case: `then` is called at once, but for the last piece of a host that does not follow.
+  // Answers a piece of a case. `then` is called at once, except for the last piece from a host that does not follow().
   void propose(std::span<const std::byte> body, Then then);
   Reply follow(std::span<const std::byte> body);
-  // To be called again and again: gives up what nobody asks after.
+  // Call periodically: cancels a case whose host has stopped asking.
   void look(Clock::time_point now = Clock::now());
 
  private:
-  // Being solved.
+  // The case that is being solved.
   struct Current {
     std::uint32_t number{};
     bool followed{};

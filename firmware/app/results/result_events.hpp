@@ -14,7 +14,7 @@
 // Subjects of results, and the events that activate them.
 namespace probebox::app {
 
-// Subject for a name that a person gives: the subject itself or one of its methods.
+// Returns the subject for a name given by a person: a subject or one of its methods.
 std::string subjectNamed(std::string_view subject_or_method);
 
 // Events that activate a result: one, plus one per row of a table by angle; none for results that the core does not

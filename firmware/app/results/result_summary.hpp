@@ -8,13 +8,13 @@
 #include "protocol/messages/control.hpp"
 #include "protocol/messages/stream.hpp"
 
-// Converts the box's state to messages.
+// Converts results, transitions and corrections to messages.
 namespace probebox::app {
 
 messages::ResultState wireState(store::State state);
 messages::ResultSummary summaryOf(const store::Record& record);
-// Keeps of its values those from `first` on that fit with the rest into so many bytes, and says which they are.
-// Warnings that leave no room for any value are cut off and counted. True when no value behind them is left out.
+// Reduces the summary to `most_bytes`: keeps the values from `first` on that fit, and states which they are. Warnings
+// that would leave no room for a value are cut off and counted. Returns true if no later value is omitted.
 bool keepValues(messages::ResultSummary& summary, std::uint32_t first, std::size_t most_bytes);
 messages::ResultTransition wireTransition(const store::Transition& transition);
 messages::Corrections::Answer correctionsAnswer(const box::State& state, std::vector<messages::ValueInUse> in_use = {});

@@ -8,25 +8,25 @@
 #include "firmware/store/record.hpp"
 #include "protocol/messages/results.hpp"
 
-// Values of results, whichever method found them.
+// Values of results, independent of the method.
 namespace probebox::app {
 
-// Appends every promised value under a name of its own: centre_mm[0]; EXC_at_60_deg_mm of a subject rotary-c.
+// Appends every promised value under a unique name: centre_mm[0]; EXC_at_60_deg_mm for subject rotary-c.
 void appendAll(const metrology::Result& result, const std::string& subject, std::vector<messages::NamedValue>& values);
 
-// Tip of the stylus from the spindle axis at A = 0, x y, mm, as key stylus_offset_mm; nothing where the result has
-// none.
+// Offset of the stylus tip from the spindle axis at A = 0, x y, mm, under the key stylus_offset_mm; nothing if the
+// result has none.
 std::optional<metrology::Estimate> stylusOffsetOf(const metrology::Result& result);
 
-// Number of the tool that carries the probe, as the case stated it (probe_tool); 1 where it did not.
+// Number of the tool that carries the probe, as stated by the case (probe_tool); 1 by default.
 std::uint32_t probeToolOf(const metrology::Result& result);
 
 // "stylus-offset-3".
 std::string stylusOffsetSubject(std::uint32_t probe_tool);
 
-// A centreline from the stylus' tip with the offset of that stylus added: from the spindle axis. Standard deviations
-// are combined; a value whose offset has none has none. The tip's own stays as tip_centre_mm, the offset as
-// stylus_offset_in_force_mm, by which the store knows that it is added. Nothing where the result has no centre_mm.
+// Converts a centreline relative to the stylus tip to one relative to the spindle axis by adding the stylus offset.
+// Standard deviations are combined; without that of the offset a value has none. The original is kept as tip_centre_mm,
+// the offset as stylus_offset_in_force_mm, which marks the result as converted. Nothing if it has no centre_mm.
 std::optional<metrology::Result> relativeToSpindle(metrology::Result from_tip, const metrology::Estimate& offset,
                                                    store::Id offset_id);
 

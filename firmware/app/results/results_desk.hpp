@@ -15,7 +15,7 @@
 
 namespace probebox::app {
 
-// Answers requests that need the store or may wait for the core. On the worker's thread.
+// Answers requests that need the store or may wait for the core. For the worker's thread.
 class ResultsDesk {
  public:
   ResultsDesk(Calibrations& calibrations, CoreView& core, DoorBook& doors)
@@ -24,7 +24,7 @@ class ResultsDesk {
   }
 
   static bool answers(messages::Operation operation);
-  // Calls `then` with the answer: at once, but for a case that is being solved.
+  // Calls `then` with the answer, at once except for a case that is being solved.
   void answer(messages::Operation operation, std::span<const std::byte> body, const Caller& caller,
               const ProposalDesk::Then& then);
   // Call periodically.
@@ -48,7 +48,7 @@ class ResultsDesk {
   DoorBook& doors_;
   ProposalDesk proposals_;
 
-  // The document that a host reads piece by piece: a dataset of megabytes is not taken from the file for every piece.
+  // The document that a host reads piece by piece, kept so that megabytes are not read from the store for every piece.
   struct Document {
     store::Id id{};
     messages::ResultDocument kind{};

@@ -21,7 +21,7 @@
 
 namespace probebox::app {
 
-// What a calibration belongs to, and the travel that its values have to lie within.
+// Probe, machine and mounting of a calibration, and the travel that its values have to lie within.
 struct Mounting {
   std::string probe_serial_number;
   std::string machine;
@@ -32,71 +32,70 @@ struct Mounting {
 // Now, ISO 8601.
 std::string utcNow();
 
-// What comes of an acceptance.
+// Outcome of an acceptance.
 struct Acceptance : store::Record {
-  Comparison comparison;           // with what was in force before
+  Comparison comparison;           // with the result that was in force before
   std::vector<std::string> notes;  // what a person should know about the effect
 };
 
-// Which results are in force: acceptance, waiting for the end of a cut, going back. Whatever changes is in the store
-// before the core hears of it. Lives on the worker's thread, except for active(), isWaiting(), sensorHead()
-// and storageProblems(), which any thread may ask.
+// Manages the results in force: acceptance, waiting for the end of a cut, rollback. Each change is stored before the
+// core is told. For the worker's thread, except active(), isWaiting(), about(), measuredFacts(), served(),
+// storageProblems() and sensorHead(): any thread may call these.
 class ResultsInForce {
  public:
   using WhyUnfit = std::function<std::optional<Error>(std::span<const Event>)>;
   using Accepted = Outcome<Acceptance, store::Failure>;
   using RolledBack = Outcome<store::RolledBack, store::Failure>;
 
-  // `why_unfit` says what keeps the core from following the events of a result. `tell_core` hands one to it, however
-  // long that takes. `store` outlives this.
+  // why_unfit: explains why the core cannot apply the events of a result. tell_core: passes an event to the core and
+  // waits until it is taken. `store` outlives this.
   ResultsInForce(store::Store& store, Mounting mounting, std::function<MonoTime()> now, WhyUnfit why_unfit,
                  std::function<void(const Event&)> tell_core);
 
   store::Binding bindingFor(const std::string& subject) const;
-  // Why no result like this may come into force on this machine (machine_range.hpp); nothing when it may.
+  // Explains why such a result may not come into force on this machine (machine_range.hpp); nothing when it may.
   std::optional<Error> whyOutside(const metrology::Result& result) const;
 
-  // What the core must hear at its start: all results in force from earlier runs of the daemon.
+  // Events for the start of the core: all results in force from earlier runs of the daemon.
   std::vector<Event> restore();
 
-  // What the core says now. Results that wait come into force as soon as no cut is on, in the name of those who
-  // accepted them. The first second tells nothing: the levels of the inhibit lines may not be known yet.
+  // Handles the newest state of the core. Waiting results come into force as soon as no cut is on, in the name of the
+  // persons who accepted them; not in the first second, when the levels of inhibit lines may still be unknown.
   void look(const box::State& state);
-  // Asked besides: whether a door holds an inhibit that the core may not have heard of yet.
+  // Adds a second test: whether a door holds an inhibit that the core may not know of yet.
   void alsoAsk(std::function<bool()> cut_is_held) { cut_is_held_ = std::move(cut_is_held); }
 
-  // The record is ACTIVE when nothing forbids it, and ACCEPTED while a cut is on. A result that differs from the one in
-  // force by more than kMostSd is refused unless the person says that he knows.
+  // The returned record is ACTIVE, or ACCEPTED while a cut is on. A result that differs from the one in force by more
+  // than kMostSd is refused unless although_it_differs.
   Accepted accept(store::Id id, const std::string& by, bool although_it_differs = false);
-  // What accept() would answer; changes nothing.
+  // Returns what accept() would return; changes nothing.
   Accepted compareOnly(store::Id id);
 
-  // Goes back to what was in force before, about `subject` (or a method that answers it), or about the subject of the
-  // result `id`, which must be in force. While a cut is on it is refused, and does not wait: a person goes back from
-  // what is in force now, and by the end of the cut that may be something else. To go back from a result that only
-  // waits withdraws it; that changes nothing in force and is allowed at any time.
+  // Returns to the result that was in force before, about `subject` (or one of its methods), or about the subject of
+  // result `id`, which must be in force. Refused during a cut, not deferred: at its end another result may be in force
+  // than the one the person wanted to leave. Rolling back a waiting result withdraws it, which is always allowed.
   RolledBack rollBack(const std::string& subject, const std::string& by);
   RolledBack rollBack(store::Id id, const std::string& by);
 
-  // Those in force that the core follows: what fitted once and does not fit any more is not among them.
+  // Results in force that the core applies, without those that no longer fit the configuration.
   std::vector<std::uint64_t> active() const;
   bool isWaiting(store::Id id) const;
-  // The offset in force of the stylus that this tool carries. On the worker's thread.
+  // The offset in force of the stylus that this tool carries. For the worker's thread.
   struct StylusOffset {
     store::Id id{};
     metrology::Estimate value;
   };
   std::optional<StylusOffset> stylusOffset(std::uint32_t probe_tool) const;
-  // What is in force that the core follows or procedures use, by rising number. Any thread may ask.
+  // Results in force that the core applies or procedures use, by rising number. Any thread.
   std::vector<InForceAbout> about() const;
   MeasuredFacts measuredFacts() const;
-  // Their values, for registers. Another object whenever one has changed. Any thread may ask.
+  // Their values, for registers; a new object after each change. Any thread.
   std::shared_ptr<const published::ServedResults> served() const;
-  // A sentence for each result in force that rests on a retired one.
+  // One sentence for each result in force that rests on a retired one.
   std::vector<std::string> restsOnRetired() const;
-  // What cannot be stored, or was lost, and what to do about it; empty when all is well.
+  // Problems of storing, and losses, with remedies; empty without any.
   std::vector<std::string> storageProblems() const;
-  // What the calibration of the sensor head with that tool number found; nothing while none is in force.
+  // The calibration in force of the sensor head with that tool number; nothing without one.
   std::optional<procedure::CalibratedHead> sensorHead(std::uint32_t tool) const;
 
  private:
@@ -124,7 +123,7 @@ class ResultsInForce {
   std::function<void(const Event&)> tell_core_;
   std::optional<MonoTime> first_state_at_;
   MonoTime state_at_{};
-  MonoTime patient_until_{};  // after a failure of the store
+  MonoTime patient_until_{};  // no new attempt before, after a failure of the store
   bool inhibited_{true};
   std::function<bool()> cut_is_held_;
   mutable std::mutex mutex_;

@@ -10,18 +10,18 @@
 
 namespace probebox::app {
 
-// The correction that a CNC has read last, exactly, where a killed process leaves it: in the kernel's memory of a file
-// that is never synced. Each value is written before the answer that has it, by the thread that answers, in
-// microseconds. A power cut takes it; what is certain then is StandingKeeper's. Any thread.
+// Records the exact correction that a CNC has read last in a file that is never synced, so that it survives a killed
+// process in the kernel's page cache. The answering thread writes each value before its answer, in microseconds. After
+// a power failure the value is lost and the bounds of StandingKeeper apply. Any thread.
 class ServedRecord {
  public:
-  // In the folder of `path`, or in $RUNTIME_DIRECTORY (systemd) where that is given: it is memory.
+  // Uses the folder of `path`, or $RUNTIME_DIRECTORY (systemd) if it is set, which is in memory.
   explicit ServedRecord(const std::string& path);
 
-  // What was served last by a process before this one, mm; nothing unless this is certain: the computer has run since.
+  // Correction that an earlier process served last, mm; nothing unless the computer has run without a restart since.
   std::optional<std::array<double, kLinearAxes>> before() const { return before_; }
 
-  // To be called with everything that a CNC gets to read, before it does.
+  // Call with every snapshot before a CNC can read it.
   void note(const published::Snapshot& snapshot);
 
  private:
@@ -34,7 +34,7 @@ class ServedRecord {
   std::mutex mutex_;
   std::optional<Nanometres> noted_nm_;
   MonoTime noted_at_{};
-  bool failing_{};  // and said so
+  bool failing_{};  // a failure was reported
 };
 
 }  // namespace probebox::app

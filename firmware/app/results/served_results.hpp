@@ -4,7 +4,7 @@
 
 namespace probebox::app {
 
-// The values of a result in force, as registers show them. Tables by angle are left out.
+// Returns the values of a result in force for the registers, without tables by angle.
 published::ServedResult servedOf(const store::Record& record, bool rests_on_retired);
 
 }  // namespace probebox::app

@@ -14,34 +14,34 @@
 
 namespace probebox::app {
 
-// Keeps on the disk where the machine's axes stand: a correction and how far from it the box may serve until the next
-// word. The disk knows the bounds before the core does, so that no end of the box leaves the axes beyond them. On the
-// worker's thread, but for problem().
+// Stores on disk the correction that the machine's axes have followed, and the bounds around it within which the box
+// may serve until the next write. The disk gets new bounds before the core does, so that the axes are within them after
+// any end of the box. For the worker's thread, except problem().
 class StandingKeeper {
  public:
   using Correction = std::array<double, kLinearAxes>;
   using Limits = std::array<corrections::OutputLimits, kLinearAxes>;
 
-  // A smaller change is not worth a write to the disk.
+  // Smaller changes are not written to the disk.
   static constexpr double kLeastChange_mm = 1e-4;
   static constexpr Nanoseconds kLeastInterval = std::chrono::seconds{1};
-  // The bounds are as far as the correction goes in this time at its limit of rate.
+  // The bounds are the distance that the correction covers in this time at its rate limit.
   static constexpr double kAhead_s = 1;
 
-  // tell_core: hands over new bounds, however long that takes.
+  // tell_core: passes new bounds to the core and waits until they are taken.
   StandingKeeper(const std::string& path, const Limits& limits, std::function<void(const Event&)> tell_core);
 
-  // What the core must hear before anybody can read of it: where the axes stand, and what it may serve. `exactly`: what
-  // a CNC has read last, where that is certain. `of_before`: what an earlier version kept.
+  // Events that the core must get before any reader: the correction that the axes have followed, and the bounds.
+  // exactly: the correction that a CNC has read last, if certain. of_before: as an earlier version stored it.
   std::vector<Event> restore(MonoTime now, const std::optional<Correction>& exactly,
                              const std::optional<store::Standing>& of_before);
 
   // Writes when necessary. An invalid correction is not applied by the CNC, so the stored one is kept.
   void look(const published::Snapshot& snapshot);
-  // The last word, when nothing is served any more.
+  // Writes the final correction, when nothing is served any more.
   void finish(const published::Snapshot& snapshot);
 
-  // What a person must know; empty when all is well.
+  // Problem for a person; empty without one.
   std::string problem() const;
 
  private:
@@ -53,7 +53,7 @@ class StandingKeeper {
   std::function<void(const Event&)> tell_core_;
   Correction ahead_mm_{};
   Correction kept_mm_{};
-  Correction margin_mm_{};  // as kept
+  Correction margin_mm_{};  // as stored
   bool was_valid_{};
   std::optional<MonoTime> tried_at_;
   mutable std::mutex mutex_;  // for problem_, which other threads ask for

@@ -6,7 +6,7 @@
 
 namespace probebox::app {
 
-// Axis of a subject that ends with its letter: "rotary-c" of the stem "rotary-" is about C; nullopt for other subjects.
+// Axis of a subject that ends with its letter: C for "rotary-c" with the stem "rotary-"; nullopt for other subjects.
 std::optional<RotaryAxis> axisOf(std::string_view subject, std::string_view stem);
 
 // Axis of a rotary subject ("rotary-c"); nullopt for other subjects.

@@ -9,10 +9,10 @@
 #include "firmware/store/record.hpp"
 #include "protocol/messages/corrections.hpp"
 
-// The newest result in force replaces what machine.toml states.
+// Values that procedures use: those of the newest result in force, else those of machine.toml.
 namespace probebox::app {
 
-// Values that results in force give to procedures, in the place of those of machine.toml.
+// Values from results in force that replace those of machine.toml in procedures.
 struct MeasuredFacts {
   std::optional<std::array<double, 2>> ball_xy_mm;  // of the last check: the C axis from the spindle axis at B = 0
   std::optional<double> ball_z_mm;                  // centre of the checked ball at C = 0 and B = 0
@@ -27,10 +27,10 @@ struct InForceAbout {
   store::Id id{};
 };
 
-// Adds what a result in force says about the checked ball, the setting device or the pre-travel.
+// Adds the values of a result in force about the checked ball, the setting device or the pre-travel.
 void addFacts(const store::Record& record, MeasuredFacts& facts);
 
-// Every value that the descriptions or results give, by the name of its subject, with its source.
+// Lists every such value from descriptions or results, by the name of its subject, with its source.
 std::vector<messages::ValueInUse> valuesInUse(const procedure::Facts& described,
                                               std::span<const InForceAbout> in_force);
 

@@ -12,26 +12,25 @@
 
 namespace probebox::app {
 
-// Solves one case at a time in a process of its own, which holds no lock, no memory of the daemon and no rights: a case
-// that takes too much, or ends the process, is refused, and the daemon goes on. One thread.
+// Solves one case at a time in a child process without locks, memory or rights of the daemon: a case that exceeds the
+// limits or crashes the child is refused, and the daemon continues. One thread.
 class SolverProcess {
  public:
-  // program: the probeboxd whose `--solver` is run. Empty: start() solves at once in the calling thread, for programs
-  // that embed the daemon's parts.
+  // program: the probeboxd to run with `--solver`. Empty: start() solves at once in the calling thread, for programs
+  // that embed parts of the daemon.
   explicit SolverProcess(std::filesystem::path program, SolverLimits limits = {});
   ~SolverProcess() { cancel(); }
   SolverProcess(const SolverProcess&) = delete;
   SolverProcess& operator=(const SolverProcess&) = delete;
 
-  // Begins a case, given as its JSON text too; one that is still being solved is cancelled. What goes wrong is answered
-  // by poll().
+  // Begins a case, also given as JSON text; cancels one that is still being solved. poll() returns any failure.
   void start(const metrology::Dataset& dataset, std::string_view text);
 
-  // The answer, once; nothing while the solver works. Refuses what solve() does, and by name: too-long (of the
-  // processor or by the clock), too-much-memory, solver-ended.
+  // Returns the answer once; nothing while the solver works. Refusals: those of solve(), too-long (processor or elapsed
+  // time), too-much-memory, solver-ended.
   std::optional<metrology::Solved> poll();
 
-  // Ends the solver, and there is no answer.
+  // Ends the solver without an answer.
   void cancel();
 
   // Readable when poll() has an answer; -1 while nothing is being solved.

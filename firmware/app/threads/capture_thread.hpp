@@ -24,7 +24,7 @@ class CaptureThread {
   // Interval of TimeAdvanced.
   static constexpr Nanoseconds kTimeAdvances = std::chrono::milliseconds{10};
 
-  // `table` gets a row for every source.
+  // `table` gets one row per source.
   CaptureThread(std::vector<std::unique_ptr<io::EventSource>> sources, const TimeSource& time, EventQueue& queue,
                 WakeUp& core, Counters& counters, SourceTable& table);
   ~CaptureThread();
@@ -50,7 +50,7 @@ class CaptureThread {
   };
   std::vector<Told> told_;  // per source, last reported to the table
   std::vector<pollfd> waiting_;
-  std::uint32_t lost_unsaid_{};  // lost because the queue was full, not reported to the core yet
+  std::uint32_t lost_unsaid_{};  // events lost to a full queue and not yet reported to the core
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

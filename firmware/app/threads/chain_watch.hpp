@@ -9,21 +9,21 @@
 
 namespace probebox::app {
 
-// Checks that every stage from source to link makes progress. A watchdog triggered only then is not kept alive by a
-// thread that merely answers. Stages count their work; this compares the counts.
+// Checks that every stage from source to link makes progress, by comparing the counts of their work. A watchdog that is
+// fed only then is not kept alive by one thread that still runs.
 class ChainWatch {
  public:
   // stages: their names, in the order in which events pass through them.
   ChainWatch(std::vector<std::string> stages, MonoTime now);
 
   struct Finding {
-    bool all_went_on{};  // each stage has, since this was last so: the watchdog may be fed
+    bool all_went_on{};  // every stage has made progress since this was last true: feed the watchdog
     std::vector<std::string_view>
         standing_still;  // no progress for longer than the patience; later stages wait for the first one
-    bool changed{};      // they are others than at the last look
+    bool changed{};      // standing_still differs from the last call
   };
-  // progress: count of each stage in the same order. A call later than the patience means that the whole process was
-  // stopped; no stage is blamed.
+  // progress: count of each stage in the same order. A call later than `patience` after the last one means that the
+  // whole process was stopped; no stage is blamed.
   Finding look(std::span<const std::uint64_t> progress, MonoTime now, Nanoseconds patience);
 
  private:

@@ -29,23 +29,23 @@ class CoreThread : private box::Outputs {
   CoreThread(const CoreThread&) = delete;
   CoreThread& operator=(const CoreThread&) = delete;
 
-  // Before start(). Each reader thread gets its own buffer; everything returned lives as long as this.
+  // Call before start(). Each reader thread gets its own buffer; everything returned lives as long as this.
   StateBuffer& addStateReader();
   Feed& feed() { return feed_; }
-  // Every event in the order of the core, for a journal on the worker.
+  // Queue of every event in the order of the core, for a journal on the worker.
   EventQueue& openJournal();
 
-  // What the core must know before anybody can read of it, and its first state. Before start().
+  // Applies the events that must precede any reader, and publishes the first state. Call before start().
   void tellBeforeStart(std::span<const Event> events, MonoTime now);
 
-  // `worker` is woken, without waiting, when a run is ready to be solved or the journal has filled up; `links` when
-  // blocks are there.
+  // Wakes `worker` when a run is ready to be solved or the journal has filled up, and `links` when there are blocks;
+  // never waits for them.
   void start(Worker& worker, WakeUp& links);
   void stop();
 
   // The run to solve; called by the worker.
   std::optional<std::uint32_t> takeRunToSolve();
-  // Stable from takeRunToSolve() until the core has got Solved.
+  // Stable from takeRunToSolve() until the core receives Solved.
   const capture::Recording& recording() const { return box_.recording(); }
   capture::Scales scales() const { return box_.scales(); }
   const procedure::Plan& plan() const { return box_.plan(); }
@@ -69,7 +69,7 @@ class CoreThread : private box::Outputs {
   Feed feed_{64};
   FeedItem item_;
   SampleIndex unsaid_first_{};
-  std::uint64_t unsaid_count_{};  // lost because the feed was full, not reported to the links yet
+  std::uint64_t unsaid_count_{};  // samples lost to a full feed and not yet reported to the links
   std::vector<std::unique_ptr<StateBuffer>> readers_;
   std::unique_ptr<EventQueue> journal_;
   Worker* worker_{};

@@ -14,10 +14,10 @@ class CoreView {
 
   const box::State& newest() { return states_.newest(); }
 
-  // Waits until the core has published a state that knows of all that it was told before. False when it stands still: a
-  // thread that may wait calls this.
+  // Waits until the core has published a state that includes all earlier commands. False when the core makes no
+  // progress. Only for threads that may wait.
   bool seesWhatWasTold() {
-    // The state after the next one: the next may have been made while the event still waited.
+    // Not the next state but the one after it: the next may have been made while the event still waited.
     constexpr int kStates = 2;
     constexpr int kPatience_ms = 2000;
     auto seen = newest().at;

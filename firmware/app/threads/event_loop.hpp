@@ -39,7 +39,7 @@ class EventLoop {
   Watch every(std::chrono::milliseconds period, std::function<void()> due);
 
   void run();
-  // From a callback.
+  // Call from a callback.
   void quit();
 
  private:

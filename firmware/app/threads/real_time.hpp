@@ -4,8 +4,8 @@
 // the daemon continues.
 namespace probebox::app {
 
-// Locks all present and future memory of the process. Call before threads are made. Stacks and heaps are made small in
-// any case.
+// Locks all present and future memory of the process. Call before threads are made. Limits the size of stacks and heaps
+// in any case, so that little memory is locked.
 void keepMemoryResident();
 
 // Requests SCHED_FIFO for the calling thread.

@@ -48,9 +48,9 @@ class SpscQueue {
   const std::size_t capacity_;
   const std::unique_ptr<T[]> slots_;
   alignas(kCacheLine) std::atomic<std::size_t> head_{0};
-  std::size_t tail_seen_{0};  // the consumer's
+  std::size_t tail_seen_{0};  // consumer's copy
   alignas(kCacheLine) std::atomic<std::size_t> tail_{0};
-  std::size_t head_seen_{0};  // the producer's
+  std::size_t head_seen_{0};  // producer's copy
 };
 
 }  // namespace probebox::app

@@ -12,9 +12,9 @@ class WakeUp {
   WakeUp& operator=(const WakeUp&) = delete;
 
   void notify();
-  // Until a notification, the end of the time, or until this descriptor too is readable (-1: none).
+  // Waits for a notification, the end of `at_most`, or until descriptor `also` is readable (-1: none).
   void wait(std::chrono::milliseconds at_most, int also = -1);
-  // Takes back all notifications so far: for owners that wait for descriptor() by other means.
+  // Clears all notifications so far, for owners that wait for descriptor() by other means.
   void clear();
   int descriptor() const { return descriptor_; }
 

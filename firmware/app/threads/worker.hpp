@@ -21,11 +21,11 @@ class Worker {
 
   // Returns false when too many jobs wait: the caller reports that the box is busy.
   bool post(std::function<void()> job);
-  // For jobs that take seconds: run when nothing else waits.
+  // For jobs that take seconds: they run when nothing else waits.
   bool postPatient(std::function<void()> job);
   // Runs the posted jobs, then ends the thread; notify() stays allowed.
   void stop();
-  // Within on_wake: a round comes at once, too, when this descriptor is readable (-1: none).
+  // Call within on_wake: the next round also begins when this descriptor is readable (-1: none).
   void alsoWaitFor(int descriptor) { also_ = descriptor; }
   // Neither blocks nor allocates: for the tick path.
   void notify() { wake_up_.notify(); }

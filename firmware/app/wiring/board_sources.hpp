@@ -23,7 +23,7 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions);
 // The receiver named by probe = "usb" or "usb:SERIAL"; an empty serial number means the only one.
 std::optional<std::string> receiverOf(const board::Devices& devices);
 
-// True when the probe's samples are numbered on an oscillator of their own: those of a receiver or of a converter.
+// True when a receiver or converter numbers the probe's samples by an oscillator of its own.
 bool countsSamples(const board::Devices& devices);
 
 // Opens the drivers that a board's description names; concrete drivers are named only here. `box`: address of the box

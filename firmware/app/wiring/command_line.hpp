@@ -9,7 +9,7 @@ class App;
 
 namespace probebox::app {
 
-// Declares the options of probeboxd. CLI11 is slow to compile: only who parses, or writes pages about it, includes it.
+// Declares the options of probeboxd. CLI11 is slow to compile: only the parser and the writer of pages include it.
 void declareOptions(CLI::App& command, Options& options);
 
 }  // namespace probebox::app

@@ -24,8 +24,8 @@ std::optional<Error> whyRefused(const Options& options, const board::Description
 class Daemon {
  public:
   // Opens the store and the links; an error names the one that failed and the remedy. A missing source is logged once
-  // and retried while the box runs. `passed`: TCP listeners opened by the service manager; links that they serve are
-  // not opened again.
+  // and retried while the box runs. passed: TCP listeners opened by the service manager; their links are not opened
+  // again.
   static Outcome<std::unique_ptr<Daemon>> start(const Options& options, const board::Descriptions& descriptions,
                                                 std::vector<PassedSocket> passed = {});
   ~Daemon();
@@ -36,7 +36,7 @@ class Daemon {
   const std::vector<std::string>& uris() const;
 
   struct Condition {
-    bool goes_on{};        // every stage of the chain has, since this was last so: feed the watchdog
+    bool goes_on{};        // every stage of the chain has made progress since this was last true: feed the watchdog
     std::string in_words;  // for a person
   };
   // Call about every second from one thread. A stage without progress for longer than `patience` is logged at once,

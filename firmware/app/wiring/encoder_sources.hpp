@@ -9,19 +9,19 @@
 #include "drivers/usb_probe/decode.hpp"
 #include "protocol/units/outcome.hpp"
 
-// The encoders of a board with encoders = "axes": one source for each [encoder.AXIS] that is not part of another one.
+// Sources for encoders = "axes": one for each [encoder.AXIS] that is not part of another source.
 namespace probebox::app {
 
 // Names an encoder whose kind has no driver in this build; nullopt when all are supported.
 std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices);
 
-// Opens the drivers. What is absent is asked for while the box runs.
+// Opens the drivers. Absent devices are retried while the box runs.
 std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descriptions& descriptions);
 
-// What the axis counters of the probe's receiver are wired to.
+// Axes to which the counters of the probe's receiver are wired.
 usb_probe::CounterAxes counterAxes(const board::Devices& devices);
 
-// Axes whose positions the controller tells, as axisBit(), and the rate of its counter; nullopt without such an axis.
+// Axes whose positions the controller sends, as axisBit(), and the rate of its counter; nullopt without such an axis.
 std::uint8_t controlAxes(const board::Devices& devices);
 std::optional<double> controlCounterRate(const board::Devices& devices);
 

@@ -7,7 +7,7 @@
 
 namespace probebox::app {
 
-// A line of a gpio chip that may be absent: requested again when it is lost, and every second until it works.
+// A line of a GPIO chip that may be absent: requested again when it is lost, and every second until it works.
 class GpioLine final : public io::EventSource {
  public:
   static constexpr Nanoseconds kRetry = std::chrono::seconds{1};

@@ -16,13 +16,13 @@ namespace probebox::app {
 // Options of the command line of probeboxd.
 struct Options {
   std::string board = "sim";
-  std::filesystem::path state;   // folder of what must survive a restart; empty: the default
+  std::filesystem::path state;   // folder for data that survive a restart; empty: the default
   std::filesystem::path config;  // folder of descriptions that replace the board's; empty: none
-  std::filesystem::path solver;  // the program that solves cases; empty: the worker's thread does it itself
+  std::filesystem::path solver;  // the program that solves cases; empty: the worker's thread solves them
   std::vector<std::string> links;
   std::vector<std::string> cnc;
   std::filesystem::path journal;  // empty: none
-  std::filesystem::path init;     // folder that gets descriptions to begin with; empty: none
+  std::filesystem::path init;     // folder in which to write starting descriptions; empty: none
   double time_scale = 1.0;
   bool check = false;
   bool usb_identity = false;
@@ -37,10 +37,10 @@ Outcome<LinkAddress> parseLink(const std::string& text);
 struct StateDirectory {
   std::filesystem::path path;
   io::Descriptor lock;
-  std::string notice{};  // why nothing can be kept there; empty when all is well
+  std::string notice{};  // why nothing can be stored there; empty if it can
 };
-// --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Made when missing; an error when another daemon
-// has it. A disk that is full, read-only or broken is no error: the box then runs and keeps nothing.
+// Takes --state, or $STATE_DIRECTORY (systemd), or ~/.local/state/probebox. Makes it when missing; error when another
+// daemon has it. A full, read-only or broken disk is no error: the box then runs and stores nothing.
 Outcome<StateDirectory> takeStateDirectory(const std::filesystem::path& chosen);
 
 }  // namespace probebox::app

@@ -7,7 +7,7 @@
 
 namespace probebox::app {
 
-// Drivers of the sensors on IIO devices that box.toml names: one a device.
+// Opens the drivers of the sensors on IIO devices that box.toml names, one per device.
 std::vector<std::unique_ptr<io::EventSource>> sensorSources(const board::Descriptions& descriptions);
 
 }  // namespace probebox::app

@@ -30,7 +30,7 @@ struct PassedSocket {
   io::Descriptor descriptor;
   std::string name;
 };
-// Call once: the caller owns the sockets afterwards.
+// Takes the sockets passed by the service manager. Call once: the caller owns them afterwards.
 std::vector<PassedSocket> takePassedSockets();
 
 }  // namespace probebox::app

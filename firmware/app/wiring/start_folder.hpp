@@ -6,8 +6,8 @@
 
 namespace probebox::app {
 
-// Writes commented descriptions to begin with into a folder, which is made when missing. Writes nothing where one of
-// them is already there, and names it.
+// Writes commented starting descriptions into a folder, which is made when missing. Writes nothing if one of them
+// already exists; the error names it.
 std::optional<Error> writeStartingDescriptions(const std::filesystem::path& folder);
 
 }  // namespace probebox::app

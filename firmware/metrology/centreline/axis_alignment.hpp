@@ -8,10 +8,10 @@ namespace probebox::metrology {
 
 // Method "c-axis-alignment": direction of the C axis against Z from balls that turn with it at two or more heights,
 // each read as in spindle-offset-2x2 (CN101976057, docs/metrology.md B.6, (B14)). Table
-// readings{z_mm,A_rad,C_rad,x_mm,y_mm}. Config: sigma_mm, A_sense, C_sense; heights, "rotating" (the balls stand at
+// readings{z_mm,A_rad,C_rad,x_mm,y_mm}. Config: sigma_mm, A_sense, C_sense; heights, "rotating" (the balls are at
 // different heights of the rotating part) or "slide" (one chuck, carried along Z: the slide's own error, under its own
-// name). Gives C_tilt_rad or Z_slide_rad: the displacement in x and y over a unit of Z. Also centre_mm at mean_z_mm,
-// and taper_on_diameter, 2 k. Refuses: span-too-small (10 mm), c-not-turned, and what fitBall refuses.
+// name). Gives C_tilt_rad or Z_slide_rad: displacement in x and y per unit of Z. Also centre_mm at mean_z_mm, and
+// taper_on_diameter, 2 k. Refuses: span-too-small (10 mm), c-not-turned, and what fitBall refuses.
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset);
 
 // Method "a-axis-alignment": direction of the spindle axis against Z from a ball that is read with tips of two or more

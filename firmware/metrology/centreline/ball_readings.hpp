@@ -25,11 +25,11 @@ struct BallReading {
   // Unit vector of the side touched by a shank: the reading counts along it only, and is further out by the radii of
   // ball and shank, the same for every touch of a set (B16). All readings of a set have a side, or none.
   std::optional<Eigen::Vector2d> shank_side{};
-  double spread{1.0};  // its sd, in sigma
+  double spread{1.0};  // its sd, in units of sigma
 };
 
 // Model (B4): m = o + R2(C) r - R2(A) s. o: C axis minus spindle axis; r: offset of the ball from C; s: offset of the
-// stylus from the spindle. Linear; the readings decide which of them can be separated.
+// stylus from the spindle. Linear; which of these can be separated depends on the readings.
 struct BallModel {
   bool sloped{};          // o changes with the lever: o + k lever
   bool arm_per_set{};     // each set has its own r (a ball of its own)
@@ -47,7 +47,7 @@ enum class Turned {
 inline constexpr std::array<std::string_view, 2> kBallParts{"x_mm", "y_mm"};
 
 struct BallFit {
-  Fit fit;  // o in 0 and 1, k in 2 and 3 when sloped, then the arms, then the styli, as far as they are in the model
+  Fit fit;  // parameters: o (0, 1), k (2, 3) when sloped, then the arms and styli that are in the model
   Turned turned{Turned::both};
   Eigen::Index arms{};   // column of the first arm; -1: not in the model
   Eigen::Index styli{};  // column of the first stylus offset; -1: not in the model

@@ -23,16 +23,16 @@ struct RotationNoise {
   double angle{};        // rad, of the axis
 };
 
-// (B6): p = c + R2(angle) r; fit.parameters: c, r. With noise of the angle (B8) every reading's own angle is fitted
-// too, and left out of the parameters; far apart that is a circle fit, with none it is linear. Two angles: (B5). sd of
+// Fits (B6): p = c + R2(angle) r; fit.parameters: c, r. With noise of the angle (B8) the angle of every reading is
+// fitted too, but not returned: large noise makes this a circle fit, none makes it linear. Two angles: (B5). sd of
 // c: (B7), sigma^2 / (N (1 - |w|^2)), w the mean of exp(i angle). Refuses: too-few-readings (2), angles-too-close
 // (|sin(alpha/2)| < 0.05 for two readings, |w|^2 > 0.999 for more), and what leastSquares refuses.
 Outcome<Fit, Refusal> fitRotation(std::span<const RotationReading> readings, const RotationNoise& noise);
 
 // Method "centreline": centre of rotation of C from one feature read at two or more angles (CN101976057 figures 1 and
 // 2, docs/metrology.md B.2, B.3). Table readings{C_rad,x_mm,y_mm}. Config: sigma_mm; sigma_C_rad, of the axis' angle,
-// which counts only beside sigma_mm; C_sense. Gives centre_mm; also arm_mm, the feature at C = 0 from the centre.
-// Refuses what fitRotation does.
+// which is used only together with sigma_mm; C_sense. Gives centre_mm; also arm_mm, the vector from the centre to the
+// feature at C = 0. Refuses what fitRotation does.
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 
 // Names of the two rows of a reading in that fit, and the sign that turns its residuals into measured minus fitted.
@@ -47,10 +47,10 @@ struct StatedNoise {
 };
 Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset);
 
-// Two quantities that must not replace each other: the turning axis from the spindle axis, and from the stylus' tip.
+// Subjects of two different quantities: the turning axis relative to the spindle axis, and relative to the stylus tip.
 inline constexpr std::string_view kTurningAxis = "centreline";
 inline constexpr std::string_view kTurningAxisFromTip = "centreline-stylus";
-// The turning axis of a chuck that the Z slide carries, from the spindle axis, over the slide's position.
+// The turning axis of a chuck on the Z slide, relative to the spindle axis, as a function of the slide's position.
 inline constexpr std::string_view kTurningAxisOfSlide = "centreline-slide";
 
 // What the three methods of a centreline cannot observe.

@@ -32,18 +32,18 @@ struct RimSteps {
   double theta{};  // rad
 };
 
-// (B26), (B27) without moving the machine: the readings are turned instead of C. nullopt as above.
+// (B26), (B27) without moving the machine: turns the readings instead of C. nullopt as above.
 std::optional<RimCentre> turnedRimCentre(const RimSteps& steps);
 
 // Method "centreline-limited-access": all readings by least squares with their known angles (B6), weighted for the
 // noise of C (B8). Table readings{C_rad_clockwise_from_plus_y,x_mm,y_mm}. Config: sigma_mm, sigma_C_rad. Gives
-// centre_mm, radius_mm, psi0_rad. Where the data hold the source's readings, its own steps (B26), (B27) are gone
-// through as well: also source_centre_mm, with a warning when the two disagree. Refuses: arc-too-short (less than 15
-// degrees to either side), and what fitRotation does.
+// centre_mm, radius_mm, psi0_rad. If the data hold the readings of the source's steps (B26), (B27), these are computed
+// as well: also source_centre_mm, with a warning when the two disagree. Refuses: arc-too-short (less than 15 degrees to
+// either side), and what fitRotation does.
 Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset);
 
-// Method "c-zero-shift": how far the zero of C is off, from the angles at which the ball touches a stylus on either
-// side of the nominal line (B25). Table contacts{C1_rad,C2_rad}, signed, one row a repetition. Config: sigma_C_rad, of
+// Method "c-zero-shift": error of the zero of C, from the angles at which the ball touches a stylus on either side of
+// the nominal line (B25). Table contacts{C1_rad,C2_rad}, signed, one row per repetition. Config: sigma_C_rad, of
 // one contact. Gives C_shift_rad. Refuses: not-opposite (both contacts at one angle).
 Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset);
 

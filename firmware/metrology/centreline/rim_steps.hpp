@@ -9,11 +9,11 @@ namespace probebox::metrology {
 // Default of level_limit_mm: readings at +theta and -theta whose y differ by less are level.
 inline constexpr double kUsualLevelLimit_mm = 0.01;
 
-// Method "centreline-by-steps": the source's own way to the centre of a large chuck, step by step, and one weighted fit
-// of all its readings beside it (CN101976057 equations 7 to 11, docs/metrology.md B.11). Tables: readings{loop,
+// Method "centreline-by-steps": centre of a large chuck by the steps of the source, with one weighted fit of all
+// readings for comparison (CN101976057 equations 7 to 11, docs/metrology.md B.11). Tables: readings{loop,
 // C_rad_clockwise_from_plus_y,x_mm,y_mm}, C counted from the zero that was in force in that loop (1, 2, ..); stylus
-// {A_rad,x_mm,y_mm} of step 1 where the stylus' offset is to be taken off: the two coordinates across the spindle, with
-// z_mm one of them where the stylus lies in the x-y plane; readings then may have z_mm too; contacts{C1_rad,C2_rad} of
+// {A_rad,x_mm,y_mm} of step 1 if the stylus' offset is to be removed: the two coordinates across the spindle, one of
+// them z_mm if the stylus lies in the x-y plane (readings may then have z_mm too); contacts{C1_rad,C2_rad} of
 // step 2, for the record. Each loop has a reading at +theta and one at -theta; the last one also one at 0. Where the
 // two are less than level_limit_mm apart in y (default 0.01) the loops end, else the zero moves by (B26) to the next
 // loop. Config: sigma_mm, sigma_C_rad, level_limit_mm; trust_C_angles (default true). Gives centre_mm, radius_mm: of

@@ -19,11 +19,11 @@ struct SpindleReadings {
   std::vector<double> spreads;  // sd, in sigma_mm
 };
 
-// Tables readings{tip_length_mm,A_rad,C_rad,x_mm,y_mm} and, where a shank touched, shank{..,ux,uy}: the side from which
-// it did. shank_spread: sd of such a touch, in that of a coordinate of a tip. Config: A_sense, C_sense; where both
-// tables have a column `ball` (1 or 2), ball_offset_mm, the second ball from the first at C = 0, and C_tilt_rad, the
-// direction of the C axis, unless both balls are at one height. Refuses: bad-ball, bad-direction, not-opposed,
-// missing-key, and what readBallTable refuses.
+// Tables readings{tip_length_mm,A_rad,C_rad,x_mm,y_mm} and, for touches with a shank, shank{..,ux,uy}: the side from
+// which it touched. shank_spread: sd of such a touch in units of that of a tip's coordinate. Config: A_sense, C_sense;
+// if both tables have a column `ball` (1 or 2), ball_offset_mm, the second ball from the first at C = 0, and
+// C_tilt_rad, the direction of the C axis, unless both balls are at one height. Refuses: bad-ball, bad-direction,
+// not-opposed, missing-key, and what readBallTable refuses.
 Outcome<SpindleReadings, Refusal> readSpindleReadings(const Dataset& dataset, double shank_spread);
 
 }  // namespace probebox::metrology

@@ -8,13 +8,13 @@
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
 
-// What a method says about itself. Each method defines one `Method` beside its solver; firmware/metrology/methods.cpp
-// names it in one line. Checks of keys, type B inputs, `probebox solve --methods`, reports, subjects of results and the
-// tables of docs/metrology.md come from it.
+// The descriptor of a method. Each method defines one `Method` beside its solver and has one line in
+// firmware/metrology/methods.cpp. Checks of keys, type B inputs, `probebox solve --methods`, reports, subjects of
+// results and the tables of docs/metrology.md come from it.
 namespace probebox::metrology {
 
 using Solver = Solved (*)(const Dataset&);
-// Judges the values once their whole uncertainty is known; a refusal takes the place of the result.
+// Judges the values once their combined uncertainty is known; a refusal replaces the result.
 using Judge = std::optional<Refusal> (*)(const Dataset&, Result&);
 // One sentence about these readings, or nothing.
 using Remark = std::optional<std::string> (*)(const Dataset&);
@@ -33,7 +33,7 @@ struct MethodKey {
   std::string_view about;
 };
 
-// How a known quantity may be wrong.
+// Kind of a known quantity, which decides how its uncertainty is applied.
 enum class KnownKind {
   size,   // a length of a piece: expands with temperature
   value,  // a number of the configuration, no piece
@@ -45,7 +45,7 @@ struct KnownQuantity {
   std::string_view sd_key;
   std::string_view key;
   KnownKind kind{KnownKind::size};
-  bool in_sd{};  // the method's own sd holds it already
+  bool in_sd{};  // already included in the method's own sd
 };
 
 struct MethodResult {
@@ -70,14 +70,14 @@ struct Method {
   std::span<const MethodTable> tables;
   std::span<const MethodKey> keys;  // every variant's; a key without effect in a variant is the solver's to warn about
   std::span<const KnownQuantity> known{};
-  std::span<const MethodResult> results;             // what it promises, in the order of the answer
+  std::span<const MethodResult> results;             // promised values, in the order of the answer
   std::span<const std::string_view> unobservable{};  // by any readings of this kind
-  Remark undetermined{};                             // what these readings leave open
+  Remark undetermined{};                             // quantities that the readings of a case leave undetermined
   Subject subject{};
   Subject also_about{};  // a second quantity that the same readings determine; neither name nor function: none
 };
 
-// Whether the method rests on the length of a piece, which expands.
+// True if the method relies on the length of a piece, which expands with temperature.
 bool hasSize(const Method& method);
 
 inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expansion_per_k", "sd_temperature_k"};
@@ -85,7 +85,7 @@ inline constexpr std::string_view kTemperatureKeys[]{"expansion_per_k", "sd_expa
 // Keys sd_<known quantity> of the method, and of the temperature: see docs/metrology.md, "Uncertainty".
 std::vector<std::string_view> typeBKeys(const Method& method);
 
-// One sentence for every key of the case that the method does not take: a misspelt key must not pass in silence.
+// One sentence for every key of the case that the method does not take, so that a misspelt key is noticed.
 std::vector<std::string> unusedKeys(const Dataset& dataset, const Method& method);
 
 // The sentence about one key.

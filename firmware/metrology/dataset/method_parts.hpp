@@ -3,7 +3,7 @@
 
 #include "firmware/metrology/dataset/method.hpp"
 
-// What the descriptors of several methods share: sources, keys, known quantities.
+// Parts that the descriptors of several methods share: sources, keys, known quantities.
 namespace probebox::metrology {
 
 namespace source {

@@ -7,7 +7,8 @@
 
 namespace probebox::metrology {
 
-// Limits of a quantity, in the unit that its name ends with. Wide: beyond them there is a gross error or another unit.
+// Limits of a quantity, in the unit at the end of its name. They are wide: a value beyond them is a gross error or has
+// another unit.
 struct PlausibleRange {
   double least{};
   double most{};
@@ -15,15 +16,15 @@ struct PlausibleRange {
   double least_sigma{0.0};  // of a standard deviation that is not 0: below it a weight overflows
 };
 
-// Look up the limits of a column, a key or an estimate by its name: "x_mm", "sd_gap_mm", "speed_mm_s", "tau_axis_s".
-// Names without a unit have those of raw counts and ratios.
+// Looks up the limits of a column, a key or an estimate by its name: "x_mm", "sd_gap_mm", "speed_mm_s", "tau_axis_s".
+// Names without a unit have the limits of raw counts and ratios.
 PlausibleRange plausibleRange(std::string_view name);
 
-// Check every number of the case, whether the method reads it or not. Refuses: not-finite, implausible, and bad-config
+// Checks every number of the case, whether the method reads it or not. Refuses: not-finite, implausible, and bad-config
 // for a number of the configuration that is not finite; each names table, row, column and value, or key and value.
 std::optional<Refusal> refuseImplausible(const Dataset& dataset);
 
-// Check what a solver promises: values, sd and uncertainty. Refuses: not-finite, implausible.
+// Checks the promised values of a result, their sd and uncertainty. Refuses: not-finite, implausible.
 std::optional<Refusal> refuseImplausible(const Result& result);
 
 }  // namespace probebox::metrology

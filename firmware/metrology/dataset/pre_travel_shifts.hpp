@@ -3,8 +3,8 @@
 
 namespace probebox::metrology {
 
-// Table "readings_by_pre_travel_2" holds by how much one sd (k = 1) of the second cause of the uncertainty of a probe's
-// pre-travel changes the columns of table "readings". The causes are numbered from 1 and are uncorrelated.
+// Table "readings_by_pre_travel_2" holds the changes of the columns of table "readings" by one sd (k = 1) of cause 2 of
+// the uncertainty of a probe's pre-travel. The causes are numbered from 1 and are uncorrelated.
 inline constexpr std::string_view kByPreTravel = "_by_pre_travel_";
 inline constexpr std::string_view kPreTravelBudget = "sd_pre_travel_mm";  // their line of the budget
 

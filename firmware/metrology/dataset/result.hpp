@@ -62,7 +62,7 @@ struct Weakest {
 struct Result {
   std::string method;
   std::vector<Estimate> estimates;  // the promised values
-  std::vector<Estimate> also;       // what it found on the way: centre, gain matrix, speeds
+  std::vector<Estimate> also;       // further estimates: centre, gain matrix, speeds
   std::string convention;           // sign and sense of the estimates, where the field has more than one
   double rms{};        // of the readings that are used, in their unit (mm unless the method says otherwise)
   std::size_t dof{};   // degrees of freedom of the fit
@@ -85,7 +85,8 @@ struct Result {
   friend bool operator==(const Result&, const Result&) = default;
 };
 
-// Why there is no result. The name is stable, for programs; the reason is one sentence with the remedy, for a person.
+// Explains why there is no result. The name is stable, for programs; the reason is one sentence with the remedy, for a
+// person.
 struct Refusal {
   std::string name;  // "single-speed"
   std::string reason;

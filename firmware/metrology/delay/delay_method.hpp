@@ -4,7 +4,7 @@
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
 
-// What the descriptors of the delay methods share.
+// Parts that the descriptors of the delay methods share.
 namespace probebox::metrology::of_delay {
 
 inline constexpr Subject kSubject{"delay"};

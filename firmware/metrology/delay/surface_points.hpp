@@ -20,11 +20,11 @@ struct SurfacePoint {
   Eigen::Vector3d apex;     // the same at rest on the surface
   Eigen::Vector3d probe_velocity;
   Eigen::Vector3d article_velocity;  // zero when only the probe moves
-  double depth_mm{};                 // overtravel, as the gain of the touch has it
+  double depth_mm{};                 // overtravel by the gain of the touch
   double lever_s{};                  // from the middle of the machine's window to the point
   double of_mean{};   // variance, mm^2: along the motion of the machine's line at its middle, and of the probe
   double of_slope{};  // (mm/s)^2
-  double of_both{};   // covariance of that line's middle and slope, mm^2/s; there is one where the workpiece moves
+  double of_both{};   // covariance of that line's middle and slope, mm^2/s; not zero if the workpiece moves
   double across{};    // mm^2, across the motion
 };
 
@@ -41,7 +41,7 @@ struct SurfacePoints {
 struct PointQuestion {
   std::optional<double> threshold_mm{};
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A, for the threshold
-  std::size_t unknowns{};                             // that the points have to tell
+  std::size_t unknowns{};                             // to be determined from the points
 };
 
 // Drops bad touches by name as long as more than half remain, and one more than the unknowns. Refuses what readTouches

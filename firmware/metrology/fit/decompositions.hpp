@@ -2,14 +2,14 @@
 #include <Eigen/Core>
 #include <optional>
 
-// Linear algebra that needs a decomposition. This room alone instantiates them: each costs seconds of compile time
-// wherever it stands. All matrices are dense; an argument may be any expression, which is evaluated first.
+// Linear algebra that needs a decomposition. Only this room instantiates decompositions: each costs seconds of compile
+// time per file. All matrices are dense; an argument may be any expression, which is evaluated first.
 namespace probebox::metrology {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Solves rows * x = values by least squares, a column of x for each of values. A column of rows that depends on the
-// others gets 0.
+// Solves rows * x = values by least squares, one column of x for each column of values. An unknown whose column of rows
+// depends on the others gets 0.
 Eigen::MatrixXd solveLeastSquares(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& values);
 
 // The same; nothing when the columns of rows depend on each other.
@@ -20,16 +20,16 @@ struct FactoredSolution {
   Eigen::MatrixXd upper;  // R of rows = QR
 };
 
-// Solves rows * x = values by least squares for columns that are independent. Leaves rows overwritten.
+// Solves rows * x = values by least squares for independent columns. Overwrites rows.
 FactoredSolution solveInPlace(Eigen::MatrixXd& rows, const Eigen::VectorXd& values);
 
-// The same with one step of iterative refinement, which takes off rounding.
+// The same with one step of iterative refinement, which removes rounding errors.
 FactoredSolution solveRefined(const Eigen::MatrixXd& rows, const Eigen::VectorXd& values);
 
-// Inverts R of rows = QR: R^-1.
+// Returns R^-1 for R of rows = QR.
 Eigen::MatrixXd inverseOfUpper(const Eigen::MatrixXd& upper);
 
-// Orthonormal columns that span those of a tall matrix whose columns are independent.
+// Orthonormal columns with the same span as those of a tall matrix with independent columns.
 Eigen::MatrixXd orthonormalColumns(const Eigen::MatrixXd& columns);
 
 // Orthonormal columns that complete a unit vector to a basis: n x (n - 1).
@@ -45,13 +45,13 @@ std::optional<Eigen::MatrixXd> solveInvertible(const Eigen::MatrixXd& matrix, co
 Eigen::VectorXd solutionOf(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 std::optional<Eigen::VectorXd> solutionIfInvertible(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 
-// Solves normal * x = right for a symmetric matrix that is positive semidefinite, J'J for one (LDL').
+// Solves normal * x = right for a symmetric positive semidefinite matrix, such as J'J (LDL').
 Eigen::MatrixXd solveCholesky(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right);
 
-// L of covariance = LL', for a positive definite one.
+// Returns L of covariance = LL' for a positive definite covariance.
 Eigen::MatrixXd lowerCholesky(const Eigen::MatrixXd& covariance);
 
-// Inverts a square matrix that is not singular.
+// Inverts a regular square matrix.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& matrix);
 Matrix6d inverse(const Matrix6d& matrix);
 Eigen::Matrix3d inverse(const Eigen::Matrix3d& matrix);
@@ -60,12 +60,12 @@ Eigen::Matrix2d inverse(const Eigen::Matrix2d& matrix);
 // The same; nothing for a singular matrix.
 std::optional<Eigen::MatrixXd> inverseIfRegular(const Eigen::MatrixXd& matrix);
 
-// Moore and Penrose's.
+// Pseudoinverse of Moore and Penrose.
 Eigen::MatrixXd pseudoInverse(const Eigen::MatrixXd& matrix);
 
 double determinant(const Eigen::MatrixXd& matrix);
 
-// Greatest first.
+// Singular values, greatest first.
 Eigen::VectorXd singularValues(const Eigen::MatrixXd& matrix);
 
 // matrix = left * diag(values) * right', values greatest first.

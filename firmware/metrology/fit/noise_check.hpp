@@ -14,10 +14,10 @@ inline constexpr std::string_view kResidualsExceedNoise = "residuals-exceed-nois
 inline constexpr std::string_view kResidualsBelowNoise = "residuals-below-noise";
 inline constexpr std::string_view kResidualsShowAPattern = "residuals-show-a-pattern";
 
-// What residuals are compared with where no sigma is stated.
+// The noise that residuals are compared with if no sigma is stated.
 inline constexpr std::string_view kNoiseOfSamples = "the noise of the samples within each touch";
 
-// Residuals against the noise that they were weighted with.
+// Result of comparing residuals with the noise that weighted them.
 struct NoiseCheck {
   double chi2_reduced{};
   ChiSquareLaw law;
@@ -28,25 +28,25 @@ struct NoiseCheck {
   void report(Result& result, std::string_view noise) const;
 };
 
-// Keys of Result::also: the degrees of freedom of chi2_reduced, and of the noise it is counted in where that was
-// learned.
+// Keys of Result::also: degrees of freedom of chi2_reduced, and of the noise estimate that it is relative to, if the
+// noise was estimated.
 inline constexpr std::string_view kChiSquareDof = "chi2_dof";
 inline constexpr std::string_view kNoiseDof = "noise_dof";
 
-// Range that 99.9 % of honest readings are in. Its lower end is 0 below four degrees of freedom: so few readings of few
-// digits agree exactly by chance.
+// Range of chi2_reduced for 99.9 % of cases with correctly stated noise. Its lower end is 0 below four degrees of
+// freedom: so few readings with few digits may agree exactly by chance.
 ChiSquareRange expectedRange(const ChiSquareLaw& law);
 
-// The law of the result's chi2_reduced; nothing where it has none, or is of a version that did not say.
+// Distribution of the result's chi2_reduced; nothing if it has none, or is of a version that did not state it.
 std::optional<ChiSquareLaw> lawOf(const Result& result);
 
 // Compares a reduced chi-square with its 99.9 % range. residuals: weighted, in the order of the readings, to tell
-// unknown noise from a wrong model, whose neighbouring residuals have equal signs: a wider sd is no remedy for that
-// one. Nothing is found without degrees of freedom.
+// unknown noise from a wrong model, whose neighbouring residuals have equal signs: a wider sd is no remedy for a wrong
+// model. Finds nothing without degrees of freedom.
 NoiseCheck checkNoise(double chi2_reduced, const ChiSquareLaw& law, const Eigen::VectorXd& residuals);
 
-// Whether neighbouring residuals have equal signs more often than chance explains (one-sided, 0.1 %). Rows one to six
-// apart are compared, because a reading has up to six coordinates. dof: residuals of a fit with few of them are alike
+// True if neighbouring residuals have equal signs more often than chance explains (one-sided, 0.1 %). Compares rows one
+// to six apart, because a reading has up to six coordinates. dof: with few degrees of freedom residuals are correlated
 // without any pattern.
 bool showPattern(const Eigen::VectorXd& residuals, std::size_t dof);
 

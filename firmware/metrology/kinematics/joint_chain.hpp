@@ -16,7 +16,7 @@ namespace probebox::metrology {
 // One joint in the zero pose of the chain.
 struct Joint {
   bool revolute{};            // else prismatic
-  Eigen::Vector3d point;      // on the axis, mm; of no matter for a prismatic one
+  Eigen::Vector3d point;      // on the axis, mm; not used for a prismatic joint
   Eigen::Vector3d direction;  // unit direction of the axis: right-handed rotation about it, or travel along it
 };
 

@@ -12,14 +12,14 @@
 
 namespace probebox::metrology {
 
-// What the joint of a leg moves: the length of the strut, or the lower end of a strut of fixed length.
+// Effect of the joint of a leg: it changes the length of the strut, or moves the lower end of a strut of fixed length.
 enum class LegKind : std::uint8_t { strut, slide, crank };
 
 // One leg in the platform's reference pose.
 struct Leg {
   LegKind kind{};
   double q{};                 // its joint position then, mm; rad of a crank
-  Eigen::Vector3d lower;      // of the strut, mm: on the base, or on what the joint moves
+  Eigen::Vector3d lower;      // lower end of the strut, mm: on the base, or on the part that the joint moves
   Eigen::Vector3d upper;      // on the platform
   Eigen::Vector3d direction;  // unit: along the slide, or right-handed about the crank's axis
   Eigen::Vector3d pivot;      // on the crank's axis

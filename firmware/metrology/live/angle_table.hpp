@@ -17,23 +17,23 @@ namespace probebox::metrology {
 
 inline constexpr std::size_t kMostAngles = 72;
 
-// How a table is read between its angles: straight lines, or the harmonics that the angles can tell apart.
+// Interpolation between the angles of a table: linear, or by the harmonics that its angles determine.
 enum class Between { linear, fourier };
 
-// Errors by angle of a rotary axis, as a function of any angle ((E8) in docs/metrology.md). Neither making nor reading
-// it allocates anything. kWidth: how many errors stand at an angle.
+// Interpolates the errors of a rotary axis between measured angles ((E8) in docs/metrology.md). Never allocates.
+// kWidth: number of errors at each angle.
 template <int kWidth>
 class AngleTable {
  public:
   using Row = Eigen::Matrix<double, kWidth, 1>;
 
-  // angles: rad, in any order; rows: the errors there. Whole turns do not matter. Refuses: too-few-readings (2),
+  // angles: rad, in any order; rows: the errors there. Whole turns are ignored. Refuses: too-few-readings (2),
   // too-many-angles (72), not-finite, duplicated-angle, and for fourier uneven-angles: it needs 3 or more over the
   // whole turn, equally spaced.
   static Outcome<AngleTable, Refusal> make(std::span<const double> angles, std::span<const Row> rows, Between between);
 
-  // At any angle, rad. Nothing where the angle is not a number or lies in a gap of the table wider than 100 degrees:
-  // what nobody has measured is not made up.
+  // Errors at any angle, rad. Nothing for an angle that is not finite or lies in a gap of the table wider than 100
+  // degrees: nothing is extrapolated over so wide a gap.
   std::optional<Row> at(double angle) const { return between_ == Between::fourier ? harmonics(angle) : chord(angle); }
 
  private:
@@ -117,7 +117,7 @@ void AngleTable<kWidth>::transform() {
   for (std::size_t slot = 0; slot < count_; ++slot) {
     const double harmonic = static_cast<double>((slot + 1) / 2);
     const bool cosine = slot % 2 == 1;
-    // The highest harmonic of an even number of angles is seen by its cosine only, and fully.
+    // With an even number of angles the highest harmonic has a cosine only, with full weight.
     const double weight = slot == 0 || 2.0 * harmonic == n ? 1.0 / n : 2.0 / n;
     rows_[slot].setZero();
     for (std::size_t k = 0; k < count_; ++k) {

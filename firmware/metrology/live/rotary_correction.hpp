@@ -15,28 +15,28 @@ namespace probebox::metrology {
 
 inline constexpr std::size_t kMostLinks = 3;
 
-// One rotary axis of a table as it was calibrated: where it nominally is, and its six errors by angle.
+// One calibrated rotary axis of a table: its nominal position and its six errors by angle.
 struct CalibratedAxis {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  // of the axis at all angles zero, mm
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   AngleTable<6> errors;
 };
 
-// A calibrated axis from what the method rotary-axis-errors answered: six_errors at angle_rad. Refuses: wrong-result,
+// Makes a calibrated axis from a result of rotary-axis-errors: six_errors at angle_rad. Refuses: wrong-result,
 // bad-direction (length not 1), and what AngleTable::make does.
 Outcome<CalibratedAxis, Refusal> calibratedAxis(const Result& result, const Eigen::Vector3d& point,
                                                 const Eigen::Vector3d& direction, Between between);
 
-// What the errors of a table's rotary axes, one on the other, add to the commanded tool point at every tick: the tool
-// follows the table's point (docs/metrology.md (E9) and F). Allocates nothing after it was made.
+// Computes at every tick the correction of the commanded tool point for the errors of a table's stacked rotary axes, so
+// that the tool follows the point of the table (docs/metrology.md (E9) and F). Allocates nothing after construction.
 class RotaryCorrection {
  public:
   // links: from the base outwards (B, then C). Refuses: too-many-axes (more than 3, or none).
   static Outcome<RotaryCorrection, Refusal> of(std::span<const CalibratedAxis> links);
 
-  // + [delta + eps x p] of all links, mm, machine axes. angles: rad, one a link, right-handed about its direction;
-  // point: mm, of the tool in the table's frame, all angles zero. Nothing without one of the angles or beyond its
-  // table: without its inputs a correction is invalid, never zero.
+  // Returns + [delta + eps x p] of all links, mm, machine axes. angles: rad, one per link, right-handed about its
+  // direction; point: mm, of the tool in the table's frame, all angles zero. Nothing if an angle is missing or outside
+  // its table: without its inputs a correction is invalid, never zero.
   std::optional<Eigen::Vector3d> at(std::span<const std::optional<double>> angles, const Eigen::Vector3d& point) const;
 
   // The point of the table, in its own frame, that its nominal axes bring to `machine_point` (mm, machine axes) at

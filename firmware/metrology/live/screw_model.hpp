@@ -11,13 +11,13 @@ namespace probebox::metrology {
 
 inline constexpr std::size_t kMostSectors = 72;
 
-// One ball screw, and what the extension of it means.
+// One ball screw, with the meaning of its extension.
 struct ScrewModel : BallScrew {
-  double gain{};          // K; -1 where the sensor sees it all and the correction is wanted, +1 for the error
+  double gain{};          // K of (D1): -1 (correction) or +1 (error) if the sensor measures the whole extension
   double reference_um{};  // reading of the sensor on the cold screw (D1a)
   std::array<double, kMostSectors> sector_um{};  // T: deviation of the face from its mean plane, by sector
   std::size_t sector_count{};                    // 0: no table
-  double threshold_rpm{};                        // above it the sensor averages over the face and the table is left out
+  double threshold_rpm{};  // above it the sensor averages over the face, and the table is not used
 };
 
 // Distance of the nut from the fixed bearing as a fraction of the screw's length, signed by `reversed`.
@@ -35,8 +35,8 @@ double faceErrorUm(const ScrewModel& screw, double angle_rad);
 // (D5) for a single reading: with the table below the threshold speed, without it above.
 double extensionUm(const ScrewModel& screw, double angle_rad, double speed_rpm, double sensor_um);
 
-// (D5): speed above which the table does harm, for the h-th harmonic of the face and this time constant of the sensor:
-// 60 / (2 pi h Tf).
+// (D5): speed, rpm, above which the table increases the error, for the h-th harmonic of the face and this time constant
+// Tf of the sensor: 60 / (2 pi h Tf).
 double thresholdRpm(unsigned harmonic, double time_constant_s);
 
 // (D5) for a stream: weight of the table, from 1 below the threshold to 0 above it, linear over +-10 %, so the
@@ -54,8 +54,8 @@ class TableShare {
 struct ScrewLimits {
   double least_extension_um{};
   double greatest_extension_um{};
-  // Maximum rate of the extension that is used; 0: no limit. The compensation follows the position without it: an axis
-  // that traverses is at another place of a warm screw at once.
+  // Maximum rate of the extension that is used; 0: no limit. It does not limit changes of the compensation with the
+  // position, because a traversing axis is at once at another place of a warm screw.
   double rate_um_s{};
 };
 

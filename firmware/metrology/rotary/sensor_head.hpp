@@ -22,12 +22,12 @@ struct SensorHead {
                        const Eigen::Vector3d& sensors) const;
 };
 
-// Method "sensor-head-calibration": the head's matrix from small moves of the machine beside a ball that stands still
-// ((E1)). Table moves{ux_mm,uy_mm,uz_mm,s1,s2,s3}: where the ball is from the reference, that is minus the machine's
-// move, and what the sensors say. Table readings{x_mm,y_mm,z_mm,s1,s2,s3} where wanted: machine positions and sensors.
-// Config: sigma_sensor, of one sensor, in its unit; tool_vector_mm. Gives sensor_matrix and sensor_zero; with readings
-// also ball_mm, a row a reading. Also sensitivity, in units per mm, of each sensor, and with reference_mm (the
-// machine's position at the reference) centred_mm: where the machine stands when all sensors read zero. Refuses:
+// Method "sensor-head-calibration": the head's matrix from small moves of the machine beside a fixed ball ((E1)). Table
+// moves{ux_mm,uy_mm,uz_mm,s1,s2,s3}: ball relative to the reference (minus the machine's move), and sensor readings.
+// Optional table readings{x_mm,y_mm,z_mm,s1,s2,s3}: machine positions and sensor readings. Config: sigma_sensor, of one
+// sensor, in its unit; tool_vector_mm. Gives sensor_matrix and sensor_zero; with readings also ball_mm, one row per
+// reading. Also sensitivity of each sensor, in units per mm, and with reference_mm (the machine's position at the
+// reference) centred_mm, the machine position at which all sensors read zero. Refuses:
 // bad-config, dependent-directions (moves along fewer than three axes), moves-too-small (under five times the noise),
 // what linearLeastSquares refuses, and sensors-dependent (condition of K above 50).
 Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset);

@@ -17,16 +17,16 @@ struct ContourScan {
   double speed_mm_s{};
   Signal distance;                          // mm, machine from the stated feature
   Signal deflection;                        // mm
-  std::vector<std::vector<double>> places;  // at the machine's stamps: what the distance errs by per mm that the
-                                            // feature is off along each direction that the scan sees
-  std::vector<double> step;                 // mm: the distance less its mean and what looks like an error of the place
+  std::vector<std::vector<double>> places;  // at the machine's stamps: error of the distance per mm of displacement of
+                                            // the feature, along each direction to which the scan is sensitive
+  std::vector<double> step;                 // mm: the distance without its mean and its projection on `places`
 };
 
 struct ScanQuestion {
   FeatureDistance feature;
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};
   double window_s{};               // of the search for the delay
-  std::string varies{"distance"};  // "radius": what has to change, for sentences
+  std::string varies{"distance"};  // name of the quantity that must change, for messages; or "radius"
   bool in_circles{};               // about the feature, so that a scan repeats itself
 };
 

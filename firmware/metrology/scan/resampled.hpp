@@ -15,8 +15,8 @@ namespace probebox::metrology {
 
 inline constexpr Eigen::Index kLeast = 12;  // points of the grid
 inline constexpr double kLeastDeviation_mm = 1e-12;
-inline constexpr double kFinest = 0.1;     // of that: noise that is not believed to be smaller
-inline constexpr double kFollowed = 1e-3;  // of the motion: what cubics may miss it by
+inline constexpr double kFinest = 0.1;     // share of that: lower limit of the noise
+inline constexpr double kFollowed = 1e-3;  // share of the motion: largest interpolation error of cubics
 
 // One record on its grid. shapes: those of the record; omitted rows are zero.
 class ResampledPair {
@@ -59,12 +59,12 @@ class ResampledPair {
   }
 
   Index size() const { return static_cast<Index>(offered_.sum()); }
-  // Some thousand points tell a mean or a median.
+  // Some thousand points are enough for a mean or a median.
   Index stride() const { return static_cast<Index>(strideOf(static_cast<std::size_t>(used_.size()))); }
   Index usedSize() const { return static_cast<Index>(used_.sum()); }
   Index unknowns() const { return shapes_.cols() - 1; }
   const WaveformPair& record() const { return record_; }
-  // Deviation of e that is never taken for an outlier's.
+  // Deviation of e below which nothing is an outlier.
   double least() const {
     return std::max(missed(), record_.rounded ? std::sqrt(record_.rounded->own + record_.rounded->common) : 0.0);
   }
@@ -137,7 +137,7 @@ class ResampledPair {
   bool offered(Index k) const { return offered_[k] != 0.0; }
   bool used(Index k) const { return used_[k] != 0.0; }
   double timeOf(Index k) const { return grid_.times[k]; }
-  // Mean square of e as the noise of the samples and their interpolation have it.
+  // Mean square of e expected from the noise of the samples and their interpolation.
   double expectedSquare() const {
     double machine = 0.0;
     double probe = 0.0;

@@ -6,11 +6,11 @@
 
 namespace probebox::metrology {
 
-// Method "screw-compensation": what to add to the position for a heated screw, row by row (CN101394969,
-// docs/metrology.md D1, D3, D5, D6). Table cycle{x_mm,phi_rad,rpm,sensor_um}; table sector_table{sector,T_um} as
-// screw-calibration gives it. Config: screw_length_mm, orgoff_mm, K, threshold_rpm; axis_reversed; reference_um (the
+// Method "screw-compensation": correction to add to the position for a heated screw, row by row (CN101394969,
+// docs/metrology.md D1, D3, D5, D6). Table cycle{x_mm,phi_rad,rpm,sensor_um}; table sector_table{sector,T_um} from
+// screw-calibration. Config: screw_length_mm, orgoff_mm, K, threshold_rpm; axis_reversed; reference_um (the
 // sensor's reading of the cold screw, default 0); extension_min_um, extension_max_um; sigma_um, of one reading of the
-// sensor. Rows are single readings, so (D5) is the plain threshold. Gives comp_um, one a row; sd only with sigma_um.
+// sensor. Rows are single readings, so (D5) is the plain threshold. Gives comp_um, one per row; sd only with sigma_um.
 // Refuses: bad-sectors (not each of 0 to n - 1 once), extension-out-of-limits, bad-config (a negative speed limit).
 Outcome<Result, Refusal> solveScrewCompensation(const Dataset& dataset);
 

@@ -8,8 +8,8 @@
 #include "firmware/metrology/dataset/result.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Checks a newly described box: does every axis count in the right direction by the right amount, and does the probe
-// report the direction of a push? A wrong sign makes every calibration wrong, and some of the wrong results look
+// Checks a newly described box: every axis must count in the right direction by the right amount, and the probe must
+// report the direction of a push. A wrong sign falsifies every calibration, and some of the wrong results look
 // plausible.
 namespace probebox::metrology {
 

@@ -6,17 +6,17 @@
 
 namespace probebox::metrology {
 
-// Method "table-pivot": where a tilting table's axis is, in the plane across it (CN101976057 equations 13a, 13b;
+// Method "table-pivot": position of a tilting table's axis in the plane across it (CN101976057 equations 13a, 13b;
 // docs/metrology.md B.12, (B29)). Table readings{tilt_deg,C_deg,x_mm,y_mm,z_mm}: centres of one ball, at two or more
 // tilts for each angle of C that is used. Config: tilt_axis, sigma_mm, sigma_angle_rad (of a stop of the axis). Gives
 // pivot_yz_mm for a tilt about X, pivot_xz_mm about Y, pivot_xy_mm about Z, where the tilt axis, whose skew is fitted
-// too, passes the C axis: at along_mm (also), the mean of the points where two angles of C or fewer are read. At tilts
-// of -90 and 0 the source's own equations (B28) are worked out as a check. Refuses: missing-key, bad-axis,
+// too, passes the C axis: at along_mm (also); with two angles of C or fewer, at the mean of the points. At tilts of -90
+// and 0 the source's equations (B28) are evaluated as a check. Refuses: missing-key, bad-axis,
 // tilt-span-too-small (20 degrees), arm-too-short (5 sigma), pivot-check-disagrees, readings-contradict (checkSkew),
 // and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveTablePivot(const Dataset& dataset);
 
-// Method "head-pivot": where a swivelling head's axis is, relative to the moving reference (CN101976057 equation 12;
+// Method "head-pivot": position of a swivelling head's axis relative to the moving reference (CN101976057 equation 12;
 // docs/metrology.md (B30)): the same fit with the signs turned, since the ball stands still. Table
 // readings{B_deg,A_deg,x_mm,y_mm,z_mm}: machine positions with the stylus at the ball, at two or more B for each angle
 // of the spindle. Config: ball_mm (where the ball is), swivel_axis, sigma_mm, sigma_angle_rad. Gives pivot_<plane>_mm.

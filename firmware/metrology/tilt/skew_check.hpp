@@ -11,10 +11,10 @@
 
 namespace probebox::metrology {
 
-// Check the skew of a fit in the plane, its last two parameters, against the coordinates along the axis, which that fit
-// does not use. Of a point that turns about the axis u = (skew, 1) the product u . p stays the same at every tilt; a
-// bad reading of two that lie at different places along the axis looks like a skew, and does not keep it. Gives a
-// warning, or nothing, where the change stays below 0.1 mm; warns beyond 5 sd. Refuses: readings-contradict.
+// Checks the skew of a fit in the plane, its last two parameters, against the coordinates along the axis, which that
+// fit does not use. For a point that turns about the axis u = (skew, 1), u . p is the same at every tilt; a bad one of
+// two readings at different places along the axis looks like a skew, but changes u . p. A change beyond 5 sd gives a
+// warning; if it also exceeds 0.1 mm (without sigma_mm: that alone), it refuses: readings-contradict.
 Outcome<std::optional<std::string>, Refusal> checkSkew(const std::vector<TiltReading>& readings, const Fit& fit,
                                                        const Sigma& sigma);
 

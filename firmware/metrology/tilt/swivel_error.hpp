@@ -6,23 +6,26 @@
 
 namespace probebox::metrology {
 
-// Method "swivel-error": E(B, L), how far the control is off about the tip of a tool of length L at a head angle B
+// Method "swivel-error": E(B, L), error of the control about the tip of a tool of length L at a head angle B
 // (CN101976057 equations 3 and 4, docs/metrology.md B.8). Table readings{B_deg,L_mm,x_mm,y_mm,z_mm}: reported centres
-// of one ball; table queries{B_deg,L_mm}. Where the second length is the shank of the tip's tool: shank{..,ux,uy,uz},
-// each row the mean of two touches from that side, the spindle turned by 180 degrees between them (B16). It tells
-// nothing along the tool, where both lengths are taken to be what they are said to be, and nothing against a rigid
-// head. Config: swivel_axis, sigma_mm, sigma_along_mm (of a coordinate along the axis, where that is another one),
-// sigma_shank_mm (of such a row), model. Models: "rigid" (B20), small deviations of the gauge line and of the tool
-// direction in the head, in the plane of the swivel, and sin B, 1 - cos B along the axis; "free" (B21), sin B and 1 -
-// cos B for every coordinate; "sine", the source's (B17)-(B19), right only where the 1 - cos B terms vanish. Without
-// `model`: rigid, or free where two or more angles contradict rigid as chance does in 3 of 1000 runs or fewer. One
-// angle cannot tell sin B from 1 - cos B along the axis: rigid answers sin B, and its sd holds that all of it may be
-// the other. What the control adds for each length cancels. Gives error_at_queries_mm, a row a query; also model and
-// recommended_model (0 sine, 1 rigid, 2 free); rms_sine_mm, rms_rigid_mm, rms_free_mm, what each leaves of a reading;
-// for rigid gauge_line_mm and tool_direction_rad, in the plane's order (z, x) for Y; and for live corrections
-// (SwivelCorrection) swivel_terms_mm, for x, y, z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B), and
-// left_by_angle_mm, rows B_deg, x, y, z. Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm),
-// swivel-angle-too-small (|sin B| < 0.2), what linearLeastSquares refuses, and of a shank what readSwivelReadings does.
+// of one ball; table queries{B_deg,L_mm}. If the shank of the tip's tool is the second length: shank{..,ux,uy,uz}, each
+// row the mean of two touches from that side, with the spindle turned by 180 degrees between them (B16). A shank gives
+// no information along the tool, where both lengths are taken as stated, and cannot contradict a rigid head.
+// Config: swivel_axis, sigma_mm, sigma_along_mm (of a coordinate along the axis, if different), sigma_shank_mm (of a
+// row of shank), model:
+//   "rigid" (B20): small deviations of the gauge line and of the tool direction in the head, in the plane of the
+//     swivel, and sin B, 1 - cos B along the axis
+//   "free" (B21): sin B and 1 - cos B for every coordinate
+//   "sine": the source's (B17)-(B19), right only if the 1 - cos B terms vanish
+//   default: rigid, or free if two or more angles contradict rigid as chance does in at most 3 of 1000 runs
+// One angle cannot separate sin B from 1 - cos B along the axis: rigid then answers sin B, and its sd allows for all of
+// it being 1 - cos B. Corrections that the control adds for each length cancel.
+// Gives error_at_queries_mm, one row per query; also model and recommended_model (0 sine, 1 rigid, 2 free);
+// rms_sine_mm, rms_rigid_mm, rms_free_mm, the residual of a reading under each model; for rigid gauge_line_mm and
+// tool_direction_rad, in the plane's order ((z, x) for Y); for live corrections (SwivelCorrection) swivel_terms_mm (for
+// x, y, z the factors of sin B, L sin B, 1 - cos B, L (1 - cos B)) and left_by_angle_mm, rows B_deg, x, y, z.
+// Refuses: missing-key, bad-config, bad-axis, length-span-too-small (10 mm), swivel-angle-too-small (|sin B| < 0.2),
+// what linearLeastSquares refuses, and with a shank what readSwivelReadings refuses.
 Outcome<Result, Refusal> solveSwivelError(const Dataset& dataset);
 
 extern const Method kSwivelError;

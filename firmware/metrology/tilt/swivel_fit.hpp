@@ -38,8 +38,8 @@ struct SwivelReading {
   Eigen::Vector3d at;
 };
 
-// The mean of two touches with the shank, the spindle turned by 180 degrees between them, as (B16) has it: it counts
-// along `side` alone, a unit vector from the ball, where ball and shank add their radii.
+// Mean of two touches with the shank, with the spindle turned by 180 degrees between them (B16). It is used only along
+// `side`, a unit vector from the ball, and is further out by the radii of ball and shank.
 struct ShankTouch {
   SwivelReading reading;
   Eigen::Vector3d side;
@@ -48,8 +48,8 @@ struct ShankTouch {
 struct SwivelReadings {
   std::vector<SwivelReading> tips;
   std::vector<ShankTouch> shank;  // of one tool with the tip, which is then the only one
-  // In the sd of a coordinate of a tip across the swivel axis: of a touch with the shank, and of a tip's along the
-  // axis.
+  // sd of a touch with the shank, and of a tip's coordinate along the axis, in units of the sd of a tip's coordinate
+  // across the swivel axis.
   double shank_spread{1.0};
   double along_spread{1.0};
 
@@ -61,19 +61,19 @@ struct SwivelReadings {
 // several-tips, bad-direction, not-opposed, and what checkedTable refuses.
 Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, const SwivelPlane& plane);
 
-// Angles other than zero, whole turns aside.
+// Number of angles other than zero, apart from whole turns.
 std::size_t swivelAngles(const SwivelReadings& readings);
 
-// Three rows a tip's reading, then one a touch of the shank; in units of the sd of a coordinate of a tip, but for
-// the spreads. Parameters: those of the model, the ball as reported at B = 0 for each length, and of a shank what it
-// reports otherwise along the axis at B = 0, and both radii together. The ball is one for tip and shank of one tool, so
-// that in the plane these two report what the direction of the tool makes of their lengths.
+// Design matrix: three rows per reading of a tip, then one per touch of the shank, in units of the sd of a tip's
+// coordinate, apart from the spreads. Parameters: those of the model, the reported ball at B = 0 for each length, and
+// for a shank its different report along the axis at B = 0 and the sum of both radii. Tip and shank of one tool share
+// the ball, so that in the plane their reports differ only by the effect of the tool's direction on their lengths.
 Eigen::MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model);
 // sigma: mm, of a coordinate of a tip.
 Outcome<Fit, Refusal> fitSwivel(const SwivelReadings& readings, const SwivelModel& model, double sigma);
-// From one angle, of which `found` is the fit of a rigid head without 1 - cos B. Along the axis all that it shows may
-// follow sin B, which is answered, or 1 - cos B: two more parameters, zero with a deviation of what was found at the
-// shortest and the longest tool. The readings are fitted as before.
+// Extends `found`, the fit of a rigid head without 1 - cos B to readings at one angle. Along the axis its error may
+// follow sin B, which is answered, or 1 - cos B: adds two parameters for the latter, zero with an sd as large as the
+// error found at the shortest and the longest tool. The fit of the readings does not change.
 Outcome<Fit, Refusal> fitEitherShape(const SwivelReadings& readings, SwivelModel model, const Fit& found,
                                      const Sigma& sigma);
 

@@ -17,8 +17,8 @@
 
 namespace probebox::metrology {
 
-// A point that tilts about the pivot. Points that differ by the angle of the other axis are points of their own: each
-// turns about the pivot at its own arm, so nothing needs to cancel.
+// A reading of a point that tilts about the pivot. Each angle of the other axis makes a separate point with an arm of
+// its own, so errors of that axis need not cancel.
 struct TiltReading {
   Eigen::Vector2d at;  // mm, in the plane across the axis
   double tilt_deg{};   // right-handed about the axis
@@ -29,8 +29,8 @@ struct TiltReading {
 
 struct TiltReadings {
   std::vector<TiltReading> readings;
-  // mm, machine coordinate: where the other axis passes, that the points lie around. Where their angles do not tell
-  // (one angle, two, or all on one side), the mean of the points.
+  // mm, machine coordinate: position of the other axis, around which the points lie. If their angles do not determine
+  // it (one or two angles, or all on one side), the mean of the points.
   double centre_along{};
 };
 
@@ -38,11 +38,11 @@ struct TiltReadings {
 // when the place of its ball is given; then the points are ball minus reading (B30).
 TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Eigen::Vector3d* ball);
 
-// What tables "readings" and configurations hold, of a tilting table and of a swivelling head.
+// Columns of the tables "readings", and keys, of a tilting table and of a swivelling head.
 inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "C_deg", "x_mm", "y_mm", "z_mm"};
 inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 
-// Of the descriptors of both pairs of methods.
+// Parts of the descriptors of both pairs of methods.
 inline constexpr MethodTable kTableTiltTables[]{{"readings", kTableTiltColumns, "centre of one ball at a tilt and C"}};
 inline constexpr MethodTable kHeadTiltTables[]{
     {"readings", kHeadTiltColumns, "machine position with the stylus at the ball, at B and A of the spindle"}};
@@ -57,7 +57,7 @@ inline constexpr std::string_view kHeadTiltUnobservable[]{
     "the position of the pivot along the swivel axis",
     "an error of ball_mm: it biases the pivot with unit sensitivity"};
 
-// Of one coordinate of a reading, and of a stop of the axis where that is stated too: it moves all readings of the stop
+// Noise of one coordinate of a reading and, if stated, of the angle of a stop, which displaces all readings of the stop
 // across their arms.
 struct TiltNoise {
   Sigma position;  // sigma_mm
@@ -68,16 +68,16 @@ struct TiltNoise {
 // Refuses: bad-config.
 Outcome<TiltNoise, Refusal> tiltNoise(const Dataset& dataset);
 
-// Where the ball of a swivelling head stands, config key ball_mm. Refuses: missing-key, bad-config.
+// Reads the position of the ball of a swivelling head, config key ball_mm. Refuses: missing-key, bad-config.
 Outcome<Eigen::Vector3d, Refusal> tiltedBall(const Dataset& dataset);
 
 // (B29): pivot at the centre of the readings along the axis, then each point's arm at tilt zero; with `skew` also how
-// far the pivot moves for each mm along the axis. Residuals have what their stops may be off taken out (withoutStops).
-// Refuses tilts within 20 degrees (tilt-span-too-small), and as below.
+// far the pivot moves for each mm along the axis. The common error of each stop is removed from the residuals
+// (withoutStops). Refuses tilts within 20 degrees (tilt-span-too-small), and as below.
 Outcome<Fit, Refusal> fitTilts(const std::vector<TiltReading>& readings, bool skew, const TiltNoise& noise);
 
-// Rows whose noise has unit sd once the common share of every stop is taken out of them. per_radian: by how much each
-// row moves as its stop turns, in sd of a reading; as many rows for each reading as it has.
+// Removes the common error of every stop from the rows, so that their noise is independent with unit sd. per_radian:
+// change of each row per radian of its stop, in sd of a reading; each reading has the same number of rows.
 Linearised withoutStops(Linearised rows, const std::vector<TiltReading>& readings, const Eigen::VectorXd& per_radian,
                         double sigma_angle);
 

@@ -6,9 +6,9 @@
 
 namespace probebox::metrology {
 
-// Method "tool-assembly": what a tool and its holder measure together, and what that differs from their lengths in
-// store (CN103801980, docs/metrology.md C1, C2, C3). Table readings{workpiece_variant,rep,W0_x_mm,W0_y_mm,L0_z_mm}:
-// machine coordinates at contact, zero where the holder's reference lies on that of the measuring unit; variant 1
+// Method "tool-assembly": length and offset of a tool in its holder, and the differences from the stored lengths
+// (CN103801980, docs/metrology.md C1, C2, C3). Table readings{workpiece_variant,rep,W0_x_mm,W0_y_mm,L0_z_mm}: machine
+// coordinates at contact, zero where the holder's reference coincides with that of the measuring unit; variant 1
 // touches a workpiece instead of the unit's own faces. Config: L1_mm (holder), L2_mm (tool), part_mm (g, needed for
 // variant 1); holder_id, tool_id; sigma_mm; sd_L1_mm, sd_L2_mm, sd_part_mm; spread_limit_mm (default 0.2),
 // compensation_limit_mm (default 5), assembled_max_mm. Gives assembled_length_mm (L3) and compensation_mm (W2x, W2y,

@@ -8,18 +8,18 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/outcome.hpp"
 
-// What measurements of tools have in common: tool_assembly.hpp, tool_setter.hpp.
+// Common parts of the measurements of tools: tool_assembly.hpp, tool_setter.hpp.
 namespace probebox::metrology {
 
-// Whether any flag of the column is set. Refuses, by that name, a flag that is neither 0 nor 1.
+// True if any flag of the column is set. Refuses, under `name`, a flag that is neither 0 nor 1.
 Outcome<bool, Refusal> anySet(const std::vector<double>& flags, const std::string& column, const char* name);
 
 // Means of three coordinates of each of `groups` kinds of rows, mm, with one pooled sigma.
 Outcome<Fit, Refusal> fitMeans(const Eigen::MatrixX3d& positions, const std::vector<std::size_t>& group,
                                std::size_t groups, double sigma);
 
-// Adds what the fit does not know of to every sd and to the covariance. slopes: one row a promised value, in the order
-// of the estimates, one column an input of that sd.
+// Adds the uncertainty of inputs outside the fit to every sd and to the covariance. slopes: one row per promised value,
+// in the order of the estimates, one column per input. sds: of the inputs.
 void widen(Result& result, const Eigen::MatrixXd& slopes, const Eigen::VectorXd& sds);
 
 }  // namespace probebox::metrology

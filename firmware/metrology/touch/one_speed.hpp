@@ -6,8 +6,8 @@
 
 namespace probebox::metrology {
 
-// Says by how much an error of the known size biases tau where all touches of the case ran at one speed (A9); nothing
-// where speeds differ, or where a table `article` says that the workpiece moved too.
+// Explains by how much an error of the known size biases tau if all touches of the case ran at one speed (A9); nothing
+// if speeds differ, or if a table `article` shows that the workpiece moved too.
 std::optional<std::string> sizeBiasAtOneSpeed(const Dataset& dataset);
 
 }  // namespace probebox::metrology

@@ -10,21 +10,21 @@
 
 namespace probebox::metrology {
 
-// When a switched device closed its contact on the way in and opened it on the way out, on the stamps of table machine.
+// Times of contact on the way in and release on the way out of a switched device, on the stamps of table machine.
 inline constexpr std::string_view kEdgesColumns[]{"touch", "contact_s", "release_s"};
 
 // A touch measured by the edges of a switch, reduced to one position.
 struct SwitchedTouch {
   Eigen::Vector3d normal;  // outward
-  Eigen::Vector3d at_mm;   // machine position: the mean of contact and release, the speeds of their ways weighed
+  Eigen::Vector3d at_mm;   // machine position: mean of contact and release, each weighted by the speed of the other way
   double sd_mm{};          // of at_mm along the way, from the noise of the positions (k = 1)
-  double late_s{};         // so much later than the probe's samples the edges come, their hysteresis in it
+  double late_s{};         // delay of the edges after the probe's samples, including their hysteresis
 };
 
 // Computes contact positions. Tables machine, touches, edges, one row of touches and edges per touch in the same order.
 // Lines through the positions within 0.2 mm of either edge give the machine position, corrected by the delay in force,
 // P = M + T v (A2). A remaining delay displaces both in opposite directions, each by its speed, so the mean weighted by
-// the speed of the other way is free of it: tau_s only decides what late_s counts from. tau_s: X Y Z. Refuses, naming
+// the speed of the other way is free of it: tau_s only shifts the zero of late_s. tau_s: X Y Z. Refuses, naming
 // the touch: missing-touch, too-few-samples (five per edge), speed-not-constant (2 %), speed-differs (20 %, or the
 // wrong direction).
 Outcome<std::vector<SwitchedTouch>, Refusal> switchedTouches(const Dataset& dataset,

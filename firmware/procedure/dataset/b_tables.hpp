@@ -12,14 +12,14 @@ namespace probebox::procedure {
 // Vector from the gauge line to the tip of a tool of this length, by the control's nominal kinematics.
 Eigen::Vector3d nominalTip(const HeadFacts& head, double b_rad, double length_mm);
 
-// table-pivot. Each angle of C is a separate point of the table, so positioning errors of C do not matter.
+// Adds the tables of table-pivot. Each angle of C is a separate point of the table, so errors of C do not matter.
 void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BFacts& table);
 
-// head-pivot. Each angle of A is a separate point of the head.
+// Adds the tables of head-pivot. Each angle of A is a separate point of the head.
 void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head);
 
-// swivel-error: the ball's centre as a control with nominal kinematics reports it, for every angle of B and every tool,
-// averaged over half a turn of A.
+// Adds the tables of swivel-error: the ball's centre as a control with nominal kinematics reports it, for every angle
+// of B and every tool, averaged over half a turn of A.
 void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
 
 }  // namespace probebox::procedure

@@ -7,20 +7,20 @@
 #include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
-// Cases of methods that touch: raw touches, and centres of balls.
+// Builds the cases of methods that touch: raw touches, and centres of balls.
 namespace probebox::procedure {
 
-// The touches alone, under the name of the method.
+// Builds a case of the touches alone, under the name of the method.
 metrology::Dataset touchesOf(const FinishedRun& run);
 
-// What a run has read, corrected by the delay that was in force: centres of balls, and where the shank met a ball.
+// Readings of a run, corrected by the delay that was in force: centres of balls, and contacts of the shank with a ball.
 struct BallReadings {
   std::vector<Reading> readings;
   std::vector<ShankReading> shank;
 };
 
 // Builds the case of a run that reads balls: touches, poses, `tables` of the method, and table centres unless the
-// method has one of its own. Refuses: no-delay, and what the computation of centres refuses.
+// method has one of its own. Refuses: no-delay, and as the computation of centres does.
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
 

@@ -5,7 +5,7 @@
 #include "firmware/capture/recording.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
-// Cases of methods whose steps are holds.
+// Builds the cases of methods whose steps are holds.
 namespace probebox::procedure {
 
 // Mean machine position and sensor readings of one hold, each with its sd.

@@ -18,7 +18,7 @@ struct Round {
 };
 
 // Converts a run of touches by edges to a dataset with tables machine, touches, edges and contacts. Refuses: no-delay;
-// what metrology::switchedTouches() refuses.
+// and as metrology::switchedTouches() does.
 struct Rounds {
   RunDataset run;
   std::vector<Round> rounds;  // empty with a refusal

@@ -11,19 +11,20 @@
 // Touches of a touch-trigger probe, and its pre-travel.
 namespace probebox::procedure {
 
-// Whether the touches of the run were read by the switch of a touch-trigger probe.
+// True if the touches of the run were read by the switch of a touch-trigger probe.
 bool readsBySwitch(const FinishedRun& run);
 
-// The touches at the surface: each moved out along its normal by the pre-travel of its direction in the probe's own
-// axes, which turn with A and with a head that swivels. parts_mm: as metrology::preTravelParts() weighs them.
+// Corrects the touches to the surface: each is moved out along its normal by the pre-travel in its direction, in the
+// probe's own axes, which turn with A and with a swivelling head. parts_mm: in the order of
+// metrology::preTravelParts().
 std::vector<metrology::SwitchedTouch> withoutPreTravel(std::vector<metrology::SwitchedTouch> touches,
                                                        const FinishedRun& run, const Eigen::Vector4d& parts_mm);
 
-// Uncorrelated causes of the pre-travel's uncertainty: a column each, what one sd of it changes the parts by.
+// Uncorrelated causes of the pre-travel's uncertainty, mm: column k is the change of the parts by one sd of cause k.
 Eigen::Matrix4d causesOf(const PreTravel& pre_travel);
 
-// Adds what a cause changes the method's tables by (metrology/dataset/pre_travel_shifts.hpp), where it changes them.
-// shifted: the tables with that cause off by one sd.
+// Adds the changes of the method's tables by a cause (metrology/dataset/pre_travel_shifts.hpp), if it changes them.
+// shifted: the tables computed with that cause off by one sd.
 void addShifts(metrology::Dataset& dataset, const metrology::Dataset& shifted, std::size_t cause);
 
 }  // namespace probebox::procedure

@@ -37,9 +37,9 @@ struct RimBall {
 struct BallPlate {
   std::array<double, 3> axis_point_mm{};
   std::optional<double> sd_mm;  // sd of a certified coordinate
-  // Of the nominal axis B, where it is measured: [tilting_table] has its direction.
+  // A point of the nominal axis B, if it is measured; [tilting_table] has its direction.
   std::optional<std::array<double, 3>> b_axis_point_mm{};
-  bool station_correction{};  // take out what the linear axes are off by where the balls stand
+  bool station_correction{};  // estimate and remove the linear axes' errors at the stations of the balls (E11)
   std::vector<std::array<double, 3>> balls_mm;
 };
 
@@ -115,15 +115,15 @@ struct CalibratedHead {
 // A sensor head in place of the probe.
 struct SensorHead {
   std::uint32_t tool{};
-  double range_mm{};  // of its sensors, to either side
+  double range_mm{};  // of its sensors, in either direction
   std::array<double, 3>
       centre_offset_mm{};        // position at which all sensors read zero, relative to the centre of the probe's ball
   double sd_centre_offset_mm{};  // of each coordinate
   std::optional<CalibratedHead> calibrated{};
 };
 
-// Pre-travel of a touch-trigger probe that is in force: mean across the stylus, cosine and sine of its three lobes, and
-// along the stylus. mm, in the probe's own axes.
+// Pre-travel in force of a touch-trigger probe, mm, in the probe's own axes: mean across the stylus, cosine and sine of
+// its three lobes, and the value along the stylus.
 struct PreTravel {
   static constexpr std::size_t kParts = 4;
   std::uint64_t result_id{};
@@ -131,7 +131,7 @@ struct PreTravel {
   std::array<std::array<double, kParts>, kParts> covariance{};  // mm^2
 };
 
-// A touch-trigger probe, which tells contacts by a switch and delivers no samples.
+// A touch-trigger probe, which reports contacts by a switch and delivers no samples.
 struct TriggerProbe {
   double repeatability_mm{};  // k = 1, of the depth at which the switch opens or closes
   std::optional<PreTravel> pre_travel{};

@@ -6,7 +6,7 @@
 
 namespace probebox::procedure {
 
-// The methods that a box can run, in the order of their numbers: one line a method, and nothing else names it. The
+// The methods that a box can run, in the order of their numbers. This is the only list: one line for each method, whose
 // descriptor is in the file of that name.
 // clang-format off
 #define PROBEBOX_LIVE_METHODS(method) \

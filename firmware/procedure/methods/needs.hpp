@@ -20,10 +20,10 @@ inline constexpr std::string_view kNoDelayOfTrigger =
     "measures the delay of a probe's samples, and a touch-trigger probe delivers none: no method with it needs that "
     "delay, because the ways in and out of every touch cancel it; pre-travel shows how late its switch is.";
 
-// Pairs of speeds, mm/s, that tell a delay from a size.
+// Pairs of speeds, mm/s, that separate a delay from a size.
 inline constexpr std::array<std::array<double, 2>, 6> kPairs{{{5, 20}, {10, 20}, {5, 40}, {10, 40}, {5, 60}, {10, 60}}};
 
-// A sphere of known size: with the stylus ball it gives effective_diameter_mm.
+// Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known.
 void addSphereSize(metrology::Dataset& dataset, const Facts& facts);
 
 // Takes axis and angles of B from their description.

@@ -7,14 +7,14 @@
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
-// Where the balls of a plate are read: in every mount at all angles of the axis, and once more with the axis at zero,
-// where they show the place of the plate. By stations: of the balls at an angle only those that the axis has brought to
-// the places where the first balls stand at zero.
+// Poses at which the balls of a plate are read: in every mount at all angles of the axis, and once more with the axis
+// at zero, to find the place of the plate. With stations, only the balls that the axis has brought to the places that
+// the first balls have at zero.
 namespace probebox::procedure {
 
 extern const Poses kOnPlate;
 
-// Angle of the rotary axis at a step, by its number from 1; 0 with the axis at zero, once more.
+// Note of a step: number of the angle of the rotary axis, from 1; 0 for the last readings with the axis at zero.
 constexpr capture::MethodNote noteOfStop(std::uint16_t stop) {
   return {static_cast<double>(stop)};
 }
@@ -22,7 +22,7 @@ constexpr std::uint16_t stopOf(const capture::MethodNote& note) {
   return static_cast<std::uint16_t>(note[0]);
 }
 
-// Names the first of stations and mounts that makes no sense, and its valid range.
+// Names an invalid number of stations or mounts, and its valid range.
 std::optional<Error> whyNoPlate(const ProcedureOptions& with_defaults);
 
 }  // namespace probebox::procedure

@@ -16,7 +16,7 @@ namespace probebox::procedure {
 struct RimLoops {
   std::size_t count{1};
   std::array<double, kMostRimLoops> zeros_rad{};  // relative to the zero of C in the first loop
-  bool closes{};                                  // after the last one the ball is read at its zero, and all is done
+  bool closes{};  // after the last loop the ball is read at its zero, which ends the run
 
   friend bool operator==(const RimLoops&, const RimLoops&) = default;
 };

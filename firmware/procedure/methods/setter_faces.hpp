@@ -16,6 +16,6 @@ inline constexpr std::array kToolSpeeds_mm_s{2.0, 5.0, 10.0};
 inline constexpr std::array<std::span<const double>, 3> kToolSpeedSets{std::span{kToolSpeeds_mm_s}.subspan(0, 1),
                                                                        std::span{kToolSpeeds_mm_s}.subspan(1, 1),
                                                                        std::span{kToolSpeeds_mm_s}.subspan(2, 1)};
-inline constexpr std::size_t kRounds = 3;  // with the probe, and the same number with the tool
+inline constexpr std::size_t kRounds = 3;  // with the probe, and as many with the tool
 
 }  // namespace probebox::procedure

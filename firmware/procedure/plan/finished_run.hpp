@@ -13,7 +13,7 @@ namespace probebox::procedure {
 
 struct LiveMethod;
 
-// All steps of a run are recorded: what its method needs in order to build the case.
+// A run whose steps are all recorded: the input from which its method builds the case.
 struct FinishedRun {
   const LiveMethod& method;
   const capture::Recording& recording;
@@ -22,8 +22,8 @@ struct FinishedRun {
 };
 
 // The case of a run, with the tables and keys of its method, so a saved run solves to the same digits. A ball reading
-// is the centre of its touches, corrected by the delay in force; the touches are kept as further tables. `refusal`: the
-// readings could not be computed; the touches are still there.
+// is the centre of its touches, corrected by the delay in force; the touches are kept as further tables. refusal: why
+// the readings could not be computed; the dataset then holds the touches only.
 struct RunDataset {
   metrology::Dataset dataset;
   std::optional<metrology::Refusal> refusal;

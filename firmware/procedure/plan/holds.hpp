@@ -11,7 +11,7 @@
 namespace probebox::procedure {
 
 std::optional<Error> whyNoHolds(const ProcedureOptions& options);
-// options.head_tool is the head.
+// options.head_tool: tool number of the head.
 Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options);
 std::string holdPrompt(const Step& step);
 

@@ -16,8 +16,8 @@
 #include "protocol/events/event.hpp"
 #include "protocol/units/outcome.hpp"
 
-// What a method says about its run on the machine. Each live method defines one `LiveMethod` in a file of its own in
-// firmware/procedure/methods and is named in one line of methods.hpp there. Plans, prompts, readiness, cases,
+// The descriptor of a method's run on the machine. Each live method defines one `LiveMethod` in a file of its own in
+// firmware/procedure/methods and is listed in one line of methods.hpp there. Plans, prompts, readiness, cases,
 // `calibrate --help`, method numbers of registers and the table of runs in docs/metrology.md come from it.
 namespace probebox::procedure {
 
@@ -29,7 +29,7 @@ struct Fact {
   bool shank_replaces{};                 // not needed when the shank is the second length
 };
 
-// How the run is started, for the code of a refusal.
+// Cause of a refusal, for its code: an option, something not described, or the state of the machine.
 enum class Obstacle : std::uint8_t { option, unknown, state };
 struct NotReady {
   Obstacle because{};
@@ -60,7 +60,7 @@ struct Loops {
   std::optional<LoopState> (*after)(const LoopState&, const Solved&){};
 };
 
-// options.axis: a rotary axis whose errors are measured.
+// Values of options.axis for the rotary axis whose errors are measured.
 inline constexpr std::uint8_t kAxisB = 5, kAxisC = 6;
 
 struct LiveMethod {
@@ -81,22 +81,22 @@ struct LiveMethod {
   Kind kind{};
   std::span<const Side> sides{};
   const Poses& poses{kInPlace};
-  // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, and stations and mounts
-  // where they have one.
+  // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
+  // where they have a default here.
   ProcedureOptions usual{};
   bool takes_axis{};  // --axis and --turns
   bool takes_tool{};
   double least_arc_deg{1};
   std::uint16_t fewest_balls{2};
 
-  // Hooks; nullptr: nothing of the kind.
+  // Hooks; nullptr: not needed.
   const OwnSteps* own_steps{};
   void (*first_steps)(Plan&, double speed_mm_s){};  // before the touches
   std::optional<Error> (*also_refused)(const ProcedureOptions& with_defaults){};
   std::string (*prompt)(const Plan&, std::size_t step){};  // in place of the sentence about a touch
   // Completes the options from the descriptions.
   Outcome<ProcedureOptions> (*described)(ProcedureOptions, const Facts&){};
-  // Explains why the run does not fit to the descriptions, or to the machine as it stands.
+  // Explain why the run does not fit the descriptions, or the present state of the machine.
   std::optional<NotReady> (*why_unfit)(const ProcedureOptions&, const Facts&){};
   std::optional<Error> (*why_not_now)(const ProcedureOptions&, const MachineNow&, const Facts&){};
 

@@ -16,16 +16,16 @@ std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions
 // Names a value outside of its range, and the range; nullopt when it lies within.
 std::optional<Error> outside(const char* what, double value, double from, double to, const char* unit);
 
-// Fills in the steps of a run, for options that pass whyRefused(). Does not allocate. Later
-// loops append steps; without a state it is the first one.
+// Fills in the steps of a run, for options that pass whyRefused(). Does not allocate. Later loops append steps; without
+// a state, those of the first loop.
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops);
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options);
 
-// How a probe tells a contact: by samples of its deflection, or by a switch.
+// How a probe reports a contact: by samples of its deflection, or by a switch.
 enum class ProbeKind : std::uint8_t { scanning, trigger };
 
-// Makes the touches of a filled plan touches by edges where the probe is a touch-trigger one. The tool-setting device
-// keeps its own edges. Does not allocate.
+// For a touch-trigger probe, converts the touches of a filled plan to touches by edges. Those of the tool-setting
+// device keep its edges. Does not allocate.
 void takeReadings(Plan& plan, ProbeKind probe);
 
 }  // namespace probebox::procedure

@@ -21,11 +21,11 @@ struct Pose {
   capture::MethodNote note{};
 };
 
-// Poses of a run, one a reading, for options without zeros (withDefaults).
+// Poses of a run, one for each reading, for options without zeros (withDefaults).
 struct Poses {
   std::size_t (*count)(const ProcedureOptions&, const LoopState&);
   Pose (*at)(const ProcedureOptions&, const LoopState&, std::size_t index);
-  bool matter{true};  // false: wherever the rotary axes stand
+  bool matter{true};  // false: the rotary axes may be at any angle
 };
 
 inline constexpr double kHalfTurn_rad = kTurn_rad / 2;

@@ -29,7 +29,7 @@ struct Progress {
   capture::TouchFault last_fault{};  // why the present step is repeated, or the run was refused
   bool timed_out{};                  // the end of a step never came
   std::uint64_t result_id{};
-  LoopState loops{};  // as far as they are known
+  LoopState loops{};  // known so far
 };
 
 // Runs measuring procedures step by step: a marker begins a step, a marker ends it, and a faulty step is repeated.
@@ -40,14 +40,13 @@ class Procedure {
   // A step that has not ended after this time plus its travel time is repeated.
   static constexpr Nanoseconds kStepTimeout = std::chrono::seconds{60};
 
-  // methods: that can be started, by their numbers. mm_per_count: of the linear axes.
-  // probe: how it tells a contact.
+  // methods: those that can be started. mm_per_count: of the linear axes. probe: how it reports a contact.
   explicit Procedure(LiveMethods methods, capture::Capacity capacity,
                      const std::array<double, kLinearAxes>& mm_per_count = {}, ProbeKind probe = ProbeKind::scanning)
       : methods_{methods}, probe_{probe}, capture_{capacity, mm_per_count} {}
 
-  // Ignored during a run, for a number that no method has, and for options that cannot be planned. `delay`: in force,
-  // result_id 0 for none; `offset_mm`: machine positions at count 0.
+  // Ignored during a run, for a number that no method has, and for options that cannot be planned. delay: in force,
+  // result_id 0 for none. offset_mm: machine positions at count 0.
   void start(const ProcedureStarted& started, const DelayActivated& delay = {},
              const std::array<double, kLinearAxes>& offset_mm = {});
   void abort(const ProcedureAborted& aborted);

@@ -9,16 +9,16 @@
 
 namespace probebox::procedure {
 
-// What measures the balls of a run.
+// Means by which the balls of a run are measured.
 enum class ReadBy : std::uint8_t {
   tip,    // of the stylus
-  head,   // a sensor head in its place
+  head,   // a sensor head instead of the probe
   shank,  // the tip of one tool, and its shank as the second length
 };
 
 ReadBy readBy(const ProcedureOptions& asked);
 
-// Completes the options of a run from the descriptions, or explains why it cannot be started as it is asked for:
+// Completes the options of a run from the descriptions, or explains why it cannot be started as requested:
 // options without effect, a sensor head, shank, ball or tool that is not described, no room for a sweep.
 Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts,
                                             const MachineNow& now);

@@ -16,7 +16,7 @@ inline constexpr double kTurn_rad = 6.283185307179586;
 inline constexpr double kOvertravel_mm = 0.5;
 inline constexpr double kClearance_mm = 0.6;
 inline constexpr double kHold_mm_s = 15;  // from one hold to the next
-// Of readings of a ball, whose centre is then corrected by the delay in force.
+// Speed of touches that read a ball, whose centre is then corrected by the delay in force.
 inline constexpr double kReading_mm_s = 15;
 
 inline constexpr std::array<Side, 5> kSphereSides{{
@@ -36,13 +36,13 @@ constexpr ProcedureOptions touchesAt(auto... speeds_mm_s) {
           .clearance_mm = kClearance_mm};
 }
 
-// Options with some of them changed.
+// Returns a copy of the options after `change`.
 constexpr ProcedureOptions with(ProcedureOptions options, auto change) {
   change(options);
   return options;
 }
 
-// The same of readings of balls.
+// Defaults of touches that read a ball.
 constexpr ProcedureOptions readings() {
   return touchesAt(kReading_mm_s);
 }

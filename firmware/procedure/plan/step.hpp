@@ -13,12 +13,12 @@ enum class Feature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2,
 enum class Kind : std::uint8_t {
   touch = 0,   // in, a dwell, and out at constant speed
   in_out = 1,  // in and back without a pause, both at constant speed
-  jog = 2,     // one linear axis alone, and nothing is touched
-  sweep = 3,   // the same at a constant speed, so slowly that the sensor of its screw can follow
-  hold = 4,    // stand still there, where a sensor head reads a ball, and nothing is touched
+  jog = 2,     // move one linear axis without touching anything
+  sweep = 3,   // the same at a constant speed, slow enough for the sensor of its screw
+  hold = 4,    // stand still while a sensor head reads a ball without touching it
 };
 
-// What B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
+// The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
 
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
@@ -38,7 +38,7 @@ inline constexpr double kRunOut_mm = 1.5;
 
 inline constexpr std::size_t kMostSteps = 160;
 
-// How far a run has come whose later steps follow from earlier ones. Its method alone reads and writes it.
+// Progress of a run whose later steps follow from earlier ones. Only its method reads and writes it.
 struct LoopState {
   std::array<double, 8> values{};
 

@@ -14,7 +14,7 @@ std::string number(double value);
 // Axis of a direction along X, Y or Z of either sign: 0, 1, 2.
 std::size_t axisAlong(const std::array<double, 3>& direction);
 
-// How the plate has to be put on the table, where that is not as at the start; empty otherwise.
+// Tells how to put the plate on the table, if not as at the start; empty otherwise.
 std::string mountPrompt(const capture::TouchRequest& touch);
 
 }  // namespace probebox::procedure

@@ -11,8 +11,8 @@
 
 namespace probebox::store {
 
-// A disk in memory under the real SQLite, which becomes its usual one (one object at a time, one thread). It keeps for
-// every file what is surely on the disk and the list of what was written since the last sync, and fails as told.
+// A disk in memory under the real SQLite, as its default VFS (one object at a time, one thread). Keeps for every file
+// its synced content and the list of writes since the last sync, and fails on command.
 class DoomedDisk {
  public:
   // What the disk promises; a real one under Linux is the first.
@@ -39,8 +39,8 @@ class DoomedDisk {
   // Space, power and health are back; the counters begin anew.
   void repair();
 
-  // What a cut leaves: the synced part, and of the rest nothing, everything in order, or pieces of sector size drawn at
-  // random. Nobody may have a file open.
+  // Leaves after a power cut the synced part, and of the rest nothing, everything in order, or random pieces of sector
+  // size. No file may be open.
   enum class Unsynced { lost, written, torn };
   void powerOn(Unsynced fate, std::uint64_t seed = 0);
 

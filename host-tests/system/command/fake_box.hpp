@@ -19,16 +19,16 @@ struct FakeBoxOptions {
   bool loses_at_source{true};
   bool triggers{};                     // one every fourth block; each seventh is lost on its way to the links
   bool unlocked{};                     // its master clock
-  bool joined{};                       // it has a loop-back ...
-  std::uint32_t lost_pulses{};         // ... that loses so many of 500 pulses
-  bool only_looks{};                   // what it runs gives nothing to accept
-  bool at_another_run{};               // somebody begins one right after
+  bool joined{};                       // it has a loop-back
+  std::uint32_t lost_pulses{};         // of the loop-back, of 500 pulses
+  bool only_looks{};                   // its runs give no result to accept
+  bool at_another_run{};               // another host starts a run right after this one
   std::function<void()> when_asked{};  // to start a run, or about it
-  bool endless{};                      // its lists say the same for ever, with more to come
+  bool endless{};                      // its lists repeat forever, always announcing more
   unsigned older_results{};            // stored ones with the ids 1, 2, ...
   double in_force_tau_s{};             // of a result in force before; 0: there is none
   bool refused_before{};               // its first run was refused
-  bool forgets_results{};              // its firmware cannot show what it keeps
+  bool forgets_results{};              // its firmware cannot show stored results
   bool line_inhibits{};                // an inhibit line of the box is active
 };
 
@@ -36,7 +36,7 @@ struct FakeBoxOptions {
 using Accept = std::function<io::Connection()>;
 
 // A box in this process: the firmware's own session over real TCP or another carrier, with made-up samples and scripted
-// answers. It has no clock worth the name: 50 samples each time its thread comes round.
+// answers. Its samples have no true rate: 50 for each round of its thread.
 class FakeBox {
  public:
   explicit FakeBox(const FakeBoxOptions& options = {}, unsigned port = 0);

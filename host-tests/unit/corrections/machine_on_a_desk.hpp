@@ -36,7 +36,7 @@ class MachineOnADesk {
 
   explicit MachineOnADesk(const CorrectionsConfig& config) : corrections{config}, config_{config} {}
 
-  // One tick. What is switched off does not come.
+  // Advances one tick. Inputs that are switched off are not delivered.
   void tick() {
     now += milliseconds{1};
     ++ticks_;
@@ -64,7 +64,7 @@ class MachineOnADesk {
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
       corrections.push(AxisHomed{static_cast<Axis>(axis), position_mm[axis], now});
   }
-  // What the screw adds to X now, in the ideal case.
+  // Ideal correction of X for the screw at present.
   double wanted_x_mm() const { return -(position_mm[0] + 100) / 800 * extension_um * 1e-3; }
   const published::CorrectionsState& snapshot() const { return corrections.state(); }
 

@@ -6,8 +6,8 @@
 
 namespace probebox::report {
 
-// A strict reader of XML, as far as reports use it: what is wrong, with what stands there; empty when nothing is. Every
-// element is closed in order, every attribute is quoted and stands once, every & begins an entity that XML has.
+// A strict reader of the XML that reports use. Returns the first error with the text at its place; empty without one.
+// Every element must be closed in order, every attribute quoted and unique, every & begin a predefined entity.
 class WellFormed {
  public:
   static std::string objectionTo(std::string_view text) {

@@ -13,8 +13,7 @@
 #include "protocol/messages/fields.hpp"
 #include "tools/link/stream_reader.hpp"
 
-// A box with one link and a host on paper: time stands still unless it is moved, bytes stay where they are unless
-// carried.
+// A box with one link and a host on virtual time. Time and bytes move only when the test moves them.
 namespace probebox::stream {
 
 inline const std::vector<codec::ChannelFormat> kFormats{{4, true}, {2, false}};

@@ -8,7 +8,7 @@ class ParseError;
 
 namespace probebox::command {
 
-// What is wrong with a command line, in a sentence that names the word, the nearest right one and where help is.
+// Explains what is wrong with a command line: one sentence with the wrong word, the nearest valid one and the help.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace probebox::command

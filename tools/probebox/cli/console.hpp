@@ -15,7 +15,7 @@ namespace probebox::command {
 // Version of every JSON object that this program prints. Keys may be added within a version.
 inline constexpr int kSchemaVersion = 1;
 
-// Holds the streams of a command. `interrupted` becomes true at Ctrl-C: commands check it and end in order.
+// Holds the streams of a command. `interrupted` becomes true at Ctrl-C: commands check it and close their files.
 struct Streams {
   std::istream& in;
   std::ostream& out;
@@ -24,23 +24,23 @@ struct Streams {
   bool err_is_terminal{};
   std::size_t terminal_columns{};  // 0: not known, lines are not cut
   const std::atomic<bool>& interrupted;
-  // True once for every Enter that a person has pressed since; does not wait. Empty where nobody sits at a keyboard.
+  // Returns true once for every Enter pressed since the last call; does not wait. Empty without a keyboard.
   std::function<bool()> enter_pressed{};
-  // True when the standard output is a pipe that nobody reads any more. Empty where it is none.
+  // Returns true when the reader of the pipe has exited. Empty where the standard output is no pipe.
   std::function<bool()> reader_gone{};
 };
 
-// What went wrong in a command, for a program (name) and for a person (what, with the remedy).
+// Describes a failure of a command: `name` for a program, `what` for a person, with the remedy.
 struct Trouble {
   ExitStatus status{};
   std::string name;
   std::string what;
 };
 
-// The name of a Trouble with an output.
+// Name of a Trouble: an output could not be written.
 inline constexpr std::string_view kNotWritten = "not-written";
 
-// What is wrong when the standard output is not writable().
+// The Trouble to report when the standard output is not writable().
 Trouble outputGone();
 
 // Answers go to the standard output, everything else to the standard error. Progress is drawn on a terminal only.
@@ -52,7 +52,7 @@ class Console {
   Console& operator=(const Console&) = delete;
 
   bool json() const { return json_; }
-  // False once an answer could not be written: the reader has gone, or the disk is full. Nothing said later arrives.
+  // False once an answer could not be written (reader gone, disk full). No later answer arrives either.
   bool writable() const { return streams_.out.good(); }
   bool interrupted() const { return streams_.interrupted.load(std::memory_order_relaxed); }
   const std::atomic<bool>& interruption() const { return streams_.interrupted; }
@@ -70,15 +70,15 @@ class Console {
   void object(const Json& json);
   // A line of an answer for a person.
   void line(std::string_view text);
-  // Replaces the last live line on a terminal; elsewhere one line after the other.
+  // Prints a line that replaces the last live line on a terminal; elsewhere it is appended.
   void live(std::string_view text);
   // A note for a person on the standard error, not part of the answer.
   void note(std::string_view text);
-  // Redrawn in place on the standard error; nothing where that is no terminal.
+  // Redraws one line on the standard error; does nothing where that is no terminal.
   void progress(std::string_view text);
 
-  // Says what went wrong, in both forms when JSON was asked for, and returns its exit status. Says nothing where the
-  // reader of a pipe has seen enough, as head has.
+  // Reports a failure, in both forms when JSON was asked for, and returns its exit status. Reports nothing when the
+  // reader of the pipe has exited, as head does.
   ExitStatus fail(const Trouble& trouble);
 
  private:

@@ -10,7 +10,7 @@ namespace probebox::command {
 
 inline constexpr double kFurthest_mm = 100'000;
 
-// "10,-20.5,30".
+// A point in mm, such as "10,-20.5,30".
 inline CLI::Validator point() {
   const auto check = [](std::string& text) {
     std::size_t numbers = 0;
@@ -26,7 +26,7 @@ inline CLI::Validator point() {
   return CLI::Validator{check, "", "point"};
 }
 
-// Where a program has to know the machine. Only run_commands.hpp includes this.
+// Declares the options of `gcode` that describe the machine. Only run_commands.hpp includes this.
 inline void declareProgram(CLI::App* gcode, Gcode& options) {
   const auto add_point = [&](const char* name, std::vector<double>& value, const char* what) {
     gcode->add_option(name, value, what)
@@ -38,7 +38,7 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
   const auto add_mm = [&](const char* name, auto& value, const char* what, const char* unit = "MM") {
     gcode->add_option(name, value, what)->check(positive())->type_name(unit);
   };
-  gcode->add_option("--dialect", options.dialect, "of the control")
+  gcode->add_option("--dialect", options.dialect, "dialect of the control")
       ->check(CLI::IsMember({"linuxcnc", "fanuc", "siemens", "haas"}))
       ->required();
   gcode
@@ -67,7 +67,7 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("X,Y,Z");
   add_point("--c-axis", options.c_axis_mm, "a point of the turning axis C, which is along Z; default: 0,0,0");
   add_point("--table-axis", options.table_axis_mm, "a point of the axis of a tilting table");
-  gcode->add_option("--b-axis", options.b_axis, "along which axis B turns, X or Y")
+  gcode->add_option("--b-axis", options.b_axis, "direction of the axis of B, X or Y")
       ->check(CLI::IsMember({"X", "Y"}))
       ->capture_default_str();
   gcode->add_option("--tilts", options.tilts_deg, "angles of B, as tilts_deg of machine.toml has them")

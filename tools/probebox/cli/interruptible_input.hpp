@@ -8,7 +8,7 @@
 
 namespace probebox::command {
 
-// A descriptor as a stream that ends at Ctrl-C: the standard library's own waits on for a pipe that says nothing.
+// Reads a descriptor until its end or Ctrl-C. A std::ifstream would stay blocked on a silent pipe after Ctrl-C.
 class InterruptibleInput : public std::streambuf {
  public:
   InterruptibleInput(int descriptor, const std::atomic<bool>& interrupted)
@@ -16,7 +16,7 @@ class InterruptibleInput : public std::streambuf {
 
  protected:
   int_type underflow() override {
-    constexpr int kGlance_ms = 100;  // a signal between the look and the wait
+    constexpr int kGlance_ms = 100;  // bounds the delay when the signal comes just before poll()
     pollfd input{.fd = descriptor_, .events = POLLIN, .revents = 0};
     while (!interrupted_) {
       if (poll(&input, 1, kGlance_ms) <= 0) continue;

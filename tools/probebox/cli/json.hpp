@@ -10,8 +10,8 @@
 
 namespace probebox::command {
 
-// A JSON value to print: built as nlohmann::ordered_json is, from nested braces, and nothing else. Nearly every command
-// builds some, and the whole library costs seconds of compile time in each; json.cpp alone includes it.
+// A JSON value to print, built from nested braces as nlohmann::ordered_json is. Nearly every command builds some, and
+// including that library costs seconds of compile time per file, so json.cpp alone includes it.
 class Json {
  public:
   Json();
@@ -42,15 +42,15 @@ class Json {
   static Json array();
   static Json object();
 
-  // A value that is null becomes an array.
+  // Appends to an array; null becomes an array first.
   void push_back(Json item);
-  // The value of a key, null when it is new; a value that is null becomes an object.
+  // Returns the value of a key, null when it is new; null becomes an object first.
   Json& operator[](std::string_view key);
-  // Takes the keys of another object over.
+  // Adds the keys of another object; an existing key gets the other's value.
   void update(const Json& object);
 
-  // On one line. Bytes that are not UTF-8 are replaced; numbers have the digits that give the same double back, and one
-  // that is not finite is null.
+  // Prints on one line. Bytes that are not UTF-8 are replaced. Numbers have the shortest digits that read back as the
+  // same double; a number that is not finite becomes null.
   std::string dump() const;
 
  private:
@@ -63,7 +63,7 @@ class Json {
   std::uint64_t whole_{};
   double real_{};
   std::string text_;
-  std::vector<std::string> keys_;  // of an object, one an item
+  std::vector<std::string> keys_;  // of an object: one for each item
   std::vector<Json> items_;
 };
 

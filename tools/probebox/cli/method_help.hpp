@@ -3,8 +3,8 @@
 
 namespace probebox::command {
 
-// Which methods `calibrate` runs, and which of them take an option, in words: "centreline and rotary-axis-errors". The
-// list of methods is outside of this room; tools/probebox fills this in.
+// Lists of methods for the help: all that `calibrate` runs, and those that take each option, in words such as
+// "centreline and rotary-axis-errors". This room does not know the methods; tools/probebox fills this in.
 struct MethodHelp {
   std::string all;
   std::string approach, angles, heights, axis, rotary_axis, mounts, tool, head, shank;

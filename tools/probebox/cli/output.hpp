@@ -12,22 +12,22 @@
 
 namespace probebox::command {
 
-// The file, or the standard output, that a command writes to.
+// Writes the output of a command to a file or to the standard output.
 class Output {
  public:
-  // when_whole: the file appears under its name with finish(), whole; until then, and after a failure, what was there
-  // before stays. as_it_grows: what was written before a kill is in the file, for recordings that last for hours.
+  // when_whole: finish() gives the complete file its name; until then, and after a failure, an older file stays.
+  // as_it_grows: the file has its name at once and keeps what was written before a kill, for recordings of hours.
   enum class Appears : std::uint8_t { when_whole, as_it_grows };
 
-  // Why open() would not touch the file: it is there already. Nothing when it would.
+  // Explains why open() would refuse the file (it exists already); nothing when it would not.
   static std::optional<std::string> objectionTo(const std::string& path, bool force);
-  // "-" is `standard`. An existing file is an error unless `force`; a device or a pipe is not, and is written directly.
+  // "-" is `standard`. An existing file is an error unless `force`; devices and pipes are written directly.
   static Outcome<Output> open(const std::string& path, bool force, std::ostream& standard,
                               Appears appears = Appears::when_whole);
 
   Output(Output&& other) noexcept;
   Output& operator=(Output&&) = delete;
-  // Removes what finish() has not completed.
+  // Removes a file that finish() has not completed.
   ~Output();
 
   // False after the first failure; failure() says why.
@@ -36,7 +36,7 @@ class Output {
     return write(std::string_view{reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
   bool flush();
-  // Everything is written: gives the file its name.
+  // Ends the writing and gives the file its name.
   bool finish();
 
   std::ostream& stream() { return *stream_; }

@@ -229,8 +229,8 @@ class CommandLine {
         "probebox solve --json cases/delay-multi-speed/0000", solve_);
     solve->add_option("case", solve_.cases, "case folders: config.json and the tables of measurements");
     solve->add_flag("--methods", solve_.methods,
-                    "instead list the methods, or explain the tables and keys of those named in the place of cases");
-    solve->add_flag("--text", solve_.text, "the table for people in a pipe or a file too");
+                    "list the methods instead, or explain the tables and keys of the methods named instead of cases");
+    solve->add_flag("--text", solve_.text, "print the table for people even into a pipe or a file");
     solve->callback([this] {
       if (!solve_.methods && solve_.cases.empty()) throw CLI::RequiredError{"case"};
       request_.job = solve_;

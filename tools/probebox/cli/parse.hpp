@@ -14,7 +14,7 @@ class App;
 
 namespace probebox::command {
 
-// The command line itself was the question (--help), or cannot be understood.
+// The reply to a command line that runs nothing: --help, --version, or an error.
 struct Answer {
   ExitStatus status{};
   std::string text;
@@ -23,7 +23,7 @@ struct Answer {
 // arguments: without the program's name. methods: for the help about calibrations.
 std::variant<Request, Answer> parse(std::span<const std::string> arguments, const MethodHelp& methods);
 
-// Shows every command, option and example as they are declared, for manual pages and completions.
+// Calls `look` with the declared commands, options and examples, for manual pages and completions.
 void withCommandLine(const MethodHelp& methods, const std::function<void(const CLI::App&)>& look);
 
 }  // namespace probebox::command

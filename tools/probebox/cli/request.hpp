@@ -11,7 +11,7 @@
 // Holds the parsed command line.
 namespace probebox::command {
 
-// Where a display or a recording ends by itself; both empty: at Ctrl-C.
+// When a display ends by itself: after a time or a number of updates; both empty: at Ctrl-C.
 struct Until {
   std::optional<double> seconds;
   std::optional<std::uint64_t> count;
@@ -19,7 +19,7 @@ struct Until {
 
 struct List {
   double timeout_s{1.0};  // for each box
-  bool watch{};           // goes on with what comes and goes
+  bool watch{};           // keep reporting boxes that appear or disappear
   Until until;
 };
 struct Info {};
@@ -39,7 +39,7 @@ struct Record {
   messages::Profile profile{messages::Profile::fast};
   bool live{};  // the box drops the oldest samples, not the newest, when the link is too slow
   bool force{};
-  bool on_trigger{};  // the first trigger with what was before and after it
+  bool on_trigger{};  // record only the first trigger and the samples around it
   double before_s{2};
   double after_s{1};
 };
@@ -47,7 +47,7 @@ struct Export {
   std::string input;  // "-" is the standard input
   std::string output;
   bool force{};
-  std::string triggers;  // a table of its own; empty for none
+  std::string triggers;  // file of a separate table of triggers; empty for none
 };
 struct Verify {
   std::string input;  // "-" is the standard input
@@ -56,7 +56,7 @@ struct Replay {
   std::string input;
   std::string listen{"127.0.0.1:7627"};
   double speed{1};  // 0: as fast as hosts read
-  bool once{};      // ends when the recording has, and hosts have it
+  bool once{};      // end when the hosts have received the whole recording
 };
 struct Pack {
   std::string input;  // "-" is the standard input
@@ -77,23 +77,23 @@ struct Clock {
   std::int64_t period_ns{};
   bool force{};
 };
-// A page about a box in a browser on this computer.
+// Serves a page about a box to a browser on this computer.
 struct View {
   std::uint16_t port{};  // 0: a free one
-  std::string cell;      // description of what stands around the tool; empty for none
+  std::string cell;      // description of machine, fixture, workpiece and tools; empty for none
 };
-// Moves a tool along a program through a cell, and looks for what comes too near.
+// Moves a tool along a program through a cell and reports solids that come too near.
 struct Interference {
   std::string cell;  // its description
   std::uint32_t tool{};
   std::string program;  // G-code
   double step_mm{0.1};
-  bool stored{};  // with the lengths in store, though measured ones are there
+  bool stored{};  // use the stored lengths even where measured ones exist
 };
 struct Solve {
-  std::vector<std::string> cases;  // with `methods`: names of methods, none for all
+  std::vector<std::string> cases;  // with `methods`: names of methods; empty for all
   bool methods{};
-  bool text{};  // a table even where no terminal reads it
+  bool text{};  // print a table even where the output is no terminal
 };
 struct Report {
   std::vector<std::string> inputs;  // results by number or subject, case folders, files of answers
@@ -120,13 +120,13 @@ struct Calibrate : RunChoices {
   std::optional<std::uint16_t> stations;
   std::optional<std::uint8_t> mounts;
   std::string save;  // folder; empty: not saved
-  bool abort{};      // nothing is begun: the run that is going on is ended
+  bool abort{};      // start nothing; abort the current run
   bool accept{};
   bool although_it_differs{};  // from the result in force
   std::string by;
 };
 struct Plan : RunChoices {
-  std::optional<double> time_s;  // propose what fits into it
+  std::optional<double> time_s;  // propose runs that fit into this time
   std::optional<double> machine_rate_hz;
   std::optional<double> machine_noise_um;
   std::optional<double> probe_rate_hz;
@@ -139,7 +139,7 @@ struct Gcode : RunChoices {
   std::string output;   // the program, or its picture where the name ends with .svg; "-" is the standard output
   std::string picture;  // empty: none
   std::string tape;     // device of the line to the box; empty: the dialect's usual one
-  bool stops{};         // marks by a person, in place of lines
+  bool stops{};         // a person marks the steps, instead of lines that the control prints
   bool force{};
   std::vector<double> at_mm, c_axis_mm, table_axis_mm;  // X, Y, Z, or empty
   std::vector<std::string> balls_mm;                    // "X,Y,Z" each
@@ -154,8 +154,8 @@ struct Gcode : RunChoices {
 struct Selftest {};
 struct Propose {
   std::string input;       // a case folder
-  bool as_this_machine{};  // a case that names no probe, machine or mounting was measured here
-  std::string by;          // who says so
+  bool as_this_machine{};  // a case that names no probe, machine or mounting was measured with those of this box
+  std::string by;          // the person who vouches for that
 };
 struct Accept {
   std::uint64_t id{};
@@ -177,19 +177,19 @@ struct Rollback {
   std::string by;
 };
 struct History {
-  std::string what;  // the same; empty: everything
+  std::string what;  // the number of a result, a subject, or a method; empty: everything
 };
 struct Corrections {
-  std::string sum;   // sources to be summed from now on; empty: as they are
-  std::string tell;  // how the rotary axes stand and which tool is in; empty: nothing
+  std::string sum;   // sources to sum from now on; empty: unchanged
+  std::string tell;  // angles of the rotary axes and the current tool, to be sent to the box; empty: nothing
   bool follow{};
   Until until;
 };
 
 struct Inhibit {
-  std::string what;  // on, off, or empty: only say who holds one
-  std::string by;    // a person; empty: the link's own
-  std::string door;  // with off: whose; empty: one's own
+  std::string what;  // on, off, or empty: only show who holds one
+  std::string by;    // the person who holds it; empty: this link holds it
+  std::string door;  // with off: the door whose inhibit ends; empty: one's own
 };
 
 using Job = std::variant<List, Info, Status, Watch, Record, Export, Verify, Replay, Pack, Unpack, Clock, Solve, Report,

@@ -8,8 +8,8 @@
 
 namespace probebox::command {
 
-// Commands about stored results, and about cuts and references, which decide what comes of them. Only parse.cpp
-// includes this.
+// Declares the commands about stored results, and about cuts and references, which decide when results take effect.
+// Only parse.cpp includes this.
 class ResultCommands {
  public:
   void declare(Subcommands& commands) {
@@ -37,7 +37,7 @@ class ResultCommands {
                                  "probebox propose cases/rotary-axis-errors/C", propose_);
     propose->add_option("case", propose_.input, "a case folder: config.json and the tables of measurements")
         ->required();
-    auto* by = propose->add_option("--by", propose_.by, "with --as-this-machine: who says so")->check(personsName());
+    auto* by = propose->add_option("--by", propose_.by, "with --as-this-machine: your name")->check(personsName());
     propose
         ->add_flag("--as-this-machine", propose_.as_this_machine,
                    "a case that names no probe, machine or mounting was measured with those of this box")
@@ -55,27 +55,27 @@ class ResultCommands {
             "what", rollback_.what,
             "the subject (delay, centreline, screw-x, ...), one of its methods, or the number of the result to retire")
         ->required();
-    addPerson(rollback, rollback_.by, "the name of the person who does it");
+    addPerson(rollback, rollback_.by, "the name of the person who rolls back");
   }
 
   void declareMachine(Subcommands& commands) {
     auto* home =
-        commands.add("home", "say where axes stand after homing: the reference of axes with reference = \"homing\"",
+        commands.add("home", "tell the box the positions of axes after homing; for axes with reference = \"homing\"",
                      "probebox home X=0 Y=0 Z=120.5", home_);
     home->add_option("axis", home_.axes, "axis and machine position in mm; the axis must have stood still for 0.1 s")
         ->required()
         ->check(axisPosition())
         ->type_name("AXIS=MM");
-    home->add_option("--by", home_.by, "the name of the person who says so, for the log")->check(personsName());
-    auto* inhibit = commands.add(
-        "inhibit", "say that a cut is on or over, and who says so: no result comes into force during a cut",
-        "probebox inhibit on --by Ada", inhibit_);
+    home->add_option("--by", home_.by, "the name of the person who homed them, for the log")->check(personsName());
+    auto* inhibit = commands.add("inhibit", "declare that a cut is on or over; no result comes into force during a cut",
+                                 "probebox inhibit on --by Ada", inhibit_);
     inhibit->add_option("what", inhibit_.what, "on or off; without it only show who holds an inhibit")
         ->check(CLI::IsMember({"on", "off"}));
-    inhibit->add_option("--by", inhibit_.by, "the person whose inhibit it is; without it this link's own")
+    inhibit->add_option("--by", inhibit_.by, "the person who holds the inhibit; default: this link")
         ->check(personsName());
     inhibit
-        ->add_option("--door", inhibit_.door, "with off: end that one's inhibit, such as of a controller that is gone")
+        ->add_option("--door", inhibit_.door,
+                     "with off: end the inhibit of this door, such as a controller that is gone")
         ->needs("--by");
   }
 

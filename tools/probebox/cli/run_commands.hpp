@@ -12,7 +12,7 @@
 
 namespace probebox::command {
 
-// Commands that measure on a machine, and the forecast of what they will find. Only parse.cpp includes this.
+// Declares the commands that measure on a machine, with their forecasts and programs. Only parse.cpp includes this.
 class RunCommands {
  public:
   explicit RunCommands(const MethodHelp& methods) : methods_{methods} {}
@@ -32,8 +32,8 @@ class RunCommands {
   void declareInterference(Subcommands& commands) {
     auto* check =
         commands.add("interference",
-                     "move a tool with its measured lengths along a program and report what it comes too near; "
-                     "exit status 1 on a hit",
+                     "move a tool with its measured lengths along a program and report the solids that it comes too "
+                     "near; exit status 1 on a hit",
                      "probebox interference --cell cell.toml --tool 4 --gcode part.ngc", interference_);
     check->add_option("--cell", interference_.cell, "description of machine, fixture, workpiece and tools")
         ->required()
@@ -45,11 +45,11 @@ class RunCommands {
     check->add_option("--gcode", interference_.program, "the program; - is the standard input")
         ->required()
         ->type_name("FILE");
-    check->add_option("--step", interference_.step_mm, "a hit that is deeper than this is never passed over, mm")
+    check->add_option("--step", interference_.step_mm, "hits deeper than this are never missed")
         ->check(between(0.01, 10))
         ->type_name("MM")
         ->capture_default_str();
-    check->add_flag("--stored", interference_.stored, "use the lengths in store in place of the measured ones");
+    check->add_flag("--stored", interference_.stored, "use the stored lengths instead of the measured ones");
   }
 
   void declareCalibrate(Subcommands& commands) {

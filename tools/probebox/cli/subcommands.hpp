@@ -11,7 +11,7 @@ class Subcommands {
  public:
   Subcommands(CLI::App& app, Request& request) : app_{app}, request_{request} {}
 
-  // The options, as they were parsed, become the request when this command was named.
+  // When this command is named, its parsed options become the request.
   template <class Options>
   CLI::App* add(const std::string& name, const std::string& about, const std::string& example, Options& options) {
     auto* command = app_.add_subcommand(name, about);

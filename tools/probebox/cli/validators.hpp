@@ -11,7 +11,7 @@
 
 #include "protocol/units/wording.hpp"
 
-// Checks words of the command line. Only parse.cpp includes it.
+// Validators of command-line values. Only parse.cpp and the headers that it alone includes use them.
 namespace probebox::command {
 
 inline bool readsAs(const std::string& text, auto& number) {
@@ -45,7 +45,7 @@ inline CLI::Validator speed() {
   return CLI::Validator{check, "", "speed"};
 }
 
-// CLI::PositiveNumber takes nan and inf.
+// Unlike CLI::PositiveNumber, refuses nan and inf.
 inline CLI::Validator positive() {
   const auto check = [](std::string& text) {
     double value = 0;
@@ -55,7 +55,7 @@ inline CLI::Validator positive() {
   return CLI::Validator{check, "", "positive number"};
 }
 
-// CLI::Range takes nan.
+// Unlike CLI::Range, refuses nan.
 inline CLI::Validator between(double least, double most) {
   const auto check = [=](std::string& text) {
     double value = 0;
@@ -77,7 +77,7 @@ inline CLI::Validator wholeBetween(std::uint64_t least, std::uint64_t most) {
   return CLI::Validator{check, "", "number"};
 }
 
-// "/dev/ttyS1", in words that a program may hold.
+// The path of a device, such as "/dev/ttyS1", of characters that a G-code program may hold.
 inline CLI::Validator device() {
   const auto check = [](std::string& text) {
     const auto usual = [](unsigned char c) {
@@ -89,7 +89,7 @@ inline CLI::Validator device() {
   return CLI::Validator{check, "", "device"};
 }
 
-// "X=120.5".
+// An axis with its machine position in mm, such as "X=120.5".
 inline CLI::Validator axisPosition() {
   const auto check = [](std::string& text) {
     double value = 0;

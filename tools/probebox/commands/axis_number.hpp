@@ -5,7 +5,7 @@
 
 namespace probebox::command {
 
-// 1 to 6 for X, Y, Z, A, B, C; 0 for none.
+// Returns 1 to 6 for X, Y, Z, A, B, C; 0 for an empty name.
 inline std::uint8_t axisNumber(const std::string& name) {
   if (name.empty()) return 0;
   const int letter = std::toupper(static_cast<unsigned char>(name.front()));

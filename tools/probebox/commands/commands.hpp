@@ -4,7 +4,7 @@
 
 namespace probebox::command {
 
-// One command each, in commands/<name>.cpp. uri: what -u gave, or empty.
+// Each runs one command, in commands/<name>.cpp. uri: the value of -u, or empty.
 ExitStatus run(const List& options, const std::string& uri, Console& console);
 ExitStatus run(const Info& options, const std::string& uri, Console& console);
 ExitStatus run(const Status& options, const std::string& uri, Console& console);

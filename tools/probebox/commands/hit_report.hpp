@@ -4,7 +4,7 @@
 
 namespace probebox::command {
 
-// A hit, or the smallest distance, for programs.
+// Describes a hit, or the smallest distance, as JSON.
 Json describe(const interference::Hit& hit);
 
 }  // namespace probebox::command

@@ -6,8 +6,7 @@
 
 namespace probebox::command {
 
-// A result that a box keeps, for a report: with its dataset, the result in force and the earlier ones about its
-// subject.
+// Fetches a stored result for a report, with its dataset, the result in force and earlier results of its subject.
 Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& console, std::uint64_t id);
 
 }  // namespace probebox::command

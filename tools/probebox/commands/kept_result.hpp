@@ -11,7 +11,7 @@
 
 namespace probebox::command {
 
-// Everything that a box keeps of one result.
+// Everything that a box stores about one result.
 struct KeptResult {
   messages::ResultSummary summary;  // without values and warnings
   std::variant<metrology::Result, metrology::Refusal> content;
@@ -23,10 +23,10 @@ struct KeptResult {
 
 Outcome<KeptResult, Trouble> keptResult(link::Client& box, Console& console, std::uint64_t id);
 
-// Its dataset as JSON text. Trouble names the remedy where the box no longer keeps it.
+// Fetches the dataset of a result as JSON text. Trouble: the box no longer keeps it, with the remedy.
 Outcome<std::string, Trouble> keptDataset(link::Client& box, Console& console, std::uint64_t id);
 
-// About the same subject, from the same probe, machine and mounting: one of them at most is in force.
+// True for two results of the same subject, probe, machine and mounting: at most one of them can be in force.
 bool answersTheSame(const messages::ResultSummary& one, const messages::ResultSummary& other);
 
 // The results in force, of every subject.

@@ -8,7 +8,7 @@
 
 namespace probebox::command {
 
-// When a display that goes on by itself shows its next update, and when it ends.
+// Paces a live display: when the next update is due, and when the display ends.
 class Pace {
  public:
   Pace(const Until& until, std::chrono::milliseconds period)
@@ -16,7 +16,7 @@ class Pace {
     if (until.seconds) end_ = link::now() + Nanoseconds{static_cast<std::int64_t>(*until.seconds * 1e9)};
   }
 
-  // True once for every update that is due.
+  // Returns true once for every update that is due.
   bool due() {
     const auto now = link::now();
     if (now < next_) return false;
@@ -33,14 +33,14 @@ class Pace {
   std::optional<MonoTime> end_;
 };
 
-// Lets the link do its work for a short while; false when it is lost, or nobody looks any more.
+// Serves the link for at most 1 s; false after a lost link, Ctrl-C, or when no one reads the output any more.
 inline bool goRound(link::Client& box, const Console& console) {
   if (console.interrupted() || !console.writable()) return false;
   box.round(link::patience(std::chrono::milliseconds{1000}, &console.interruption()));
   return box.state() != link::LinkState::lost;
 }
 
-// How a display that goes on by itself came to its end.
+// Returns the exit status of a live display that has ended; reports a lost link.
 inline ExitStatus ended(const link::Client& box, Console& console) {
   if (console.interrupted()) return ExitStatus::interrupted;
   if (box.state() != link::LinkState::lost) return ExitStatus::ok;

@@ -12,7 +12,7 @@
 
 namespace probebox::command {
 
-// Writes received frames. The first frame opens the file: a box that does not answer leaves none.
+// Writes received frames to a file. The first frame opens it, so a box that does not answer leaves no empty file.
 class Recorder : public link::StreamListener {
  public:
   // Both outlive the recorder.
@@ -24,7 +24,7 @@ class Recorder : public link::StreamListener {
   }
   void onHeartbeat(const messages::Heartbeat&, const std::optional<link::Balance>&) override { flush(); }
 
-  // What was heard until now is in the file, whatever happens to this process.
+  // Flushes the received frames, so that they survive a kill of this process.
   void flush() {
     if (output_ && !failure_ && !output_->flush()) failure_ = output_->failure();
   }
@@ -77,7 +77,7 @@ struct Done {
   bool closed{};  // the box itself said where the stream ended
 };
 
-// The account of a recording: an equation for people, an object for programs.
+// Prints the account of a recording: an equation for people, a JSON object for programs.
 void tellRecorded(const Record& options, const Done& done, Console& console);
 
 // Waits for a trigger and writes what came before and comes after it.

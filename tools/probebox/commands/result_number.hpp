@@ -6,7 +6,7 @@
 
 namespace probebox::command {
 
-// The number of a result, when the text is one; subjects and methods begin with a letter.
+// Reads the number of a result; nothing for other text, such as a subject or method, which begins with a letter.
 inline std::optional<std::uint64_t> resultNumber(const std::string& text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -10,9 +10,9 @@ namespace probebox::command {
 
 // Trouble: more speeds than a run can have.
 Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices);
-// A run that no box is asked about. Trouble: no such method, too.
+// Finds the method of a run without asking a box. Trouble: no such method, too.
 Outcome<plan::Wanted, Trouble> wantedOf(const RunChoices& choices);
-// The options of calibrate that make this run.
+// Returns the options with which `calibrate` makes this run.
 std::string chosenOf(const plan::Wanted& wanted);
 
 }  // namespace probebox::command

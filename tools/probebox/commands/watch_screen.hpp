@@ -8,7 +8,7 @@
 
 namespace probebox::command {
 
-// `watch` of a box on a whole screen, until q, Ctrl-C or the end that was asked for.
+// Runs `watch` on the whole terminal until q, Ctrl-C, or the limit in `options`.
 ExitStatus watchOnScreen(const Watch& options, const link::Uri& uri, std::unique_ptr<TerminalScreen> screen,
                          Console& console);
 

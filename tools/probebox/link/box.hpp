@@ -18,20 +18,19 @@ using std::chrono::milliseconds;
 inline constexpr milliseconds kConnectPatience{3000};
 inline constexpr milliseconds kAnswerPatience{5000};
 
-// Where a box listens unless it was told otherwise.
+// The address on which a box listens by default.
 inline constexpr const char* kUsualUri = "tcp:127.0.0.1:7627";
 
-// A number of seconds from the command line.
+// Converts a number of seconds from the command line.
 milliseconds inMilliseconds(double seconds);
 
-// given, or PROBEBOX_URI, or the only box that has announced itself here or is on USB, or the usual address.
+// Chooses the first of: `given`, PROBEBOX_URI, the only box that is announced on this computer or on USB, kUsualUri.
 Outcome<link::Uri, Trouble> chooseUri(const std::string& given);
 
-// For commands about a recording: the path that they were given, or that of a file: URI.
+// Chooses the recording of a command: `path`, or else that of a file: URI.
 Outcome<std::string, Trouble> chooseRecording(const std::string& path, const std::string& given);
 
-// What a failure to open, or of the link, means for the command's exit status. After Ctrl-C everything is an
-// interruption.
+// Turns a failure into a Trouble with its exit status. After Ctrl-C every failure of a link is an interruption.
 Trouble troubleOf(const link::OpenFailure& failure);
 Trouble troubleOf(const link::Failure& failure, const Console& console);
 Trouble usage(std::string what);
@@ -45,7 +44,7 @@ using Box = std::unique_ptr<link::Client>;
 // Connects and shakes hands. `listener` may be null and outlives the box.
 Outcome<Box, Trouble> openBox(const link::Uri& uri, const Console& console, milliseconds patience = kConnectPatience,
                               link::StreamListener* listener = nullptr, const link::ClientOptions& options = {});
-// The same for what -u gave, for commands that need a box and no recording.
+// The same for the value of -u. Trouble for a recording: the command needs a box that answers.
 Outcome<Box, Trouble> openBox(const std::string& given, const Console& console);
 
 // Sends one request and waits for its answer.
@@ -57,13 +56,13 @@ Outcome<typename Operation::Answer, Trouble> ask(link::Client& box, const Consol
   return std::move(answer).value();
 }
 
-// Lists that come in parts end, whatever the box says: each part has to go on behind the one before it, and no box has
-// more than kMostParts.
+// Ends the reading of a list that comes in parts even if the box is faulty: each part must have higher numbers than the
+// one before it, and there may be at most kMostParts.
 class ListWatch {
  public:
   static constexpr std::uint64_t kMostParts = 10'000;
 
-  // first, last: numbers of what came in this part. Trouble: it will never end.
+  // first, last: numbers of the first and last item of this part. Trouble: the list would never end.
   std::optional<Trouble> part(std::uint64_t first, std::uint64_t last);
 
  private:

@@ -10,20 +10,19 @@
 
 namespace probebox::command {
 
-// Follows one run of a measuring procedure from its start to its end. Steps are done by a controller, which marks them,
-// or by a person, who presses Enter at the begin and at the end of each. The run continues in the box when the link
-// breaks.
+// Follows one run of a measuring procedure from start to end. A controller performs and marks the steps, or a person
+// does and presses Enter at the beginning and end of each. The run continues in the box when the link breaks.
 class FollowedRun {
  public:
   using Progress = messages::ProcedureStatus::Answer;
 
   FollowedRun(link::Uri uri, Console& console) : uri_{std::move(uri)}, console_{console} {}
 
-  // Starts the run and shows its steps as they come; the last word of the box about it. When nobody is there to be told
-  // the next step the run is aborted, for the machine must not be asked for more.
+  // Starts the run, shows its steps, and returns its final status. Aborts the run after Ctrl-C or when the output has
+  // no reader, so that the machine is not asked for further steps.
   Outcome<Progress, Trouble> go(const messages::StartProcedure::Request& request);
 
-  // What the run measured, as JSON text, also of a refused one.
+  // Fetches the measured data of the run, also of a refused one, as JSON text.
   Outcome<std::string, Trouble> dataset();
 
   // After go(): the link to the box.
@@ -43,7 +42,7 @@ class FollowedRun {
   Console& console_;
   Box box_;
   std::uint32_t run_{};
-  bool replaced_{};  // by somebody else's run, which is not ours to abort
+  bool replaced_{};  // another host has started a run; this command must not abort it
   bool told_of_keys_{};
 };
 

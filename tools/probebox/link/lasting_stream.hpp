@@ -15,17 +15,17 @@ class LastingStream : private link::StreamListener {
  public:
   struct Options {
     messages::Policy policy{};
-    messages::Profile profile{};  // raw from a box that does not send this one
-    milliseconds patience{};      // with a box that has gone
-    bool triggers{};              // those too
+    messages::Profile profile{};  // a box that does not send this one sends raw
+    milliseconds patience{};      // how long to wait for a box that has gone
+    bool triggers{};              // also ask for triggers
   };
 
-  // `listener` hears what every link brings; it and `console` outlive the stream.
+  // `listener` receives what comes over every link; it and `console` outlive the stream.
   LastingStream(link::Uri uri, const Options& options, link::StreamListener& listener, Console& console);
 
-  // The first link, and START. Why there is none.
+  // Connects and sends START. Returns why that failed.
   std::optional<Trouble> open();
-  // Lets the link, or the search for a new one, do its work for a short while. False when it is all over: trouble().
+  // Serves the link, or the search for a new one, for a short while. False at the end: see trouble().
   bool round();
 
   // Null while there is no link.
@@ -35,7 +35,7 @@ class LastingStream : private link::StreamListener {
   const link::TriggerAccount& triggers() const { return triggers_; }
   std::uint64_t reconnections() const { return reconnections_; }
   const std::optional<Trouble>& trouble() const { return trouble_; }
-  // What became of the last link.
+  // Why the last link was lost.
   const std::string& loss() const { return loss_; }
 
  private:
@@ -68,7 +68,7 @@ class LastingStream : private link::StreamListener {
   Box box_;
   std::optional<Trouble> trouble_;
   std::string loss_;
-  std::string obstacle_;  // what keeps this user from a box that is there again
+  std::string obstacle_;  // why this user cannot open a box that is back
   MonoTime obstacle_since_{};
   bool obstacle_said_{};
   MonoTime deadline_{};  // of the search

@@ -6,10 +6,10 @@
 #include "drivers/usb_host/linux_access.hpp"
 #include "tools/probebox/cli/console.hpp"
 
-// Boxes on USB as far as they can be seen without opening them.
+// Boxes on USB, as visible without opening them.
 namespace probebox::command {
 
-// By place. Those of boxes that run on this very computer and have announced their USB side are among them.
+// Lists boxes on USB by place, including those that run on this computer and have announced their USB side.
 std::vector<usb_host::Device> boxesOnUsb();
 
 struct UsbState {

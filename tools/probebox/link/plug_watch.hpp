@@ -4,9 +4,8 @@
 
 namespace probebox::command {
 
-// Tells what is there, and then what comes and goes: boxes on USB with whether they can be opened, and boxes that run
-// on this computer. No box is opened for it, so nobody's link is disturbed. Each line or object is an update of
-// `until`.
+// Lists boxes on USB (and whether they can be opened) and boxes that run on this computer, then reports each that
+// appears or disappears. No box is opened, so no link is disturbed. Each line or object is one update of `until`.
 ExitStatus watchPlugs(const Until& until, Console& console);
 
 }  // namespace probebox::command

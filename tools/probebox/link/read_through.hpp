@@ -15,15 +15,15 @@ struct ReadingWishes {
   link::EnoughRead enough{};
 };
 
-// A recording for a command; "-" is the standard input. Trouble: it cannot be read, or Ctrl-C has ended the reading,
-// and the listener has heard what came before.
+// Reads a recording for a command; "-" is the standard input. Trouble: it cannot be read, or Ctrl-C has ended the
+// reading; the listener has received what came before.
 Outcome<link::RecordingEnd, Trouble> readThrough(const std::string& path, link::StreamListener& listener,
                                                  Console& console, const ReadingWishes& wishes = {});
 
-// Says what went wrong; after Ctrl-C nothing did.
+// Reports a failure and returns its exit status; an interruption by Ctrl-C is not reported.
 ExitStatus conclude(const Trouble& trouble, Console& console);
 
-// What the recording itself says of its samples, over all of its links.
+// Sums the samples, losses and triggers of a recording over all of its links.
 struct RecordingSums : link::StreamListener {
   void onBlock(const link::DecodedBlock& block) override { received += block.header.count; }
   void onGap(const messages::Gap& gap) override { declared_lost += gap.count; }
@@ -40,7 +40,7 @@ struct RecordingSums : link::StreamListener {
   link::TriggerAccount triggers;
 };
 
-// Why a recording is not whole, each for a person; empty when it is.
+// Explains each fault of a recording to a person; empty when it is complete and exact.
 std::vector<std::string> faultsOf(const RecordingSums& sums, const link::RecordingEnd& end);
 
 }  // namespace probebox::command

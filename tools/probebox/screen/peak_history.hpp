@@ -9,7 +9,7 @@
 
 namespace probebox::command {
 
-// The extremes of a channel over the last ten seconds, in slots of 0.1 s. No sample between two pictures is overlooked.
+// Keeps the extremes of a channel over the last 10 s in slots of 0.1 s, so that a peak between two frames still shows.
 class PeakHistory {
  public:
   static constexpr std::int64_t kSlot_ns = 100'000'000;
@@ -30,7 +30,7 @@ class PeakHistory {
     while (slots_.front().number + static_cast<std::int64_t>(kSlots) <= slot) slots_.pop_front();
   }
 
-  // The ten seconds in so many columns, the newest at the end.
+  // Returns the 10 s in `count` columns, the newest last.
   std::vector<Extent> columns(std::size_t count) const {
     std::vector<Extent> all(count);
     if (slots_.empty() || count == 0) return all;
@@ -49,7 +49,7 @@ class PeakHistory {
     return all;
   }
 
-  // The largest magnitude of the ten seconds.
+  // The largest magnitude in the 10 s.
   double peak() const {
     double most = 0;
     for (const auto& [number, extent] : slots_) most = std::max({most, -extent.low, extent.high});

@@ -7,7 +7,7 @@
 
 namespace probebox::command {
 
-// The whole terminal, through ncurses, until it goes out of scope. Without colours where NO_COLOR is set
+// Takes over the whole terminal through ncurses until it goes out of scope. Draws no colours if NO_COLOR is set
 // (https://no-color.org); attributes such as bold remain.
 class TerminalScreen {
  public:
@@ -20,7 +20,7 @@ class TerminalScreen {
   ScreenSize size() const;
   bool utf8() const { return utf8_; }
   void draw(std::span<const Span> page);
-  // A key that was pressed; does not wait.
+  // Returns a pressed key, if any; does not wait.
   std::optional<char> key();
 
  private:

@@ -25,11 +25,11 @@ struct Span {
 struct ScreenSize {
   std::size_t rows{};
   std::size_t columns{};
-  // The page has a place for everything from 24 rows of 80 columns on.
+  // The page needs 24 rows of 80 columns.
   bool fits() const { return rows >= 24 && columns >= 80; }
 };
 
-// All that `watch` shows. Absent is what has not come yet.
+// Everything that `watch` shows. Empty fields have not been received yet.
 struct WatchState {
   struct Channel {
     std::string name;  // such as deflection_a
@@ -51,12 +51,11 @@ struct WatchState {
   std::optional<messages::ProcedureStatus::Answer> procedure;
   std::optional<messages::ResultSummary> result;  // the newest
   bool link_up{true};
-  bool held{};       // the picture stands still
-  std::string note;  // the last thing that happened to the link
+  bool held{};       // the display is paused
+  std::string note;  // the last event of the link
 };
 
-// The page for a screen that fits, or what it needs. Every number stays at its place. utf8: bars may be drawn with
-// blocks.
+// Lays out the page, or says what size it needs. Every number has a fixed place. utf8: bars may use block characters.
 std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8);
 
 }  // namespace probebox::command

@@ -17,8 +17,8 @@ inline void append(std::string& text, auto number) {
   text.append(digits.data(), end);
 }
 
-// A column's name for the first line of a table. A spreadsheet takes = + - @ at its beginning for a formula, and a
-// comma or a line break for the next column.
+// Makes the name of a column safe for a spreadsheet, which takes = + - @ at its beginning for a formula, and a comma,
+// semicolon or quotation mark as CSV syntax.
 inline std::string csvName(std::string_view name) {
   std::string all = shown(name);
   for (auto& c : all) {
@@ -28,7 +28,7 @@ inline std::string csvName(std::string_view name) {
   return formula ? "'" + all : all;
 }
 
-// Rows as lines of text. What stands in them is up to who derives.
+// Writes rows as lines of text; derived classes fill them.
 class CsvRows : public RowWriter {
  public:
   CsvRows(const TableJob& job, std::ostream& standard) : job_{job}, standard_{standard} {}
@@ -53,7 +53,7 @@ class CsvRows : public RowWriter {
   const std::optional<std::string>& failure() const override { return failure_; }
 
  private:
-  // Each with the end of the line.
+  // Both include the line feed.
   virtual std::string header(const messages::Descriptor& descriptor) = 0;
   virtual void fill(std::string& line, const link::DecodedBlock& block, std::size_t k, SampleIndex sample) = 0;
 

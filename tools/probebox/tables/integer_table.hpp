@@ -15,8 +15,8 @@ struct IntegerTable {
   std::vector<std::vector<std::int64_t>> columns;
 };
 
-// Reads a line of column names, then lines of as many whole numbers of 64 bits, separated by commas; a line may end as
-// on Windows. `progress` is told now and then how many bytes were read. Errors name line and column.
+// Reads a line of column names, then lines of as many 64-bit integers, separated by commas; lines end with LF or CR LF.
+// `progress` is called now and then with the number of bytes read. Errors name line and column.
 Outcome<IntegerTable> readIntegerTable(std::istream& in, const std::function<void(std::uint64_t)>& progress = {});
 
 }  // namespace probebox::command

@@ -11,8 +11,8 @@
 
 namespace probebox::command {
 
-// Writes an MCAP file (https://mcap.dev/spec, version 0): records, in chunks with an index, uncompressed. Debian
-// packages no library for it. The output may be a pipe: nothing is filled in afterwards.
+// Writes an MCAP file (https://mcap.dev/spec, version 0): uncompressed chunks with an index. Own code, since Debian
+// packages no library for it. The output may be a pipe: nothing is rewritten afterwards.
 class McapFile {
  public:
   using Id = std::uint16_t;
@@ -20,16 +20,16 @@ class McapFile {
   // `output` outlives the file.
   explicit McapFile(Output& output);
 
-  // The fields of messages as a definition of ROS 2: "int64 sample\nfloat64 x_mm\n".
+  // Adds a schema. definition: fields of a ROS 2 message, "int64 sample\nfloat64 x_mm\n".
   Id schema(std::string_view name, std::string_view definition);
-  // Messages of a channel are coded as CDR, little endian.
+  // Adds a channel; its messages are encoded as CDR, little endian.
   Id channel(std::string_view topic, Id schema);
   void message(Id channel, std::uint64_t time_ns, std::string_view data);
-  // Words about the whole file.
+  // Adds named values that describe the whole file.
   void metadata(std::string_view name, const std::vector<std::pair<std::string, std::string>>& entries);
   void finish();
 
-  // False once the output did not take something; Output::failure() says why.
+  // False after a failed write; Output::failure() says why.
   bool ok() const { return ok_; }
 
  private:
@@ -64,7 +64,8 @@ class McapFile {
 // CRC-32 as in zlib and Ethernet, which MCAP asks for.
 std::uint32_t crc32(std::string_view bytes);
 
-// One message as CDR, little endian: each number at a multiple of its size behind the four bytes in front.
+// Encodes one message as CDR, little endian: each number is aligned to its size, counted from the end of the 4-byte
+// header.
 class CdrMessage {
  public:
   CdrMessage() : bytes_{std::string_view{"\0\1\0\0", 4}} {}

@@ -9,9 +9,9 @@
 
 namespace probebox::command {
 
-// A recording as MCAP, which Foxglove and PlotJuggler open. Topics: /probebox/samples (a message a sample, channels in
-// their units as float64), /probebox/gaps (what is missing, and why), /probebox/triggers, /probebox/delay (in force
-// from there on). Times are those of the box: ns, monotonic since its boot. The metadata "probebox" names the box.
+// Writes a recording as MCAP, for Foxglove and PlotJuggler. Topics: /probebox/samples (one message per sample, channels
+// as float64 in their units), /probebox/gaps (missing samples, with the reason), /probebox/triggers, /probebox/delay
+// (in force from there on). Times: ns, monotonic since the boot of the box. The metadata "probebox" names the box.
 class McapRows : public RowWriter {
  public:
   McapRows(const TableJob& job, std::ostream& standard) : job_{job}, standard_{standard} {}

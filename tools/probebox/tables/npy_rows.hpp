@@ -10,13 +10,14 @@
 
 namespace probebox::command {
 
-// The beginning of a structured array. types: the fields as numpy writes them, "('sample', '<i8'), ". The same length
-// whatever the number of rows; data begin at a multiple of 64. Beyond 64 kB no reader takes it.
+// Returns the header of a structured array. types: the fields as numpy writes them, "('sample', '<i8'), ". Its length
+// does not depend on the number of rows and is a multiple of 64; version 1.0 allows at most 64 kB.
 std::string npyHeader(const std::string& types, std::uint64_t rows);
 
-// Rows as a structured array of NumPy (.npy, format 1.0), which numpy.load() reads without pickle: sample and time_ns
-// i8, channels whose unit is one count as integers of their width, others f8 in their unit, then the delay in force:
-// delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8. A channel of one of these names gets a _ behind it. Little endian.
+// Writes rows as a structured array of NumPy (.npy, format 1.0), which numpy.load() reads without pickle, little
+// endian: sample and time_ns i8; channels with a scale of one count as integers of their width, others as f8 in their
+// unit; then the delay in force: delay_result_id u8, tau_x_s, tau_y_s, tau_z_s f8. A channel with one of these names
+// gets a _ appended.
 // The number of rows is filled in at the end, so the output must be a file.
 class NpyRows : public RowWriter {
  public:

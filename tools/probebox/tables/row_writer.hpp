@@ -9,15 +9,15 @@
 
 namespace probebox::command {
 
-// Writes rows in some format.
+// Writes the rows of a table in one format.
 class RowWriter {
  public:
   virtual ~RowWriter() = default;
 
-  // Before the first row: what is no recording overwrites no table.
+  // Called before the first row, once the input has proved to be a recording: only now the output is opened.
   virtual void begin(const messages::Descriptor& descriptor) = 0;
   virtual void row(const link::DecodedBlock& block, std::size_t k, SampleIndex sample) = 0;
-  // For formats that hold more than rows: what is missing between them, and triggers, each once and where it came.
+  // For formats that hold more than rows: gaps and triggers, each once, in stream order.
   virtual void missing(SampleIndex /*first*/, std::uint64_t /*count*/, std::string_view /*reason*/) {}
   virtual void trigger(const messages::Trigger&) {}
   virtual bool holdsTriggers() const { return false; }

@@ -7,12 +7,12 @@
 
 namespace probebox::command {
 
-// What one count of a channel means, as it is printed: whole counts times 0.001 have three decimals and no noise.
+// Converts counts of a channel to text without rounding noise: counts times 0.001 have exactly three decimals.
 class Scale {
  public:
   explicit Scale(double per_count);
 
-  // Decimals that every multiple of the scale fits in; nothing for a scale such as 1/3, which no decimals express.
+  // Decimals that express every multiple of the scale; nothing for a scale such as 1/3.
   const std::optional<int>& decimals() const { return decimals_; }
   // Exact while it has no more than 15 digits; otherwise the shortest digits of the nearest double.
   std::string text(std::int64_t count) const;
@@ -24,7 +24,7 @@ class Scale {
   std::optional<int> decimals_;
 };
 
-// The column's name with its unit. "um/s" cannot stand in it and becomes um_s.
+// Returns the name of a column with its unit, in which "um/s" becomes um_s.
 std::string columnName(const messages::ChannelDescription& channel);
 
 }  // namespace probebox::command

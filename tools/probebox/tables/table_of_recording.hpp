@@ -8,17 +8,16 @@
 #include "tools/probebox/cli/console.hpp"
 #include "tools/probebox/tables/row_writer.hpp"
 
-// A recording as a table: one row a sample that was received. Samples that are missing have no row; where they are
-// missing is said.
+// Converts a recording to a table with one row per received sample. Missing samples have no row and are reported.
 namespace probebox::command {
 
-// Reads the recording, has its rows written, and says what is missing.
+// Reads the recording, writes its rows, and reports missing samples.
 ExitStatus writeTable(const TableJob& job, RowWriter& writer, Console& console);
 
 enum class Format : std::uint8_t { table, table_or_log };
 
-// A table is CSV or NumPy, a log MCAP; any other suffix promises another format. A name without one, and a device, is
-// CSV.
+// Refuses an output whose suffix names another format. A table is CSV or NumPy, a log is MCAP; a device or a name
+// without suffix is CSV.
 std::optional<std::string> objectionToFormat(const std::string& path, Format format);
 
 }  // namespace probebox::command

@@ -7,8 +7,8 @@
 
 namespace probebox::command {
 
-// Triggers as a table, one row each: CSV, or a structured array of NumPy where the name ends with .npy. Positions and
-// angles that are not known are empty, nan for NumPy. Returns why it could not be written.
+// Writes triggers as a table, one row each: CSV, or a structured array of NumPy if the name ends with .npy. Unknown
+// positions and angles are empty (nan in NumPy). Returns why it could not be written.
 std::optional<std::string> writeTriggers(const std::string& path, bool force,
                                          std::span<const messages::Trigger> triggers);
 

@@ -10,13 +10,13 @@
 
 namespace probebox::command {
 
-// A proposed result beside the one in force about the same subject, to be looked at. The box judges whether they
-// differ.
+// Compares a proposed result with the one in force of the same subject, for display only: the box decides whether they
+// differ too much.
 struct Comparison {
   struct Change {
     casefolder::Quantity now;
     std::optional<casefolder::Quantity> before;  // empty where the result in force has no such value
-    // Both sd known: the difference over the root of the sum of their squares.
+    // The difference in sd of the difference; empty unless both sd are known.
     std::optional<double> inSd() const;
   };
   std::uint64_t in_force{};  // its number; 0: the proposed one is the first of its subject
@@ -31,7 +31,7 @@ Comparison comparisonOf(const metrology::Result& proposed, const metrology::Resu
                         std::string_view axis);
 
 Json describe(const Comparison& comparison);
-// Value, sd and U of both, and their difference; of many values those that differ most.
+// Prints value, sd and U of both and their difference; of many values only those that differ most.
 std::string page(const Comparison& comparison, std::uint64_t proposed_id, const std::string& subject);
 
 }  // namespace probebox::command

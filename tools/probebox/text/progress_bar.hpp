@@ -4,7 +4,7 @@
 
 namespace probebox::command {
 
-// "[##########----------]  50 %", or the bytes done where nobody knows how many there are.
+// Draws "[##########----------]  50 %"; only the bytes done when `all` is 0 (unknown).
 std::string progressBar(std::uint64_t done, std::uint64_t all);
 
 }  // namespace probebox::command

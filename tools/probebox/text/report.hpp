@@ -23,10 +23,10 @@ Json describe(const messages::Trigger& trigger);
 
 std::string page(const messages::Descriptor& descriptor);
 std::string page(const messages::Status::Answer& status);
-// A line of either page while a cut is on that no door has declared.
+// Line of the status and corrections pages while a cut is on that no door has declared.
 std::string cutLine();
 
-// How the box was at the end of a recording. Of what no recording holds there is nothing, in words and in JSON.
+// State of the box at the end of a recording. Text and JSON omit what a recording does not hold.
 struct RecordedStatus {
   std::string recording;  // its path
   std::optional<messages::Descriptor> descriptor;
@@ -44,7 +44,7 @@ std::string line(const messages::Corrections::Answer& corrections);
 std::string page(const messages::Corrections::Answer& corrections);
 std::string line(const messages::ResultTransition& transition);
 
-// Says what became of a result that was accepted just now. comparison: with the result in force before, null for none.
+// Reports the outcome of an acceptance. comparison: with the result in force before; null for none.
 void tellAccepted(std::uint64_t id, const std::string& by, const messages::AcceptResult::Answer& answer,
                   const Json& comparison, Console& console);
 

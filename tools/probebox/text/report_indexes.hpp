@@ -5,11 +5,11 @@
 #include "protocol/messages/corrections.hpp"
 #include "protocol/messages/status.hpp"
 
-// Index marks that the box has not heard of.
+// Finds index inputs that have given no pulse.
 namespace probebox::command {
 
-// One finding for each index input without a pulse whose axis is not referenced: the mark was not passed, or it is not
-// wired. Where the axis has its reference otherwise, a silent mark is no fault.
+// Returns one finding for each index input without a pulse whose axis is not referenced: the axis has not passed the
+// mark, or it is not wired. A silent mark of an axis that is referenced otherwise is no fault.
 std::vector<metrology::Finding> silentIndexes(const std::vector<messages::LineStatus>& lines,
                                               const std::vector<messages::AxisStatus>& axes);
 

@@ -6,11 +6,10 @@
 #include "protocol/messages/control.hpp"
 #include "tools/probebox/cli/console.hpp"
 
-// Everything about one stored result, for programs and for people.
+// Formats one stored result for programs and for people.
 namespace probebox::command {
 
-// Values by key with sd (k = 1) and expanded_k2, fit, budget, warnings, what was left out and what the data cannot
-// tell.
+// Values by key with sd (k = 1) and expanded_k2, fit, budget, warnings, dropped readings, unobservable quantities.
 Json describe(const metrology::Result& result, std::string_view axis);
 Json describe(const metrology::Refusal& refusal);
 
@@ -19,7 +18,7 @@ std::string page(const metrology::Result& result, std::string_view axis);
 
 // "in force", "waits for the end of the cut", "proposed", "retired", "refused".
 std::string standingOf(const messages::ResultSummary& summary);
-// Number, method, subject, state, who accepted it and when, and what it is bound to.
+// Number, method, subject, state, who accepted it and when, and its probe, machine and mounting.
 std::string headOf(const messages::ResultSummary& summary);
 
 }  // namespace probebox::command

@@ -7,9 +7,8 @@
 
 namespace probebox::command {
 
-// Accounts for every sample of a recording over all of its links. A resumed stream may repeat samples; no sample counts
-// twice. link::HostLedger compares the account of one link with that of the box; this class joins the
-// links.
+// Accounts for every sample of a recording over all of its links. A resumed stream may repeat samples; none is counted
+// twice. link::HostLedger compares the account of one link with that of the box; this class joins the links.
 class SampleTally {
  public:
   struct Sums {
@@ -18,7 +17,7 @@ class SampleTally {
     std::uint64_t lost_at_source{};  // declared by the box
     std::uint64_t lost_in_queue{};   // declared by the box
     std::uint64_t lost_on_link{};    // in frames that did not arrive: inferred from their numbers
-    std::uint64_t unexplained{};     // between two frames with nothing missing between them: somebody's error
+    std::uint64_t unexplained{};     // missing although no frame is: a fault of the box or of this program
 
     std::uint64_t declaredLost() const { return lost_at_source + lost_in_queue; }
     std::uint64_t accounted() const { return received + declaredLost() + lost_on_link; }
@@ -31,19 +30,19 @@ class SampleTally {
   void heartbeat(const messages::Heartbeat& beat, const std::optional<link::Balance>& balance);
   // The box was restarted: indices begin anew, and what it produced after the last heartbeat is unknown.
   void restarted();
-  // A link of a recording begins, maybe to a box that was restarted.
+  // A link of a recording begins; a new boot_id means that the box was restarted.
   void link(const messages::BootId& boot_id);
 
   // As of now; `produced` is only known at heartbeats.
   const Sums& now() const { return now_; }
   // As of the last heartbeat, when both sides of the equation are known.
   const Sums& atHeartbeat() const { return at_heartbeat_; }
-  // produced = received + declared lost + lost on the link, at every heartbeat so far, by the box's count and by ours.
+  // True if produced = received + declared lost + lost on the link held at every heartbeat, for the box and this host.
   bool exact() const { return exact_ && restarts_ == 0; }
   bool begun() const { return begun_; }
   SampleIndex next() const { return next_; }
   std::uint64_t restarts() const { return restarts_; }
-  // By link(); 0 also where no beginning of a link could be read.
+  // Counted by link(); 0 also if the beginning of no link could be read.
   std::uint64_t reconnections() const { return links_ > 0 ? links_ - 1 : 0; }
 
  private:
@@ -52,7 +51,7 @@ class SampleTally {
 
   Sums now_{};
   Sums at_heartbeat_{};
-  std::uint64_t produced_before_{};  // by earlier lives of the box
+  std::uint64_t produced_before_{};  // before the last restart of the box
   SampleIndex first_{};
   SampleIndex next_{};
   bool begun_{};

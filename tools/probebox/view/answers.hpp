@@ -4,24 +4,24 @@
 
 #include "tools/probebox/view/desk.hpp"
 
-// What a page asks of the box, as JSON text.
+// Answers the requests of the page as JSON text.
 namespace probebox::view {
 
-// Every method that a box runs: what it finds and needs, and which options it takes.
+// Every method that a box runs: its results, requirements and options.
 std::string methods();
-// The uncertainty that a run will have; no box is asked.
+// Forecasts the uncertainty of a run; no box is asked.
 Desk::Answer forecast(const std::string& method);
 
 Desk::Answer results(link::Client& box, Console& console);
-// One with every value, its history, and the words in which values are read, to the digits that U justifies.
+// One result with every value, its history, and the values as text, to the digits that U justifies.
 Desk::Answer result(link::Client& box, Console& console, std::uint64_t id);
 Desk::Answer history(link::Client& box, Console& console, const std::string& subject);
-// Beside the one in force. Null where nothing can be compared.
+// Compares a result with the one in force. Null where nothing can be compared.
 Desk::Answer comparison(link::Client& box, Console& console, std::uint64_t id);
 // The page that `probebox report` writes.
 Desk::Answer reportPage(link::Client& box, Console& console, std::uint64_t id);
 
-// body: JSON of the page. Each is refused as the command of that name is.
+// body: JSON from the page. Refusals are those of the commands.
 Desk::Answer start(link::Client& box, Console& console, const std::string& body);
 Desk::Answer abortRun(link::Client& box, Console& console, const std::string& body);
 Desk::Answer mark(link::Client& box, Console& console, const std::string& body);

@@ -10,25 +10,25 @@
 
 namespace probebox::view {
 
-// Lengths that the page has from a result of the box, in place of those in cell.toml.
+// Measured lengths from a result of the box, which replace those in cell.toml.
 struct Measured {
   double assembled_mm{};              // L3
   std::array<double, 2> offset_mm{};  // W1
 };
 
-// What a page draws of a cell, and what it asks of it.
+// Answers the requests of the page about a cell: its scene, distances and interference checks.
 class CellDesk {
  public:
   // path: of cell.toml; empty for no cell. Error: why it cannot be read.
   static Outcome<CellDesk> open(const std::string& path);
 
-  // Solids, with the triangles of meshes, and tools with their lengths in store and as measured. Null without a cell.
+  // Solids, with the triangles of meshes, and tools with their stored and measured lengths. Null without a cell.
   std::string scene() const;
   // The smallest distance of a tool whose tip is at a machine position.
   Desk::Answer nearest(std::uint32_t tool, const std::optional<Measured>& measured,
                        const std::array<double, 3>& tip_mm) const;
-  // {"tool", "program", "measured": {"assembled_mm", "offset_mm"}, "stored"}: hits, smallest distance, and the path for
-  // the picture.
+  // body: {"tool", "program", "measured": {"assembled_mm", "offset_mm"}, "stored"}. Returns the hits, the smallest
+  // distance, and the path to draw.
   Desk::Answer check(const std::string& body) const;
 
  private:

@@ -18,8 +18,8 @@ namespace probebox::view {
 using command::Console;
 using command::Trouble;
 
-// The one link to the box, in a thread of its own: its samples and its state become events, and whoever serves a page
-// asks through it. A link that is lost is waited for, and the page hears of it.
+// Runs the only link to the box in a thread of its own. Samples and state become events; page requests go through
+// ask(). After a lost link it reconnects and reports that to the page.
 class Desk {
  public:
   using Answer = Outcome<std::string, Trouble>;
@@ -28,17 +28,17 @@ class Desk {
   Desk(link::Uri uri, EventLog& events, const std::atomic<bool>& interrupted);
   ~Desk();
 
-  // Why there is no box; nothing when there is one, and everything has begun.
+  // Connects and starts the thread. Returns why that failed.
   std::optional<Trouble> open();
-  // Runs in the desk's thread, between samples; what it refers to is not used after the answer. Trouble where the link
-  // is down, or the box was busy for too long: then it is never run.
+  // Runs `question` in the desk's thread and waits; nothing it refers to is used after the return. Trouble: the link is
+  // down, or the box was busy for too long; the question is then never run.
   Answer ask(Question question);
-  // The samples that are kept, between two times.
+  // The kept samples between two times, as LiveFeed::window.
   Answer window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns);
-  // {"descriptor", "link", ...} for a page that begins.
+  // {"descriptor", "link", ...} for a page that has just loaded.
   std::string about();
 
-  // What ended the link for good; nothing while it goes on.
+  // What ended the link for good; nothing before that.
   std::optional<Trouble> trouble() const;
 
  private:

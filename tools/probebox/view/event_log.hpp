@@ -8,7 +8,7 @@
 
 namespace probebox::view {
 
-// Events on their way to the pages, as server-sent events. A page that falls behind misses the oldest.
+// Queues server-sent events for the pages. A page that falls behind loses the oldest.
 class EventLog {
  public:
   static constexpr std::size_t kMost = 400;
@@ -24,7 +24,7 @@ class EventLog {
     const std::lock_guard lock{mutex_};
     return next_;
   }
-  // What came since event number `from`, which is moved on. Waits a while for the first one; empty when none came.
+  // Returns the events since number `from` and advances it. Waits up to 0.5 s for the first one; empty if none came.
   std::string since(std::uint64_t& from) {
     std::unique_lock lock{mutex_};
     changed_.wait_for(lock, std::chrono::milliseconds{500}, [&] { return next_ > from || ended_; });

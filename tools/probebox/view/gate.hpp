@@ -4,11 +4,11 @@
 
 namespace probebox::view {
 
-// What a browser says of a request, as far as it matters who asks.
+// The parts of a browser's request that show who sent it.
 struct Asked {
   std::string method;  // GET, POST
   std::string path;
-  std::string token;   // of ?token=, empty without one
+  std::string token;   // value of ?token=, empty without one
   std::string cookie;  // the header Cookie
   std::string host;    // the header Host
   std::string origin;  // the header Origin, empty without one
@@ -17,17 +17,17 @@ struct Asked {
 
 enum class Verdict {
   let_in,
-  give_cookie,    // the address that was printed: the browser gets its cookie, and the address without the token
-  wrong_host,     // a name that leads here and is not ours: DNS rebinding
-  wrong_origin,   // another page asks
-  without_token,  // somebody else on this computer
+  give_cookie,    // the printed address: set the cookie and redirect to the address without the token
+  wrong_host,     // a foreign name that resolves to this address: DNS rebinding
+  wrong_origin,   // sent by a page of another site
+  without_token,  // such as another user of this computer
 };
 
-// Lets only the page in that this server has served. Everything but the first request needs the cookie; whoever changes
-// something has to be the page itself.
+// Admits only the page that this server has served. Every request but the first needs the cookie; a request that
+// changes something must also come from the page itself.
 class Gate {
  public:
-  // port: where it listens. token: random, of this run.
+  // port: of the server. token: random, new for each run.
   Gate(unsigned port, std::string token);
 
   Verdict judge(const Asked& asked) const;
@@ -42,7 +42,7 @@ class Gate {
   std::string token_;
 };
 
-// 256 random bits as letters and digits.
+// Returns 256 random bits as letters and digits.
 std::string randomToken();
 
 }  // namespace probebox::view

@@ -12,8 +12,8 @@ namespace probebox::view {
 
 using command::Json;
 
-// Samples as strip charts need them: the minimum and the maximum of every channel in slots of 10 ms, however many
-// samples there are in one; and the samples themselves for the last seconds, to look closer.
+// Prepares samples for strip charts: the minimum and maximum of every channel in slots of 10 ms, and the samples of the
+// last seconds for zooming in.
 class LiveFeed {
  public:
   static constexpr std::int64_t kSlot_ns = 10'000'000;
@@ -22,7 +22,7 @@ class LiveFeed {
   void describe(const messages::Descriptor& descriptor);
   void add(const link::DecodedBlock& block);
 
-  // The slots that were completed since the last call: {"slot_ns", "first", "low": [[...] a channel], "high"}, values
+  // The slots completed since the last call: {"slot_ns", "first", "low": [[...] per channel], "high"}, values
   // in the units of the channels. Null where there are none.
   Json fresh();
   // The newest samples between two times, at most `columns` slots a channel: {"from_ns", "step_ns", "low", "high"}.
@@ -43,7 +43,7 @@ class LiveFeed {
   std::vector<double> scales_;
   std::deque<Slot> slots_;  // the last one grows
   std::deque<std::int64_t> times_;
-  std::vector<std::deque<std::int32_t>> raw_;  // offset from `origin_` where a channel is wider
+  std::vector<std::deque<std::int32_t>> raw_;  // wider channels as offsets from `origin_`
   std::vector<std::int64_t> origin_;
 };
 

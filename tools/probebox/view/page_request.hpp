@@ -12,8 +12,8 @@
 
 namespace probebox::view {
 
-// Reads a request of the page, a JSON object. A value of another kind is refused by its key: the method's own in its
-// place would run something that nobody has asked for.
+// Reads a request of the page, a JSON object. A value of the wrong type is refused, naming its key: a default in its
+// place would start a run that was not requested.
 class PageRequest {
  public:
   explicit PageRequest(const std::string& text) : object_{nlohmann::json::parse(text, nullptr, false)} {

@@ -8,14 +8,14 @@
 
 namespace probebox::view {
 
-// Serves the page on 127.0.0.1 alone, to whoever has the token. Threads of its own.
+// Serves the page on 127.0.0.1 only, to browsers with the token, in threads of its own.
 class Server {
  public:
   // All of them outlive the server.
   Server(Desk& desk, const CellDesk& cell, EventLog& events);
   ~Server();
 
-  // port 0: a free one. The address with the token, for a browser; nothing where the port is taken.
+  // port 0: a free one. Returns the address with the token, for a browser; nothing if the port is taken.
   std::optional<std::string> listen(unsigned port);
 
  private:
