@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/counter/emulator.hpp"
+#include "host-tests/support/events_of.hpp"
 
 // What is made of a counter device's counts: unwrapped, stamped, counted where they are missing.
 namespace probebox::counter {
@@ -45,10 +46,7 @@ class CounterSourceTest : public ::testing::Test {
   }
   template <class T>
   std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& event : events)
-      if (const auto* const one = std::get_if<T>(&event)) found.push_back(*one);
-    return found;
+    return support::eventsOf<T>(events);
   }
   double truth(MonoTime at) const { return counts_a_second * 1e-9 * static_cast<double>((at - begin).count()); }
 

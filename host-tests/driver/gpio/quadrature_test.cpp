@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/gpio/quadrature_emulator.hpp"
+#include "host-tests/support/events_of.hpp"
 
 // The counts of an encoder on two lines, from the edges that the kernel stamps.
 namespace probebox::gpio {
@@ -48,10 +49,7 @@ class Quadrature : public ::testing::Test {
   }
   template <class T>
   std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& event : events)
-      if (const auto* const one = std::get_if<T>(&event)) found.push_back(*one);
-    return found;
+    return support::eventsOf<T>(events);
   }
 
   MonoTime now{monoTime(5'000'000'000)};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/iio/emulator.hpp"
+#include "host-tests/support/events_of.hpp"
 
 // The emulated converter and the decoder that reads it.
 namespace probebox::iio {
@@ -55,21 +56,13 @@ class Converter {
   std::unique_ptr<FrameDecoder> decoder;
 };
 
-template <class T>
-std::vector<T> only(const std::vector<Event>& events) {
-  std::vector<T> found;
-  for (const auto& event : events)
-    if (const auto* const one = std::get_if<T>(&event)) found.push_back(*one);
-  return found;
-}
-
 TEST(Frames, AreDeflectionsInNmWithACounterAndTheKernelsStamp) {
   Converter converter;
   converter.probe_mv = [](int channel, Nanoseconds t) {
     return 500 + 1000.0 * (channel + 1) + 1e-6 * static_cast<double>(t.count());
   };
   converter.start();
-  const auto samples = only<CountedDeflection>(converter.until(std::chrono::milliseconds{100}));
+  const auto samples = support::eventsOf<CountedDeflection>(converter.until(std::chrono::milliseconds{100}));
   ASSERT_EQ(samples.size(), 100U);
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     EXPECT_EQ(samples[i].counter, i);
@@ -91,7 +84,7 @@ TEST(Frames, SayWhenAChannelIsAtTheEndOfTheConverter) {
     return 500.0;
   };
   converter.start();
-  const auto samples = only<CountedDeflection>(converter.until(std::chrono::milliseconds{10}));
+  const auto samples = support::eventsOf<CountedDeflection>(converter.until(std::chrono::milliseconds{10}));
   ASSERT_EQ(samples.size(), 10U);
   for (std::uint32_t i = 0; i < samples.size(); ++i) EXPECT_EQ(samples[i].clipped, i == 3 || i == 5) << i;
 }
@@ -106,7 +99,7 @@ TEST(Frames, ThatTheKernelDroppedAreMissingByNumber) {
   converter.start();
   std::vector<CountedDeflection> samples;
   for (const int ms : {50, 100, 300, 320, 600, 650}) {  // two reads came too late for the buffer
-    for (const auto& sample : only<CountedDeflection>(converter.until(std::chrono::milliseconds{ms})))
+    for (const auto& sample : support::eventsOf<CountedDeflection>(converter.until(std::chrono::milliseconds{ms})))
       samples.push_back(sample);
   }
   EXPECT_GT(converter.device->dropped(), 300U);
@@ -118,7 +111,7 @@ TEST(Frames, ThatTheKernelDroppedAreMissingByNumber) {
 TEST(Frames, GiveScrewExtensionsAsMeansOver50Ms) {
   Converter converter{1000, 2000};
   converter.start();
-  const auto readings = only<Drift>(converter.until(std::chrono::milliseconds{1000}));
+  const auto readings = support::eventsOf<Drift>(converter.until(std::chrono::milliseconds{1000}));
   ASSERT_EQ(readings.size(), 20U);
   for (std::size_t i = 0; i < readings.size(); ++i) {
     EXPECT_EQ(readings[i].axis, Axis::y);
@@ -132,7 +125,7 @@ TEST(Frames, WhoseStampDoesNotAdvanceAreCounted) {
   converter.start();
   converter.until(std::chrono::milliseconds{5});
   converter.device = std::make_unique<EmulatedConverter>(converter.config_, kStart);
-  EXPECT_EQ(only<CountedDeflection>(converter.until(std::chrono::milliseconds{5})).size(), 0U);
+  EXPECT_EQ(support::eventsOf<CountedDeflection>(converter.until(std::chrono::milliseconds{5})).size(), 0U);
   EXPECT_EQ(converter.decoder->unusable(), 6U);
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <random>
 #include <rapidcheck.h>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,16 @@
 
 namespace probebox::usb_probe {
 namespace {
+
+std::string hexOf(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string hex;
+  for (const auto byte : bytes) {
+    hex += kDigits[std::to_integer<std::size_t>(byte >> 4)];
+    hex += kDigits[std::to_integer<std::size_t>(byte & std::byte{15})];
+  }
+  return hex;
+}
 
 using Bytes = std::vector<std::byte>;
 
@@ -55,12 +66,7 @@ std::vector<std::uint32_t> found(PacketReader& reader, std::span<const std::byte
 TEST(Packet, IsTheseBytes) {
   const std::vector<Sample> samples{{{1, -2, 0x01020304}, status::kClipped}, {{-1'000'000, 0, 7}, 0}};
   const auto bytes = packetOf({.run = 9, .first = 0xA0B0C0D0}, samples);
-  std::string hex;
-  for (const auto byte : bytes) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    hex += kDigits[std::to_integer<std::size_t>(byte >> 4)];
-    hex += kDigits[std::to_integer<std::size_t>(byte & std::byte{15})];
-  }
+  const auto hex = hexOf(bytes);
   EXPECT_EQ(hex.substr(0, hex.size() - 8),
             "5052583101090200d0c0b0a0"
             "01000000feffffff040302010100"
@@ -150,12 +156,7 @@ Bytes packetOf(const PacketHeader& header, const std::vector<Sample>& samples, s
 TEST(PacketWithCounters, IsTheseBytes) {
   const Axes axes{{-2, 0x0102030405060708}, {{.sample = 5, .fraction = 0x80000000, .counter = 1, .counts = 7}}};
   const auto bytes = packetOf({.run = 9, .first = 5}, {{{1, 2, 3}, status::kClipped}}, 2, axes);
-  std::string hex;
-  for (const auto byte : bytes) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    hex += kDigits[std::to_integer<std::size_t>(byte >> 4)];
-    hex += kDigits[std::to_integer<std::size_t>(byte & std::byte{15})];
-  }
+  const auto hex = hexOf(bytes);
   EXPECT_EQ(hex.substr(0, hex.size() - 8),
             "505258310209010005000000"
             "02010000"

@@ -10,6 +10,7 @@
 
 #include "drivers/counter/counter_source.hpp"
 #include "drivers/counter/linux_counter.hpp"
+#include "host-tests/support/events_of.hpp"
 #include "kernel_files.hpp"
 
 // The real driver on the kernel's own counter core; the test makes counts and events of its devices (counter-sim.c).
@@ -64,10 +65,7 @@ class CounterOfTheKernel : public testing::Test {
   }
   template <class T>
   std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& event : events)
-      if (const auto* const one = std::get_if<T>(&event)) found.push_back(*one);
-    return found;
+    return support::eventsOf<T>(events);
   }
 
   std::unique_ptr<CounterSource> source;
