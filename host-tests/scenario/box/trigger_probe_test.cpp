@@ -147,6 +147,18 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
   pivot.expectHonest();
 }
 
+TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
+  Scenario scenario{worldOf(8), 8};
+  ASSERT_TRUE(qualified(scenario));
+  const auto number = scenario.start(procedure::kCentreline);
+  scenario.facts.trigger_probe->pre_travel.reset();
+  const auto solved = scenario.finish(number);
+  ASSERT_TRUE(solved);
+  ASSERT_FALSE(solved->ok());
+  EXPECT_EQ(solved->error().name, "no-pre-travel");
+  EXPECT_THAT(solved->error().reason, HasSubstr("probebox calibrate pre-travel"));
+}
+
 TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
   Scenario scenario{worldOf(7), 7};
   ASSERT_TRUE(qualified(scenario));
