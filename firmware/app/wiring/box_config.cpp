@@ -108,7 +108,8 @@ std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
   return procedure::ProbeShank{.tool = shank->tool,
                                .tip_length_mm = tool->length_mm,
                                .radius_mm = shank->radius_mm,
-                               .height_mm = shank->height_mm};
+                               .height_mm = shank->height_mm,
+                               .from_mm = shank->from_mm};
 }
 
 }  // namespace

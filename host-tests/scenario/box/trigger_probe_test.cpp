@@ -252,5 +252,20 @@ TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
   EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));
 }
 
+TEST(TriggerProbe, IsNotQualifiedWhereItsShankWouldTouchTheSphere) {
+  auto facts = usualFacts();
+  facts.trigger_probe = procedure::TriggerProbe{};
+  const auto why = [&](const ProcedureOptions& asked) {
+    const auto ready = procedure::readied(procedure::kPreTravel, asked, facts, {});
+    return ready ? std::string{} : ready.error().what;
+  };
+  EXPECT_EQ(why({}), "") << "the shank that is described begins above the sphere";
+  EXPECT_THAT(why({.overtravel_mm = 1}), HasSubstr("of room. Use a larger stylus ball"));
+  facts.probe_shank->from_mm = 5;
+  EXPECT_THAT(why({}), HasSubstr("a shank of 5 mm radius"));
+  facts.probe_shank->radius_mm = 1.5;
+  EXPECT_EQ(why({}), "");
+}
+
 }  // namespace
 }  // namespace probebox::scenario
