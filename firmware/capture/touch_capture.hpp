@@ -85,7 +85,7 @@ class TouchCapture {
   bool running_{};
   TouchFault fault_{};
   std::array<Level, 2> level_{Level::inactive, Level::inactive};  // of each switch, after its newest edge
-  MonoTime chatter_end_{};  // of the probe's switch, after the contact
+  MonoTime chatter_end_{};                                        // of the probe's switch, after the contact
   MachineRow row_;
   MonoTime row_kept_{};  // the last one of a sweep
   std::uint8_t axes_in_row_{};

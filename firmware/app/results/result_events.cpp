@@ -287,8 +287,7 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
   std::ranges::copy(parts.values, found.parts_mm.begin());
   for (std::size_t i = 0; i < kParts; ++i)
     for (std::size_t k = 0; k < kParts; ++k)
-      found.covariance[i][k] =
-          statisticalCovarianceOf(*result, kKey, i, k) + typeBCovarianceOf(*result, kKey, i, k);
+      found.covariance[i][k] = statisticalCovarianceOf(*result, kKey, i, k) + typeBCovarianceOf(*result, kKey, i, k);
   return found;
 }
 

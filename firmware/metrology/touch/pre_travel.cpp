@@ -55,8 +55,7 @@ std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touche
     if (touch.normal.head<2>().norm() > kAcross) around_rad.push_back(std::atan2(touch.normal.y(), touch.normal.x()));
   }
   std::ranges::sort(around_rad);
-  double widest =
-      around_rad.empty() ? kTurn : around_rad.front() + kTurn - around_rad.back();
+  double widest = around_rad.empty() ? kTurn : around_rad.front() + kTurn - around_rad.back();
   for (std::size_t i = 1; i < around_rad.size(); ++i) widest = std::max(widest, around_rad[i] - around_rad[i - 1]);
   if (widest <= kWidestGap) return std::nullopt;
   return Refusal{"few-directions", "no touch across the stylus for " + text(degrees(widest)) +
@@ -115,8 +114,7 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
     const auto sd_mm = answer.sdOf(pick(kCentre + part, 1, size));
     if (!sd_mm || way_mm >= -3 * *sd_mm) continue;
     return Refusal{"pre-travel-negative",
-                   "the probe triggers " + text(-way_mm) + " mm before it touches " +
-                       (part == 0 ? "across" : "along") +
+                   "the probe triggers " + text(-way_mm) + " mm before it touches " + (part == 0 ? "across" : "along") +
                        " the stylus, which no switch does: check the diameters of the sphere and of the stylus ball "
                        "(effective_diameter_mm), and that the shank passes the sphere"};
   }

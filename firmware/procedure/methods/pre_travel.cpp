@@ -73,10 +73,10 @@ std::optional<NotReady> whyNoRoom(const ProcedureOptions& asked, const Facts& fa
   const double room_mm = (sphere_mm + ball_mm - overtravel_mm) * std::cos(below_rad) - sphere_mm;
   const double shank_mm = shankRadius(facts, (sphere_mm + ball_mm) * std::sin(below_rad));
   if (room_mm > shank_mm) return std::nullopt;
-  return NotReady{Obstacle::option,
-                  "pre-travel touches the sphere 20 degrees below its equator, where a shank of " + number(shank_mm) +
-                      " mm radius would touch the sphere first: it has " + number(std::max(room_mm, 0.0)) +
-                      " mm of room. Use a larger stylus ball, a smaller sphere or less overtravel."};
+  return NotReady{Obstacle::option, "pre-travel touches the sphere 20 degrees below its equator, where a shank of " +
+                                        number(shank_mm) + " mm radius would touch the sphere first: it has " +
+                                        number(std::max(room_mm, 0.0)) +
+                                        " mm of room. Use a larger stylus ball, a smaller sphere or less overtravel."};
 }
 
 constexpr OwnSteps kSphere{.why_refused = nullptr, .fill = addSphere};

@@ -129,9 +129,8 @@ TEST(Lines, SpoilATouchThatMissesAnEdgeOfItsSwitch) {
   };
   constexpr std::uint8_t kSetter = 1, kSwitch = 2, kOther = 3;
   using enum capture::TouchFault;
-  for (const auto& [line, sequence, fault] :
-       {Case{kSwitch, 2, source_lost}, Case{kSwitch, 1, clock_not_locked}, Case{kSetter, 2, source_lost},
-        Case{kOther, 2, clock_not_locked}}) {
+  for (const auto& [line, sequence, fault] : {Case{kSwitch, 2, source_lost}, Case{kSwitch, 1, clock_not_locked},
+                                              Case{kSetter, 2, source_lost}, Case{kOther, 2, clock_not_locked}}) {
     Recorder recorder;
     auto config = usualBox(usualWorld());
     config.tool_setter_line = kSetter;

@@ -216,10 +216,10 @@ TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
     EXPECT_TRUE(run(scenario, *method, *options)) << method->name();
     ran.push_back(method->name());
   }
-  EXPECT_THAT(ran, testing::UnorderedElementsAre(
-                       "c-axis-alignment", "centreline", "centreline-by-steps", "centreline-limited-access",
-                       "head-pivot", "periodic-check", "rotary-axis-errors", "spindle-offset-2x2",
-                       "spindle-offset-four", "table-pivot", "tool-assembly", "tool-setter"));
+  EXPECT_THAT(ran, testing::UnorderedElementsAre("c-axis-alignment", "centreline", "centreline-by-steps",
+                                                 "centreline-limited-access", "head-pivot", "periodic-check",
+                                                 "rotary-axis-errors", "spindle-offset-2x2", "spindle-offset-four",
+                                                 "table-pivot", "tool-assembly", "tool-setter"));
 }
 
 TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {

@@ -279,12 +279,14 @@ TEST(ProbeToml, RefusesALimitThatNoTouchWithASwitchKeeps) {
   const auto limited = [](const std::string& limit_mm) {
     return parseProbe(
         "[probe]\nserial_number = \"1\"\nkind = \"trigger\"\ntrigger = \"touch\"\nrepeatability_um = 0.25\n"
-        "deflection_limit_mm = " + limit_mm + "\n[stylus]\nball_diameter_mm = 6\n",
+        "deflection_limit_mm = " +
+            limit_mm + "\n[stylus]\nball_diameter_mm = 6\n",
         "probe.toml");
   };
   const auto probe = limited("0.29");
   ASSERT_FALSE(probe.ok());
-  EXPECT_THAT(probe.error().what, AllOf(HasSubstr("probe.toml:6:"), HasSubstr("is below 0.3"), HasSubstr("0.3 or more")));
+  EXPECT_THAT(probe.error().what,
+              AllOf(HasSubstr("probe.toml:6:"), HasSubstr("is below 0.3"), HasSubstr("0.3 or more")));
   EXPECT_TRUE(limited("0.3").ok());
 }
 
