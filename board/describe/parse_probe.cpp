@@ -6,6 +6,9 @@
 namespace probebox::board {
 namespace {
 
+// Least overtravel of a touch-trigger probe, for lines through the positions about an edge.
+constexpr double kLeastOfSwitch_mm = 0.3;
+
 bool singular(const Matrix3& m) {
   const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                              m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
@@ -45,6 +48,10 @@ Probe readProbe(Section& root) {
   else
     readChannels(section, probe);
   probe.deflection_limit_mm = section.number("deflection_limit_mm", {1e-3, 100});
+  if (is_trigger && section.good("deflection_limit_mm") && probe.deflection_limit_mm < kLeastOfSwitch_mm)
+    section.problem("deflection_limit_mm",
+                    "is below 0.3, and a touch with a switch needs an overtravel of 0.3 mm: give what the probe bears, "
+                    "0.3 or more");
   section.finish();
 
   auto stylus = root.section("stylus");

@@ -107,15 +107,22 @@ void Box::on(const Edge& edge) {
     state_.lost.line_edges += missing;
     latch_.push(edge);
     corrections_.push(edge);
-    if (edge.role == LineRole::trigger && edge.line == config_.tool_setter_line)
-      procedure_.push(edge, capture::SwitchOf::tool_setter);
-    if (edge.role == LineRole::trigger && edge.line == config_.probe_switch_line)
-      procedure_.push(edge, capture::SwitchOf::probe);
+    if (edge.role == LineRole::trigger) touched(edge, missing);
     return;
   }
   state_.lost.sync_edges += missing;
   clock_.push(edge);
   latch_.setClock(clock_.map());
+}
+
+// missing: edges of that line that were lost before this one. One of them may have been the contact or the release.
+void Box::touched(const Edge& edge, std::uint32_t missing) {
+  const bool of_setter = edge.line == config_.tool_setter_line;
+  const bool of_probe = edge.line == config_.probe_switch_line;
+  if ((of_setter || of_probe) && missing != 0)
+    procedure_.push(SourceLost{Source::trigger, LossReason::overrun, missing, edge.at});
+  if (of_setter) procedure_.push(edge, capture::SwitchOf::tool_setter);
+  if (of_probe) procedure_.push(edge, capture::SwitchOf::probe);
 }
 
 void Box::on(const Count& count) {

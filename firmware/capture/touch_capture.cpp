@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace probebox::capture {
 namespace {
@@ -129,14 +130,29 @@ void TouchCapture::push(const SourceLost& lost) {
 }
 
 void TouchCapture::push(const Edge& edge, SwitchOf of) {
-  level_[static_cast<std::size_t>(of)] = edge.level;
+  const Level before = std::exchange(level_[static_cast<std::size_t>(of)], edge.level);
   if (!running_ || !touch_.request.by_edges || touch_.request.switch_of != of) return;
-  if (edge.level == Level::inactive) {
-    const bool bounces = of == SwitchOf::probe && touch_.release && edge.at - *touch_.release <= kBounce;
-    if (!bounces) touch_.release = edge.at;
+  if (of == SwitchOf::probe) {
+    if (edge.level != before) takeProbeEdge(edge);
+  } else if (edge.level == Level::inactive) {
+    touch_.release = edge.at;
   } else if (!touch_.contact) {
     touch_.contact = edge.at;
-  } else if (of == SwitchOf::probe && touch_.release && edge.at - *touch_.release > kBounce) {
+  }
+}
+
+void TouchCapture::takeProbeEdge(const Edge& edge) {
+  const bool opens = edge.level == Level::active;
+  const bool first = opens && !touch_.contact;
+  if (first) touch_.contact = edge.at;
+  if (!touch_.contact) return;
+  const bool chatters = first || edge.at <= chatter_end_;
+  if (chatters) chatter_end_ = edge.at + kChatter;
+  if (!touch_.release) {
+    if (!opens) touch_.release = edge.at;
+  } else if (opens && chatters) {
+    touch_.release.reset();  // that was chatter of the contact
+  } else if (edge.at - *touch_.release > kBounce) {
     note(TouchFault::triggered_twice);
   }
 }

@@ -35,8 +35,11 @@ const char* explain(TouchFault fault);
 // A screw turns slowly, for minutes: positions at this interval are enough for interpolation.
 inline constexpr Nanoseconds kSweepInterval = std::chrono::milliseconds{10};
 
-// Edges of a switch within this time are bounces of one contact; later ones are another contact.
+// A probe's switch bounces on its seat for this time after the release; a later edge is of another contact.
 inline constexpr Nanoseconds kBounce = std::chrono::milliseconds{20};
+
+// Longest time between two edges of one chattering contact of a probe's switch.
+inline constexpr Nanoseconds kChatter = std::chrono::milliseconds{5};
 
 // Position tolerance of a machine at standstill: servo and encoder noise together.
 inline constexpr double kStill_mm = 0.02;
@@ -58,7 +61,8 @@ class TouchCapture {
   void push(const Drift& drift);
   void push(const SourceLost& lost);
   // Edges of the tool-setting device, or of the switch of the probe. When they bounce, the first edge is the contact;
-  // the release is the last edge of the device, and the first one of the probe's switch, which bounces on its seat.
+  // the release is the last edge of the device. Of the probe's switch it is the first closing after the chatter of the
+  // contact (kChatter); what follows later than its bounces (kBounce) is a second contact, and a fault.
   void push(const Edge& edge, SwitchOf of = SwitchOf::tool_setter);
   TouchFault end(const TickMap& map);  // keeps the touch only if it returns no fault
   void abandon();
@@ -69,6 +73,7 @@ class TouchCapture {
   std::uint64_t incompleteRows() const { return incomplete_rows_; }
 
  private:
+  void takeProbeEdge(const Edge& edge);
   void note(TouchFault fault);
   bool needs(Source source) const;
   bool stoodStill() const;
@@ -80,6 +85,7 @@ class TouchCapture {
   bool running_{};
   TouchFault fault_{};
   std::array<Level, 2> level_{Level::inactive, Level::inactive};  // of each switch, after its newest edge
+  MonoTime chatter_end_{};                                        // of the probe's switch, after the contact
   MachineRow row_;
   MonoTime row_kept_{};  // the last one of a sweep
   std::uint8_t axes_in_row_{};

@@ -184,23 +184,27 @@ Outcome<void, Failure> TwinFile::write(std::string_view content) {
   const std::size_t room = copy_bytes_ - kHeaderBytes;
   if (content.size() > room)
     return Failure{Reason::bad_argument, path_ + " has room for " + std::to_string(room) + " bytes"};
-  const auto done = writeBoth(content);
-  if (done) {
-    content_ = content;
-  } else {
-    // One copy may hold the new text by now, and the next start would take it for the last word.
-    (void)writeBoth(content_);
+  const std::string block = nextBlock(content);
+  for (std::size_t copy = 0; copy < kCopies; ++copy) {
+    if (auto done = writeCopy(copy, block); !done) {
+      restore(copy);
+      return done;
+    }
   }
-  return done;
+  content_ = content;
+  return {};
 }
 
-Outcome<void, Failure> TwinFile::writeBoth(std::string_view content) {
-  // Rises after an error too: what one copy may hold by now is never written again under the same number.
-  const std::string block = blockOf({++number_, std::string{content}}, copy_bytes_);
-  for (std::size_t copy = 0; copy < kCopies; ++copy) {
-    TRY(writeCopy(copy, block));
-  }
-  return {};
+// One copy may hold the new text by now, and the next start would take it for the last word. The old one in either copy
+// has a higher number and overrules it, so each is tried whether or not the other one could be written.
+void TwinFile::restore(std::size_t failed) {
+  const std::string block = nextBlock(content_);
+  for (std::size_t i = 1; i <= kCopies; ++i) (void)writeCopy((failed + i) % kCopies, block);
+}
+
+// The number rises after an error too: what one copy may hold by now is never written again under the same number.
+std::string TwinFile::nextBlock(std::string_view content) {
+  return blockOf({++number_, std::string{content}}, copy_bytes_);
 }
 
 Outcome<void, Failure> TwinFile::writeCopy(std::size_t copy, const std::string& block) {

@@ -39,7 +39,8 @@ class TwinFile {
   TwinFile(std::string path, std::size_t most_bytes);
   void make();
   void read();
-  Outcome<void, Failure> writeBoth(std::string_view content);
+  void restore(std::size_t failed);
+  std::string nextBlock(std::string_view content);
   Outcome<void, Failure> writeCopy(std::size_t copy, const std::string& block);
 
   std::string path_;

@@ -171,6 +171,8 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "wrong-face",
     "wrong-result",
     "few-directions",
+    "no-pre-travel",
+    "pre-travel-negative",
 });
 
 std::vector<RefusalCode> all() {

@@ -42,7 +42,8 @@ void TextServer::wait() {
   const auto now = Clock::now();
   if (streams && now >= next_record_) {
     // After a stall the stream goes on at its rate.
-    next_record_ = std::max(next_record_ + options_.every, now);
+    next_record_ += options_.every;
+    if (next_record_ <= now) next_record_ = now + options_.every;
     sendRecord();
     flush();
     if (line_.pipe() == nullptr) return;

@@ -31,7 +31,8 @@ std::optional<Axis> screwAxis(std::string_view subject) {
   return std::nullopt;
 }
 
-// Values of one key with their standard deviations, 0 where there is none. The error names the key.
+// Values of one key with their combined standard uncertainties (type A alone where the result states no other), 0 where
+// there is none. The error names the key.
 struct Values {
   std::span<const double> values;
   std::span<const double> sd;
@@ -47,9 +48,11 @@ Outcome<Values> valuesOf(const metrology::Result& result, std::string_view key, 
                  std::to_string(count) + "."};
   }
   const auto is_finite = [](double value) { return std::isfinite(value); };
-  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(found->sd, is_finite))
+  const bool combined = found->uncertainty.size() == found->values.size();
+  const auto& sd = combined ? found->uncertainty : found->sd;
+  if (!std::ranges::all_of(found->values, is_finite) || !std::ranges::all_of(sd, is_finite))
     return Error{whose + " has a value of " + std::string{key} + " that is not a number: calibrate again."};
-  return Values{found->values, found->sd};
+  return Values{found->values, sd};
 }
 
 Outcome<std::vector<Event>> delay(const metrology::Result& result, std::uint64_t id, MonoTime now) {
@@ -223,6 +226,34 @@ std::optional<double> covarianceOf(const metrology::Result& result, std::string_
   return values[row * size + column];
 }
 
+// Of the type A uncertainty of two parts of one key: the covariance, or the sd where the result states none.
+double statisticalCovarianceOf(const metrology::Result& result, std::string_view key, std::size_t i, std::size_t k) {
+  if (const auto stated = covarianceOf(result, key, i, k)) return *stated;
+  const auto& sd = result.find(key)->sd;
+  return i == k && i < sd.size() ? sd[i] * sd[i] : 0;
+}
+
+// Place of the first value of a promised key among all promised values, as the lines of the budget list them.
+std::optional<std::size_t> placeInBudget(const metrology::Result& result, std::string_view key) {
+  std::size_t place = 0;
+  for (const auto& estimate : result.estimates) {
+    if (estimate.key == key) return place;
+    place += estimate.values.size();
+  }
+  return std::nullopt;
+}
+
+// One cause changes all values together, so each type B line adds the products of its sd.
+double typeBCovarianceOf(const metrology::Result& result, std::string_view key, std::size_t i, std::size_t k) {
+  const auto first = placeInBudget(result, key);
+  if (!first) return 0;
+  double sum = 0;
+  for (const auto& line : result.budget) {
+    if (line.type_b && *first + std::max(i, k) < line.sd.size()) sum += line.sd[*first + i] * line.sd[*first + k];
+  }
+  return sum;
+}
+
 std::string named(const store::Record& record) {
   return "Result " + std::to_string(record.id);
 }
@@ -256,7 +287,7 @@ Outcome<procedure::PreTravel> preTravelOf(const store::Record& record) {
   std::ranges::copy(parts.values, found.parts_mm.begin());
   for (std::size_t i = 0; i < kParts; ++i)
     for (std::size_t k = 0; k < kParts; ++k)
-      found.covariance[i][k] = covarianceOf(*result, kKey, i, k).value_or(i == k ? parts.sdOf(i) * parts.sdOf(i) : 0);
+      found.covariance[i][k] = statisticalCovarianceOf(*result, kKey, i, k) + typeBCovarianceOf(*result, kKey, i, k);
   return found;
 }
 

@@ -96,8 +96,7 @@ procedure::ProbeTools probeTools(const board::Machine& machine) {
 std::optional<procedure::RimBall> rimBall(const board::Machine& machine) {
   const auto& ball = machine.rim_ball;
   if (!ball) return std::nullopt;
-  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg),
-                            .level_limit_mm = ball->level_limit_mm};
+  return procedure::RimBall{.c_on_line_rad = radians(ball->c_deg), .level_limit_mm = ball->level_limit_mm};
 }
 
 std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
@@ -108,7 +107,8 @@ std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
   return procedure::ProbeShank{.tool = shank->tool,
                                .tip_length_mm = tool->length_mm,
                                .radius_mm = shank->radius_mm,
-                               .height_mm = shank->height_mm};
+                               .height_mm = shank->height_mm,
+                               .from_mm = shank->from_mm};
 }
 
 }  // namespace

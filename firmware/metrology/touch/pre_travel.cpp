@@ -55,8 +55,7 @@ std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touche
     if (touch.normal.head<2>().norm() > kAcross) around_rad.push_back(std::atan2(touch.normal.y(), touch.normal.x()));
   }
   std::ranges::sort(around_rad);
-  double widest =
-      around_rad.empty() ? kTurn : around_rad.front() + kTurn - around_rad.back();
+  double widest = around_rad.empty() ? kTurn : around_rad.front() + kTurn - around_rad.back();
   for (std::size_t i = 1; i < around_rad.size(); ++i) widest = std::max(widest, around_rad[i] - around_rad[i - 1]);
   if (widest <= kWidestGap) return std::nullopt;
   return Refusal{"few-directions", "no touch across the stylus for " + text(degrees(widest)) +
@@ -109,11 +108,15 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   const Index size = kCentre + sphere.parts;
   answer.promiseVector("pre_travel_mm", fit->parameters.tail(sphere.parts), pick(kCentre, sphere.parts, size));
   answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
-  const double mean_mm = fit->parameters[kCentre];
-  const auto sd_mm = answer.sdOf(pick(kCentre, 1, size));
-  if (sd_mm && mean_mm < -3 * *sd_mm) {
-    answer.warn("the probe triggers " + text(-mean_mm) +
-                " mm before it touches, which no switch does: check effective_diameter_mm");
+  for (const Index part : {Index{0}, Index{3}}) {
+    if (part >= sphere.parts) continue;
+    const double way_mm = fit->parameters[kCentre + part];
+    const auto sd_mm = answer.sdOf(pick(kCentre + part, 1, size));
+    if (!sd_mm || way_mm >= -3 * *sd_mm) continue;
+    return Refusal{"pre-travel-negative",
+                   "the probe triggers " + text(-way_mm) + " mm before it touches " + (part == 0 ? "across" : "along") +
+                       " the stylus, which no switch does: check the diameters of the sphere and of the stylus ball "
+                       "(effective_diameter_mm), and that the shank passes the sphere"};
   }
   if (sphere.parts < 4)
     answer.result().unobservable.emplace_back(
@@ -139,7 +142,9 @@ constexpr MethodResult kResults[]{
     {"centre_mm", "centre of the sphere"}};
 constexpr std::string_view kUnobservable[]{
     "a pre-travel that differs between opposite sides once around: it displaces the stylus ball, and every centre "
-    "alike"};
+    "alike",
+    "a pre-travel from below that differs from the one from above: it goes into the part along the stylus by 1.5 "
+    "times"};
 
 }  // namespace
 

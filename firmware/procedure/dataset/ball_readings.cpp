@@ -104,7 +104,6 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
                                                      const std::vector<metrology::SwitchedTouch>& touches,
                                                      AddTables tables) {
   const auto& pre_travel = run.facts.trigger_probe->pre_travel;
-  if (!pre_travel) return std::nullopt;
   const Eigen::Matrix4d causes = causesOf(*pre_travel);
   for (Eigen::Index cause = 0; cause < causes.cols(); ++cause) {
     TRY(const auto found, switchedReadings(withoutPreTravel(touches, run, causes.col(cause)), run));
@@ -119,11 +118,16 @@ std::optional<metrology::Refusal> addPreTravelShifts(metrology::Dataset& dataset
 std::optional<metrology::Refusal> addSwitchedReadings(metrology::Dataset& dataset, const FinishedRun& run,
                                                       AddTables tables) {
   dataset.tables.push_back(posesOf(run.recording));
-  TRY(auto touches, metrology::switchedTouches(dataset, {}));
-  if (const auto& pre_travel = run.facts.trigger_probe->pre_travel) {
-    touches = withoutPreTravel(touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
-    dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
+  const auto& pre_travel = run.facts.trigger_probe->pre_travel;
+  if (!pre_travel) {
+    return metrology::Refusal{"no-pre-travel",
+                              "no pre-travel of the touch-trigger probe is in force any more, so the touches are "
+                              "displaced from the surface by an unknown way: calibrate it (probebox calibrate "
+                              "pre-travel), accept it, and measure again"};
   }
+  TRY(auto touches, metrology::switchedTouches(dataset, {}));
+  touches = withoutPreTravel(touches, run, Eigen::Vector4d{pre_travel->parts_mm.data()});
+  dataset.config["pre_travel_result"] = static_cast<double>(pre_travel->result_id);
   TRY(const auto found, switchedReadings(touches, run));
   tables(dataset, found, run);
   if (auto refusal = addPreTravelShifts(dataset, run, touches, tables)) return refusal;

@@ -20,7 +20,7 @@ struct BallReadings {
 };
 
 // Builds the case of a run that reads balls: touches, poses, `tables` of the method, and table centres unless the
-// method has one of its own. Refuses: no-delay, and as the computation of centres does.
+// method has one of its own. Refuses: no-delay, no-pre-travel, and as the computation of centres does.
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
 

@@ -78,6 +78,7 @@ struct ProbeShank {
   double tip_length_mm{};  // from the gauge line to the stylus ball
   double radius_mm{};
   double height_mm{};  // height of the contact above the centre of the stylus ball
+  double from_mm{};    // height of its lower end
 
   double length_mm() const { return tip_length_mm - height_mm; }
 };

@@ -1,12 +1,15 @@
 #include "firmware/metrology/touch/pre_travel.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/methods/needs.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "firmware/procedure/plan/wording.hpp"
 #include "protocol/units/angle.hpp"
 
 namespace probebox::procedure {
@@ -19,8 +22,13 @@ struct Ring {
 };
 // Twelve at the equator show the lobes, those below it tell the part along the stylus from the height of the sphere.
 // The shank of a stylus passes the sphere at 20 degrees below.
-constexpr std::array<Ring, 4> kRings{{{12, 0, 0}, {6, 0, 45}, {12, 15, -20}, {1, 0, 90}}};
+constexpr double kBelow_deg = 20;
+constexpr std::array<Ring, 4> kRings{{{12, 0, 0}, {6, 0, 45}, {12, 15, -kBelow_deg}, {1, 0, 90}}};
 constexpr double kSpeed_mm_s = 5;
+
+// Assumed radius of a shank that is not described, per diameter of the stylus ball. 0.35 would refuse a 6 mm ball on a
+// 25 mm sphere at the default overtravel.
+constexpr double kUsualShank = 0.25;
 
 std::array<double, 3> directionOf(const Ring& ring, int touch) {
   const double around = (ring.from_deg + 360.0 * touch / ring.touches) * kDegree, up = ring.up_deg * kDegree;
@@ -49,6 +57,28 @@ std::optional<Error> whyTooMany(const ProcedureOptions& with) {
                  std::floor(static_cast<double>(kMostSteps) / static_cast<double>(touches)), "speeds");
 }
 
+// Radius of what the stylus has at this height above the middle of its ball.
+double shankRadius(const Facts& facts, double height_mm) {
+  const auto& shank = facts.probe_shank;
+  if (shank && shank->from_mm <= height_mm) return shank->radius_mm;
+  return kUsualShank * facts.stylus_ball_diameter_mm;
+}
+
+// The shank has to pass the equator while the ball touches below it.
+std::optional<NotReady> whyNoRoom(const ProcedureOptions& asked, const Facts& facts) {
+  if (!facts.sphere_diameter_mm) return std::nullopt;  // whyUnready() says so
+  const double overtravel_mm = withDefaults(kPreTravel, asked).overtravel_mm;
+  const double sphere_mm = *facts.sphere_diameter_mm / 2, ball_mm = facts.stylus_ball_diameter_mm / 2;
+  const double below_rad = kBelow_deg * kDegree;
+  const double room_mm = (sphere_mm + ball_mm - overtravel_mm) * std::cos(below_rad) - sphere_mm;
+  const double shank_mm = shankRadius(facts, (sphere_mm + ball_mm) * std::sin(below_rad));
+  if (room_mm > shank_mm) return std::nullopt;
+  return NotReady{Obstacle::option, "pre-travel touches the sphere 20 degrees below its equator, where a shank of " +
+                                        number(shank_mm) + " mm radius would touch the sphere first: it has " +
+                                        number(std::max(room_mm, 0.0)) +
+                                        " mm of room. Use a larger stylus ball, a smaller sphere or less overtravel."};
+}
+
 constexpr OwnSteps kSphere{.why_refused = nullptr, .fill = addSphere};
 
 constexpr Fact kKnownSphere{.place = "`[datum_sphere] diameter_mm`",
@@ -68,6 +98,7 @@ constinit const LiveMethod kPreTravel{
     .usual = touchesAt(kSpeed_mm_s),
     .own_steps = &kSphere,
     .also_refused = whyTooMany,
+    .why_unfit = whyNoRoom,
     .dataset = [](const FinishedRun& run) {
       RunDataset built{touchesOf(run), {}, {}};
       addSphereSize(built.dataset, run.facts);

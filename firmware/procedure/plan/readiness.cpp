@@ -25,10 +25,15 @@ std::optional<Error> whyNoTrigger(const LiveMethod& method, const TriggerProbe& 
     return Error{name +
                  " with a sensor head reads samples of its sensors, and a box with a touch-trigger probe has none: "
                  "describe the probe as kind = \"scanning\" in probe.toml, and connect the head in its place."};
-  if (by == ReadBy::shank)
+  if (by == ReadBy::shank && method.takesShank())
     return Error{name +
                  " with the shank needs a scanning probe, because the pre-travel of a switch is another one there: "
-                 "read two tools ([probe_tools] in machine.toml), and omit --shank."};
+                 "connect a scanning probe and describe it as kind = \"scanning\" in probe.toml."};
+  if (method.usual.tool_count != 0)
+    return Error{name +
+                 " needs a scanning probe, because it reads with two tools: a touch-trigger probe has another "
+                 "pre-travel in each, and only one is in force. Connect a scanning probe and describe it as kind = "
+                 "\"scanning\" in probe.toml."};
   const bool reads_by_probe = method.kind == Kind::touch && method.feature != Feature::tool_setter;
   if (!method.finds_a_place || !reads_by_probe || probe.pre_travel) return std::nullopt;
   return Error{name +

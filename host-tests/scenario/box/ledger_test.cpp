@@ -120,6 +120,35 @@ TEST(Lines, CountWhatCameAndWhatTheirSequencesLeaveOut) {
   EXPECT_EQ(box.state().lost.line_edges, 6U);
 }
 
+// An edge that is missing before this one may have been the contact or the release.
+TEST(Lines, SpoilATouchThatMissesAnEdgeOfItsSwitch) {
+  struct Case {
+    std::uint8_t line;
+    std::uint32_t sequence;
+    capture::TouchFault fault;
+  };
+  constexpr std::uint8_t kSetter = 1, kSwitch = 2, kOther = 3;
+  using enum capture::TouchFault;
+  for (const auto& [line, sequence, fault] : {Case{kSwitch, 2, source_lost}, Case{kSwitch, 1, clock_not_locked},
+                                              Case{kSetter, 2, source_lost}, Case{kOther, 2, clock_not_locked}}) {
+    Recorder recorder;
+    auto config = usualBox(usualWorld());
+    config.tool_setter_line = kSetter;
+    config.probe_switch_line = kSwitch;
+    box::Box box{config, recorder};
+    box.push(ProcedureStarted{.run = 1, .method = procedure::kPreTravel.number, .at = monoTime(0), .options = {}});
+    Marker marker{};
+    marker.procedure = 1;
+    marker.phase = MarkerPhase::begin;
+    box.push(marker);
+    box.push(Edge{LineRole::trigger, line, Level::active, sequence, monoTime(1'000'000)});
+    marker.phase = MarkerPhase::end;
+    box.push(marker);
+    box.push(TimeAdvanced{monoTime(1'000'000'000)});
+    EXPECT_EQ(box.state().procedure.last_fault, fault) << "line " << int{line} << ", sequence " << sequence;
+  }
+}
+
 TEST(Heartbeat, StandsStillWhileTheChainDeliversNothing) {
   Scenario scenario;
   scenario.run(3s);

@@ -100,6 +100,16 @@ std::vector<double> centreOf(const Scenario& scenario, const world::Config& conf
   return at;
 }
 
+// From the axis of the probe's spindle to axis C, each at the height at which it is passed.
+std::vector<double> offsetOf(const world::Config& config) {
+  const auto& part = config.part_spindle;
+  const auto c = world::unit(part.direction), a = world::unit(config.probe_spindle.direction);
+  const auto& off = config.probe_spindle.stylus_offset_mm;
+  const world::Vector3 hanging{off[0], off[1], -config.probe_spindle.stylus_length_mm};
+  const double along_c = world::dot(c, part.balls_mm[0]), along_a = world::dot(a, hanging);
+  return {part.point_mm[0] + along_c * c[0] - along_a * a[0], part.point_mm[1] + along_c * c[1] - along_a * a[1]};
+}
+
 // Y and Z of the table's axis, for positions of a stylus that hangs off its spindle's axis.
 std::vector<double> pivotOf(const Scenario& scenario, const world::Config& config) {
   const auto& table = config.tilting_table;
@@ -120,7 +130,9 @@ TEST(TriggerProbe, ShowsItsPreTravelByDirection) {
     ASSERT_TRUE(result);
     const auto& trigger = config.touch_trigger;
     // The switch closes nearer to the surface than it opens; a reading is the mean of both.
-    add(pulls, *result, "pre_travel_mm", {trigger.pre_travel_mm - trigger.hysteresis_mm / 2, trigger.lobe_mm, 0}, 3e-4);
+    const double nearer_mm = trigger.hysteresis_mm / 2;
+    add(pulls, *result, "pre_travel_mm",
+        {trigger.pre_travel_mm - nearer_mm, trigger.lobe_mm, 0, trigger.axial_mm - nearer_mm}, 5e-4);
     EXPECT_NEAR(result->find("switch_late_s")->value(), trigger.late_s - config.delays.tau_machine_s[0], 1e-4);
     if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
   }
@@ -147,9 +159,53 @@ TEST(TriggerProbe, FindsAxesAsWellAsItSays) {
   pivot.expectHonest();
 }
 
+// Half of the readings have A at 90 or 270 degrees, so lobes that did not turn with the probe would move the centres.
+TEST(TriggerProbe, TurnsItsLobesWithTheSpindle) {
+  Pulls offset;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(200 + seed);
+    Scenario scenario{config, seed};
+    ASSERT_TRUE(qualified(scenario));
+    const auto found = run(scenario, procedure::kSpindleOffsetFour);
+    ASSERT_TRUE(found);
+    addWhole(offset, *found, "offset_C_minus_A_mm", offsetOf(config), 1e-3);
+  }
+  offset.expectHonest();
+}
+
+TEST(TriggerProbe, TurnsItsLobesWithTheHead) {
+  Pulls pivot;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    auto config = worldOf(300 + seed);
+    world::Random random{seed, 92};
+    for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.05, 0.05);
+    Scenario scenario{config, seed};
+    ASSERT_TRUE(qualified(scenario));
+    const auto found = run(scenario, procedure::kHeadPivot);
+    ASSERT_TRUE(found);
+    const auto& pivot_mm = config.swivel_head.pivot_mm;
+    // Positions are those of the first tool's stylus ball, 150 mm below the reference.
+    addWhole(pivot, *found, "pivot_xz_mm", {pivot_mm[0], pivot_mm[2] + 150}, 2e-3);
+  }
+  pivot.expectHonest();
+}
+
+TEST(TriggerProbe, RefusesAReadingWhosePreTravelIsNotInForceAnyMore) {
+  Scenario scenario{worldOf(8), 8};
+  ASSERT_TRUE(qualified(scenario));
+  const auto number = scenario.start(procedure::kCentreline);
+  scenario.facts.trigger_probe->pre_travel.reset();
+  const auto solved = scenario.finish(number);
+  ASSERT_TRUE(solved);
+  ASSERT_FALSE(solved->ok());
+  EXPECT_EQ(solved->error().name, "no-pre-travel");
+  EXPECT_THAT(solved->error().reason, HasSubstr("probebox calibrate pre-travel"));
+}
+
 TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
   Scenario scenario{worldOf(7), 7};
   ASSERT_TRUE(qualified(scenario));
+  std::vector<std::string_view> ran;
   for (const LiveMethod* method : procedure::liveMethods()) {
     if (procedure::whyUnready(*method, scenario.facts, false)) continue;
     const bool measures_tool = method->takes_tool;
@@ -158,7 +214,12 @@ TEST(TriggerProbe, RunsEveryMethodThatReadsBallsOrTheSettingDevice) {
         procedure::described(*method, measures_tool ? ProcedureOptions{.tool = 4} : ProcedureOptions{}, scenario.facts);
     ASSERT_TRUE(options.ok()) << options.error().what;
     EXPECT_TRUE(run(scenario, *method, *options)) << method->name();
+    ran.push_back(method->name());
   }
+  EXPECT_THAT(ran, testing::UnorderedElementsAre("c-axis-alignment", "centreline", "centreline-by-steps",
+                                                 "centreline-limited-access", "head-pivot", "periodic-check",
+                                                 "rotary-axis-errors", "spindle-offset-2x2", "spindle-offset-four",
+                                                 "table-pivot", "tool-assembly", "tool-setter"));
 }
 
 TEST(TriggerProbe, NeedsItsPreTravelBeforeItFindsAPlace) {
@@ -181,11 +242,29 @@ TEST(TriggerProbe, IsRefusedWhereItCannotGiveTheReadings) {
     EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("a touch-trigger probe delivers none"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSelftest, facts, true)->what, HasSubstr("no channels"));
   EXPECT_THAT(procedure::whyUnready(procedure::kSensorHeadCalibration, facts, true)->what, HasSubstr("sensor head"));
-  EXPECT_THAT(procedure::whyUnready(procedure::kSwivelError, facts, true, procedure::ReadBy::shank)->what,
-              HasSubstr("omit --shank"));
+  for (const auto* method : {&procedure::kAAxisAlignment, &procedure::kSwivelError}) {
+    EXPECT_THAT(procedure::whyUnready(*method, facts, true)->what, HasSubstr("it reads with two tools"));
+    EXPECT_THAT(procedure::whyUnready(*method, facts, true, procedure::ReadBy::shank)->what,
+                HasSubstr("pre-travel of a switch is another one there"));
+  }
   const auto ready = procedure::readied(procedure::kCentreline, {.overtravel_mm = 0.1}, facts, {});
   ASSERT_FALSE(ready.ok());
   EXPECT_THAT(ready.error().what, HasSubstr("give 0.3 to"));
+}
+
+TEST(TriggerProbe, IsNotQualifiedWhereItsShankWouldTouchTheSphere) {
+  auto facts = usualFacts();
+  facts.trigger_probe = procedure::TriggerProbe{};
+  const auto why = [&](const ProcedureOptions& asked) {
+    const auto ready = procedure::readied(procedure::kPreTravel, asked, facts, {});
+    return ready ? std::string{} : ready.error().what;
+  };
+  EXPECT_EQ(why({}), "") << "the shank that is described begins above the sphere";
+  EXPECT_THAT(why({.overtravel_mm = 1}), HasSubstr("of room. Use a larger stylus ball"));
+  facts.probe_shank->from_mm = 5;
+  EXPECT_THAT(why({}), HasSubstr("a shank of 5 mm radius"));
+  facts.probe_shank->radius_mm = 1.5;
+  EXPECT_EQ(why({}), "");
 }
 
 }  // namespace

@@ -166,6 +166,14 @@ TEST_F(TextOnCable, RecordsAreStreamedWithoutAsking) {
   EXPECT_THAT(heardUntil("N43"), HasSubstr("N43"));
 }
 
+TEST_F(TextOnCable, AStreamBeginsWithOneRecordAndWaitsForTheNext) {
+  show(some());
+  serve("records:", ",every=1000,baud=115200");
+  ASSERT_TRUE(eventually([this] { return server_->counters().sent >= 1; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds{200});
+  EXPECT_EQ(server_->counters().sent, 1U);
+}
+
 TEST_F(TextOnCable, ATapeIsReadOnRequestAndByAReaderThatStarts) {
   show(some());
   serve("tape:", ",dialect=macro,first=600");

@@ -118,6 +118,22 @@ TEST(TouchCapture, TakesTheFirstOpeningAndTheFirstClosingOfASwitchThatBounces) {
   EXPECT_EQ(touch.release, monoTime(300'000'000));
 }
 
+TEST(TouchCapture, TakesAReleaseSoonAfterTheChatterOfTheContact) {
+  TouchCapture capture{Capacity{}};
+  ASSERT_EQ(touchedBySwitch(capture, {100, 101, 103, 110, 111, 113}), TouchFault::none);
+  EXPECT_EQ(capture.recording().touches().front().release, monoTime(110'000'000));
+}
+
+TEST(TouchCapture, RepeatsATouchWithASecondContactHoweverSoonItBegins) {
+  for (const auto edges_ms : {std::initializer_list<std::int64_t>{100, 300, 315, 415},
+                              {85, 90, 100, 300},
+                              {100, 300, 321, 415},
+                              {100, 300, 302, 415}}) {
+    TouchCapture capture{Capacity{}};
+    EXPECT_EQ(touchedBySwitch(capture, edges_ms), TouchFault::triggered_twice);
+  }
+}
+
 TEST(TouchCapture, RepeatsATouchWhoseSwitchDidSomethingElse) {
   TouchCapture capture{Capacity{}};
   EXPECT_EQ(touchedBySwitch(capture, {100, 200, 300, 400}), TouchFault::triggered_twice);

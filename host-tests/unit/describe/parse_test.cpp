@@ -274,6 +274,22 @@ TEST(ProbeToml, RefusesAGainWithoutAnInverse) {
   EXPECT_THAT(parseProbe("[probe]\nnoise_um = nan\n[stylus]\n", "p").error().what, HasSubstr("out of its range"));
 }
 
+// Runs refuse an overtravel below 0.3 mm with a switch, so such a limit would allow none.
+TEST(ProbeToml, RefusesALimitThatNoTouchWithASwitchKeeps) {
+  const auto limited = [](const std::string& limit_mm) {
+    return parseProbe(
+        "[probe]\nserial_number = \"1\"\nkind = \"trigger\"\ntrigger = \"touch\"\nrepeatability_um = 0.25\n"
+        "deflection_limit_mm = " +
+            limit_mm + "\n[stylus]\nball_diameter_mm = 6\n",
+        "probe.toml");
+  };
+  const auto probe = limited("0.29");
+  ASSERT_FALSE(probe.ok());
+  EXPECT_THAT(probe.error().what,
+              AllOf(HasSubstr("probe.toml:6:"), HasSubstr("is below 0.3"), HasSubstr("0.3 or more")));
+  EXPECT_TRUE(limited("0.3").ok());
+}
+
 TEST(ServiceToml, AllowsNothingThatItDoesNotName) {
   const auto service = parseService("", "service.toml");
   ASSERT_TRUE(service.ok());

@@ -175,6 +175,49 @@ TEST(ResultEvents, OfATableTellTheAxisItsErrorsAndHowUncertainTheyAre) {
   EXPECT_NEAR(row.errors[1], 0.01, 1e-6);
 }
 
+// A pre-travel whose readings say little and whose sphere is uncertain.
+store::Record preTravelRecord() {
+  metrology::Result result;
+  result.method = "pre-travel";
+  auto parts = metrology::Estimate::vector("pre_travel_mm", {0.01, 0.002, -0.001, 0.004}, {3e-4, 1e-4, 1e-4, 2e-4});
+  parts.uncertainty = {5e-4, 1e-4, 1e-4, 2.5e-4};
+  result.estimates = {metrology::Estimate::scalar("first_mm", 1, 0.1), parts};
+  result.budget = {{.name = "readings", .type_b = false, .sd = {0.1, 3e-4, 1e-4, 1e-4, 2e-4}},
+                   {.name = "sd_effective_diameter_mm", .type_b = true, .sd = {0, 4e-4, 0, 0, 1.5e-4}}};
+  store::Record record{};
+  record.id = 12;
+  record.binding.subject = kPreTravelSubject;
+  record.content = result;
+  return record;
+}
+
+TEST(ResultEvents, GiveAPreTravelItsWholeCovariance) {
+  const auto found = preTravelOf(preTravelRecord());
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->covariance[0][0], 25e-8, 1e-15);
+  EXPECT_NEAR(found->covariance[1][1], 1e-8, 1e-15);
+  EXPECT_NEAR(found->covariance[3][3], 6.25e-8, 1e-15);
+  EXPECT_NEAR(found->covariance[0][3], 6e-8, 1e-15) << "one sphere for both";
+  EXPECT_NEAR(found->covariance[3][0], 6e-8, 1e-15);
+}
+
+TEST(ResultEvents, BringTheCombinedUncertaintyIntoForce) {
+  store::Record record{};
+  record.id = 12;
+  record.binding.subject = "delay";
+  metrology::Result result;
+  result.method = "delay-multi-speed";
+  result.estimates = {metrology::Estimate::scalar("tau_s", 1e-3, 1e-6)};
+  record.content = result;
+  EXPECT_EQ(eventOf<DelayActivated>(record).sd_s[0], 1e-6) << "of a result that states no other";
+  result.estimates[0].uncertainty = {3e-6};
+  record.content = result;
+  EXPECT_EQ(eventOf<DelayActivated>(record).sd_s[2], 3e-6);
+  result.estimates[0].uncertainty = {INFINITY};
+  record.content = result;
+  EXPECT_FALSE(activationOf(record, kNow));
+}
+
 TEST(ResultEvents, OfAnAxisWithoutALetterChangeNothing) {
   const auto record = recordOf(turned(""));
   EXPECT_EQ(record.binding.subject, "rotary-axis-errors");

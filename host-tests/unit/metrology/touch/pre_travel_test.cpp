@@ -130,12 +130,21 @@ TEST(PreTravel, RefusesDirectionsThatLeaveALobeOpen) {
   EXPECT_THAT(result.error().reason, HasSubstr("90 degrees"));
 }
 
-TEST(PreTravel, WarnsOfASphereThatCannotHaveThatSize) {
+TEST(PreTravel, RefusesASphereThatCannotHaveThatSize) {
   auto dataset = touched({.scatter_mm = 1e-4}, directions(true), Vector3d::Zero());
   dataset.config["effective_diameter_mm"] = 2 * kRadius_mm - 0.1;
   const auto result = solvePreTravel(dataset);
-  ASSERT_TRUE(result) << result.error().reason;
-  EXPECT_THAT(result->warnings, testing::Contains(HasSubstr("effective_diameter_mm")));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().name, "pre-travel-negative");
+  EXPECT_THAT(result.error().reason, HasSubstr("effective_diameter_mm"));
+}
+
+TEST(PreTravel, RefusesANegativeWayAlongTheStylusAlone) {
+  const auto result =
+      solvePreTravel(touched({.along_mm = -0.004, .scatter_mm = 1e-4}, directions(true), Vector3d::Zero()));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().name, "pre-travel-negative");
+  EXPECT_THAT(result.error().reason, HasSubstr("along the stylus"));
 }
 
 }  // namespace
