@@ -60,7 +60,8 @@ void readSensorHead(Section& root, Machine& machine) {
 }
 
 void readWorldHead(Section& root, World& world) {
-  if (auto section = root.sectionIfThere("sensor_head")) world.sensor_head = readEmulatedSensorHead(std::move(*section), world);
+  if (auto section = root.sectionIfThere("sensor_head"))
+    world.sensor_head = readEmulatedSensorHead(std::move(*section), world);
 }
 
 }  // namespace probebox::board

@@ -5,10 +5,7 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 Encoders::Encoders(const Config& config, std::uint64_t seed)
     : config_{config.encoders},

@@ -6,7 +6,6 @@
 namespace probebox::world {
 namespace {
 
-
 double wayBetween(const Pose& from, const Pose& to) {
   return std::max({std::abs(to.a_rad - from.a_rad), std::abs(to.head_rad - from.head_rad),
                    std::abs(to.table_rad - from.table_rad), std::abs(to.c_rad - from.c_rad)});

@@ -4,10 +4,7 @@
 #include <cmath>
 
 namespace probebox::world {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},

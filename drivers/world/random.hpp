@@ -5,7 +5,15 @@
 namespace probebox::world {
 
 // Who draws in the emulated machine. A number stays with its owner: the same seed gives the same world.
-enum RandomStream : std::uint64_t { encoders = 1, probe = 2, sync_line = 3, screws = 7, machine = 11, setter = 13, touch_trigger = 17 };
+enum RandomStream : std::uint64_t {
+  encoders = 1,
+  probe = 2,
+  sync_line = 3,
+  screws = 7,
+  machine = 11,
+  setter = 13,
+  touch_trigger = 17
+};
 
 // Draws random numbers that are equal on every machine and with every standard library: SplitMix64 (Steele, Lea, Flood
 // 2014), normal deviates by the polar method (Marsaglia, Bray 1964).

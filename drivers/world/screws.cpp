@@ -6,10 +6,7 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 Screws::Screws(const Config& config, std::uint64_t seed)
     : screws_{config.screws},

@@ -6,9 +6,7 @@
 #include "firmware/clock/statistics.hpp"
 
 namespace probebox::clock {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 std::optional<Error> whyRefused(const ClockConfig& config) {
   const auto period_ns = config.nominal_period.count();

@@ -1,13 +1,9 @@
 #include "firmware/corrections/rotary_angle.hpp"
 
-
 #include "protocol/units/angle.hpp"
 
 namespace probebox::corrections {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 void RotaryAngle::push(const AngleCount& count) {
   if (!config_.described || config_.from != AngleFrom::encoder) return;

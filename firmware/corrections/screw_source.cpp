@@ -59,12 +59,12 @@ void ScrewSource::tick(const MachineTick& tick) {
   }
   if (tick.position_doubtful[axis_]) return held_.doubtful(tick.at);
   const double position_mm = *tick.position_mm[axis_];
-  const auto output = compensator_.step(
-      {.position_mm = position_mm,
-       .angle_rad = kTurn * (position_mm - config_.angle_zero_mm) / config_.model.pitch_mm,
-       .speed_rpm = 60 * std::abs(tick.speed_mm_s[axis_]) / config_.model.pitch_mm,
-       .sensor_um = sensor_um},
-      tick.elapsed_s);
+  const auto output =
+      compensator_.step({.position_mm = position_mm,
+                         .angle_rad = kTurn * (position_mm - config_.angle_zero_mm) / config_.model.pitch_mm,
+                         .speed_rpm = 60 * std::abs(tick.speed_mm_s[axis_]) / config_.model.pitch_mm,
+                         .sensor_um = sensor_um},
+                        tick.elapsed_s);
   if (output.held) return held_.doubtful(tick.at);
   extension_um_ = output.extension_um;
   Vector value{};

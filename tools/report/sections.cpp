@@ -190,7 +190,8 @@ std::string residualsTable(const Result& result) {
   const std::string unit = result.residuals.unit.empty() ? "" : " " + result.residuals.unit;
   text += row("residual rms", shortly(result.rms, 4) + unit);
   const auto sd = readingSd(result);
-  if (sd) text += row("sd of one reading", shortly(*sd, 4) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
+  if (sd)
+    text += row("sd of one reading", shortly(*sd, 4) + unit + (result.chi2_reduced ? "" : ", from these residuals"));
   if (sd && !result.residuals.values.empty() && result.dof > 0) text += row("furthest off", furthestOff(result, *sd));
   text += row("degrees of freedom", std::to_string(result.dof));
   if (result.chi2_reduced) text += row("against the noise", casefolder::chiSquareText(result));

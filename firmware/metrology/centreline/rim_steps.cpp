@@ -121,8 +121,7 @@ Outcome<RimSteps, Refusal> stepsOf(const Loop& loop, std::size_t number, bool la
                                        (last ? ", and at C = 0" : "")};
   }
   if (plus->c < kLeastHalfArc_rad) {
-    return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " +
-                                        text(degrees(plus->c)) +
+    return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " + text(degrees(plus->c)) +
                                         " degrees, less than 15: turn 30 to 45 to either side"};
   }
   return RimSteps{plus->at, minus->at, zero ? zero->at : Vector2d{0.0, 0.0}, plus->c};

@@ -313,8 +313,8 @@ Outcome<Matched, Refusal> matchQuiet(const std::vector<Contact>& contacts, doubl
   auto matched = matchContacts(seenTwice(quiet, ringing), start);
   if (!matched) return plain;
   if (matched->warning.empty()) {
-    matched->warning = "the stylus rang at contact by up to " + text(most) + " at " +
-                       text(ringing->w / kTurn) + " Hz: the ringing is fitted and removed";
+    matched->warning = "the stylus rang at contact by up to " + text(most) + " at " + text(ringing->w / kTurn) +
+                       " Hz: the ringing is fitted and removed";
   } else {
     matched->least_dof = kLeastFreedom;
   }

@@ -246,9 +246,9 @@ Residuals residualsOf(const PlateReadings& stack, const Fit& fit, const Keys& ke
     const PlateReading& reading = stack.readings[k / 3];
     const auto of_ball = static_cast<Index>(3 * (k / 3)), coordinate = static_cast<Index>(k % 3);
     const double angle = reading.angle ? stack.angles[*reading.angle] : 0.0;
-    residuals.names.push_back((reading.angle ? "first, " + text(degrees(angle)) + " degrees" : "second") +
-                              ", mount " + std::to_string(reading.mount + 1) + ", ball " +
-                              std::to_string(reading.ball + 1) + ", " + "xyz"[k % 3] + "_mm");
+    residuals.names.push_back((reading.angle ? "first, " + text(degrees(angle)) + " degrees" : "second") + ", mount " +
+                              std::to_string(reading.mount + 1) + ", ball " + std::to_string(reading.ball + 1) + ", " +
+                              "xyz"[k % 3] + "_mm");
     residuals.at.push_back(angle);
     residuals.values.push_back(-(sigma * fit.residuals.segment<3>(of_ball))[coordinate]);
   }

@@ -21,7 +21,7 @@ constexpr double kLeastTurns = 2.0;  // within a contact: slower oscillations lo
 constexpr double kMostTurns = 50.0;
 constexpr Index kLeastOfContact = 12;
 constexpr double kSignificant = 4.0;                // deviations
-constexpr double kFinestNoise = 1e-6;                    // mm and raw: what kinks and the digits of a case file leave
+constexpr double kFinestNoise = 1e-6;               // mm and raw: what kinks and the digits of a case file leave
 constexpr std::array kDecays{1.0, 3.0, 6.0, 12.0};  // per contact
 
 // Frequency and decay, per contact of the longest length.
@@ -93,8 +93,7 @@ class Contacts {
     const Tone tone = refined(coarse());
     const double dof = 2.0 * static_cast<double>(each_.size()) + 2.0;
     if (explained(tone) < dof + kSignificant * std::sqrt(2.0 * dof)) return std::nullopt;
-    ContactRinging found{
-        .w = kTurn * tone.turns / length_s_, .decay = tone.decay / length_s_, .amplitudes = {}};
+    ContactRinging found{.w = kTurn * tone.turns / length_s_, .decay = tone.decay / length_s_, .amplitudes = {}};
     for (const auto& one : each_) found.amplitudes.push_back(amplitude(one, tone));
     return found;
   }

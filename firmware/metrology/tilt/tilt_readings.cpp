@@ -14,7 +14,6 @@
 namespace probebox::metrology {
 namespace {
 
-
 std::optional<Refusal> refuseSpan(const std::vector<TiltReading>& readings) {
   const auto [least, greatest] = std::ranges::minmax(readings, {}, &TiltReading::tilt_deg);
   const double span = greatest.tilt_deg - least.tilt_deg;

@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::Index;
 
-
 double square(double value) {
   return value * value;
 }

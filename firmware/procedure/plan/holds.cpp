@@ -28,9 +28,11 @@ Step holdAt(const Pose& pose, Feature feature, const ProcedureOptions& options) 
 std::string holdPrompt(const Step& step) {
   const auto& touch = step.touch;
   std::string text = mountPrompt(touch);
-  if (step.b_moves == BMoves::table) text += "the table at a tilt of " + number(degrees(touch.rotary_angles_rad[1])) + " deg, ";
-  text += "A at " + number(degrees(touch.rotary_angles_rad[0])) + " and C at " + number(degrees(touch.rotary_angles_rad[2])) +
-          " deg; with tool " + std::to_string(touch.tool) + " in the spindle, hold its centre still ";
+  if (step.b_moves == BMoves::table)
+    text += "the table at a tilt of " + number(degrees(touch.rotary_angles_rad[1])) + " deg, ";
+  text += "A at " + number(degrees(touch.rotary_angles_rad[0])) + " and C at " +
+          number(degrees(touch.rotary_angles_rad[2])) + " deg; with tool " + std::to_string(touch.tool) +
+          " in the spindle, hold its centre still ";
   if (touch.travel_mm > 0) {
     const std::size_t axis = axisAlong(touch.outward_normal);
     text += number(touch.travel_mm) + " mm to " + (touch.outward_normal[axis] > 0 ? "+" : "-") + "XYZ"[axis] + " of ";

@@ -108,8 +108,7 @@ std::string lineOf(char name, const messages::AxisStatus& axis) {
 std::string lineOf(char name, const messages::RotaryAxisStatus& axis) {
   std::string all = printed("%c ", name);
   if (axis.known) {
-    all +=
-        printed("at %.4f deg", degrees(axis.angle_rad)) + (axis.doubtful ? ", in doubt: no value for too long" : "");
+    all += printed("at %.4f deg", degrees(axis.angle_rad)) + (axis.doubtful ? ", in doubt: no value for too long" : "");
   } else {
     all += "angle not known";
     if (axis.last_fault != 0) all += std::string{" since: "} + named(kReferenceFaults, axis.last_fault);
