@@ -27,9 +27,16 @@ inline constexpr double kUsualRimArc_rad = 1.3962634015954636;
 // Allowed difference of the reported from the commanded angle of a rotary axis; also the limit within which a head or
 // table counts as level (chosen).
 inline constexpr double kPoseTolerance_rad = 2e-3;
+inline constexpr double kPoseTolerance_deg = kPoseTolerance_rad * 180 / std::numbers::pi;
+// Reported angles of one stop: each is within kPoseTolerance_rad of the wanted one, so two are within twice that.
+inline constexpr double kSameStop_rad = 2 * kPoseTolerance_rad;
+inline constexpr double kSameStop_deg = 2 * kPoseTolerance_deg;
+// Reported against wanted angle, where the report is the wanted angle to the digits of a control: half of 0.001 degrees,
+// the digit of the marker's registers, is 8.7 urad.
+inline constexpr double kEchoedAngle_rad = 1e-5;
 
-// Difference up to which angles of stops are equal. Chosen: above the digits of a case file, below the resolution of an
-// encoder.
+// Angles that are equal as written. Chosen: above the seven decimals of a case file, and below what any control reports.
+// Angles that a control has measured differ by more at one stop: compare them by kSameStop_rad.
 inline constexpr double kSameAngle_deg = 1e-6;
 inline constexpr double kSameAngle_rad = 1e-6;
 // The same for a table by angle, whose angles are compared in the digits they were stored with.

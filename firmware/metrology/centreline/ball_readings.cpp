@@ -9,6 +9,7 @@
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/plane_turn.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -17,20 +18,24 @@ namespace {
 constexpr double kRadiusSeen = 0.01;       // of the touches on a shank, least over greatest
 constexpr double kInflationLimit = 400.0;  // |sin(alpha/2)| < 0.05 for two readings
 
+// Whether the angles of all readings are within `most_rad` of the first, whole turns aside.
 template <class Angle>
-bool constant(std::span<const BallReading> readings, Angle&& angle) {
-  const auto first = turn(angle(readings.front()));
-  return std::ranges::all_of(
-      readings, [&](const BallReading& reading) { return (turn(angle(reading)) - first).norm() < kSameAngle_rad; });
+bool constant(std::span<const BallReading> readings, double most_rad, Angle&& angle) {
+  const double first = angle(readings.front());
+  return std::ranges::all_of(readings, [&](const BallReading& reading) {
+    return std::abs(std::remainder(angle(reading) - first, kTurn)) <= most_rad;
+  });
 }
 
+// What a control measures at one stop of an axis separates nothing; the difference of two axes is off by both.
 std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
-  const bool c = !constant(readings, [](const BallReading& reading) { return reading.c; });
-  const bool spindle = !constant(readings, [](const BallReading& reading) { return reading.spindle; });
+  const bool c = !constant(readings, kSameStop_rad, [](const BallReading& reading) { return reading.c; });
+  const bool spindle = !constant(readings, kSameStop_rad, [](const BallReading& reading) { return reading.spindle; });
   if (!c && !spindle) return std::nullopt;
   if (!spindle) return Turned::c_only;
   if (!c) return Turned::spindle_only;
-  const bool same = constant(readings, [](const BallReading& reading) { return reading.spindle - reading.c; });
+  const bool same = constant(readings, 2 * kSameStop_rad,
+                             [](const BallReading& reading) { return reading.spindle - reading.c; });
   return same ? Turned::together : Turned::both;
 }
 

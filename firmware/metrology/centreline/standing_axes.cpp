@@ -4,15 +4,21 @@
 #include <cmath>
 #include <string_view>
 
+#include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
+
 namespace probebox::metrology {
 namespace {
 
-// The same angle for all rows, whole turns aside.
+bool apart(double angle_rad, double most_rad) {
+  return std::abs(std::remainder(angle_rad, kTurn)) > most_rad;
+}
+
+// The same stop for all rows, whole turns aside.
 bool stoodStill(const Table& table, std::string_view column) {
   const auto* angles = table.column(column);
   if (angles == nullptr || angles->empty()) return false;
-  return std::ranges::all_of(*angles,
-                             [&](double angle) { return std::abs(std::sin((angle - angles->front()) / 2.0)) < 1e-6; });
+  return std::ranges::none_of(*angles, [&](double angle) { return apart(angle - angles->front(), kSameStop_rad); });
 }
 
 // Spindle and C turned by the same angles.
@@ -21,8 +27,7 @@ bool turnedTogether(const Table& table) {
   const auto* c = table.column("C_rad");
   if (spindle == nullptr || c == nullptr || spindle->size() != c->size()) return false;
   for (std::size_t k = 0; k < c->size(); ++k) {
-    const double apart = ((*spindle)[k] - (*c)[k]) - (spindle->front() - c->front());
-    if (std::abs(std::sin(apart / 2.0)) > 1e-6) return false;
+    if (apart(((*spindle)[k] - (*c)[k]) - (spindle->front() - c->front()), 2 * kSameStop_rad)) return false;
   }
   return true;
 }

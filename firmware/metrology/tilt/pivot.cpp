@@ -9,8 +9,10 @@
 
 #include "firmware/metrology/dataset/machine_plane.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/fit/plane_turn.hpp"
 #include "firmware/metrology/tilt/skew_check.hpp"
 #include "firmware/metrology/tilt/tilt_readings.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
@@ -34,14 +36,17 @@ std::optional<Refusal> shortArm(const std::vector<TiltReading>& readings, const 
   return refuseArm(longest, sigma);
 }
 
-// Means over the other axis at tilts of -90 and 0; nothing where the data are not just these, each point at both.
-std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltReading>& readings) {
+// Means over the other axis at tilts of -90 and 0; nothing where the data are not just these, each point at both. A
+// reading beside these tilts is turned about the pivot from the tilt it reports to the nominal one.
+std::optional<std::pair<Vector2d, Vector2d>> quarterTurn(const std::vector<TiltReading>& readings,
+                                                         const Vector2d& pivot) {
   std::array<Vector2d, 2> sums{Vector2d::Zero(), Vector2d::Zero()};
   std::array<std::vector<std::size_t>, 2> points;
   for (const auto& reading : readings) {
-    const bool flat = std::abs(reading.tilt_deg) < kSameAngle_deg;
-    if (!flat && std::abs(reading.tilt_deg + 90.0) >= kSameAngle_deg) return std::nullopt;
-    sums[flat ? 1 : 0] += reading.at;
+    const bool flat = std::abs(reading.tilt_deg) <= kPoseTolerance_deg;
+    const double beside_deg = flat ? reading.tilt_deg : reading.tilt_deg + 90.0;
+    if (std::abs(beside_deg) > kPoseTolerance_deg) return std::nullopt;
+    sums[flat ? 1 : 0] += pivot + turn(-beside_deg * kDegree) * (reading.at - pivot);
     points[flat ? 1 : 0].push_back(reading.point);
   }
   for (auto& list : points) std::ranges::sort(list);
@@ -61,7 +66,7 @@ Vector2d amongReadings(const std::vector<TiltReading>& readings, const Fit& fit)
 
 // (B28): with r = (|y1 - y2| + |z1 - z2|)/2 the pivot is (y1 -+ r, z2 -+ r), signs as (B29) has them.
 std::optional<Refusal> failsCheck(const std::vector<TiltReading>& readings, const Vector2d& pivot) {
-  const auto means = quarterTurn(readings);
+  const auto means = quarterTurn(readings, pivot);
   if (!means) return std::nullopt;
   const auto& [tilted, flat] = *means;
   const double r = (tilted - flat).cwiseAbs().sum() / 2.0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -126,12 +125,12 @@ Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigm
   return candidates;
 }
 
-// What the model leaves at each angle, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
+// What the model leaves at each stop of B, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
 // index error of B shows here.
 Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, double sigma,
                      std::optional<double> reading_sd) {
-  std::map<double, std::vector<std::size_t>> at_angle;
-  for (std::size_t k = 0; k < readings.tips.size(); ++k) at_angle[readings.tips[k].swivel_deg].push_back(k);
+  const auto stops = swivelStops(readings);
+  const auto level = std::ranges::find_if(stops, &SwivelStop::level);
   // Residuals are the readings less what the fit has drawn them to; the two are uncorrelated.
   const Eigen::MatrixXd design = swivelDesign(readings, chosen.model);
   const Eigen::MatrixXd seen = chosen.fit.cofactor / (sigma * sigma);
@@ -145,12 +144,12 @@ Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, doubl
   };
   std::vector<double> values;
   std::vector<double> sds;
-  for (const auto& [angle, rows] : at_angle) {
+  for (const auto& [angle, rows] : stops) {
     values.push_back(angle);
     sds.push_back(0.0);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       Eigen::VectorXd weights = meanOver(rows, axis);
-      if (at_angle.contains(0.0)) weights -= meanOver(at_angle.at(0.0), axis);
+      if (level != stops.end()) weights -= meanOver(level->tips, axis);
       const Eigen::VectorXd drawn = design.transpose() * weights;
       const double spread = axis == chosen.model.plane.axis ? readings.along_spread : 1.0;
       values.push_back(spread * weights.dot(left));

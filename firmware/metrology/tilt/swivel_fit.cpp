@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,7 +23,6 @@ constexpr std::array<std::string_view, 8> kColumns{"B_deg", "L_mm", "x_mm", "y_m
 constexpr double kLeastSine = 0.2;
 constexpr double kAcross = 0.1;  // sine: how far along the tool it may be
 constexpr Index kTool = 2;       // along Z while the head is level
-constexpr double kSameStop_deg = 0.1;
 
 std::vector<SwivelReading> readingsOf(const Table& table) {
   std::vector<SwivelReading> readings;
@@ -181,13 +179,34 @@ Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, cons
   return readings;
 }
 
-std::size_t swivelAngles(const SwivelReadings& readings) {
-  std::set<long long> angles;
-  for (const auto& reading : readings.tips) {
-    const auto angle = std::llround(std::remainder(reading.swivel_deg, 360.0) * 1e6);
-    if (angle != 0) angles.insert(angle);
+bool SwivelStop::level() const {
+  return std::abs(std::remainder(swivel_deg, 360.0)) <= kPoseTolerance_deg;
+}
+
+std::vector<SwivelStop> swivelStops(const SwivelReadings& readings) {
+  const auto& tips = readings.tips;
+  std::vector<SwivelStop> stops;
+  const auto fromFirst = [&](const SwivelStop& stop, std::size_t tip) {
+    return std::remainder(tips[tip].swivel_deg - tips[stop.tips.front()].swivel_deg, 360.0);
+  };
+  for (std::size_t tip = 0; tip < tips.size(); ++tip) {
+    auto at = std::ranges::find_if(
+        stops, [&](const SwivelStop& stop) { return std::abs(fromFirst(stop, tip)) <= kSameStop_deg; });
+    if (at == stops.end()) at = stops.insert(stops.end(), SwivelStop{});
+    at->tips.push_back(tip);
   }
-  return angles.size();
+  for (auto& stop : stops) {
+    double sum = 0.0;
+    for (const auto tip : stop.tips) sum += fromFirst(stop, tip);
+    stop.swivel_deg = tips[stop.tips.front()].swivel_deg + sum / static_cast<double>(stop.tips.size());
+  }
+  std::ranges::sort(stops, {}, &SwivelStop::swivel_deg);
+  return stops;
+}
+
+std::size_t swivelAngles(const SwivelReadings& readings) {
+  const auto stops = swivelStops(readings);
+  return stops.size() - static_cast<std::size_t>(std::ranges::count_if(stops, &SwivelStop::level));
 }
 
 MatrixXd swivelDesign(const SwivelReadings& readings, const SwivelModel& model) {

@@ -61,7 +61,18 @@ struct SwivelReadings {
 // several-tips, bad-direction, not-opposed, and what checkedTable refuses.
 Outcome<SwivelReadings, Refusal> readSwivelReadings(const Dataset& dataset, const SwivelPlane& plane);
 
-// Number of angles other than zero, apart from whole turns.
+// Tips at one stop of B, as measured: angles within kSameStop_deg of the first, whole turns aside.
+struct SwivelStop {
+  double swivel_deg{};            // mean
+  std::vector<std::size_t> tips;  // rows of SwivelReadings::tips
+
+  bool level() const;  // within kPoseTolerance_deg of zero
+};
+
+// In rising order of the angle.
+std::vector<SwivelStop> swivelStops(const SwivelReadings& readings);
+
+// Number of stops that are not level: two separate sin B from 1 - cos B.
 std::size_t swivelAngles(const SwivelReadings& readings);
 
 // Design matrix: three rows per reading of a tip, then one per touch of the shank, in units of the sd of a tip's

@@ -54,6 +54,7 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
   const auto& tilt = *table.column(head ? "B_deg" : "tilt_deg");
   const auto& other = *table.column(head ? "A_deg" : "C_deg");
   std::size_t stop = 0;
+  double stop_deg = table.rows() > 0 ? tilt.front() : 0.0;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const Eigen::Vector3d at{(*table.column("x_mm"))[row], (*table.column("y_mm"))[row], (*table.column("z_mm"))[row]};
     const double turned = std::remainder(other[row], 360.0);
@@ -63,7 +64,10 @@ TiltReadings tiltReadings(const Table& table, const SwivelPlane& plane, const Ei
       places.emplace_back();
       angles_rad.push_back(turned * kDegree);
     }
-    if (row > 0 && tilt[row] != tilt[row - 1]) ++stop;
+    if (std::abs(tilt[row] - stop_deg) > kSameStop_deg) {
+      ++stop;
+      stop_deg = tilt[row];
+    }
     const Eigen::Vector3d from = head ? Eigen::Vector3d{*ball - at} : at;
     readings.push_back({plane.project(from), plane.sense * tilt[row], from[plane.axis], point->second, stop});
     places[point->second].push_back(from[plane.axis]);

@@ -24,7 +24,7 @@ struct TiltReading {
   double tilt_deg{};   // right-handed about the axis
   double along{};      // mm, along the axis, from TiltReadings::centre_along
   std::size_t point{};
-  std::size_t stop{};  // of the axis: readings in a row at one tilt
+  std::size_t stop{};  // of the axis: readings in a row whose tilts are within kSameStop_deg of the first
 };
 
 struct TiltReadings {

@@ -22,7 +22,6 @@ constexpr std::array<std::string_view, 8> kShankColumns{"B_deg", "L_mm", "x_mm",
 // More than any shank is off its nominal radius.
 constexpr double kRadiusTolerance_mm = 0.1;
 constexpr double kSameSide = 0.99;  // cosine
-constexpr double kSameStop_rad = 1e-2;
 
 double sigmaOf(const std::vector<ShankReading>& touches) {
   double sum = 0;
@@ -137,7 +136,7 @@ void addShankOfSwivel(metrology::Dataset& dataset, const std::vector<ShankReadin
   for (const auto& stop : stopsOf(touches)) {
     const Vector3d at = stop.sum / stop.touches + nominalTip(head, stop.b_rad, length_mm);
     table.append({degrees(stop.b_rad), length_mm, at.x(), at.y(), at.z(), stop.side.x(), stop.side.y(), stop.side.z()});
-    if (std::abs(stop.b_rad) < kPoseTolerance_rad || stop.b_rad == queried_rad) continue;
+    if (std::abs(stop.b_rad) < kPoseTolerance_rad || std::abs(stop.b_rad - queried_rad) < kSameStop_rad) continue;
     queries.append({degrees(stop.b_rad), length_mm});
     queried_rad = stop.b_rad;
   }

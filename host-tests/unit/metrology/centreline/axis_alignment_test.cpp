@@ -6,9 +6,11 @@
 #include <numbers>
 #include <rapidcheck/gtest.h>
 
+#include "firmware/metrology/centreline/standing_axes.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/fisher.hpp"
 #include "host-tests/metrology/mill_turn.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -164,6 +166,58 @@ TEST(SpindleOffset, RefusesByName) {
   Dataset wrong = ballDataset("spindle-offset-2x2", "", read(grid({0.0}, kOpposed, kOpposed), machine), 0.001);
   wrong.config["A_sense"] = 0.5;
   EXPECT_EQ(refusalOf(wrong), "bad-config");
+}
+
+// Angles as a control measures them: those of one pose are not quite equal, and say nothing about spindle and C apart.
+std::vector<Row> measuredBeside(std::vector<Row> rows, const Machine& machine, double most_rad,
+                                std::mt19937_64& random) {
+  for (auto& row : rows) {
+    row.spindle += uniform(random, -most_rad, most_rad);
+    row.c += uniform(random, -most_rad, most_rad);
+  }
+  return read(rows, machine);
+}
+
+TEST(SpindleOffsetFour, TakesAxesThatTurnTogetherToWhatAControlCanTell) {
+  std::mt19937_64 random{18};
+  for (const double most_rad : {2e-6, 1e-4, kPoseTolerance_rad}) {
+    Judgement judgement;
+    for (int trial = 0; trial < 400; ++trial) {
+      Machine machine = randomMachine(random, 0.0);
+      machine.stylus = 1e-2 * machine.stylus;  // what the angles are apart moves its offset
+      auto noisy = measuredBeside(together(kPi / 2.0), machine, most_rad, random);
+      blur(noisy, 0.001, random);
+      const auto solved = solve(ballDataset("spindle-offset-four", "", noisy, 0.001));
+      ASSERT_TRUE(solved.ok()) << most_rad << ": " << solved.error().reason;
+      for (std::size_t k = 0; k < 2; ++k) {
+        judgement.add(solved->find("offset_C_minus_A_mm")->values[k] - machine.c_point[static_cast<Eigen::Index>(k)],
+                      solved->find("offset_C_minus_A_mm")->sd[k], 0.0005);
+      }
+    }
+    SCOPED_TRACE(most_rad);
+    expectHonest(judgement);
+  }
+}
+
+TEST(SpindleOffset2x2, IsNotDeceivedByTheDigitsOfAControl) {
+  std::mt19937_64 random{19};
+  for (const double most_rad : {2e-6, 1e-4, kPoseTolerance_rad}) {
+    const auto refusal = [&](const std::vector<Row>& rows) {
+      return refusalOf(ballDataset("spindle-offset-2x2", "", measuredBeside(rows, {}, most_rad, random), 0.001));
+    };
+    EXPECT_EQ(refusal(together(kPi / 2.0)), "dependent-angles") << most_rad;
+    EXPECT_EQ(refusal(grid({0.0}, {0.0}, kOpposed)), "spindle-not-turned") << most_rad;
+    EXPECT_EQ(refusal(grid({0.0}, kOpposed, {1.0})), "c-not-turned") << most_rad;
+    EXPECT_EQ(refusal(grid({0.0}, kOpposed, kOpposed)), "") << most_rad;
+  }
+}
+
+TEST(SpindleOffsetFour, SaysWhatIsUndeterminedAlsoWhereAnglesAreMeasured) {
+  std::mt19937_64 random{20};
+  const auto dataset = ballDataset("spindle-offset-four", "",
+                                   measuredBeside(together(kPi / 2.0), {}, kPoseTolerance_rad, random), 0.001);
+  ASSERT_TRUE(undeterminedByAngles(dataset));
+  EXPECT_NE(undeterminedByAngles(dataset)->find("turned together"), std::string::npos);
 }
 
 // --- Direction of the axes (B.6, B.7) ---

@@ -197,6 +197,61 @@ TEST(SwivelError, NeedsOneAngleInThePlaneAndTwoAlongTheAxis) {
   EXPECT_LT(worst(solve(swivelDataset(head, {0, 45, 90}, {100, 200}, 0.0, random)).value(), head), 1e-5);
 }
 
+// The head is as it is reported: one stop, read with two tools, is not two angles.
+TEST(SwivelError, TakesWhatAControlMeasuredAtOneStopForOneAngle) {
+  std::mt19937_64 random{13};
+  const Head head;
+  Dataset dataset = swivelDataset(head, {0.0000, 90.0003}, {100}, 0.0005, random);
+  const Dataset other = swivelDataset(head, {0.0002, 89.9998}, {200}, 0.0005, random);
+  for (std::size_t k = 0; k < other.tables[0].columns.size(); ++k) {
+    auto& cells = tableNamed(dataset, "readings").columns[k].values;
+    const auto& added = other.tables[0].columns[k].values;
+    cells.insert(cells.end(), added.begin(), added.end());
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_EQ(solved->find("model")->value(), 1.0);
+  EXPECT_THAT(solved->warnings, Contains(HasSubstr("45 degrees too")));
+  const auto& left = *solved->find("left_by_angle_mm");
+  ASSERT_EQ(left.values.size(), 8U) << "two stops";
+  EXPECT_NEAR(left.values[0], 0.0001, 1e-9) << "degrees";
+  EXPECT_NEAR(left.values[4], 90.00005, 1e-9) << "degrees";
+  for (std::size_t axis = 1; axis < 4; ++axis) EXPECT_EQ(left.values[axis], 0.0) << "less itself";
+}
+
+// What each angle leaves is told less what zero leaves, of however many digits zero is.
+TEST(SwivelError, StatesItsUncertaintyWhereAnglesAreMeasured) {
+  std::mt19937_64 random{14};
+  Moments errors;
+  Moments left;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Head head = randomHead(random);
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    Dataset dataset = swivelDataset(head, {-90, -45, 0, 45, 90}, {100, 150, 200}, 0.0, random);
+    auto& rows = tableNamed(dataset, "readings");
+    for (std::size_t row = 0; row < rows.rows(); ++row) {
+      double& b = columnNamed(dataset, "readings", "B_deg")[row];
+      b += uniform(random, -0.05, 0.05);
+      const Vector3d at = head.reported(b, columnNamed(dataset, "readings", "L_mm")[row]);
+      columnNamed(dataset, "readings", "x_mm")[row] = at.x() + gauss(random, sigma);
+      columnNamed(dataset, "readings", "y_mm")[row] = at.y() + gauss(random, sigma);
+      columnNamed(dataset, "readings", "z_mm")[row] = at.z() + gauss(random, sigma);
+    }
+    dataset.config["model"] = std::string{"rigid"};
+    dataset.config["sigma_mm"] = sigma;
+    const auto solved = solve(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    addErrors(errors, solved.value(), head);
+    const auto& found = *solved->find("left_by_angle_mm");
+    ASSERT_EQ(found.values.size(), 20U) << "five stops";
+    for (std::size_t k = 0; k < found.values.size(); ++k) {
+      if (found.sd[k] > 1e-12) left.add(found.values[k], found.sd[k]);
+    }
+  }
+  expectHonest(errors, kWays * 400);
+  expectHonest(left, kWays * 400);
+}
+
 TEST(SwivelError, GivesTheWorkedExampleOfARigidHead) {
   std::mt19937_64 random{4};
   Head head;
