@@ -171,6 +171,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "wrong-face",
     "wrong-result",
     "few-directions",
+    "mounts-differ",
 });
 
 std::vector<RefusalCode> all() {
