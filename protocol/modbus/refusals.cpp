@@ -173,6 +173,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "few-directions",
     "no-pre-travel",
     "pre-travel-negative",
+    "mounts-differ",
 });
 
 std::vector<RefusalCode> all() {

@@ -31,12 +31,12 @@ inline constexpr double kPoseTolerance_deg = kPoseTolerance_rad * 180 / std::num
 // Reported angles of one stop: each is within kPoseTolerance_rad of the wanted one, so two are within twice that.
 inline constexpr double kSameStop_rad = 2 * kPoseTolerance_rad;
 inline constexpr double kSameStop_deg = 2 * kPoseTolerance_deg;
-// Reported against wanted angle, where the report is the wanted angle to the digits of a control: half of 0.001 degrees,
-// the digit of the marker's registers, is 8.7 urad.
+// Reported against wanted angle, where the report is the wanted angle to the digits of a control: half of 0.001
+// degrees, the digit of the marker's registers, is 8.7 urad.
 inline constexpr double kEchoedAngle_rad = 1e-5;
 
-// Angles that are equal as written. Chosen: above the seven decimals of a case file, and below what any control reports.
-// Angles that a control has measured differ by more at one stop: compare them by kSameStop_rad.
+// Angles that are equal as written. Chosen: above the seven decimals of a case file, and below what any control
+// reports. Angles that a control has measured differ by more at one stop: compare them by kSameStop_rad.
 inline constexpr double kSameAngle_deg = 1e-6;
 inline constexpr double kSameAngle_rad = 1e-6;
 // The same for a table by angle, whose angles are compared in the digits they were stored with.

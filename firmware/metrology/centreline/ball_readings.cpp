@@ -34,8 +34,8 @@ std::optional<Turned> turnedOf(std::span<const BallReading> readings) {
   if (!c && !spindle) return std::nullopt;
   if (!spindle) return Turned::c_only;
   if (!c) return Turned::spindle_only;
-  const bool same = constant(readings, 2 * kSameStop_rad,
-                             [](const BallReading& reading) { return reading.spindle - reading.c; });
+  const bool same =
+      constant(readings, 2 * kSameStop_rad, [](const BallReading& reading) { return reading.spindle - reading.c; });
   return same ? Turned::together : Turned::both;
 }
 

@@ -22,21 +22,18 @@ namespace {
 constexpr std::array<std::string_view, 3> kColumns{"C_rad_clockwise_from_plus_y", "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 
-struct RimReading {
-  Eigen::Vector2d at;
-  double c{};  // rad, clockwise from +Y
-};
-
 // The readings that the source's steps need, those with the largest theta.
 std::optional<RimSteps> sourceReadings(const std::vector<RimReading>& readings) {
-  const auto at = [&](double angle) {
-    return std::ranges::find_if(readings, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle_rad; });
-  };
-  const auto zero = at(0.0);
-  const auto plus = std::ranges::max_element(readings, {}, &RimReading::c);
-  const auto minus = at(-plus->c);
-  if (zero == readings.end() || minus == readings.end() || plus->c < kLeastHalfArc_rad) return std::nullopt;
-  return RimSteps{plus->at, minus->at, zero->at, plus->c};
+  const auto steps = rimStepsOf(readings);
+  if (!steps || !steps->zero_read || steps->theta < kLeastHalfArc_rad) return std::nullopt;
+  return steps;
+}
+
+// (B5) for two readings, C clockwise.
+Eigen::Vector2d centreBetween(const RimReading& plus, const RimReading& minus) {
+  const Eigen::Vector2d chord = minus.at - plus.at;
+  return (plus.at + minus.at) / 2.0 +
+         Eigen::Vector2d{-chord.y(), chord.x()} / (2.0 * std::tan((plus.c - minus.c) / 2.0));
 }
 
 void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, const Eigen::Vector2d& centre,
@@ -58,6 +55,32 @@ void compareWithSource(Answer& answer, const std::vector<RimReading>& readings, 
 }
 
 }  // namespace
+
+std::optional<RimSteps> rimStepsOf(std::span<const RimReading> readings) {
+  if (readings.empty()) return std::nullopt;
+  const auto nearest = [&](double angle) {
+    return *std::ranges::min_element(readings, {}, [&](const RimReading& r) { return std::abs(r.c - angle); });
+  };
+  const RimReading plus = *std::ranges::max_element(readings, {}, &RimReading::c);
+  const double theta = plus.c;
+  const RimReading minus = nearest(-theta);
+  const RimReading zero = nearest(0.0);
+  if (std::abs(minus.c + theta) > kSameStop_rad) return std::nullopt;
+  RimSteps steps{.plus = plus.at,
+                 .minus = minus.at,
+                 .zero = {0.0, 0.0},
+                 .theta = theta,
+                 .zero_read = std::abs(zero.c) <= kPoseTolerance_rad};
+  if (steps.zero_read) steps.zero = zero.at;
+  if (theta < kLeastHalfArc_rad) return steps;  // locates no centre
+  const Eigen::Vector2d centre = centreBetween(plus, minus);
+  const auto turned = [&](const RimReading& reading, double nominal) -> Eigen::Vector2d {
+    return centre + turn(reading.c - nominal) * (reading.at - centre);
+  };
+  if (minus.c != -theta) steps.minus = turned(minus, -theta);
+  if (steps.zero_read && zero.c != 0.0) steps.zero = turned(zero, 0.0);
+  return steps;
+}
 
 double remainingShift(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus) {
   return std::atan((at_plus.y() - at_minus.y()) / (at_plus.x() - at_minus.x()));

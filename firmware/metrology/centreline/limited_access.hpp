@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
@@ -24,13 +25,24 @@ struct RimCentre {
 std::optional<RimCentre> rimCentre(const Eigen::Vector2d& at_plus, const Eigen::Vector2d& at_minus,
                                    const Eigen::Vector2d& at_zero);
 
+struct RimReading {
+  Eigen::Vector2d at;  // mm
+  double c{};          // rad, clockwise from +Y
+};
+
 // Readings at +theta, -theta and 0, mm.
 struct RimSteps {
   Eigen::Vector2d plus;
   Eigen::Vector2d minus;
-  Eigen::Vector2d zero;
-  double theta{};  // rad
+  Eigen::Vector2d zero;  // the origin where it was not read
+  double theta{};        // rad
+  bool zero_read{};
 };
+
+// Those of the readings that (B26) and (B27) need: theta is the largest angle, the others are the nearest to -theta and
+// 0. Each is turned from the angle it reports to the nominal one, about the centre (B5) of the first two: beside its
+// angle by 1 mrad a ball at 600 mm is 0.6 mm away. nullopt: no reading within kSameStop_rad of -theta.
+std::optional<RimSteps> rimStepsOf(std::span<const RimReading> readings);
 
 // (B26), (B27) without moving the machine: turns the readings instead of C. nullopt as above.
 std::optional<RimCentre> turnedRimCentre(const RimSteps& steps);

@@ -30,11 +30,7 @@ constexpr std::array<std::string_view, 3> kCoordinates{"x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 2> kContactColumns{"C1_rad", "C2_rad"};
 constexpr double kDisagree = 4.0;  // sd
 
-struct RimReading {
-  double c{};  // rad, clockwise, from the zero in force
-  Vector2d at;
-};
-using Loop = std::vector<RimReading>;
+using Loop = std::vector<RimReading>;  // angles from the zero in force
 
 // How far the stylus is off the spindle, in every reading alike, and what that is uncertain by: nothing along the
 // spindle.
@@ -69,8 +65,8 @@ Outcome<StylusOffset, Refusal> stylusOffset(const Dataset& dataset) {
   std::array<double, 2> counts{};
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     const double angle = std::remainder(rows(row, 0), kTurn);
-    const bool zero = std::abs(angle) < kSameAngle_rad;
-    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kSameAngle_rad) {
+    const bool zero = std::abs(angle) <= kPoseTolerance_rad;
+    if (!zero && std::abs(std::abs(angle) - std::numbers::pi) > kPoseTolerance_rad) {
       return notOpposite("table 'stylus', row " + std::to_string(row + 1) + ", is at neither angle: the table");
     }
     sums[zero ? 0 : 1] += rows.row(row).tail<2>().transpose();
@@ -101,30 +97,23 @@ Outcome<std::vector<Loop>, Refusal> loopsOf(const Table& table, const Vector2d& 
                      "the zero of C does not converge within 5 loops: check the ball and the drive for looseness"};
     }
     loops.resize(std::max(loops.size(), static_cast<std::size_t>(loop)));
-    loops[static_cast<std::size_t>(loop) - 1].push_back({value(1), Vector2d{value(2), value(3)} + stylus});
+    loops[static_cast<std::size_t>(loop) - 1].push_back({Vector2d{value(2), value(3)} + stylus, value(1)});
   }
   return loops;
 }
 
-const RimReading* readingAt(const Loop& loop, double angle) {
-  const auto found = std::ranges::find_if(loop, [&](const auto& r) { return std::abs(r.c - angle) < kSameAngle_rad; });
-  return found == loop.end() ? nullptr : &*found;
-}
-
-// The readings of one loop; zero is at the origin where it was not read.
+// The readings of one loop.
 Outcome<RimSteps, Refusal> stepsOf(const Loop& loop, std::size_t number, bool last) {
-  const auto plus = std::ranges::max_element(loop, {}, &RimReading::c);
-  const RimReading* minus = readingAt(loop, -plus->c);
-  const RimReading* zero = readingAt(loop, 0.0);
-  if (!minus || (last && !zero)) {
+  const auto steps = rimStepsOf(loop);
+  if (!steps || (last && !steps->zero_read)) {
     return Refusal{"missing-step", "loop " + std::to_string(number) + " needs readings at +theta and -theta" +
                                        (last ? ", and at C = 0" : "")};
   }
-  if (plus->c < kLeastHalfArc_rad) {
-    return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " + text(degrees(plus->c)) +
+  if (steps->theta < kLeastHalfArc_rad) {
+    return Refusal{"arc-too-short", "theta of loop " + std::to_string(number) + " is " + text(degrees(steps->theta)) +
                                         " degrees, less than 15: turn 30 to 45 to either side"};
   }
-  return RimSteps{plus->at, minus->at, zero ? zero->at : Vector2d{0.0, 0.0}, plus->c};
+  return *steps;
 }
 
 // Steps 3 to 5 gone through: where the zero of C went, loop by loop, and the readings of the last loop.

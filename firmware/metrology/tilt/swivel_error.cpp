@@ -125,8 +125,8 @@ Candidates fitAll(const SwivelReadings& readings, SwivelModel model, double sigm
   return candidates;
 }
 
-// What the model leaves at each stop of B, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z. An
-// index error of B shows here.
+// What the model leaves at each stop of B, the mean over the lengths, less what it leaves at zero: rows B_deg, x, y, z.
+// An index error of B shows here.
 Estimate leftByAngle(const SwivelReadings& readings, const Chosen& chosen, double sigma,
                      std::optional<double> reading_sd) {
   const auto stops = swivelStops(readings);

@@ -61,7 +61,8 @@ struct Stop {
 std::vector<Stop> stopsOf(const std::vector<Reading>& readings, const Facts& facts) {
   std::vector<Stop> stops;
   for (const auto& reading : readings) {
-    if (stops.empty() || stops.back().tool != reading.tool || std::abs(stops.back().b_rad - reading.b_rad) > kSameStop_rad)
+    if (stops.empty() || stops.back().tool != reading.tool ||
+        std::abs(stops.back().b_rad - reading.b_rad) > kSameStop_rad)
       stops.push_back({.b_rad = reading.b_rad, .length_mm = facts.lengthOf(reading.tool), .tool = reading.tool});
     stops.back().readings.push_back(&reading);
   }

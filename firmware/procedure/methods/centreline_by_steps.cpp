@@ -20,13 +20,11 @@ namespace {
 constexpr std::array<std::string_view, 4> kReadingsColumnsOfCentrelineBySteps{"loop", "C_rad_clockwise_from_plus_y",
                                                                               "x_mm", "y_mm"};
 constexpr std::array<std::string_view, 3> kStylusColumns{"A_rad", "x_mm", "y_mm"};
-// The steps need the same angle twice: what a machine reads beside it by less is that angle.
-constexpr double kSameAngle_rad = 1e-5;
 
+// Of C, clockwise from the zero of the loop, as measured.
 double angleOf(const Reading& reading, double c_on_line_rad) {
   const RimStep rim = rimStep(reading.note);
-  const double c_rad = c_on_line_rad - reading.c_rad - rim.zero_rad;
-  return std::abs(c_rad - rim.c_rad) < kSameAngle_rad ? rim.c_rad : c_rad;
+  return rim.c_rad + std::remainder(c_on_line_rad - reading.c_rad - rim.zero_rad - rim.c_rad, kTurn);
 }
 
 // The loops of which there are touches.
@@ -77,17 +75,21 @@ std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measure
   const auto* table = measured.dataset.table("readings");
   if (loops.closes || table == nullptr || table->rows() < 2) return std::nullopt;
   const auto row = [&](std::size_t k) {
-    return Eigen::Vector2d{table->column("x_mm")->at(k), table->column("y_mm")->at(k)};
+    return metrology::RimReading{.at = {table->column("x_mm")->at(k), table->column("y_mm")->at(k)},
+                                 .c = table->column(kReadingsColumns[1])->at(k)};
   };
-  const Eigen::Vector2d plus = row(table->rows() - 2), minus = row(table->rows() - 1);
+  const std::array both{row(table->rows() - 2), row(table->rows() - 1)};
+  const auto steps = metrology::rimStepsOf(both);
+  if (!steps) return std::nullopt;
   const auto stated = measured.dataset.config.find("level_limit_mm");
   const double limit_mm =
       stated == measured.dataset.config.end() ? metrology::kUsualLevelLimit_mm : std::get<double>(stated->second);
-  if (std::abs(plus.y() - minus.y()) < limit_mm || loops.count == kMostRimLoops) {
+  if (std::abs(steps->plus.y() - steps->minus.y()) < limit_mm || loops.count == kMostRimLoops) {
     loops.closes = true;
     return answerOf(loops);
   }
-  loops.zeros_rad[loops.count] = loops.zeros_rad[loops.count - 1] + metrology::remainingShift(plus, minus);
+  loops.zeros_rad[loops.count] =
+      loops.zeros_rad[loops.count - 1] + metrology::remainingShift(steps->plus, steps->minus);
   ++loops.count;
   return answerOf(loops);
 }

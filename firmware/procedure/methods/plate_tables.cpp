@@ -1,14 +1,18 @@
 #include "firmware/procedure/methods/plate_tables.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "firmware/procedure/methods/plate_poses.hpp"
+#include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -44,26 +48,73 @@ double reachOf(const std::vector<Reading>& readings, const Eigen::Vector3d& poin
   return sum / static_cast<double>(readings.size());
 }
 
-// The tables first and second. One stop is one angle, however finely the machine reads it.
+// Angles of the stops as reported. In one mount the axis stands clamped at a stop: its first report counts.
+class StopAngles {
+ public:
+  void add(std::uint16_t mount, std::uint16_t stop, double angle_rad) { reported_[stop].try_emplace(mount, angle_rad); }
+
+  // From where the mount began.
+  double turned(std::uint16_t mount, std::uint16_t stop) const {
+    const auto began = reported_.find(0);
+    const double from_rad = began != reported_.end() && began->second.contains(mount) ? began->second.at(mount) : 0;
+    return reported_.at(stop).at(mount) - from_rad;
+  }
+
+  // The same for all mounts: their mean.
+  double phi(std::uint16_t stop) const {
+    double sum = 0;
+    for (const auto& [mount, angle] : reported_.at(stop)) sum += besideFirst(mount, stop);
+    return turned(firstMount(stop), stop) + sum / static_cast<double>(reported_.at(stop).size());
+  }
+
+  // The largest difference between two mounts at one stop.
+  double widest() const {
+    double widest = 0;
+    for (const auto& [stop, mounts] : reported_) {
+      double least = 0, greatest = 0;
+      for (const auto& [mount, angle] : mounts) {
+        least = std::min(least, besideFirst(mount, stop));
+        greatest = std::max(greatest, besideFirst(mount, stop));
+      }
+      widest = std::max(widest, greatest - least);
+    }
+    return widest;
+  }
+
+ private:
+  std::uint16_t firstMount(std::uint16_t stop) const { return reported_.at(stop).begin()->first; }
+  double besideFirst(std::uint16_t mount, std::uint16_t stop) const {
+    return std::remainder(turned(mount, stop) - turned(firstMount(stop), stop), kTurn);
+  }
+
+  std::map<std::uint16_t, std::map<std::uint16_t, double>> reported_;  // by stop and mount
+};
+
+// The nominal axis.
+struct TurningAxis {
+  Eigen::Vector3d point, direction;
+  bool is_b{};
+};
+
+// The tables first and second.
 struct PlateTables {
   metrology::Table first, second;
 
-  PlateTables(const std::vector<Reading>& readings, bool about_b, bool mounts) {
+  PlateTables(const std::vector<Reading>& readings, const TurningAxis& axis, bool mounts) {
     const auto named = [mounts](const char* name, std::size_t from) {
       return mounts ? metrology::Table::withColumns(name, std::span{kColumnsOfPlateTables}.subspan(from))
                     : metrology::Table::withColumns(name, std::span{kColumnsOfOneMount}.subspan(from));
     };
-    const auto angleAt = [&](std::uint16_t mount, std::uint16_t stop) {
-      const auto found =
-          std::ranges::find_if(readings, [&](const Reading& r) { return r.mount == mount && stopOf(r.note) == stop; });
-      return about_b ? found->b_rad : found->c_rad;
-    };
+    StopAngles angles;
+    for (const auto& r : readings) angles.add(r.mount, stopOf(r.note), axis.is_b ? r.b_rad : r.c_rad);
     first = named("first", 0);
     second = named("second", 1);
     for (const auto& reading : readings) {
-      const auto& at = reading.centre.centre_mm;
+      Eigen::Vector3d at = reading.centre.centre_mm;
       const std::uint16_t stop = stopOf(reading.note);
-      const double phi_rad = angleAt(reading.mount, stop) - angleAt(reading.mount, 0);
+      const double phi_rad = angles.phi(stop);
+      const double beside_rad = std::remainder(phi_rad - angles.turned(reading.mount, stop), kTurn);
+      if (beside_rad != 0) at = axis.point + Eigen::AngleAxisd{beside_rad, axis.direction} * (at - axis.point);
       const double number = reading.mount;
       if (stop == 0) {
         mounts ? second.append({number, reading.ball, at.x(), at.y(), at.z()})
@@ -93,6 +144,24 @@ bool someAreOmitted(const std::vector<Reading>& readings, double balls) {
 
 }  // namespace
 
+std::optional<metrology::Refusal> whyMountsDiffer(const capture::Recording& recording) {
+  std::array<StopAngles, 3> of_axis;
+  for (const auto& touch : recording.touches()) {
+    const auto& at = touch.request;
+    for (std::size_t axis = 0; axis < of_axis.size(); ++axis)
+      of_axis[axis].add(at.mount, stopOf(at.note), at.rotary_angles_rad[axis]);
+  }
+  double widest_rad = 0;
+  for (const auto& angles : of_axis) widest_rad = std::max(widest_rad, angles.widest());
+  if (widest_rad <= kPoseTolerance_rad) return std::nullopt;
+  return metrology::Refusal{"mounts-differ",
+                            "between its mounts the axis stopped at angles that differ by up to " +
+                                std::to_string(degrees(widest_rad)) + " degrees, more than " +
+                                std::to_string(kPoseTolerance_deg) +
+                                ", and one angle cannot describe both: check that the axis is clamped and that its "
+                                "reference has not moved, and measure again"};
+}
+
 void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings, const BallPlate& plate,
               const Facts& facts) {
   double balls = 0;
@@ -118,7 +187,7 @@ void addPlate(metrology::Dataset& dataset, const std::vector<Reading>& readings,
   if (sigma_rad > 0) config["sigma_angle_rad"] = sigma_rad;
   if (plate.sd_mm) config["sigma_third_mm"] = *plate.sd_mm;
   if (plate.station_correction || someAreOmitted(readings, balls)) config["station_correction"] = true;
-  const PlateTables tables{readings, about_b, mounts};
+  const PlateTables tables{readings, {vectorOf(point), axis.normalized(), about_b}, mounts};
   dataset.tables.insert(dataset.tables.begin(), {tables.first, tables.second, certificateOf(plate, balls)});
 }
 

@@ -168,12 +168,12 @@ constinit const LiveMethod kRotaryAxisErrors{
       return options;
     },
     .why_unfit = whyNoSuchBall,
-    .dataset =
-        [](const FinishedRun& run) {
-          if (run.recording.touches().front().request.holds) return byHead(run);
-          return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
-            addPlate(dataset, found.readings, *of.facts.ball_plate, of.facts);
-          });
-        }};
+    .dataset = [](const FinishedRun& run) -> RunDataset {
+      if (auto refusal = whyMountsDiffer(run.recording)) return RunDataset{touchesOf(run), std::move(refusal), {}};
+      if (run.recording.touches().front().request.holds) return byHead(run);
+      return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
+        addPlate(dataset, found.readings, *of.facts.ball_plate, of.facts);
+      });
+    }};
 
 }  // namespace probebox::procedure

@@ -18,6 +18,18 @@ bool standsIn(const Step& step, const std::array<double, 3>& angles_rad) {
   return true;
 }
 
+// The pose as reported. Where a report is the wanted angle to the digits of the control, it is the wanted angle.
+std::array<double, 3> measuredPose(const Step& step, std::array<double, 3> angles_rad) {
+  if (!step.turns) return angles_rad;
+  for (std::size_t axis = 0; axis < angles_rad.size(); ++axis) {
+    const double wanted_rad = step.touch.rotary_angles_rad[axis];
+    const double off_rad = std::remainder(angles_rad[axis] - wanted_rad, kTurn);
+    const double turns_rad = angles_rad[axis] - wanted_rad - off_rad;
+    if (std::abs(off_rad) < kEchoedAngle_rad) angles_rad[axis] = wanted_rad + turns_rad;
+  }
+  return angles_rad;
+}
+
 // The tool of the step's number, or whichever carries the probe: any that is not to be measured itself.
 bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
   if (step.touch.tool != 0) return tool == step.touch.tool;
@@ -96,7 +108,7 @@ void Procedure::beginStep(const Marker& marker) {
     return repeatStep(capture::TouchFault::moved);
   }
   capture::TouchRequest touch = step.touch;
-  touch.rotary_angles_rad = marker.rotary_angles_rad;
+  touch.rotary_angles_rad = measuredPose(step, marker.rotary_angles_rad);
   capture_.begin(touch);
   progress_.state = State::running;
   step_begun_ = marker.at;

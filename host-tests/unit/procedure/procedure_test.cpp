@@ -302,6 +302,37 @@ TEST(RotaryProcedure, RefusesAStepWhoseMachineStandsInAnotherPose) {
   EXPECT_EQ(procedure.progress().state, State::refused);
 }
 
+// A control whose registers have 0.001 degrees echoes 51.429 for 51.428571.
+TEST(RotaryProcedure, TakesTheAngleThatWasAskedForWhereTheControlEchoesItInItsDigits) {
+  Procedure procedure{liveMethods(), capture::Capacity{}};
+  ObedientMachine machine{procedure};
+  procedure.start({.run = 1, .method = kCentreline.number, .at = {}, .options = {.angles = 7}});
+  while (procedure.progress().state == State::waiting) {
+    const auto wanted_rad = procedure.plan().steps[procedure.progress().step].touch.rotary_angles_rad;
+    for (std::size_t k = 0; k < 3; ++k) {
+      machine.angles_rad[k] = std::round(wanted_rad[k] * 180e3 / std::numbers::pi) / 180e3 * std::numbers::pi;
+    }
+    machine.touch();
+    EXPECT_EQ(procedure.recording().touches().back().request.rotary_angles_rad, wanted_rad);
+  }
+  EXPECT_EQ(procedure.recording().touches().size(), 35U);
+}
+
+TEST(RotaryProcedure, TakesAnAngleThatWasMeasured) {
+  Procedure procedure{liveMethods(), capture::Capacity{}};
+  ObedientMachine machine{procedure};
+  procedure.start({.run = 1, .method = kCentreline.number, .at = {}, .options = {.angles = 7}});
+  for (const double off_rad : {1.1e-5, -1.1e-5, 1e-3}) {
+    machine.angles_rad = {0, 0, off_rad};
+    machine.touch();
+    EXPECT_EQ(procedure.recording().touches().back().request.rotary_angles_rad[2], off_rad);
+  }
+  machine.angles_rad = {0, 0, 4 * std::numbers::pi + 5e-6};
+  machine.touch();
+  EXPECT_NEAR(procedure.recording().touches().back().request.rotary_angles_rad[2], 4 * std::numbers::pi, 1e-15)
+      << "whole turns stay";
+}
+
 TEST(RotaryProcedure, RefusesAStepWithAnotherTool) {
   Procedure procedure{liveMethods(), capture::Capacity{}};
   ObedientMachine machine{procedure};

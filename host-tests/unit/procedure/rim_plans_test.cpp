@@ -171,6 +171,15 @@ TEST_F(RimRun, IsTurnedByWhatIsLeftOfTheAngle) {
   EXPECT_FALSE(nextLoop(kCentrelineBySteps, procedure.recording(), {}, {}, refused));
 }
 
+// C has stopped 1 mrad beside +theta, and says so: the ball is on the line.
+TEST_F(RimRun, IsLevelWhereTheAnglesAsMeasuredSaySo) {
+  RunDataset measured;
+  auto& table = measured.dataset.tables.emplace_back(metrology::Table::withColumns(
+      "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"}));
+  for (const double c_rad : {0.701, -0.7}) table.append({1, c_rad, 600 * std::sin(c_rad), 600 * std::cos(c_rad)});
+  EXPECT_TRUE(nextLoop(kCentrelineBySteps, procedure.recording(), {}, {}, measured)->closes);
+}
+
 TEST_F(RimRun, IsClosedAfterFiveLoopsHoweverTheBallStands) {
   for (std::uint8_t loop = 2; loop <= kMostRimLoops; ++loop) {
     goOn(loop, 0.001 * loop, false);

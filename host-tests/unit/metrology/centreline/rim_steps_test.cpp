@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -21,6 +22,7 @@ struct Chuck {
   Vector2d stylus{0.0, 0.0};
   double sigma{0.001};
   double sigma_c{0.0};
+  double most_off{0.0};  // rad: C stops so far beside what it is asked for at most, and says so
 
   // Machine position at the count C, clockwise from +Y; the spindle at zero.
   Vector2d reading(double c, std::mt19937_64& random) const {
@@ -54,17 +56,21 @@ Dataset goThrough(const Chuck& chuck, double theta, std::mt19937_64& random) {
   Table readings = Table::withColumns(
       "readings", std::array<std::string_view, 4>{"loop", "C_rad_clockwise_from_plus_y", "x_mm", "y_mm"});
   double zero = 0.0;
+  const auto readAt = [&](double loop, double wanted) {
+    const double c = chuck.most_off > 0 ? wanted + uniform(random, -chuck.most_off, chuck.most_off) : wanted;
+    const RimReading reading{.at = chuck.reading(zero + c, random), .c = c};
+    readings.append({loop, c, reading.at.x(), reading.at.y()});
+    return RimReading{.at = reading.at + chuck.stylus, .c = c};
+  };
   for (double loop = 1.0; loop <= 5.0; ++loop) {
-    const Vector2d plus = chuck.reading(zero + theta, random);
-    const Vector2d minus = chuck.reading(zero - theta, random);
-    readings.append({loop, theta, plus.x(), plus.y()});
-    readings.append({loop, -theta, minus.x(), minus.y()});
-    if (std::abs(plus.y() - minus.y()) < 0.01) {
-      const Vector2d top = chuck.reading(zero, random);
-      readings.append({loop, 0.0, top.x(), top.y()});
+    const std::array both{readAt(loop, theta), readAt(loop, -theta)};
+    const auto level = rimStepsOf(both);
+    if (!level) throw std::logic_error{"theta is not the same twice"};
+    if (std::abs(level->plus.y() - level->minus.y()) < 0.01) {
+      readAt(loop, 0.0);
       break;
     }
-    zero += remainingShift(plus + chuck.stylus, minus + chuck.stylus);
+    zero += remainingShift(level->plus, level->minus);
   }
   dataset.tables = {std::move(stylus), std::move(readings)};
   return dataset;
@@ -98,6 +104,45 @@ TEST(CentrelineBySteps, FitStatesItsUncertaintyAndSoDoTheStepsWhereTheyCount) {
       EXPECT_LT(std::abs(pull.bias()), 4.5);
     }
   }
+}
+
+// C stops beside what it is asked for, as far as a step takes it, and reports where.
+TEST(CentrelineBySteps, IsAsUncertainAsItSaysWhereTheAnglesAreMeasured) {
+  std::mt19937_64 random{11};
+  for (const double most_off : {2e-5, 1e-3, kPoseTolerance_rad}) {
+    for (const bool trust : {true, false}) {
+      std::array<Moments, 3> pulls;
+      int refused = 0;
+      for (int trial = 0; trial < 500; ++trial) {
+        Chuck chuck = randomChuck(random);
+        chuck.most_off = most_off;
+        if (trial % 2 == 0) chuck.sigma_c = 1e-6;
+        Dataset dataset = goThrough(chuck, uniform(random, 30, 45) * kDegree, random);
+        dataset.config["trust_C_angles"] = trust;
+        const auto solved = solve(dataset);
+        if (!solved) {
+          EXPECT_EQ(solved.error().name, "steps-disagree");
+          ++refused;
+          continue;
+        }
+        for (std::size_t k = 0; k < 2; ++k) {
+          pulls[k].add(solved->find("centre_mm")->values[k] - chuck.centre[static_cast<Eigen::Index>(k)],
+                       solved->find("centre_mm")->sd[k]);
+        }
+        pulls[2].add(solved->find("radius_mm")->value() - chuck.radius, solved->find("radius_mm")->sd[0]);
+      }
+      SCOPED_TRACE(testing::Message() << most_off << " rad, trusted: " << trust);
+      EXPECT_LE(refused, 2) << "of 500 good ones";
+      for (const auto& pull : pulls) expectHonest(pull);
+    }
+  }
+}
+
+TEST(CentrelineBySteps, RefusesAStepThatIsFurtherBesideItsAngle) {
+  std::mt19937_64 random{12};
+  Dataset dataset = goThrough({}, 40 * kDegree, random);
+  columnNamed(dataset, "readings", "C_rad_clockwise_from_plus_y")[1] += 5e-3;
+  EXPECT_EQ(refusalOf(dataset), "missing-step");
 }
 
 TEST(CentrelineBySteps, StepsAndFitAgreeWithoutNoise) {
