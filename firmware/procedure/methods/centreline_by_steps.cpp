@@ -76,7 +76,7 @@ std::optional<Solved> nextLoop(const FinishedRun& run, const RunDataset& measure
   if (loops.closes || table == nullptr || table->rows() < 2) return std::nullopt;
   const auto row = [&](std::size_t k) {
     return metrology::RimReading{.at = {table->column("x_mm")->at(k), table->column("y_mm")->at(k)},
-                                 .c = table->column(kReadingsColumns[1])->at(k)};
+                                 .c = table->column(kReadingsColumnsOfCentrelineBySteps[1])->at(k)};
   };
   const std::array both{row(table->rows() - 2), row(table->rows() - 1)};
   const auto steps = metrology::rimStepsOf(both);
