@@ -90,7 +90,8 @@ TEST(LiveRimSteps, GoRoundUntilTheBallIsOnTheLine) {
   const double theta = 40 * kDegree;
   EXPECT_THAT(*readings.column("C_rad_clockwise_from_plus_y"),
               ElementsAre(testing::DoubleNear(theta, 1e-12), testing::DoubleNear(-theta, 1e-12),
-                          testing::DoubleNear(theta, 1e-12), testing::DoubleNear(-theta, 1e-12), 0));
+                          testing::DoubleNear(theta, 1e-12), testing::DoubleNear(-theta, 1e-12),
+                          testing::DoubleNear(0, 1e-12)));
   const auto& y = *readings.column("y_mm");
   EXPECT_GT(std::abs(y[0] - y[1]), 0.5) << "0.9 degrees on 39 mm";
   EXPECT_LT(std::abs(y[2] - y[3]), 0.01);
