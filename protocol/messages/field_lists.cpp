@@ -34,7 +34,7 @@ struct Language {
 constexpr Language kLua{'{', '}', "", "[", "] = ", '{', '}'};
 constexpr Language kPython{'(', ')', ",", "", ": ", '{', '}'};
 
-std::string quoted(std::string_view text) {
+std::string literal(std::string_view text) {
   std::string all = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') all += '\\';
@@ -64,7 +64,7 @@ class FieldLists {
     std::string fields;
     const T value{};
     T::fields(value, [&](std::string_view field, const auto& member, std::string_view doc) {
-      fields += "    " + list({quoted(field), type<std::decay_t<decltype(member)>>(), quoted(doc)}) + ",\n";
+      fields += "    " + list({literal(field), type<std::decay_t<decltype(member)>>(), literal(doc)}) + ",\n";
     });
     structures_[name] = in_.open + std::string{"\n"} + fields + "  " + in_.close;
   }
@@ -73,7 +73,7 @@ class FieldLists {
     std::string name{nameOf(M::kType)};
     std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
     add<M>(name);
-    messages_ += entry(std::to_string(static_cast<unsigned>(M::kType)), quoted(name));
+    messages_ += entry(std::to_string(static_cast<unsigned>(M::kType)), literal(name));
     written_.insert(nameOf(M::kType));
   }
   template <class Op>
@@ -81,7 +81,7 @@ class FieldLists {
     const std::string name{nameOf(Op::kOperation)};
     add<typename Op::Request>(name + "_request");
     add<typename Op::Answer>(name + "_answer");
-    operations_ += entry(std::to_string(static_cast<unsigned>(Op::kOperation)), quoted(name));
+    operations_ += entry(std::to_string(static_cast<unsigned>(Op::kOperation)), literal(name));
     written_.insert(nameOf(Op::kOperation));
   }
 
@@ -100,7 +100,7 @@ class FieldLists {
 
   std::string text() const {
     std::string structures;
-    for (const auto& [name, fields] : structures_) structures += entry(quoted(name), fields);
+    for (const auto& [name, fields] : structures_) structures += entry(literal(name), fields);
     return map("STRUCTURES", structures) + map("MESSAGES", messages_) + map("OPERATIONS", operations_);
   }
 
@@ -121,28 +121,28 @@ class FieldLists {
   template <class T>
   std::string type() {
     if constexpr (std::same_as<T, bool>) {
-      return list({quoted("bool")});
+      return list({literal("bool")});
     } else if constexpr (std::same_as<T, double>) {
-      return list({quoted("f64")});
+      return list({literal("f64")});
     } else if constexpr (std::same_as<T, MonoTime> || std::same_as<T, Tick> || std::same_as<T, SampleIndex>) {
-      return list({quoted("i64")});
+      return list({literal("i64")});
     } else if constexpr (std::same_as<T, std::byte>) {
-      return list({quoted("u8")});
+      return list({literal("u8")});
     } else if constexpr (std::is_enum_v<T>) {
       return type<std::underlying_type_t<T>>();
     } else if constexpr (std::integral<T>) {
-      return list({quoted((std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T)))});
+      return list({literal((std::is_signed_v<T> ? "i" : "u") + std::to_string(8 * sizeof(T)))});
     } else if constexpr (Text<T>) {
-      return list({quoted("text")});
+      return list({literal("text")});
     } else if constexpr (Bytes<T>) {
-      return list({quoted("bytes")});
+      return list({literal("bytes")});
     } else if constexpr (detail::kIsArray<T>) {
-      return list({quoted("array"), std::to_string(std::tuple_size_v<T>), type<typename T::value_type>()});
+      return list({literal("array"), std::to_string(std::tuple_size_v<T>), type<typename T::value_type>()});
     } else if constexpr (detail::kIsVector<T>) {
-      return list({quoted("list"), type<typename T::value_type>()});
+      return list({literal("list"), type<typename T::value_type>()});
     } else {
       add<T>(structureName<T>());
-      return list({quoted("structure"), quoted(structureName<T>())});
+      return list({literal("structure"), literal(structureName<T>())});
     }
   }
 
