@@ -1,5 +1,6 @@
 #include "firmware/app/solver/solver_child.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "firmware/app/solver/system_call_filter.hpp"
 #include "firmware/json/dataset_json.hpp"
 #include "firmware/json/result_json.hpp"
 
@@ -34,31 +36,42 @@ std::string megabytes(std::size_t bytes) {
   return std::to_string(bytes >> 20U) + " MB";
 }
 
+// What is limited to less already stays so.
 bool limit(decltype(RLIMIT_CPU) resource, rlim_t most) {
-  const rlimit both{most, most};
+  rlimit before{};
+  if (getrlimit(resource, &before) != 0) return false;
+  const rlim_t least = std::min(most, before.rlim_max);
+  const rlimit both{least, least};
   return setrlimit(resource, &both) == 0;
 }
 
-// No more files, processes, rights or core dumps than a calculation needs; what the kernel refuses to take away is not
-// needed for the limits of time and memory, which the daemon watches as well.
-bool confine(const SolverLimits& limits) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+bool dropRights() {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, 2> none{};
-  syscall(SYS_capset, &header, none.data());
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && syscall(SYS_capset, &header, none.data()) == 0;
+}
+
+// Leaves no more files, processes, rights, system calls or core dumps than a calculation needs. Returns what could not
+// be taken away; nullptr: nothing.
+const char* confine(const SolverLimits& limits) {
   setpriority(PRIO_PROCESS, 0, kPoliteness);
-  limit(RLIMIT_CORE, 0);
-  if (!kSanitized) {
-    limit(RLIMIT_NPROC, 0);
-    limit(RLIMIT_NOFILE, 3);
-    limit(RLIMIT_FSIZE, limits.answer_bytes);
-  }
+  if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return "its life after the daemon's end";
+  if (!dropRights()) return "its rights";
   // At the soft limit the signal ends the process and says why.
   const auto seconds = static_cast<rlim_t>(limits.processor.count());
   const rlimit processor{seconds, seconds + 1};
-  const bool timed = setrlimit(RLIMIT_CPU, &processor) == 0;
-  return timed && (kSanitized || limit(RLIMIT_AS, limits.memory_bytes));
+  if (setrlimit(RLIMIT_CPU, &processor) != 0) return "the processor";
+  if (!limit(RLIMIT_CORE, 0)) return "core dumps";
+  if (kSanitized) return nullptr;
+  if (!limit(RLIMIT_AS, limits.memory_bytes)) return "memory";
+  if (!limit(RLIMIT_NPROC, 0) || !limit(RLIMIT_NOFILE, 3) || !limit(RLIMIT_FSIZE, limits.answer_bytes))
+    return "files and processes";
+  return allowOnlyCalculation() ? nullptr : "system calls (its kernel has no seccomp filter)";
+}
+
+metrology::Refusal unconfined(const char* kept) {
+  return {"solver-ended", std::string{"the box could not take from its solver "} + kept +
+                              ", and solves nothing without: solve the case on a computer (probebox solve)"};
 }
 
 std::optional<std::string> readAll(int descriptor) {
@@ -124,8 +137,8 @@ int solveInChild(std::string_view argument) {
   constexpr int kUsage = 2;
   const auto limits = limitsFrom(argument);
   if (!limits) return kUsage;
-  if (!confine(*limits)) return kFailed;
-  return writeAll(STDOUT_FILENO, encodeAnswer(solved(*limits))) ? 0 : kFailed;
+  const char* kept = confine(*limits);
+  return writeAll(STDOUT_FILENO, encodeAnswer(kept == nullptr ? solved(*limits) : unconfined(kept))) ? 0 : kFailed;
 }
 
 std::string encodeAnswer(const metrology::Solved& solved) {

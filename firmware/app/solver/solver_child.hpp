@@ -22,8 +22,9 @@ struct SolverLimits {
 // The argument of --solver that carries the limits to the child, "60,256".
 std::string toArgument(const SolverLimits& limits);
 
-// Solves a case, JSON from the standard input, and writes encodeAnswer() to the standard output. Drops rights and sets
-// limits first, so that a case can at most end this process. Returns the exit status.
+// Solves a case, JSON from the standard input, and writes encodeAnswer() to the standard output. Drops rights, sets
+// limits and filters system calls first, so that a case can at most end this process; where the kernel does not let it,
+// every case is refused. Returns the exit status.
 int solveInChild(std::string_view argument);
 
 // Converts the answer of a solver to text and back. Error: the text is no answer.
