@@ -56,8 +56,8 @@ void readDoors(Section& root, Service& service) {
 Service readService(Section& root) {
   Service service;
   service.links = addresses(root, "links", {"tcp", "serial", "usb"}, "tcp:127.0.0.1:7627", service.link_places);
-  service.cnc =
-      addresses(root, "cnc", {"modbus", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200", service.cnc_places);
+  service.cnc = addresses(root, "cnc", {"modbus", "modbus-tcp", "records", "tape"}, "modbus:/dev/ttyS1,baud=19200",
+                          service.cnc_places);
 
   auto access = root.section("access", false);
   service.access = readAccess(access);

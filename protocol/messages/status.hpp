@@ -128,7 +128,7 @@ struct CncLineStatus {
   std::uint64_t unsent{};
   std::uint64_t reopened{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("name", self.name, "its device, such as /dev/ttyS2");
+    field("name", self.name, "its device or address, such as /dev/ttyS2 or 127.0.0.1:502");
     field("answered", self.answered, "requests answered with what they asked for");
     field("refused", self.refused, "requests answered with an exception");
     field("bad_frames", self.bad_frames, "runs of bytes that were no request");

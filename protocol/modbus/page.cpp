@@ -16,8 +16,9 @@ constexpr std::string_view kIntroduction =
 This page is made from the tables in protocol/modbus and the list of live methods; `cmake --build build --target modbus-page` regenerates it,
 and [map.json](map.json), which has the same for programs, and the pins of a HAL component.
 
-Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise. Functions 3 and 4 read the same map, 6 and 16 write the
-registers marked `write`. Addresses count from 0, as on the wire. All registers of one read come from one instant. Addresses below
+Modbus RTU, 19200 8E1 and unit 1 unless configured otherwise, or Modbus TCP at an address of service.toml, whatever unit is named.
+Functions 3 and 4 read the same map, 6 and 16 write the registers marked `write`. Addresses count from 0, as on the wire. All registers
+of one read come from one instant. Addresses below
 )";
 
 constexpr std::string_view kRules = R"(
@@ -29,15 +30,19 @@ Rules for the master:
   value stays frozen. It never jumps to 0.
 - The box starts with bit 0 clear and its last value, and register 50 counts its starts. Corrections need neither the probe nor the master
   clock, which are silent in many a cut, but the encoders, references, sensors and results of what is summed (register 12).
-- 32-bit values are high word first unless register 128 is 1, which the box keeps for the line.
+- 32-bit values are high word first unless register 128 is 1, which the box keeps for the line. By TCP the address decides (`words=`), for
+  all masters, and register 128 takes no other value.
 - After any end of the box the first correction is the one that it served last, with bit 0 clear until all inputs are known.
 - Registers 128 and 138 are stored before the write is answered, and restored before the first answer after any end. Markers,
-  homings, poses, wishes and their commit registers begin at 0 again when the box starts or the line was unplugged; references of axes
+  homings, poses, wishes and their commit registers begin at 0 again when the box starts or the serial line was unplugged; references of axes
   that are not absolute, the tool and angles that the controller sent are lost with a start of the box, and so is the mask, which
   begins as machine.toml has it.
 - Tables by tool number have 99 rows of 16 registers; the address of row N is that of row 1, which is listed, plus 16 (N - 1). One request
   reads up to 125 registers: seven rows.
-- A request to unit 0 (broadcast) is done by every unit and answered by none.
+- A request to unit 0 (broadcast) is done by every unit and answered by none. By TCP it is a request like any other.
+- By TCP 8 masters are served at once; one more takes the place of the one that has been silent for longest. All share the registers
+  that they write, so one alone should: then a request that is repeated over a new connection is done once. What is no Modbus over TCP ends the
+  connection.
 - A frame begins after silence or behind a whole frame. What is inside another unit's answer, or inside a frame with a bad CRC, is never done;
   behind a damaged frame the box listens again after 50 ms of silence at the latest.
 - Exception 2 (illegal data address): an address outside the map, or a write to a register that is not marked `write`.

@@ -11,7 +11,7 @@
 
 namespace probebox::app {
 
-// One serial line of a controller, served in a thread of its own, so lines do not delay each other.
+// One line or port of a controller, served in a thread of its own, so lines do not delay each other.
 class CncFace {
  public:
   CncFace() = default;

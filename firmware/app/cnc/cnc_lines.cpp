@@ -24,45 +24,53 @@ published::KnownFeatures knownFeatures(const procedure::Facts& facts) {
 
 }  // namespace
 
-CncLine::CncLine(const ModbusOptions& options, const board::Access& may, StateBuffer& states,
-                 const CncColleagues& colleagues)
-    : may_{may},
+CncLine::CncLine(const Way& way, StateBuffer& states, const CncColleagues& colleagues)
+    : may_{way.may},
       states_{states},
       with_{colleagues},
-      device_{options.line.path},
-      door_{"modbus:" + device_},
-      wishes_{"controller at " + device_,
+      name_{way.name},
+      door_{way.kind + ":" + way.name},
+      wishes_{"controller at " + name_,
               [this](messages::Operation operation, std::vector<std::byte> body, std::function<void(Reply)> then) {
                 with_.links.ask({door_, may_, operation, std::move(body), std::move(then)});
               }},
-      server_{options,
-              {.snapshot = [this] { return toBeServed(); },
-               .take = [this](std::span<const Event> said) { return take(said); },
-               .report = [](const std::string& text) { logWarning(text); },
-               .kept =
-                   [this] {
-                     return ModbusServer::Kept{static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_)),
-                                               with_.doors.inhibits(door_)};
-                   },
-               .keep = [this](modbus::WordOrder order) { return keep(order); },
-               .round = [this] { refused_.look(time_.now()); },
-               .line = [this] { return lineState(); },
-               .results = [this] { return with_.calibrations.inForce().served(); },
-               .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }}} {}
+      server_{way.serve(faces(way.words))} {}
+
+RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
+  RegisterDesk::Faces registers{.snapshot = [this] { return toBeServed(); },
+                                .take = [this](std::span<const Event> said) { return take(said); },
+                                .kept =
+                                    [this, words] {
+                                      return RegisterDesk::Kept{
+                                          words.value_or(static_cast<modbus::WordOrder>(with_.doors.wordOrder(door_))),
+                                          with_.doors.inhibits(door_)};
+                                    },
+                                .line = [this] { return lineState(); },
+                                .results = [this] { return with_.calibrations.inForce().served(); },
+                                .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }};
+  if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
+  return {.registers = std::move(registers),
+          .report = [this](const std::string& text) { reported_.warn(time_.now(), text); },
+          .round =
+              [this] {
+                refused_.look(time_.now());
+                reported_.look(time_.now());
+              }};
+}
 
 CncLine::~CncLine() {
-  server_.stop();
+  server_->stop();
   if (thread_.joinable()) thread_.join();
 }
 
 void CncLine::start() {
-  thread_ = std::thread{[this] { server_.run(); }};
+  thread_ = std::thread{[this] { server_->run(); }};
   pthread_setname_np(thread_.native_handle(), "cnc");
 }
 
 messages::CncLineStatus CncLine::status() const {
-  const auto counters = server_.counters();
-  return {.name = device_,
+  const auto counters = server_->counters();
+  return {.name = name_,
           .answered = counters.answered,
           .refused = counters.refused,
           .bad_frames = counters.bad_frames,
@@ -104,13 +112,13 @@ published::LineState CncLine::lineState() {
 
 bool CncLine::take(std::span<const Event> said) {
   const auto error = with_.desk.take(said, door_, states_.newest(), may_);
-  if (error) refused_.warn(time_.now(), "What " + device_ + " wrote was refused: " + error->what);
+  if (error) refused_.warn(time_.now(), "What " + name_ + " wrote was refused: " + error->what);
   return !error;
 }
 
 bool CncLine::keep(modbus::WordOrder order) {
   const auto error = with_.doors.keepWordOrder(door_, static_cast<std::uint16_t>(order));
-  if (error) logWarning("The word order of " + device_ + " was refused: " + error->what);
+  if (error) logWarning("The word order of " + name_ + " was refused: " + error->what);
   return !error;
 }
 

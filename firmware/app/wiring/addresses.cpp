@@ -28,6 +28,12 @@ class AddressCheck {
     const auto device = std::filesystem::weakly_canonical(line.path, error).string();
     take(where, error ? line.path : device, line.path);
   }
+  void lookAtCnc(const std::string& where, const std::string& text, const CncOptions& line, const board::Door* door) {
+    if (const auto* serial = serialLineOf(line)) return lookAtLine(where, *serial);
+    const auto& address = std::get<ModbusTcpOptions>(line).address;
+    if (const auto why = whyOpenToMasters(text, address, door)) return refuse(where, why->what);
+    takePort(where, address);
+  }
   void refuse(const std::string& where, const std::string& why) {
     problems_.what += (problems_.what.empty() ? "" : "\n") + where + ": " + why;
   }
@@ -39,6 +45,9 @@ class AddressCheck {
  private:
   void lookAtHost(const std::string& where, const tcp::Address& host, const board::Door* door) {
     if (const auto why = whyOpenToAll(host, door)) return refuse(where, why->what);
+    takePort(where, host);
+  }
+  void takePort(const std::string& where, const tcp::Address& host) {
     const auto name = "tcp:" + tcp::describe(host);
     if (host.port != 0) take(where, name, name);
   }
@@ -80,7 +89,7 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const auto where = options.cnc.empty() ? placeOf(service.cnc_places, k, "'cnc'") : "--cnc";
     if (const auto line = parseCncLine(lines[k])) {
-      check.lookAtLine(where, addressOf(*line));
+      check.lookAtCnc(where, lines[k], *line, service.doorAt(lines[k]));
     } else {
       check.refuse(where, line.error().what);
     }
@@ -98,6 +107,15 @@ std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door
                port + " and come through a tunnel (ssh -L " + port + ":127.0.0.1:" + port +
                " BOX), or use USB, or let everybody look and nobody command: [[door]] address = \"" + link +
                "\", read_only = true in service.toml."};
+}
+
+std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address, const board::Door* door) {
+  if (tcp::isLoopback(address) || (door != nullptr && door->read_only)) return std::nullopt;
+  return Error{
+      "The CNC line " + line +
+      " can be reached from other computers, and Modbus cannot tell who comes there: anybody could command the "
+      "box. Let everybody read and nobody command: [[door]] address = \"" +
+      line + "\", read_only = true in service.toml. A controller that commands needs a serial line."};
 }
 
 }  // namespace probebox::app

@@ -22,5 +22,7 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
 // Explains why a listener is refused: other computers reach it, hosts on a network cannot be identified, and its door
 // (null if service.toml has none) is not `read_only`. See docs/decisions/0009-doors.md.
 std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door);
+// The same of a CNC line on the network, whose listener is at `address`.
+std::optional<Error> whyOpenToMasters(const std::string& line, const tcp::Address& address, const board::Door* door);
 
 }  // namespace probebox::app

@@ -44,8 +44,9 @@ void declareOptions(CLI::App& command, Options& options) {
   command
       .add_option(
           "--cnc", options.cnc,
-          "serial line of a CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1], records:DEVICE[,every=100] or "
-          "tape:DEVICE[,dialect=g10|macro|nv]; may be repeated, replaces cnc of service.toml")
+          "line of a CNC: modbus:DEVICE[,baud=19200][,parity=even][,unit=1], modbus-tcp:HOST:PORT[,words=low-first], "
+          "records:DEVICE[,every=100] or tape:DEVICE[,dialect=g10|macro|nv]; may be repeated, replaces cnc of "
+          "service.toml")
       ->allow_extra_args(false);
   command.add_option("--journal", options.journal, "record every event that reaches the core in this new file");
   command.add_option("--time-scale", options.time_scale, "speed of the emulated machine, as a multiple of real time")

@@ -73,6 +73,15 @@ const board::Door* doorOf(const tcp::Address& address, const board::Service& ser
   return door == service.doors.end() ? nullptr : &*door;
 }
 
+// Tests whether a CNC line on the network is to be served at a listener.
+bool servesCnc(const tcp::Listener& listener, const std::vector<std::string>& cnc) {
+  return std::ranges::any_of(cnc, [&](const std::string& text) {
+    const auto line = parseCncLine(text);
+    const auto* modbus = line ? std::get_if<ModbusTcpOptions>(&*line) : nullptr;
+    return modbus != nullptr && tcp::covers(listener.address(), modbus->address);
+  });
+}
+
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
                      (hosts == 1 ? " host" : " hosts");
@@ -184,8 +193,10 @@ struct Daemon::Parts {
     return all;
   }
 
-  Outcome<void> adopt(std::vector<PassedSocket> passed, const board::Service& service);
+  Outcome<void> adopt(std::vector<PassedSocket> passed, const std::vector<std::string>& cnc,
+                      const board::Service& service);
   Outcome<void> openLinks(const std::vector<std::string>& texts, const board::Service& service);
+  Outcome<tcp::Listener> listenForCnc(const tcp::Address& address);
   Outcome<void> openCncLines(const std::vector<std::string>& texts, const board::Service& service);
   Outcome<void> openMachine(const board::Descriptions& descriptions);
   Outcome<void> serve(tcp::Listener listener, const board::Door* door, const board::Access& otherwise);
@@ -222,15 +233,21 @@ struct Daemon::Parts {
   std::vector<std::unique_ptr<io::EventSource>> sources;
   std::unique_ptr<CaptureThread> capture;
   std::vector<std::string> uris;
-  std::vector<tcp::Address> passed_addresses;
-  std::optional<tcp::Address> reachable_at;  // for the emulated controller
-  TimeSource real_time;                      // a watchdog's, whatever the emulated machine's scale
+  std::vector<tcp::Address> passed_addresses;  // of links
+  std::vector<tcp::Listener> passed_for_cnc;   // not yet served
+  std::optional<tcp::Address> reachable_at;    // for the emulated controller
+  TimeSource real_time;                        // a watchdog's, whatever the emulated machine's scale
   std::optional<ChainWatch> chain;
 };
 
-Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const board::Service& service) {
+Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const std::vector<std::string>& cnc,
+                                   const board::Service& service) {
   for (auto& socket : passed) {
     TRY(auto listener, tcp::Listener::adopt(std::move(socket.descriptor), socket.name));
+    if (servesCnc(listener, cnc)) {
+      passed_for_cnc.push_back(std::move(listener));
+      continue;
+    }
     const auto address = listener.address();
     if (auto opened = serve(std::move(listener), doorOf(address, service), service.access); !opened) return opened;
     passed_addresses.push_back(address);
@@ -267,12 +284,26 @@ Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
   return {};
 }
 
+Outcome<tcp::Listener> Daemon::Parts::listenForCnc(const tcp::Address& address) {
+  const auto passed = std::ranges::find_if(
+      passed_for_cnc, [&](const tcp::Listener& listener) { return tcp::covers(listener.address(), address); });
+  if (passed == passed_for_cnc.end()) return tcp::Listener::open(address);
+  auto listener = std::move(*passed);
+  passed_for_cnc.erase(passed);
+  return listener;
+}
+
 Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts, const board::Service& service) {
   for (const auto& text : texts) {
     TRY(const auto options, parseCncLine(text));
-    // A line that is not there yet is opened when it comes.
-    cnc_lines.push_back(openCncFace(options, service.accessAt(text), core.addStateReader(),
-                                    {desk, links, doors, served, calibrations, boots, firmwareVersion()}));
+    const auto listen = [&](const tcp::Address& address) -> Outcome<tcp::Listener> {
+      TRY(auto listener, listenForCnc(address));
+      if (const auto why = whyOpenToMasters(text, listener.address(), service.doorAt(text))) return *why;
+      return listener;
+    };
+    const CncColleagues colleagues{desk, links, doors, served, calibrations, boots, firmwareVersion()};
+    TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), colleagues, listen));
+    cnc_lines.push_back(std::move(face));
   }
   return {};
 }
@@ -363,7 +394,7 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
   parts->state_lock = std::move(state.lock);
   if (const auto problem = parts->doors.problem(); !problem.empty()) logWarning(problem);
   const auto& service = descriptions.service;
-  TRY(parts->adopt(std::move(passed), service));
+  TRY(parts->adopt(std::move(passed), cncLinesOf(options, service), service));
   TRY(parts->openLinks(linksOf(options, service), service));
   TRY(parts->openCncLines(cncLinesOf(options, service), service));
   TRY(parts->openMachine(descriptions));

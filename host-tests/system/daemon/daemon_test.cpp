@@ -341,6 +341,48 @@ TEST_F(RunningDaemon, RefusesToStartWithASocketThatHostsCannotComeThrough) {
   EXPECT_THAT(started.error().what, testing::HasSubstr("'other.socket'"));
 }
 
+TEST_F(RunningDaemon, ServesACncAtTheSocketThatTheManagerOpenedForIt) {
+  auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
+  ASSERT_TRUE(manager);
+  const auto at = manager->address();
+  options.cnc = {"modbus-tcp:" + tcp::describe(at)};
+  std::vector<PassedSocket> passed;
+  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
+  start(std::move(passed));
+  const auto host = connect();
+  auto master = tcp::connectTcp(at, 10s);
+  ASSERT_TRUE(master) << master.error().what;
+  const std::array<std::uint8_t, 12> read{0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
+  (*master)->write(std::as_bytes(std::span{read}));
+  std::vector<std::byte> answer;
+  EXPECT_TRUE(host->eventually([&] {
+    std::array<std::byte, 64> buffer{};
+    const auto got = (*master)->read(buffer);
+    answer.insert(answer.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got.bytes));
+    return answer.size() >= 11;
+  }));
+  ASSERT_EQ(answer.size(), 11U);
+  EXPECT_EQ(answer[9], std::byte{0x50});
+  EXPECT_EQ(answer[10], std::byte{0x42});
+  messages::Status::Answer status;
+  EXPECT_TRUE(host->eventually([&] {
+    status = host->ask<messages::Status>();
+    return status.cnc_lines.front().answered == 1;
+  }));
+  EXPECT_EQ(status.cnc_lines.front().name, tcp::describe(at));
+}
+
+TEST_F(RunningDaemon, RefusesToStartWhereTheCncsPortIsTaken) {
+  auto other = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
+  ASSERT_TRUE(other);
+  options.cnc = {"modbus-tcp:" + tcp::describe(other->address())};
+  auto loaded = loadDescriptions(options);
+  ASSERT_TRUE(loaded);
+  const auto started = Daemon::start(options, *loaded);
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().what, testing::HasSubstr(std::to_string(other->address().port)));
+}
+
 TEST_F(RunningDaemon, ShowsWhatEveryCncLineBrought) {
   auto cable = serial::EmulatedCable::open(folder / "box", folder / "cnc");
   ASSERT_TRUE(cable) << cable.error().what;

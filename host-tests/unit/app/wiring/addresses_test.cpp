@@ -88,6 +88,19 @@ TEST_F(Addresses, LetNobodyFromElsewhereDoMoreThanRead) {
   EXPECT_THAT(problemOf("", options), HasSubstr("--link: The link tcp:0.0.0.0:7627 can be reached"));
 }
 
+TEST_F(Addresses, OfACncOnTheNetworkAreForReadingWhereOthersReachThem) {
+  EXPECT_EQ(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=low-first\"]"), "");
+  EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:0.0.0.0:502\"]"),
+              AllOf(HasSubstr("service.toml:1: 'cnc': The CNC line modbus-tcp:0.0.0.0:502 can be reached"),
+                    HasSubstr("address = \"modbus-tcp:0.0.0.0:502\", read_only = true")));
+  EXPECT_EQ(problemOf("cnc = [\"modbus-tcp:0.0.0.0:502\"]\n"
+                      "[[door]]\naddress = \"modbus-tcp:0.0.0.0:502\"\nread_only = true\n"),
+            "");
+  EXPECT_THAT(problemOf("links = [\"tcp:127.0.0.1:502\"]\ncnc = [\"modbus-tcp:127.0.0.1:502\"]"),
+              HasSubstr("tcp:127.0.0.1:502 is in use by service.toml:1: 'links' already"));
+  EXPECT_THAT(problemOf("cnc = [\"modbus-tcp:127.0.0.1:502,words=big\"]"), HasSubstr("write words=high-first or"));
+}
+
 TEST_F(Addresses, OfTheCommandLineStandInForThoseOfTheFile) {
   Options options;
   options.links = {"tcp:127.0.0.1:1"};

@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "firmware/modbus/register_image.hpp"
+#include "firmware/modbus/rtu_requests.hpp"
+#include "firmware/modbus/writable_registers.hpp"
+#include "firmware/published/snapshot.hpp"
+
+namespace probebox::app {
+
+// Answers requests to the register map, whichever way they come. One thread.
+class RegisterDesk {
+ public:
+  // Choices of a master that survive a restart of the box and an unplugged adapter.
+  struct Kept {
+    modbus::WordOrder word_order{};
+    bool inhibits{};
+  };
+  // All of these are called inside answer(), on its thread.
+  struct Faces {
+    std::function<published::Snapshot()> snapshot;     // for the next answer
+    std::function<bool(std::span<const Event>)> take;  // events of a write, without stamps; false refuses all of them
+    std::function<Kept()> kept;                        // choices in force
+    std::function<bool(modbus::WordOrder)> keep{};     // stores a choice; true: it is on the disk. Null: it is fixed
+    std::function<published::LineState()> line{};      // further values of the next answer
+    std::function<modbus::RegisterImage::Results()> results{};  // in force
+    std::function<void(const modbus::Wish&)> wish{};            // a request about a run or a result was committed
+  };
+  struct Answer {
+    enum class Kind { answered, refused, failed };  // failed: the library made none
+    Kind kind{};
+    std::span<const std::uint8_t> frame;  // with CRC, until the next request; empty: to a broadcast, which none answers
+  };
+
+  // unit: that of the requests. revision: of the firmware, for device identification.
+  RegisterDesk(std::uint8_t unit, std::string revision, Faces faces);
+  ~RegisterDesk();
+
+  Answer answer(const modbus::Request& request);
+
+  // Discards what a master that is gone was about to write.
+  void restart() { writable_.restart(); }
+
+ private:
+  struct Library;
+
+  Answer read(const modbus::Request& request);
+  Answer write(const modbus::Request& request);
+  Answer identify(const modbus::Request& request);
+  Answer reply(const modbus::Request& request);
+  Answer refuse(const modbus::Request& request, unsigned exception_code);
+
+  const std::string revision_;
+  const Faces faces_;
+  std::unique_ptr<Library> library_;
+  modbus::RegisterImage image_;
+  modbus::WritableRegisters writable_;
+};
+
+}  // namespace probebox::app
