@@ -40,6 +40,9 @@ std::optional<TcpRequest> TcpRequests::next() {
   const std::size_t length = wordAt(buffer_, kLengthAt);
   broken_ = wordAt(buffer_, 2) != 0 || !isLength(length);
   if (broken_ || size_ < kBeforeUnit + length) return std::nullopt;
+  // Above 127 are the functions of answers that refuse.
+  broken_ = buffer_[kBeforeUnit + 1] > 127;
+  if (broken_) return std::nullopt;
 
   TcpRequest found{.transaction = wordAt(buffer_, 0), .unit = buffer_[kBeforeUnit], .request = {}};
   auto& request = found.request;

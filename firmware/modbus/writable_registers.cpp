@@ -73,6 +73,10 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::inhibit] > 1) return refuse("inhibit is 0 or 1");
   if (words[address::home_axes] > 7) return refuse("the axes that were homed are bits 0 to 2");
   if (words[address::pose_told] > 15) return refuse("the content of a pose is bits 0 to 3");
+  if (words[address::wish_speeds] > kMostSpeeds) return refuse("a run has up to 8 speeds");
+  if (words[address::wish_read_by] > 2) return refuse("read by is 0 the tip, 1 a sensor head, 2 the shank too");
+  if (words[address::wish_axis] > 6) return refuse("the axis is 0 to 6");
+  if (words[address::wish_mounts] > 255) return refuse("there are up to 255 mounts");
   return std::nullopt;
 }
 
@@ -129,12 +133,6 @@ std::optional<WriteRefusal> WritableRegisters::checkWish(const Words& words) {
     return WriteRefusal{ExceptionCode::illegal_value, "a request is committed by a number from 1 to 65535"};
   if (words[address::wish_what] < 1 || words[address::wish_what] > 4)
     return WriteRefusal{ExceptionCode::illegal_value, "a request is 1 start, 2 abort, 3 or 4 accept"};
-  if (words[address::wish_speeds] > kMostSpeeds)
-    return WriteRefusal{ExceptionCode::illegal_value, "a run has up to 8 speeds"};
-  if (words[address::wish_read_by] > 2)
-    return WriteRefusal{ExceptionCode::illegal_value, "read by is 0 the tip, 1 a sensor head, 2 the shank too"};
-  if (words[address::wish_axis] > 6 || words[address::wish_mounts] > 255)
-    return WriteRefusal{ExceptionCode::illegal_value, "the axis is 0 to 6, and there are up to 255 mounts"};
   return std::nullopt;
 }
 

@@ -2,20 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <span>
 #include <vector>
 
 #include "protocol/codec/block.hpp"
 #include "protocol/codec/kernels.hpp"
+#include "require.hpp"
 
 namespace {
 
 using namespace probebox;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
 
 using Formats = std::vector<codec::ChannelFormat>;
 using Values = std::vector<std::int64_t>;
@@ -69,6 +66,7 @@ void feedAsValues(std::span<const std::byte> bytes) {
 }  // namespace
 
 int feedCodec(const std::uint8_t* data, std::size_t size) {
+  fuzz::fed = {data, size};
   if (size < 1) return 0;
   const auto bytes = std::as_bytes(std::span{data + 1, size - 1});
   feedAsBlock(bytes, formatsOf(data[0]));

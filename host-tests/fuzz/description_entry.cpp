@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdlib>
 
 #include "board/describe/parse.hpp"
+#include "require.hpp"
 
 namespace {
 
 using namespace probebox;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
 
 template <class T>
 std::string problems(const Outcome<T>& outcome) {
@@ -56,6 +53,7 @@ std::string problemsOf(std::string_view file_name, std::string_view text) {
 }
 
 int feedDescription(const std::uint8_t* data, std::size_t size) {
+  fuzz::fed = {data, size};
   constexpr std::array kNames{"box.toml", "machine.toml", "probe.toml", "service.toml", "world.toml"};
   if (size < 1) return 0;
   std::string text;

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <memory>
 #include <span>
 
 #include "drivers/usb_probe/decode.hpp"
+#include "require.hpp"
 
 namespace {
 
 using namespace probebox;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
 
 // Eight counters on six axes, of which one has no axis and one no use for its index.
 usb_probe::CounterAxes wiring() {
@@ -48,6 +45,7 @@ void take(usb_probe::ReceiverDecoder& decoder, std::span<const std::byte> transf
 }  // namespace
 
 int feedReceiver(const std::uint8_t* data, std::size_t size) {
+  fuzz::fed = {data, size};
   if (size < 2) return 0;
   const std::size_t piece = 1 + data[0] * std::size_t{16};
   const std::size_t room = 1 + data[1] % 64;

@@ -174,6 +174,8 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "no-pre-travel",
     "pre-travel-negative",
     "mounts-differ",
+    "implausible",
+    "clipped",
 });
 
 std::vector<RefusalCode> all() {

@@ -112,7 +112,7 @@ TEST(RegisterMap, GivesEachRegisterAPinOfItsOwn) {
 
 // The names are the solvers' own, and none of them is without a number.
 TEST(RefusalCodes, HaveANumberForEveryNameThatASolverGives) {
-  const std::regex named{"Refusal\\{\"([a-z0-9-]+)\""};
+  const std::regex named{"(?:Refusal|Objection)\\{\"([a-z0-9-]+)\""};
   std::size_t names = 0;
   for (const auto* room : {"/firmware/metrology", "/firmware/procedure"}) {
     for (const auto& file : std::filesystem::recursive_directory_iterator{PROBEBOX_SOURCE_DIR + std::string{room}}) {

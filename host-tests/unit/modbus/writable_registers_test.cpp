@@ -154,11 +154,24 @@ TEST(WritableRegisters, TellWhenACutBeginsAndEnds) {
   EXPECT_EQ(refusalOf(registers, 138, {2}), ExceptionCode::illegal_value);
 }
 
+TEST(WritableRegisters, RefuseAWishThatNoRunCouldHaveAtOnce) {
+  WritableRegisters registers;
+  EXPECT_EQ(refusalOf(registers, address::wish_speeds, {9}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::wish_speeds, {255}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::wish_read_by, {3}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::wish_axis, {7}), ExceptionCode::illegal_value);
+  EXPECT_EQ(refusalOf(registers, address::wish_mounts, {256}), ExceptionCode::illegal_value);
+  EXPECT_EQ(registers.wish().options.speed_count, 0);
+  EXPECT_TRUE(registers.write(address::wish_speeds, Words{8}).ok());
+  EXPECT_EQ(registers.wish().options.speed_count, 8);
+}
+
 RC_GTEST_PROP(WritableRegisters, ShowWhatWasTakenAndNothingElse, (std::uint16_t first, Words values)) {
   WritableRegisters registers;
-  const auto from = static_cast<std::uint16_t>(first % 260);
+  const auto from = static_cast<std::uint16_t>(first % 2 == 0 ? first % 260 : 800 + first % 40);
   const auto before = shownBy(registers);
   const auto outcome = registers.write(from, values);
+  RC_ASSERT(registers.wish().options.speed_count <= kMostSpeeds);
   const auto after = shownBy(registers);
   for (std::size_t i = 0; i < after.size(); ++i) {
     const bool written = outcome.ok() && i >= from && i < from + values.size();
