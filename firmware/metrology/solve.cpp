@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/plausible.hpp"
+#include "firmware/metrology/dataset/slips.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/tool/tool_store.hpp"
 #include "firmware/metrology/uncertainty/budget.hpp"
@@ -17,6 +18,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
   if (!solved) return solved;
   if (auto refusal = refuseImplausible(solved.value())) return *refusal;
   for (auto& sentence : unusedKeys(dataset, method)) solved->warnings.push_back(std::move(sentence));
+  for (auto& sentence : slipsIn(dataset, method)) solved->warnings.push_back(std::move(sentence));
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

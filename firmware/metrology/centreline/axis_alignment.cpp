@@ -93,7 +93,8 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset) {
 namespace {
 
 constexpr std::string_view kCColumns[]{"z_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr MethodTable kCTables[]{{"readings", kCColumns, "a ball at the height z_mm, at angles of spindle (A) and C"}};
+constexpr MethodTable kCTables[]{
+    {"readings", kCColumns, "a ball at the height z_mm, at angles of spindle (A) and C", true}};
 constexpr MethodKey kCKeys[]{
     key::kSigma,
     key::kASense,
@@ -117,8 +118,9 @@ std::optional<std::string> subjectOfAlignment(const Dataset& dataset) {
 constexpr std::string_view kAColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm"};
 constexpr std::string_view kShankColumns[]{"tip_length_mm", "A_rad", "C_rad", "x_mm", "y_mm", "ux", "uy"};
 constexpr MethodTable kATables[]{
-    {"readings", kAColumns, "the ball, read with a tip of that length; column ball where ball_offset_mm is stated"},
-    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings"}};
+    {"readings", kAColumns, "the ball, read with a tip of that length; column ball where ball_offset_mm is stated",
+     true},
+    {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings", true}};
 constexpr MethodKey kAKeys[]{key::kSigma,
                              {"sigma_shank_mm", "sigma_mm", "standard deviation of one touch with the shank (k = 1)"},
                              key::kASense,

@@ -149,7 +149,7 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"readings", kColumns, "a feature that turns with C, at an angle of C"}};
+constexpr MethodTable kTables[]{{"readings", kColumns, "a feature that turns with C, at an angle of C", true}};
 constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"}};
 

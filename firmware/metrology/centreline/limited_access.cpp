@@ -162,7 +162,7 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
 
 namespace {
 
-constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at an angle of C"}};
+constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at an angle of C", true}};
 constexpr MethodKey kKeys[]{key::kSigma, key::kSigmaC, key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"centre_mm", "centre of rotation, x y"},
                                   {"radius_mm", "of the ball about it"},

@@ -7,9 +7,10 @@ namespace {
 constexpr std::string_view kCentreColumns[]{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::string_view kXColumns[]{"B_deg", "C_deg", "A_deg", "x_mm"};
 constexpr std::string_view kZColumns[]{"B_deg", "C_deg", "A_deg", "z_mm"};
-constexpr MethodTable kTables[]{{"centres", kCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180"},
-                                {"x_touch", kXColumns, "a touch along X at B = 90; needed where centres are there"},
-                                {"z_touch", kZColumns, "a touch along Z at B = 0; needed where centres are there"}};
+constexpr MethodTable kTables[]{
+    {"centres", kCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
+    {"x_touch", kXColumns, "a touch along X at B = 90; needed where centres are there"},
+    {"z_touch", kZColumns, "a touch along Z at B = 0; needed where centres are there"}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
 constexpr std::string_view kLimit = "what it may be off the accepted value";
 constexpr MethodKey kKeys[]{{"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"},

@@ -9,9 +9,10 @@ constexpr std::string_view kColumns[]{"loop", "C_rad_clockwise_from_plus_y", "x_
 constexpr std::string_view kStylusColumns[]{"A_rad", "x_mm", "y_mm"};
 constexpr std::string_view kContactColumns[]{"C1_rad", "C2_rad"};
 constexpr MethodTable kTables[]{
-    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted"},
+    {"readings", kColumns, "the ball at an angle of C from the zero in force in that loop; z_mm too where wanted",
+     true},
     {"stylus", kStylusColumns,
-     "where wanted: the stylus at spindle 0 and 180 degrees; of x_mm, y_mm, z_mm the two across the spindle"},
+     "where wanted: the stylus at spindle 0 and 180 degrees; of x_mm, y_mm, z_mm the two across the spindle", true},
     {"contacts", kContactColumns, "where wanted: angles of C at which the ball touches the stylus on either side"}};
 constexpr MethodKey kKeys[]{
     key::kSigma,

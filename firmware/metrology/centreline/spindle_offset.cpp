@@ -66,7 +66,7 @@ Outcome<Result, Refusal> solveSpindleOffset2x2(const Dataset& dataset) {
 namespace {
 
 constexpr std::string_view kColumns[]{"A_rad", "C_rad", "x_mm", "y_mm"};
-constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at angles of spindle (A) and C"}};
+constexpr MethodTable kTables[]{{"readings", kColumns, "the ball at angles of spindle (A) and C", true}};
 constexpr MethodKey kKeys[]{key::kSigma, key::kASense, key::kCSense, key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"offset_C_minus_A_mm", "C axis less spindle axis, x y"},
                                   {"stylus_offset_mm", "stylus from the spindle axis at spindle 0, x y"}};

@@ -23,6 +23,7 @@ struct MethodTable {
   std::string_view name;
   std::span<const std::string_view> columns;  // units are in the names
   std::string_view about;                     // one row; and when it may be missing
+  bool readings{};  // a row is a reading with noise in several coordinates: two that are equal are copies
 };
 
 inline constexpr std::string_view kNeeded = "needed";

@@ -8,8 +8,9 @@ namespace {
 constexpr std::string_view kFirstColumns[]{"phi_rad", "ball", "x_mm", "y_mm", "z_mm"};
 constexpr std::string_view kBallColumns[]{"ball", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kTables[]{
-    {"first", kFirstColumns, "centre of a ball with the axis turned to phi; column mount where there are several"},
-    {"second", kBallColumns, "centre of a ball with the axis at zero; column mount where there are several"},
+    {"first", kFirstColumns, "centre of a ball with the axis turned to phi; column mount where there are several",
+     true},
+    {"second", kBallColumns, "centre of a ball with the axis at zero; column mount where there are several", true},
     {"third", kBallColumns, "centre of a ball in the certificate, in the plate's own frame"}};
 constexpr MethodKey kKeys[]{
     {"axis_point_mm", kNeeded, "a point of the nominal axis"},

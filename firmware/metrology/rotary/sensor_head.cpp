@@ -157,7 +157,7 @@ Outcome<Result, Refusal> solveSensorHeadCalibration(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kTables[]{
-    {"moves", kMoveColumns, "place of the ball from the head's reference, and what the sensors say"},
+    {"moves", kMoveColumns, "place of the ball from the head's reference, and what the sensors say", true},
     {"readings", kReadingColumns, "where wanted: machine position, and what the sensors say"}};
 constexpr MethodKey kKeys[]{{"sigma_sensor", "", "standard deviation of one sensor (k = 1), in its unit"},
                             {"tool_vector_mm", "[0,0,0]", "from the machine's position to the head's reference"},

@@ -227,7 +227,7 @@ Outcome<Result, Refusal> solveScrewCalibration(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kTables[]{
-    {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays"},
+    {"gain_cal", kGainColumns, "true error at a position and extension; K in its place where the gain stays", true},
     {"sector_cal", kFaceColumns, "a sample of three or more slow turns at a steady temperature"}};
 constexpr MethodKey kKeys[]{kScrewLength,
                             kScrewOffset,

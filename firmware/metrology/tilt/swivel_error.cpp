@@ -274,8 +274,8 @@ namespace {
 constexpr std::string_view kReadingColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm"};
 constexpr std::string_view kShankColumns[]{"B_deg", "L_mm", "x_mm", "y_mm", "z_mm", "ux", "uy", "uz"};
 constexpr MethodTable kTables[]{
-    {"readings", kReadingColumns, "reported centre of the ball at B, read with a tool of length L"},
-    {"shank", kShankColumns, "where a shank touched: the mean of two touches from the side (ux,uy,uz) (B16)"},
+    {"readings", kReadingColumns, "reported centre of the ball at B, read with a tool of length L", true},
+    {"shank", kShankColumns, "where a shank touched: the mean of two touches from the side (ux,uy,uz) (B16)", true},
     {"queries", kQueryColumns, "where the error is wanted"}};
 constexpr MethodKey kMethodKeys[]{
     key::kSwivelAxis,

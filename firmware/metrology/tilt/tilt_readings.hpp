@@ -43,9 +43,10 @@ inline constexpr std::array<std::string_view, 5> kTableTiltColumns{"tilt_deg", "
 inline constexpr std::array<std::string_view, 5> kHeadTiltColumns{"B_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 
 // Parts of the descriptors of both pairs of methods.
-inline constexpr MethodTable kTableTiltTables[]{{"readings", kTableTiltColumns, "centre of one ball at a tilt and C"}};
+inline constexpr MethodTable kTableTiltTables[]{
+    {"readings", kTableTiltColumns, "centre of one ball at a tilt and C", true}};
 inline constexpr MethodTable kHeadTiltTables[]{
-    {"readings", kHeadTiltColumns, "machine position with the stylus at the ball, at B and A of the spindle"}};
+    {"readings", kHeadTiltColumns, "machine position with the stylus at the ball, at B and A of the spindle", true}};
 inline constexpr MethodKey kTableTiltKeys[]{
     {"tilt_axis", kNeeded, "unit vector of the tilt axis, along X, Y or Z"}, key::kSigma, key::kSigmaAngle};
 inline constexpr MethodKey kHeadTiltKeys[]{

@@ -170,7 +170,7 @@ constexpr std::string_view kHolderColumns[]{"holder_id", "L1_mm", "sd_mm"};
 constexpr std::string_view kToolColumns[]{"tool_id", "L2_mm", "sd_mm"};
 constexpr MethodTable kTables[]{
     {"readings", kAssemblyColumns,
-     "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit"},
+     "machine coordinates at contact; workpiece_variant 1 touches a workpiece, 0 the unit", true},
     {"holder_store", kHolderColumns, "where wanted: a holder in store"},
     {"tool_store", kToolColumns, "where wanted: a tool in store"},
     {"faces", kFaceColumns, "where wanted: number of the face that an axis (0, 1, 2) touched, and the configured one"}};

@@ -9,7 +9,7 @@ constexpr std::string_view kTouchColumns[]{"is_tool",   "nx",   "ny",   "nz",  "
                                            "radius_mm", "x_mm", "y_mm", "z_mm"};
 constexpr std::string_view kOffsetColumns[]{"B_deg", "x_mm", "y_mm", "z_mm"};
 constexpr MethodTable kTables[]{
-    {"readings", kCentreColumns, "machine position at the device's centre; B_deg too for several B"},
+    {"readings", kCentreColumns, "machine position at the device's centre; B_deg too for several B", true},
     {"touches", kTouchColumns, "instead of readings: machine position at contact with a face; B_deg too for several B"},
     {"probe_offsets", kOffsetColumns, "for several B, in the place of probe_offset_mm"}};
 constexpr MethodKey kKeys[]{

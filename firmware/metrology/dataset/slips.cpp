@@ -1,0 +1,68 @@
+#include "firmware/metrology/dataset/slips.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "firmware/metrology/dataset/configuration.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+// Two turns: no method stops an axis further from its zero, and nobody who takes radians for degrees stays below.
+constexpr double kFarthestStop_rad = 4 * std::numbers::pi;
+constexpr double kMostDegrees = 720;
+
+std::vector<double> rowOf(const Table& table, std::size_t row) {
+  std::vector<double> values;
+  for (const auto& column : table.columns) values.push_back(column.values[row]);
+  return values;
+}
+
+std::optional<std::string> copiesIn(const Table& table) {
+  std::map<std::vector<double>, std::size_t> first;
+  std::size_t copies = 0;
+  std::string pair;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto [place, is_new] = first.try_emplace(rowOf(table, row), row);
+    if (is_new) continue;
+    if (++copies == 1) pair = std::to_string(place->second + 1) + " and " + std::to_string(row + 1);
+  }
+  if (copies == 0) return std::nullopt;
+  return "rows " + pair + " of table '" + table.name + "' are equal in every digit" +
+         (copies > 1 ? ", and so are " + std::to_string(copies - 1) + " more" : std::string{}) +
+         ": a copy is no reading of its own, and makes the standard deviations too small; remove it";
+}
+
+bool isAngle(const std::string& column) {
+  return column.ends_with("_rad") || column.find("_rad_") != std::string::npos;
+}
+
+std::optional<std::string> degreesIn(const Table& table) {
+  for (const auto& [name, values] : table.columns) {
+    if (!isAngle(name) || values.empty()) continue;
+    const double farthest = std::ranges::max(values, {}, [](double value) { return std::abs(value); });
+    if (std::abs(farthest) <= kFarthestStop_rad || std::abs(farthest) > kMostDegrees) continue;
+    return "column '" + name + "' of table '" + table.name + "' reaches " + text(farthest) + " rad, " +
+           text(std::round(farthest / (2 * std::numbers::pi))) + " turns: angles are in radians; are these degrees?";
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::string> slipsIn(const Dataset& dataset, const Method& method) {
+  std::vector<std::string> slips;
+  for (const auto& described : method.tables) {
+    const Table* table = described.readings ? dataset.table(described.name) : nullptr;
+    if (table == nullptr) continue;
+    if (auto slip = copiesIn(*table)) slips.push_back(std::move(*slip));
+    if (auto slip = degreesIn(*table)) slips.push_back(std::move(*slip));
+  }
+  return slips;
+}
+
+}  // namespace probebox::metrology

@@ -1,0 +1,162 @@
+// What people and programs do to good readings before they are solved: a row copied, degrees for radians, one reading
+// that is off. The answer is refused, or says what is wrong, or is as near to the good one as the two standard
+// deviations say.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "firmware/metrology/methods.hpp"
+#include "firmware/metrology/solve.hpp"
+#include "tools/case/case_folder.hpp"
+
+namespace probebox::casefolder {
+namespace {
+
+namespace fs = std::filesystem;
+using metrology::Dataset;
+using metrology::Result;
+using metrology::Solved;
+using metrology::Table;
+using testing::Contains;
+using testing::HasSubstr;
+
+std::vector<std::string> caseNames() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator{PROBEBOX_REPORT_CASES}) names.push_back(entry.path().filename());
+  std::ranges::sort(names);
+  return names;
+}
+
+class SlippedReadings : public testing::TestWithParam<std::string> {
+ protected:
+  SlippedReadings() {
+    dataset = readCase(fs::path{PROBEBOX_REPORT_CASES} / GetParam()).value();
+    good = metrology::solve(dataset).value();
+  }
+  // Tables whose rows are readings of their own.
+  std::vector<Table*> readings() {
+    std::vector<Table*> found;
+    for (const auto& described : metrology::methodNamed(dataset.method)->tables) {
+      for (auto& table : dataset.tables) {
+        if (described.readings && table.name == described.name) found.push_back(&table);
+      }
+    }
+    return found;
+  }
+  bool objects(const Solved& solved) const {
+    return !solved || solved->warnings != good.warnings || solved->dropped.size() > good.dropped.size();
+  }
+  // The largest change of a promised value, in combined standard uncertainties of both answers.
+  double changeOf(const Result& answer) const {
+    double largest = 0;
+    for (const auto& before : good.estimates) {
+      const auto* after = answer.find(before.key);
+      if (after == nullptr || after->values.size() != before.values.size()) continue;
+      for (std::size_t k = 0; k < before.values.size() && k < before.uncertainty.size(); ++k) {
+        const double sd =
+            std::hypot(before.uncertainty[k], k < after->uncertainty.size() ? after->uncertainty[k] : 0.0);
+        if (sd > 0) largest = std::max(largest, std::abs(after->values[k] - before.values[k]) / sd);
+      }
+    }
+    return largest;
+  }
+
+  Dataset dataset;
+  Result good;
+};
+
+TEST_P(SlippedReadings, ACopiedRowIsNoReadingOfItsOwn) {
+  for (auto* table : readings()) {
+    const Table before = *table;
+    for (auto& column : table->columns) column.values.push_back(column.values.front());
+    const auto one = metrology::solve(dataset);
+    if (one) {
+      EXPECT_THAT(one->warnings, Contains(HasSubstr("rows 1 and " + std::to_string(before.rows() + 1))));
+    }
+    *table = before;
+    for (auto& column : table->columns) {
+      const auto values = column.values;
+      column.values.insert(column.values.end(), values.begin(), values.end());
+    }
+    const auto all = metrology::solve(dataset);
+    if (all) {
+      EXPECT_THAT(all->warnings, Contains(HasSubstr("equal in every digit")));
+    }
+    *table = before;
+  }
+}
+
+TEST_P(SlippedReadings, DegreesAreNotTakenForRadiansWithoutAWord) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  for (auto* table : readings()) {
+    for (auto& column : table->columns) {
+      if (column.name.find("_rad") == std::string::npos) continue;
+      const auto before = column.values;
+      for (auto& value : column.values) value *= kDegrees;
+      const double farthest = std::abs(std::ranges::max(column.values, {}, [](double v) { return std::abs(v); }));
+      if (farthest > 4 * std::numbers::pi) {
+        EXPECT_TRUE(objects(metrology::solve(dataset))) << table->name << " " << column.name << ": " << farthest;
+      }
+      column.values = before;
+    }
+  }
+}
+
+// Readings without which there is no answer and with which there is no other to compare: nothing can object to them.
+const std::map<std::string, std::set<std::string>> kWithoutRedundancy{
+    {"centreline-by-steps", {"stylus"}},         // its offset from two of them
+    {"delay-joints", {"chain"}},                 // the machine as it is described
+    {"periodic-check", {"x_touch", "z_touch"}},  // the error is what is asked for
+    {"sensor-head-calibration", {"readings"}},   // each is an answer of its own
+    {"table-pivot", {"readings"}},               // as many as unknowns
+    {"tool-setter", {"readings"}},               // likewise
+};
+
+TEST_P(SlippedReadings, OneThatIsOffIsToldOrWithinTheUncertainty) {
+  constexpr double kMost = 5;  // standard deviations
+  const auto exempt = kWithoutRedundancy.find(GetParam());
+  std::mt19937_64 random{20261124};
+  std::size_t tried = 0;
+  double alone = 0;  // the largest change by a reading that nothing can contradict
+  for (int round = 0; round < 400; ++round) {
+    auto& table = dataset.tables[random() % dataset.tables.size()];
+    auto& column = table.columns[random() % table.columns.size()];
+    if (!column.name.ends_with("_mm") || column.values.empty()) continue;
+    const auto row = random() % column.values.size();
+    const double before = column.values[row];
+    const double off_mm = std::array{0.03, 0.1, 0.3, 1.0, 10.0}[random() % 5] * (random() % 2 == 0 ? 1 : -1);
+    column.values[row] += off_mm;
+    const auto solved = metrology::solve(dataset);
+    column.values[row] = before;
+    ++tried;
+    if (objects(solved)) continue;
+    const double change = changeOf(*solved);
+    if (exempt != kWithoutRedundancy.end() && exempt->second.contains(table.name)) {
+      alone = std::max(alone, change);
+      continue;
+    }
+    EXPECT_LE(change, kMost) << "table " << table.name << ", column " << column.name << ", row " << row + 1
+                             << " off by " << off_mm << " mm";
+  }
+  if (exempt != kWithoutRedundancy.end()) {
+    EXPECT_GT(alone, kMost) << "they can be told by now: take them off the list";
+  }
+  RecordProperty("tried", static_cast<int>(tried));
+}
+
+INSTANTIATE_TEST_SUITE_P(Case, SlippedReadings, testing::ValuesIn(caseNames()), [](const auto& test) {
+  std::string name = test.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace probebox::casefolder
