@@ -1,9 +1,9 @@
-#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 #include <vector>
 
 #include "case_entry.hpp"
+#include "require.hpp"
 
 // The fuzzer's entry without a fuzzer: a case of every method as it was measured, then with one change to eight, the
 // same every time. PROBEBOX_ROUNDS: how many, for a longer look.
@@ -11,11 +11,6 @@ namespace probebox {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-
-int rounds(int usual) {
-  const char* text = std::getenv("PROBEBOX_ROUNDS");
-  return text != nullptr ? std::atoi(text) : usual;
-}
 
 TEST(CaseFuzz, EveryCaseOfTheTestsIsAnswered) {
   EXPECT_EQ(feedCase(nullptr, 0), 0);
@@ -29,7 +24,7 @@ TEST(CaseFuzz, ChangedCasesAreAnsweredOrRefusedByName) {
   constexpr int kUsual = 3000;
 #endif
   std::mt19937_64 random{20261124};
-  for (int round = 0; round < rounds(kUsual); ++round) {
+  for (int round = 0; round < fuzz::rounds(kUsual); ++round) {
     Bytes bytes(1 + 6 * (1 + random() % (round % 2 == 0 ? 1 : 8)));
     for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
     SCOPED_TRACE(testing::PrintToString(bytes));

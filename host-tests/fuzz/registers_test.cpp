@@ -6,6 +6,7 @@
 #include "firmware/modbus/rtu_requests.hpp"
 #include "protocol/modbus/map.hpp"
 #include "registers_entry.hpp"
+#include "require.hpp"
 
 // The fuzzer's entry without a fuzzer: requests that make sense to registers that can be written and read, on a line
 // and over a connection, then the same ones damaged, the same every time.
@@ -79,7 +80,7 @@ void damage(Bytes& bytes, std::mt19937_64& random) {
 TEST(RegistersFuzz, GoodAndDamagedRequestsAreAnsweredAsModbusAllows) {
   std::mt19937_64 random{20261124};
   EXPECT_EQ(feedRegisters(nullptr, 0), 0);
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < fuzz::rounds(2000); ++round) {
     auto bytes = conversation(round % 2 == 1, random);
     ASSERT_EQ(feedRegisters(bytes.data(), bytes.size()), 0) << round;
     damage(bytes, random);

@@ -20,4 +20,10 @@ inline void require(bool condition, std::string_view what = {},
   std::abort();
 }
 
+// How often a test feeds something else: PROBEBOX_ROUNDS, for a longer look, or the usual number.
+inline int rounds(int usual) {
+  const char* text = std::getenv("PROBEBOX_ROUNDS");
+  return text != nullptr ? std::atoi(text) : usual;
+}
+
 }  // namespace probebox::fuzz

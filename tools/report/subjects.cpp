@@ -42,10 +42,26 @@ std::vector<double> flat(const Json& json) {
   return values;
 }
 
+// What no solver writes, although it is JSON.
+struct NoAnswer {};
+
 Estimate estimate(const std::string& key, const Json& json) {
   if (!json.is_array()) return Estimate::scalar(key, number(json), std::nullopt);
-  const bool matrix = !json.empty() && json.front().is_array();
-  return matrix ? Estimate::matrix(key, json.front().size(), flat(json), {}) : Estimate::vector(key, flat(json), {});
+  const auto values = flat(json);
+  if (values.empty()) throw NoAnswer{};
+  if (!json.front().is_array()) return Estimate::vector(key, values, {});
+  const auto columns = json.front().size();
+  for (const auto& row : json) {
+    if (!row.is_array() || row.size() != columns) throw NoAnswer{};
+  }
+  return Estimate::matrix(key, columns, values, {});
+}
+
+// A number for every value, or none at all.
+void requireOneForEachValue(const Estimate& read) {
+  for (const auto* of_each : {&read.sd, &read.design, &read.uncertainty}) {
+    if (!of_each->empty() && of_each->size() != read.values.size()) throw NoAnswer{};
+  }
 }
 
 std::vector<double> listUnder(const Json& line, const char* group, const std::string& key) {
@@ -60,12 +76,15 @@ void readEstimates(Result& result, const Json& line) {
     read.sd = listUnder(line, "sd", key);
     read.design = listUnder(line, "design", key);
     for (const double u : listUnder(line, "expanded_k2", key)) read.uncertainty.push_back(u / 2.0);
+    requireOneForEachValue(read);
     result.estimates.push_back(std::move(read));
   }
+  if (result.estimates.empty()) throw NoAnswer{};
   if (!line.contains("also")) return;
   for (const auto& [key, value] : line.at("also").items()) {
     result.also.push_back(estimate(key, value));
     result.also.back().sd = listUnder(line, "also_sd", key);
+    requireOneForEachValue(result.also.back());
   }
 }
 
@@ -107,6 +126,7 @@ Result resultOf(const Json& line) {
     const Json& weakest = line.at("weakest");
     result.weakest = {weakest.at("components").get<std::vector<std::string>>(), numbers(weakest.at("coefficients")),
                       number(weakest.at("sd"))};
+    if (result.weakest->components.size() != result.weakest->coefficients.size()) throw NoAnswer{};
   }
   if (line.contains("dropped")) {
     for (const auto& item : line.at("dropped")) {
@@ -131,6 +151,7 @@ Refusal refusalOf(const Json& line) {
 }
 
 Outcome<Subject> subjectOf(const Json& line, const std::string& where) {
+  const Error no_answer{where + ": no answer of `probebox solve --json`; give that, or a case folder"};
   try {
     const auto status = line.at("status").get<std::string>();
     if (status == "unreadable") return Error{where + ": " + line.at("reason").get<std::string>()};
@@ -142,7 +163,9 @@ Outcome<Subject> subjectOf(const Json& line, const std::string& where) {
     }
     return subject;
   } catch (const Json::exception&) {
-    return Error{where + ": no answer of `probebox solve --json`; give that, or a case folder"};
+    return no_answer;
+  } catch (const NoAnswer&) {
+    return no_answer;
   }
 }
 
