@@ -4,6 +4,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
 #include <filesystem>
 #include <functional>
 #include <gtest/gtest.h>
@@ -13,10 +14,12 @@
 #include <sstream>
 #include <string>
 #include <sys/wait.h>
+#include <termios.h>
 #include <thread>
 #include <unistd.h>
 #include <vector>
 
+#include "drivers/io/descriptor.hpp"
 #include "drivers/serial/emulator.hpp"
 #include "firmware/app/cnc/modbus_server.hpp"
 
@@ -147,6 +150,12 @@ class ModbusOnCable : public ServedRegisters {
   // the line.
   std::string poll(const std::string& options, const std::string& values = "") {
     return ask("-m rtu -a 1 -b 19200 -P none -o 2 " + options, cncPort(), values);
+  }
+
+  // As a real master does before each request.
+  void clearLine() const {
+    const io::Descriptor port{open(cncPort().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
+    EXPECT_EQ(tcflush(port.get(), TCIFLUSH), 0);
   }
 
   void onCable(const std::function<void(serial::EmulatedCable&)>& act) {

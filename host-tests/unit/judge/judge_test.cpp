@@ -21,11 +21,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Nine digits of what the number is measured in, or of the number where that is larger.
-void expectSame(const VectorXd& ours, const VectorXd& judged) {
+// Nine digits of what the number is measured in, or of the number where that is larger. measured: how large what it
+// comes from is, where its digits are lost.
+void expectSame(const VectorXd& ours, const VectorXd& judged, double measured = 1.0) {
   ASSERT_EQ(ours.size(), judged.size());
   for (Eigen::Index k = 0; k < ours.size(); ++k) {
-    EXPECT_NEAR(ours[k], judged[k], 1e-9 * std::max(1.0, std::abs(judged[k]))) << "parameter " << k;
+    EXPECT_NEAR(ours[k], judged[k], 1e-9 * std::max(measured, std::abs(judged[k]))) << "parameter " << k;
   }
 }
 
@@ -70,9 +71,11 @@ TEST(Judge, CentrelineOfLimitedAccess) {
     ASSERT_TRUE(solved.ok()) << solved.error().reason;
     const auto judged = rotation(readings, noise);
     const auto& centre = solved->find("centre_mm")->values;
+    // A short arc far from the centre loses two digits, in either program.
+    const double radius_mm = judged.tail<2>().norm();
     expectSame(Vector3d{centre[0], centre[1], solved->find("radius_mm")->value()},
-               Vector3d{judged[0], judged[1], judged.tail<2>().norm()});
-    EXPECT_NEAR(solved->find("psi0_rad")->value(), std::atan2(judged[2], judged[3]), 1e-12);
+               Vector3d{judged[0], judged[1], radius_mm}, radius_mm / 10);
+    EXPECT_NEAR(solved->find("psi0_rad")->value(), std::atan2(judged[2], judged[3]), 1e-11);
   }
 }
 
