@@ -109,6 +109,13 @@ bool crcGood(std::span<const std::uint8_t> frame) {
 
 }  // namespace
 
+std::size_t copied(std::span<const std::byte> bytes, std::span<std::uint8_t> room) {
+  const auto count = std::min(bytes.size(), room.size());
+  std::ranges::transform(bytes.first(count), room.begin(),
+                         [](std::byte byte) { return static_cast<std::uint8_t>(byte); });
+  return count;
+}
+
 std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
   unsigned crc = 0xFFFF;
   for (const auto byte : bytes) {
@@ -119,10 +126,7 @@ std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
 }
 
 std::size_t RtuRequests::push(std::span<const std::byte> bytes) {
-  const auto count = std::min(bytes.size(), buffer_.size() - size_);
-  std::transform(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count),
-                 buffer_.begin() + static_cast<std::ptrdiff_t>(size_),
-                 [](std::byte byte) { return static_cast<std::uint8_t>(byte); });
+  const auto count = copied(bytes, std::span{buffer_}.subspan(size_));
   size_ += count;
   return count;
 }

@@ -28,6 +28,9 @@ struct Request {
   std::uint16_t address() const { return word(2); }
 };
 
+// Copies as many bytes as there is room for; returns how many.
+std::size_t copied(std::span<const std::byte> bytes, std::span<std::uint8_t> room);
+
 // CRC-16 of Modbus over serial line 1.02, section 6.2.2.
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 

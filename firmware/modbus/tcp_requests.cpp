@@ -27,10 +27,7 @@ bool isLength(std::size_t length) {
 
 std::size_t TcpRequests::push(std::span<const std::byte> bytes) {
   if (broken_) return bytes.size();
-  const auto count = std::min(bytes.size(), buffer_.size() - size_);
-  std::transform(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count),
-                 buffer_.begin() + static_cast<std::ptrdiff_t>(size_),
-                 [](std::byte byte) { return static_cast<std::uint8_t>(byte); });
+  const auto count = copied(bytes, std::span{buffer_}.subspan(size_));
   size_ += count;
   return count;
 }
