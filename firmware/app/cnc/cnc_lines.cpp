@@ -50,7 +50,11 @@ RegisterServer::Faces CncLine::faces(std::optional<modbus::WordOrder> words) {
                                 .wish = [this](const modbus::Wish& wish) { wishes_.make(wish); }};
   if (!words) registers.keep = [this](modbus::WordOrder order) { return keep(order); };
   return {.registers = std::move(registers),
-          .report = [this](const std::string& text) { reported_.warn(time_.now(), text); },
+          .report =
+              [this, network = words.has_value()](const std::string& text) {
+                if (network) return reported_.warn(time_.now(), text);
+                logWarning(text);
+              },
           .round =
               [this] {
                 refused_.look(time_.now());

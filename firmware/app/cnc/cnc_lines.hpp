@@ -21,7 +21,7 @@ class CncLine final : public CncFace {
     std::string kind;  // "modbus"
     std::string name;  // of the device or address
     board::Access may;
-    std::optional<modbus::WordOrder> words{};  // fixed; otherwise masters choose
+    std::optional<modbus::WordOrder> words{};  // of a port on the network; empty: the master of a serial line chooses
     std::function<std::unique_ptr<RegisterServer>(RegisterServer::Faces)> serve;
   };
   CncLine(const Way& way, StateBuffer& states, const CncColleagues& colleagues);

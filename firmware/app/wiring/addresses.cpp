@@ -1,5 +1,6 @@
 #include "firmware/app/wiring/addresses.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <system_error>
@@ -95,6 +96,23 @@ std::optional<Error> whyNoAddresses(const Options& options, const board::Service
     }
   }
   return check.problems();
+}
+
+const board::Door* doorOf(const tcp::Address& address, const board::Service& service) {
+  const auto door = std::ranges::find_if(service.doors, [&](const board::Door& candidate) {
+    const auto link = parseLink(candidate.address);
+    const auto* tcp = link ? std::get_if<tcp::Address>(&*link) : nullptr;
+    return tcp != nullptr && tcp->port == address.port && tcp->host == address.host;
+  });
+  return door == service.doors.end() ? nullptr : &*door;
+}
+
+bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc) {
+  return std::ranges::any_of(cnc, [&](const std::string& text) {
+    const auto line = parseCncLine(text);
+    const auto* modbus = line ? std::get_if<ModbusTcpOptions>(&*line) : nullptr;
+    return modbus != nullptr && tcp::covers(listener, modbus->address);
+  });
 }
 
 std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door) {

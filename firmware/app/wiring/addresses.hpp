@@ -19,6 +19,11 @@ const std::vector<std::string>& cncLinesOf(const Options& options, const board::
 // read-only. Opens nothing, and accepts a device that is not there yet.
 std::optional<Error> whyNoAddresses(const Options& options, const board::Service& service);
 
+// The door of service.toml for a listening socket that somebody else opened, or null.
+const board::Door* doorOf(const tcp::Address& address, const board::Service& service);
+// Tests whether a CNC line on the network is to be served at a listener.
+bool isForCnc(const tcp::Address& listener, const std::vector<std::string>& cnc);
+
 // Explains why a listener is refused: other computers reach it, hosts on a network cannot be identified, and its door
 // (null if service.toml has none) is not `read_only`. See docs/decisions/0009-doors.md.
 std::optional<Error> whyOpenToAll(const tcp::Address& address, const board::Door* door);

@@ -63,25 +63,6 @@ LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   return options;
 }
 
-// The door of service.toml for a socket that somebody else opened, or null.
-const board::Door* doorOf(const tcp::Address& address, const board::Service& service) {
-  const auto door = std::ranges::find_if(service.doors, [&](const board::Door& candidate) {
-    const auto link = parseLink(candidate.address);
-    const auto* tcp = link ? std::get_if<tcp::Address>(&*link) : nullptr;
-    return tcp != nullptr && tcp->port == address.port && tcp->host == address.host;
-  });
-  return door == service.doors.end() ? nullptr : &*door;
-}
-
-// Tests whether a CNC line on the network is to be served at a listener.
-bool servesCnc(const tcp::Listener& listener, const std::vector<std::string>& cnc) {
-  return std::ranges::any_of(cnc, [&](const std::string& text) {
-    const auto line = parseCncLine(text);
-    const auto* modbus = line ? std::get_if<ModbusTcpOptions>(&*line) : nullptr;
-    return modbus != nullptr && tcp::covers(listener.address(), modbus->address);
-  });
-}
-
 std::string inWords(const box::State& state, std::uint32_t hosts) {
   std::string text = "Master clock " + std::string{messages::nameOf(state.map.state)} + ", " + std::to_string(hosts) +
                      (hosts == 1 ? " host" : " hosts");
@@ -244,7 +225,7 @@ Outcome<void> Daemon::Parts::adopt(std::vector<PassedSocket> passed, const std::
                                    const board::Service& service) {
   for (auto& socket : passed) {
     TRY(auto listener, tcp::Listener::adopt(std::move(socket.descriptor), socket.name));
-    if (servesCnc(listener, cnc)) {
+    if (isForCnc(listener.address(), cnc)) {
       passed_for_cnc.push_back(std::move(listener));
       continue;
     }

@@ -1,72 +1,13 @@
-#include "firmware/app/wiring/daemon.hpp"
-
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <memory>
-#include <sys/socket.h>
 #include <thread>
-#include <unistd.h>
 
-#include "board/describe/sim_files.hpp"
-#include "drivers/serial/emulator.hpp"
-#include "drivers/tcp/linux_tcp.hpp"
-#include "host-tests/host/test_host.hpp"
+#include "running_daemon.hpp"
 
 namespace probebox::app {
 namespace {
-
-using namespace std::chrono_literals;
-using messages::ProcedureState;
-using support::Balances;
-using support::TestHost;
-
-// A daemon with the emulated machine in this process, and a host that speaks to it over TCP.
-class RunningDaemon : public testing::Test {
- protected:
-  RunningDaemon() {
-    std::filesystem::create_directories(folder);
-    setenv("PROBEBOX_RENDEZVOUS", folder.c_str(), 1);
-    options.state = folder / "state";
-    options.links = {"tcp:127.0.0.1:0"};
-    options.time_scale = 4;
-  }
-  ~RunningDaemon() override {
-    daemon.reset();
-    std::filesystem::remove_all(folder);
-  }
-
-  void start(std::vector<PassedSocket> passed = {}) {
-    auto loaded = loadDescriptions(options);
-    ASSERT_TRUE(loaded) << loaded.error().what;
-    descriptions = *loaded;
-    auto started = Daemon::start(options, descriptions, std::move(passed));
-    ASSERT_TRUE(started) << started.error().what;
-    daemon = std::move(*started);
-  }
-  // The emulated board with one text exchanged for another.
-  void overrule(const char* file, const std::string& from, const std::string& to) {
-    options.config = folder / "config";
-    std::filesystem::create_directories(options.config);
-    std::string text{board::simFile(file)};
-    const auto at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << from;
-    std::ofstream{options.config / file} << text.replace(at, from.size(), to);
-  }
-  std::unique_ptr<TestHost> connect(link::StreamListener* listener = nullptr) {
-    return TestHost::connect(daemon->uris().front(), listener);
-  }
-
-  const std::filesystem::path folder =
-      std::filesystem::path{testing::TempDir()} / ("probeboxd-" + std::to_string(getpid()));
-  Options options;
-  board::Descriptions descriptions;
-  std::unique_ptr<Daemon> daemon;
-};
 
 TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
   start();
@@ -248,66 +189,6 @@ TEST_F(RunningDaemon, RefusesWithAReasonWhatServiceTomlDoesNotAllow) {
   EXPECT_THAT(refused.what, testing::HasSubstr("allow_calibrate"));
 }
 
-TEST_F(RunningDaemon, GivesEveryDoorItsOwnRights) {
-  auto cable = serial::EmulatedCable::open(folder / "box", folder / "host");
-  ASSERT_TRUE(cable) << cable.error().what;
-  std::jthread carrier{[&](const std::stop_token& stop) {
-    while (!stop.stop_requested()) cable->pump(2ms);
-  }};
-  const auto line = "serial:" + (folder / "box").string();
-  options.config = folder / "config";
-  std::filesystem::create_directories(options.config);
-  std::ofstream{options.config / "service.toml"} << "links = [\"tcp:127.0.0.1:0\", \"" << line << "\"]\n"
-                                                 << "[access]\nallow_marker = true\nallow_inhibit = true\n"
-                                                 << "[[door]]\naddress = \"" << line << "\"\nallow_homing = true\n";
-  options.links = {};
-  start();
-  const auto over_tcp = connect();
-  const auto over_line = TestHost::connect("serial:" + (folder / "host").string());
-  ASSERT_TRUE(over_tcp && over_line);
-  const messages::SetInhibit::Request cut{.active = false};
-  const messages::HomeAxes::Request home{.axes = 1, .position_mm = {0, 0, 0}};
-  EXPECT_EQ(over_line->refusal<messages::SetInhibit>(cut).code, messages::ErrorCode::not_permitted);
-  EXPECT_THAT(over_line->refusal<messages::SetInhibit>(cut).what, testing::HasSubstr("allow_inhibit"));
-  over_tcp->ask<messages::SetInhibit>(cut);
-  EXPECT_EQ(over_tcp->refusal<messages::HomeAxes>(home).code, messages::ErrorCode::not_permitted);
-  EXPECT_THAT(over_tcp->refusal<messages::HomeAxes>(home).what, testing::HasSubstr("allow_homing"));
-  over_line->ask<messages::HomeAxes>(home);
-}
-
-TEST_F(RunningDaemon, LetsOtherComputersInOnlyToLook) {
-  const auto loaded = loadDescriptions(options);
-  ASSERT_TRUE(loaded);
-  for (const auto* address : {"tcp:0.0.0.0:0", "tcp:[::]:0", "tcp:10.0.0.7:7627", "tcp:mill-3:7627"}) {
-    options.links = {address};
-    const auto refused = whyRefused(options, *loaded);
-    ASSERT_TRUE(refused) << address;
-    EXPECT_THAT(refused->what, testing::AllOf(testing::HasSubstr("ssh -L"), testing::HasSubstr("read_only = true")));
-  }
-  options.config = folder / "config";
-  std::filesystem::create_directories(options.config);
-  std::ofstream{options.config / "service.toml"} << "links = [\"tcp:0.0.0.0:0\"]\n[access]\nallow_inhibit = true\n"
-                                                 << "[[door]]\naddress = \"tcp:0.0.0.0:0\"\nread_only = true\n";
-  options.links = {};
-  start();
-  const auto host =
-      TestHost::connect("tcp:127.0.0.1:" + daemon->uris().front().substr(std::string{"tcp:0.0.0.0:"}.size()));
-  ASSERT_TRUE(host);
-  EXPECT_TRUE(host->waitForLock());
-  EXPECT_EQ(host->refusal<messages::SetInhibit>({.active = true}).code, messages::ErrorCode::not_permitted);
-}
-
-TEST_F(RunningDaemon, RefusesASocketThatOthersReachUnlessItIsReadOnly) {
-  const auto manager = tcp::Listener::open({.host = "0.0.0.0", .port = 0});
-  ASSERT_TRUE(manager) << manager.error().what;
-  const auto loaded = loadDescriptions(options);
-  std::vector<PassedSocket> passed;
-  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
-  const auto started = Daemon::start(options, *loaded, std::move(passed));
-  ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().what, testing::HasSubstr("read_only = true"));
-}
-
 TEST_F(RunningDaemon, TakesNoNameThatIsNone) {
   start();
   const auto host = connect();
@@ -317,91 +198,6 @@ TEST_F(RunningDaemon, TakesNoNameThatIsNone) {
     EXPECT_THAT(host->refusal<messages::RollbackResult>({.id = 0, .subject = "delay", .by = by}).what,
                 testing::HasSubstr("name of the person"));
   }
-}
-
-TEST_F(RunningDaemon, ServesThroughASocketThatTheServiceManagerOpened) {
-  const auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
-  ASSERT_TRUE(manager) << manager.error().what;
-  const auto uri = "tcp:" + tcp::describe(manager->address());
-  options.links = {uri};  // the same door, which must not be opened twice
-  std::vector<PassedSocket> passed;
-  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
-  start(std::move(passed));
-  EXPECT_THAT(daemon->uris(), testing::ElementsAre(uri));
-  EXPECT_EQ(connect()->ask<messages::Status>().links, 2U);  // and the emulated controller
-}
-
-TEST_F(RunningDaemon, RefusesToStartWithASocketThatHostsCannotComeThrough) {
-  auto loaded = loadDescriptions(options);
-  ASSERT_TRUE(loaded);
-  std::vector<PassedSocket> passed;
-  passed.push_back({io::Descriptor{socket(AF_INET, SOCK_DGRAM, 0)}, "other.socket"});
-  const auto started = Daemon::start(options, *loaded, std::move(passed));
-  ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().what, testing::HasSubstr("'other.socket'"));
-}
-
-TEST_F(RunningDaemon, ServesACncAtTheSocketThatTheManagerOpenedForIt) {
-  auto manager = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
-  ASSERT_TRUE(manager);
-  const auto at = manager->address();
-  options.cnc = {"modbus-tcp:" + tcp::describe(at)};
-  std::vector<PassedSocket> passed;
-  passed.push_back({io::Descriptor{dup(manager->descriptor())}, "probeboxd.socket"});
-  start(std::move(passed));
-  const auto host = connect();
-  auto master = tcp::connectTcp(at, 10s);
-  ASSERT_TRUE(master) << master.error().what;
-  const std::array<std::uint8_t, 12> read{0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
-  (*master)->write(std::as_bytes(std::span{read}));
-  std::vector<std::byte> answer;
-  EXPECT_TRUE(host->eventually([&] {
-    std::array<std::byte, 64> buffer{};
-    const auto got = (*master)->read(buffer);
-    answer.insert(answer.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got.bytes));
-    return answer.size() >= 11;
-  }));
-  ASSERT_EQ(answer.size(), 11U);
-  EXPECT_EQ(answer[9], std::byte{0x50});
-  EXPECT_EQ(answer[10], std::byte{0x42});
-  messages::Status::Answer status;
-  EXPECT_TRUE(host->eventually([&] {
-    status = host->ask<messages::Status>();
-    return status.cnc_lines.front().answered == 1;
-  }));
-  EXPECT_EQ(status.cnc_lines.front().name, tcp::describe(at));
-}
-
-TEST_F(RunningDaemon, RefusesToStartWhereTheCncsPortIsTaken) {
-  auto other = tcp::Listener::open({.host = "127.0.0.1", .port = 0});
-  ASSERT_TRUE(other);
-  options.cnc = {"modbus-tcp:" + tcp::describe(other->address())};
-  auto loaded = loadDescriptions(options);
-  ASSERT_TRUE(loaded);
-  const auto started = Daemon::start(options, *loaded);
-  ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().what, testing::HasSubstr(std::to_string(other->address().port)));
-}
-
-TEST_F(RunningDaemon, ShowsWhatEveryCncLineBrought) {
-  auto cable = serial::EmulatedCable::open(folder / "box", folder / "cnc");
-  ASSERT_TRUE(cable) << cable.error().what;
-  options.cnc = {"modbus:" + (folder / "box").string(), "modbus:" + (folder / "nothing").string()};
-  start();
-  const auto host = connect();
-  const std::vector<std::byte> garbage(100, std::byte{0x55});
-  messages::Status::Answer status;
-  EXPECT_TRUE(host->eventually([&] {
-    cable->inject(serial::EmulatedCable::End::a, garbage);
-    cable->pump(0ms);
-    status = host->ask<messages::Status>();
-    return status.cnc_lines.front().skipped_bytes >= garbage.size();
-  }));
-  ASSERT_EQ(status.cnc_lines.size(), 2U);
-  EXPECT_EQ(status.cnc_lines[0].name, (folder / "box").string());
-  EXPECT_GT(status.cnc_lines[0].bad_frames, 0U);
-  EXPECT_EQ(status.cnc_lines[1].skipped_bytes, 0U);
-  EXPECT_EQ(status.modbus.bad_frames, status.cnc_lines[0].bad_frames);
 }
 
 TEST_F(RunningDaemon, RefusesAMethodThatItDoesNotHaveAndNamesThoseItHas) {
