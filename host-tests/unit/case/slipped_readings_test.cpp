@@ -122,11 +122,16 @@ const std::map<std::string, std::set<std::string>> kWithoutRedundancy{
 
 TEST_P(SlippedReadings, OneThatIsOffIsToldOrWithinTheUncertainty) {
   constexpr double kMost = 5;  // standard deviations
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr int kRounds = 20;  // the values are the release build's to judge
+#else
+  constexpr int kRounds = 400;
+#endif
   const auto exempt = kWithoutRedundancy.find(GetParam());
   std::mt19937_64 random{20261124};
   std::size_t tried = 0;
   double alone = 0;  // the largest change by a reading that nothing can contradict
-  for (int round = 0; round < 400; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     auto& table = dataset.tables[random() % dataset.tables.size()];
     auto& column = table.columns[random() % table.columns.size()];
     if (!column.name.ends_with("_mm") || column.values.empty()) continue;
@@ -146,7 +151,7 @@ TEST_P(SlippedReadings, OneThatIsOffIsToldOrWithinTheUncertainty) {
     EXPECT_LE(change, kMost) << "table " << table.name << ", column " << column.name << ", row " << row + 1
                              << " off by " << off_mm << " mm";
   }
-  if (exempt != kWithoutRedundancy.end()) {
+  if (exempt != kWithoutRedundancy.end() && kRounds >= 400) {
     EXPECT_GT(alone, kMost) << "they can be told by now: take them off the list";
   }
   RecordProperty("tried", static_cast<int>(tried));
