@@ -30,6 +30,9 @@ class TcpRequests {
 
   std::optional<TcpRequest> next();
 
+  // Bytes that are no request yet, and never will be one if the connection ends now.
+  std::size_t unfinished() const { return size_; }
+
   // What came is not Modbus over TCP: close the connection.
   bool broken() const { return broken_; }
 

@@ -2,25 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <span>
 #include <vector>
 
 #include "firmware/stream/session.hpp"
 #include "firmware/stream/transcoder.hpp"
 #include "protocol/codec/block.hpp"
+#include "require.hpp"
 #include "tools/link/stream_reader.hpp"
 
 namespace {
 
 using namespace probebox;
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "%s\n", what);
-  std::abort();
-}
+using fuzz::require;
 
 // Reads what the box says; every heartbeat must balance.
 struct Host : link::StreamListener {
@@ -102,6 +96,7 @@ class Scene {
 }  // namespace
 
 int feedSession(const std::uint8_t* data, std::size_t size) {
+  fuzz::fed = {data, size};
   const auto all = std::as_bytes(std::span{data, size});
   // The same bytes as a host would read them: whatever a file holds, the reader ends.
   link::StreamListener nobody;

@@ -80,10 +80,14 @@ void ModbusTcpServer::receive(Master& master) {
     }
     if (!master.requests.broken()) continue;
     ++bad_frames_;
-    skipped_bytes_ += got.bytes;
+    skipped_bytes_ += master.requests.unfinished() + rest.size();
     return dismiss(master, "sent something else than Modbus over TCP");
   }
   if (got.state != io::PipeState::closed || master.gone) return;
+  if (const auto lost = master.requests.unfinished(); lost > 0) {
+    ++bad_frames_;
+    skipped_bytes_ += lost;
+  }
   master.watch.pause();
   master.gone = true;
 }

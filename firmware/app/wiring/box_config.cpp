@@ -263,4 +263,11 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
   return lines;
 }
 
+Mounting mountingOf(const board::Descriptions& descriptions) {
+  return {.probe_serial_number = descriptions.probe.serial_number,
+          .machine = descriptions.machine.name,
+          .mounting = descriptions.machine.mounting,
+          .travel = travelOf(descriptions.machine)};
+}
+
 }  // namespace probebox::app

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "board/describe/parse.hpp"
+#include "firmware/app/results/results_in_force.hpp"
 #include "firmware/box/box.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 #include "protocol/messages/control.hpp"
@@ -17,5 +18,8 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions);
 messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, const std::string& firmware_version);
 // The digital inputs, with nothing counted yet.
 std::vector<messages::LineStatus> wireLines(const board::Box& box);
+
+// What results are bound to: probe, machine and mounting, and the travel that they must lie in.
+Mounting mountingOf(const board::Descriptions& descriptions);
 
 }  // namespace probebox::app

@@ -45,13 +45,6 @@ messages::BootId bootId() {
   return id;
 }
 
-Mounting mountingOf(const board::Descriptions& descriptions) {
-  return {.probe_serial_number = descriptions.probe.serial_number,
-          .machine = descriptions.machine.name,
-          .mounting = descriptions.machine.mounting,
-          .travel = travelOf(descriptions.machine)};
-}
-
 LinkService::Options linkOptions(const board::Descriptions& descriptions) {
   LinkService::Options options;
   options.session.boot_id = bootId();
@@ -266,11 +259,11 @@ Outcome<void> Daemon::Parts::openLinks(const std::vector<std::string>& texts, co
 }
 
 Outcome<tcp::Listener> Daemon::Parts::listenForCnc(const tcp::Address& address) {
-  const auto passed = std::ranges::find_if(
-      passed_for_cnc, [&](const tcp::Listener& listener) { return tcp::covers(listener.address(), address); });
-  if (passed == passed_for_cnc.end()) return tcp::Listener::open(address);
-  auto listener = std::move(*passed);
-  passed_for_cnc.erase(passed);
+  const auto of_it = [&](const auto& passed) { return tcp::covers(passed.address(), address); };
+  const auto found = std::ranges::find_if(passed_for_cnc, of_it);
+  if (found == passed_for_cnc.end()) return tcp::Listener::open(address);
+  auto listener = std::move(*found);
+  passed_for_cnc.erase(found);
   return listener;
 }
 
@@ -286,6 +279,9 @@ Outcome<void> Daemon::Parts::openCncLines(const std::vector<std::string>& texts,
     TRY(auto face, openCncFace(options, service.accessAt(text), core.addStateReader(), colleagues, listen));
     cnc_lines.push_back(std::move(face));
   }
+  for (const auto& unused : passed_for_cnc)
+    logWarning("No line of 'cnc' needs the socket " + tcp::describe(unused.address()) + ": remove it from its unit");
+  passed_for_cnc.clear();
   return {};
 }
 
