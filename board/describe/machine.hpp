@@ -60,6 +60,7 @@ struct PeriodicCheckDescription {
   double ball_centre_z_mm{};                           // machine position at C = 0
   std::optional<double> accepted_x_mm, accepted_y_mm;  // C axis minus the axis of the probe's spindle
   std::optional<double> limit_mm;
+  std::vector<double> swivels_deg;  // of the head, beside 0: 45 and 90
 };
 
 // The ball on the rim of a large part that centreline-by-steps reads.
@@ -151,6 +152,7 @@ struct ToolDescription {
   double length_mm{};
   double sd_mm{};  // k = 1; 0: not stated
   std::optional<std::uint32_t> holder{};
+  std::uint8_t faces{};  // of the setting device that it reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all
 };
 
 // A tool holder.
@@ -162,13 +164,15 @@ struct HolderDescription {
 
 // The tool-setting device. Positions and offsets refer to the head's reference.
 struct ToolSetterDescription {
-  std::string trigger;                      // the name of its [[trigger]] in box.toml
-  std::array<double, 3> half_width_mm{};    // from its centre to its faces
+  std::string trigger;                    // the name of its [[trigger]] in box.toml
+  std::array<double, 3> half_width_mm{};  // from its centre to its faces
+  std::optional<double> sd_half_width_mm;
   std::array<double, 3> probe_offset_mm{};  // of the probe's tip from the head's reference, A at 0
   std::optional<double> sd_probe_offset_mm;
   std::optional<std::array<double, 3>> accepted_mm;  // position that was accepted; with limit_mm, or neither
   double limit_mm{};
-  double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
+  double sd_accepted_mm{};          // k = 1, each coordinate; 0: not stated
+  std::vector<double> swivels_deg;  // angles of the head at which it is measured, rising from 0; empty: 0 alone
 };
 
 // The shank above the stylus' ball, used as a second, shorter tool. Heights count from the centre of the stylus' ball

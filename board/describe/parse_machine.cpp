@@ -69,6 +69,25 @@ std::optional<double> readSize(Section& root, std::string_view name, std::string
   return size_mm;
 }
 
+// The check is defined at B = 0, 45 and 90 degrees, in the plane across Y.
+std::vector<double> readCheckSwivels(Section& section, const Machine& machine) {
+  auto swivels = section.numbers("swivels_deg", {0, 90}, {1, 3});
+  if (!section.good("swivels_deg")) return {};
+  const auto allowed = [](double deg) { return deg == 0 || deg == 45 || deg == 90; };
+  const std::array<double, 3> about_y{0, 1, 0};
+  if (!std::ranges::all_of(swivels, allowed)) {
+    section.problem("swivels_deg", "names another angle than 0, 45 and 90 degrees, at which the check is defined");
+  } else if (!machine.swivel_head || machine.swivel_head->swivel.axis != about_y) {
+    section.problem("swivels_deg",
+                    "needs a head that swivels about +Y: describe [swivel_head] axis = \"Y\", or remove this key");
+  }
+  std::erase(swivels, 0.0);
+  std::ranges::sort(swivels);
+  const auto copies = std::ranges::unique(swivels);
+  swivels.erase(copies.begin(), copies.end());
+  return swivels;
+}
+
 PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machine) {
   PeriodicCheckDescription check;
   check.ball_diameter_mm = section.number("ball_diameter_mm", {0.1, 1000});
@@ -79,6 +98,7 @@ PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machi
   check.accepted_y_mm = section.numberIfThere("accepted_y_mm", kPosition_mm);
   if (check.accepted_y_mm) requireNear(section, "accepted_y_mm", *check.accepted_y_mm, 1, machine);
   check.limit_mm = section.numberIfThere("limit_mm", {1e-6, 100});
+  if (section.has("swivels_deg")) check.swivels_deg = readCheckSwivels(section, machine);
   section.finish();
   return check;
 }
@@ -190,8 +210,6 @@ Machine readMachine(Section& root) {
   machine.sigma_c_rad = rotary.number("sigma_rad", {0, 0.01}, 0.0);
   rotary.finish();
 
-  if (auto check = root.sectionIfThere("periodic_check"))
-    machine.periodic_check = readPeriodicCheck(std::move(*check), machine);
   if (auto plate = root.sectionIfThere("ball_plate")) machine.ball_plate = readBallPlate(std::move(*plate), machine);
 
   auto corrections = root.section("corrections");
@@ -200,6 +218,8 @@ Machine readMachine(Section& root) {
   machine.centreline = readCentreline(root.section("centreline", false), hold_s, machine);
   readTools(root, machine);
   readRotary(root, hold_s, machine);
+  if (auto check = root.sectionIfThere("periodic_check"))
+    machine.periodic_check = readPeriodicCheck(std::move(*check), machine);
   readToolSetter(root, machine);
   readSensorHead(root, machine);
   readProbeShank(root, machine);

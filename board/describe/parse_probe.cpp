@@ -56,6 +56,8 @@ Probe readProbe(Section& root) {
 
   auto stylus = root.section("stylus");
   probe.ball_diameter_mm = stylus.number("ball_diameter_mm", {0.01, 100});
+  if (stylus.has("name")) probe.stylus = stylus.text("name");
+  probe.sd_ball_diameter_mm = stylus.numberIfThere("sd_ball_diameter_mm", {1e-6, 1});
   stylus.finish();
 
   auto certificate = root.section("certificate", false);

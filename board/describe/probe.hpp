@@ -28,7 +28,9 @@ struct Probe {
   double noise_um{};  // standard deviation (k = 1) of one sample of one channel
   double deflection_limit_mm{};
   double ball_diameter_mm{};  // stylus ball
-  Certificate certificate;    // empty when none is known
+  std::optional<double> sd_ball_diameter_mm;
+  std::string stylus;       // its name, where styli are exchanged; empty: there is one
+  Certificate certificate;  // empty when none is known
 };
 
 }  // namespace probebox::board

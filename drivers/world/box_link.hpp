@@ -26,6 +26,7 @@ enum class StepKind : std::uint8_t {
   jog = 2,     // move one axis without touching anything
   sweep = 3,   // the same, slowly and at constant speed
   hold = 4,    // stand still without touching anything
+  rest = 5,    // the same, anywhere, for a stated time
 };
 // Part that axis B turns in a step.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
@@ -56,6 +57,7 @@ struct Prompt {
   // Height above the middle of the stylus' ball at which its shank touches the feature; 0: the ball touches.
   double shank_height_mm{};
   std::uint16_t mount{};  // required mount of the part's balls, from 1; 0: as they are
+  double rest_s{};        // time to stand still
 };
 
 // Neither call waits. An implementation sends a request over TCP or writes registers, and keeps the answer.

@@ -180,6 +180,7 @@ struct ToolConfig {
   std::array<double, 2> offset_mm{0, 0};  // of the stylus ball, tip or centre from the axis, at A = 0
   double length_mm{200};                  // from the machine's reference down to it
   std::optional<double> radius_mm{};      // of a cutting tool, above its tip
+  bool nose{};                            // a turning tool: the radius is that of a ball about its tip
   std::optional<SensorHeadConfig> head{};
   std::optional<ShankConfig> shank{};
 };

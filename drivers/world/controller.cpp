@@ -135,6 +135,7 @@ void Controller::ask() {
 
 void Controller::follow(const Prompt& prompt) {
   step_ = prompt;
+  if (step_.kind == StepKind::rest) return enter(Activity::settling);
   if (movesOneAxis(step_.kind)) {
     rise();
     route_.add(config_.park_mm);
@@ -285,11 +286,12 @@ void Controller::touch() {
   const bool jogged = activity_ == Activity::approaching && movesOneAxis(step_.kind);
   if (activity_ == Activity::retracting || jogged) return enter(Activity::recording);
   if (activity_ == Activity::recording) {
-    if (elapsed(config_.afterwards)) post(MarkerPhase::end, Activity::ending);
+    const Nanoseconds rest{std::llround(1e9 * step_.rest_s)};
+    if (elapsed(config_.afterwards + rest)) post(MarkerPhase::end, Activity::ending);
     return;
   }
   if (activity_ == Activity::dwelling && !elapsed(config_.dwell)) return;
-  if (step_.kind == StepKind::hold) return enter(Activity::recording);
+  if (step_.kind == StepKind::hold || step_.kind == StepKind::rest) return enter(Activity::recording);
   if (movesOneAxis(step_.kind)) {
     const Vector3 target = machine_.commandedPosition() + step_.travel_mm * step_.outward_normal;
     machine_.moveTo(target, step_.nominal_speed_mm_s, now_);

@@ -222,6 +222,7 @@ Hold Machine::holdAt(const Pose& pose, const ToolConfig& tool) const {
   Hold hold{.tip = hanging + swung + Vector3{0, 0, probe_spindle_.stylus_length_mm},
             .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
             .tool_radius_mm = tool.radius_mm,
+            .nose = tool.nose,
             .is_head = tool.head.has_value()};
   if (const auto& shank = tool.shank) {
     const double length_mm = shank->to_mm - shank->from_mm;

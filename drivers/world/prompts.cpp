@@ -17,6 +17,7 @@ bool canBeFollowed(const Prompt& prompt) {
   const auto isLength = [](double mm) { return mm > 0 && mm < 100; };
   const auto isTravel = [](double mm) { return mm > 0 && mm < 1000; };
   const bool timed = prompt.nominal_speed_mm_s > 0 && std::isfinite(prompt.nominal_speed_mm_s);
+  if (prompt.kind == StepKind::rest) return prompt.rest_s > 0 && prompt.rest_s < 3600;
   if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);

@@ -109,10 +109,10 @@ std::optional<Meeting> Solids::meet(const Move& way, double from_mm, const std::
   return nearest.found;
 }
 
-std::optional<Meeting> Solids::meetTool(const Move& way, double from_mm, double radius_mm) const {
+std::optional<Meeting> Solids::meetTool(const Move& way, double from_mm, double radius_mm, bool nose) const {
   Nearest nearest{way, from_mm};
-  // The tip ends the tool, which stands above it.
-  nearest.consider(metBy(way, grown(setter_, {radius_mm, radius_mm, 0})));
+  // The tip ends the tool, which stands above it; the nose of a turning tool is a ball about it.
+  nearest.consider(metBy(way, grown(setter_, {radius_mm, radius_mm, nose ? radius_mm : 0})));
   return nearest.found;
 }
 

@@ -40,8 +40,8 @@ double Stylus::release(const Move& move) {
 }
 
 void Stylus::meet(const Move& way, double from_mm, const Solids& solids, const Hold& hold) {
-  const auto meeting =
-      hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm) : solids.meet(way, from_mm, hold.shank);
+  const auto meeting = hold.tool_radius_mm ? solids.meetTool(way, from_mm, *hold.tool_radius_mm, hold.nose)
+                                           : solids.meet(way, from_mm, hold.shank);
   if (!meeting) return;
   const double time_s = way.timeAt(meeting->distance_mm);
   const double normal_mm_s = -dot(way.direction, meeting->normal) * way.speedAt(time_s);

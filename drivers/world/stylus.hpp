@@ -48,6 +48,7 @@ struct Hold {
   Vector3 tip{};
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::optional<double> tool_radius_mm{};  // of a tool instead of the probe
+  bool nose{};                             // about the tip, and not above it
   bool is_head{};                          // a sensor head, which touches nothing
   std::optional<Shank> shank{};            // above the stylus' ball
 };

@@ -46,6 +46,7 @@ published::StepNow stepOf(const procedure::Progress& progress, const procedure::
   now.speed_mm_s = step.touch.retract_speed_mm_s;
   now.travel_mm = step.touch.travel_mm;
   now.shank_height_mm = step.touch.shank_height_mm;
+  now.rest_s = step.touch.rest_s;
   now.angles_rad = step.touch.rotary_angles_rad;
   return now;
 }

@@ -15,7 +15,8 @@ inline bool changesCorrections(const Event& event) {
         return std::is_same_v<E, DelayActivated> || std::is_same_v<E, CentrelineActivated> ||
                std::is_same_v<E, ScrewActivated> || std::is_same_v<E, SwivelActivated> ||
                std::is_same_v<E, RotaryActivated> || std::is_same_v<E, ErrorsAtAngle> ||
-               std::is_same_v<E, ToolLengthActivated> || std::is_same_v<E, SourcesEnabled>;
+               std::is_same_v<E, ToolLengthActivated> || std::is_same_v<E, ScrewReferenceActivated> ||
+               std::is_same_v<E, SourcesEnabled>;
       },
       event);
 }
@@ -39,7 +40,7 @@ class ParkedChanges {
   }
 
  private:
-  static constexpr std::size_t kMost = 8 + 99 + 4 * (1 + kMostErrorRows);
+  static constexpr std::size_t kMost = 8 + kLinearAxes + 99 + 4 * (1 + kMostErrorRows);
 
   std::vector<Event> events_;
 };

@@ -50,7 +50,8 @@ struct TouchRequest {
   std::uint32_t tool{};                       // in the spindle, by its number; 0: whichever carries the probe
   // Along the outward normal: travel of a jog without contact, or distance of a hold from the centre; 0 for a touch.
   double travel_mm{};
-  bool sweeps{};           // turns the screw of the axis along the normal: its sensor is read, and no probe
+  bool sweeps{};           // the sensor of the screw of the axis along the normal is read, and no probe
+  double rest_s{};         // with `sweeps`: the axis stands still for at least so long; 0: it turns its screw
   bool by_edges{};         // a switch tells the contact, and no samples of a probe
   bool holds{};            // stands still where a sensor head reads a ball, and touches nothing
   double head_range_mm{};  // range of its sensors, +- this value

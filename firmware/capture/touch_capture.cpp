@@ -61,6 +61,9 @@ const char* explain(TouchFault fault) {
     case TouchFault::triggered_twice:
       return "the probe's switch opened twice in one touch: touch once, without vibration, and come off the surface by "
              "the clearance";
+    case TouchFault::rest_too_short:
+      return "the readings of the screw's sensor cover less time than the step needs: stand still for all of it before "
+             "the end marker";
   }
   return "";
 }
@@ -174,7 +177,9 @@ TouchFault TouchCapture::end(const TickMap& map) {
   if (needs(Source::drift) && touch_.drift_end - touch_.drift_begin < kFewestRows) note(TouchFault::no_drift_rows);
   if (needs(Source::probe) && touch_.probe_end - touch_.probe_begin < kFewestRows) note(TouchFault::no_probe_rows);
   if (touch_.request.by_edges) note(edgeFault());
-  if (touch_.request.holds && !stoodStill()) note(TouchFault::moved);
+  const bool stands = touch_.request.holds || touch_.request.rest_s > 0;
+  if (stands && !stoodStill()) note(TouchFault::moved);
+  if (touch_.request.rest_s > 0 && !restedLongEnough()) note(TouchFault::rest_too_short);
   if (fault_ == TouchFault::none && !recording_.append(touch_)) note(TouchFault::recording_full);
   running_ = false;
   if (fault_ != TouchFault::none) recording_.truncate(touch_);
@@ -196,6 +201,14 @@ bool TouchCapture::stoodStill() const {
     if (!(std::abs(counts * mm_per_count_[axis]) <= kStill_mm)) return false;
   }
   return true;
+}
+
+// The first and the last reading come up to an interval of the sensor inside the markers.
+bool TouchCapture::restedLongEnough() const {
+  const auto rows = recording_.driftRows(touch_);
+  if (rows.size() < 2) return false;
+  const double span_s = toSeconds(rows.back().at - rows.front().at);
+  return span_s * static_cast<double>(rows.size() + 1) / static_cast<double>(rows.size() - 1) >= touch_.request.rest_s;
 }
 
 void TouchCapture::abandon() {

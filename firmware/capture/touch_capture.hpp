@@ -29,6 +29,7 @@ enum class TouchFault : std::uint8_t {
   no_trigger,
   still_deflected,
   triggered_twice,
+  rest_too_short,
 };
 const char* explain(TouchFault fault);
 
@@ -77,6 +78,7 @@ class TouchCapture {
   void note(TouchFault fault);
   bool needs(Source source) const;
   bool stoodStill() const;
+  bool restedLongEnough() const;
   TouchFault edgeFault() const;
 
   Recording recording_;

@@ -77,6 +77,9 @@ class Corrections {
   void push(const SwivelActivated& activated) { swivel_.push(activated); }
   void push(const RotaryActivated& activated) { rotary_.push(activated); }
   void push(const ErrorsAtAngle& row) { swivel_.push(row), rotary_.push(row); }
+  void push(const ScrewReferenceActivated& activated) {
+    screws_[static_cast<std::size_t>(activated.axis)].push(activated);
+  }
   void push(const ToolLengthActivated& activated) { tool_.activate(activated); }
   void push(const PoseTold& pose);
   void push(const CutInhibit& inhibit);

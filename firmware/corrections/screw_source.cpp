@@ -22,12 +22,19 @@ void ScrewSource::push(const Drift& drift) {
 }
 
 void ScrewSource::push(const ScrewActivated& activated) {
+  const double reference_um = model_.reference_um;
   model_ = config_.model;
+  model_.reference_um = reference_um;
   if (activated.result_id != 0) {
     if (activated.gain != 0) model_.gain = -activated.gain;
     model_.sector_count = std::min<std::size_t>(activated.sectors, kMostScrewSectors);
     for (std::size_t i = 0; i < model_.sector_count; ++i) model_.sector_um[i] = activated.sector_nm[i] * 1e-3;
   }
+  compensator_ = metrology::ScrewCompensator{model_, config_.limits};
+}
+
+void ScrewSource::push(const ScrewReferenceActivated& activated) {
+  model_.reference_um = activated.result_id != 0 ? activated.reading_um : config_.model.reference_um;
   compensator_ = metrology::ScrewCompensator{model_, config_.limits};
 }
 

@@ -29,7 +29,10 @@ class ScrewSource {
 
   void push(const Drift& drift);
   void sensorLost() { fault_ = SensorFault::lost, reading_um_.reset(); }
+  // Gain and face table; the reference stays.
   void push(const ScrewActivated& activated);
+  // The reference; gain and face table stay.
+  void push(const ScrewReferenceActivated& activated);
   void tick(const MachineTick& tick);
 
   const HeldSource& held() const { return held_; }

@@ -26,6 +26,7 @@
 #include "firmware/metrology/rotary/sensor_head.hpp"
 #include "firmware/metrology/screw/screw_calibration.hpp"
 #include "firmware/metrology/screw/screw_compensation.hpp"
+#include "firmware/metrology/screw/screw_reference.hpp"
 #include "firmware/metrology/selftest/selftest.hpp"
 #include "firmware/metrology/tilt/pivot.hpp"
 #include "firmware/metrology/tilt/pivot_axis.hpp"
@@ -67,6 +68,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kRotaryAxisErrors,
     &kScrewCalibration,
     &kScrewCompensation,
+    &kScrewReference,
     &kSelftest,
     &kSensorHeadCalibration,
     &kSphereFit,

@@ -133,6 +133,7 @@ void RegisterImage::putStep(const published::Snapshot& snapshot, const published
                          : step.fault != 0 ? refusal::of_step + unsigned{step.fault}
                                            : 0U;
   put(address::step_fault, fault);
+  put(address::step_rest, step.rest_s);
   putTriple(address::step_normal, step.outward_normal, 1);
   putTriple(address::step_retract, step.retract_direction, 1);
   put(address::step_overtravel, step.overtravel_mm);

@@ -180,6 +180,7 @@ struct StepNow {
   double speed_mm_s{};
   double travel_mm{};
   double shank_height_mm{};
+  double rest_s{};  // to stand still for
   std::array<double, kRotaryAxes> angles_rad{};
   std::uint32_t repeats{};
   std::uint8_t fault{};  // why it is repeated: capture::TouchFault

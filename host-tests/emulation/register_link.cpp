@@ -74,6 +74,7 @@ std::optional<world::Prompt> RegisterLink::procedureStatus() {
   prompt.travel_mm = value(address::step_travel);
   prompt.tool = number(address::step_tool);
   prompt.shank_height_mm = value(address::step_shank);
+  prompt.rest_s = value(address::step_rest);
   prompt.mount = static_cast<std::uint16_t>(number(address::step_mount));
   return prompt;
 }

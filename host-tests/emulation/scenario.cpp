@@ -128,6 +128,11 @@ world::ControllerConfig controllerOf(const world::Config& config) {
   controller.part.balls_mm = config.part_spindle.balls_mm;
   controller.part.ball_count = config.part_spindle.ball_count;
   controller.part.further_mounts = config.part_spindle.further_mounts;
+  // And that a tool is one for turning, which has an edge in the place of a radius.
+  for (const auto& tool : config.probe_spindle.further_tools) {
+    const auto known = std::ranges::find(controller.tools, tool.number, &world::ControllerConfig::Tool::number);
+    if (tool.nose && known != controller.tools.end()) known->radius_mm = 0;
+  }
   controller.part.further_mount_count = config.part_spindle.further_mount_count;
   return controller;
 }
@@ -179,6 +184,7 @@ class Scenario::DirectLink : public world::BoxLink {
       prompt.travel_mm = step.touch.travel_mm;
       prompt.tool = step.touch.tool;
       prompt.mount = step.touch.mount;
+      prompt.rest_s = step.touch.rest_s;
     }
     return prompt;
   }

@@ -141,4 +141,19 @@ struct ToolLengthActivated {
   }
 };
 
+// Activates the measured reading of the sensor of one cold screw (D1a); gain and face table stay as they are.
+// result_id 0: the reading of machine.toml applies.
+struct ScrewReferenceActivated {
+  std::uint64_t result_id{};
+  Axis axis{};
+  double reading_um{};
+  MonoTime at{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("result_id", self.result_id, "the result that is in force from now on; 0 for none");
+    field("axis", self.axis, "0 X, 1 Y, 2 Z: whose screw");
+    field("reading_um", self.reading_um, "um, reading that means no extension, without the error of the face");
+    field("at", self.at, "ns, monotonic, of this boot");
+  }
+};
+
 }  // namespace probebox

@@ -195,11 +195,11 @@ struct PoseTold {
 };
 
 // The order defines the type numbers in the journal: append only.
-using Event =
-    std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted, ProcedureAborted,
-                 Solved, DelayActivated, CountedDeflection, CentrelineActivated, ScrewActivated, AxisHomed, CutInhibit,
-                 StandingRestored, SourcesEnabled, AngleCount, PoseTold, SwivelActivated, RotaryActivated,
-                 ErrorsAtAngle, ServableWithin, ToolLengthActivated, CountedAxes, CountedIndex, ControlPositions>;
+using Event = std::variant<TimeAdvanced, Edge, Count, Deflection, Drift, Marker, SourceLost, ProcedureStarted,
+                           ProcedureAborted, Solved, DelayActivated, CountedDeflection, CentrelineActivated,
+                           ScrewActivated, AxisHomed, CutInhibit, StandingRestored, SourcesEnabled, AngleCount,
+                           PoseTold, SwivelActivated, RotaryActivated, ErrorsAtAngle, ServableWithin,
+                           ToolLengthActivated, CountedAxes, CountedIndex, ControlPositions, ScrewReferenceActivated>;
 static_assert(std::is_trivially_copyable_v<Event>, "events pass through lock-free queues");
 
 inline MonoTime stampOf(const Event& event) {

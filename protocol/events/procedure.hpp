@@ -61,6 +61,7 @@ struct ProcedureOptions {
   double c_on_line_rad{};
   std::uint16_t stations{};
   std::uint8_t mounts{};
+  std::uint8_t faces{};
   // As requested. Before a run starts they are replaced by travel, tools and heights above, so no event contains them.
   std::uint16_t turns{};  // of the screw
   bool head{};            // a sensor head measures instead of the probe
@@ -89,6 +90,8 @@ struct ProcedureOptions {
     field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
     field("stations", self.stations, "at how many places the balls of a plate are read; 0: all balls at every angle");
     field("mounts", self.mounts, "in how many ways the plate is put on the table, one after the other");
+    field("faces", self.faces,
+          "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
   }
 };
 

@@ -64,7 +64,8 @@ struct StartProcedure {
       field("angles", self.angles, "how many angles of C, for the first two of these; 0: the method's own");
       field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
       field("axis", self.axis,
-            "1 X, 2 Y, 3 Z: whose screw, for screw-calibration; 5 B, 6 C (0: C): for rotary-axis-errors");
+            "1 X, 2 Y, 3 Z: whose screw, for screw-calibration and screw-reference; 5 B, 6 C (0: C): for "
+            "rotary-axis-errors");
       field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
       field("tool", self.tool, "number of the tool, for tool-setter and tool-assembly");
       field("head", self.head, "1: read with the sensor head in the place of the probe, for rotary-axis-errors");
@@ -112,6 +113,7 @@ struct ProcedureStatus {
     std::uint32_t tool{};
     double shank_height_mm{};
     std::uint16_t mount{};
+    double rest_s{};
     static constexpr void fields(auto& self, auto&& field) {
       field("run", self.run, "number of the run; 0 before the first");
       field("method", self.method, "such as delay-multi-speed");
@@ -131,7 +133,9 @@ struct ProcedureStatus {
       field("result_id", self.result_id, "the proposed result, 0 for none");
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
-            "speed, 4 hold: stand still there for a dwell, and nothing is touched. Since 1.2, as all below");
+            "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
+            "rest_s. "
+            "Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");
@@ -152,6 +156,7 @@ struct ProcedureStatus {
       field("shank_height_mm", self.shank_height_mm,
             "mm above the middle of the stylus' ball, along the tool, where its shank is to touch; 0: the ball is to");
       field("mount", self.mount, "how the ball plate has to be put on the table, from 1; 0 for another feature");
+      field("rest_s", self.rest_s, "s to stand still for, in a rest; 0 for other kinds");
     }
   };
 };

@@ -139,6 +139,7 @@ enum : std::uint16_t {
   step_bits = 858,
   step_repeats = 859,
   step_fault = 860,
+  step_rest = 862,
   step_normal = 864,
   step_retract = 870,
   step_overtravel = 876,

@@ -68,7 +68,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::step_kind, "step: kind", u16, 1, "", read,
      "0 touch: in, a dwell, out; 1 in and out without a dwell; 2 jog of one axis in free space; 3 sweep: the same at "
      "constant "
-     "speed; 4 hold: stand still, nothing is touched. The registers from here on are 0 when no step is to be done"},
+     "speed; 4 hold: stand still, nothing is touched; 5 rest: stand still anywhere for the time of register 862. The "
+     "registers from here on are 0 when no step is to be done"},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device"},
     {address::step_side, "step: side", u16, 1, "", read,
@@ -82,6 +83,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "4 the target of registers 896 to 901 is known, 5 the place of registers 902 to 907 is known"},
     {address::step_repeats, "step: repeats", u16, 1, "", read, "times that this step was repeated"},
     {address::step_fault, "step: fault", u16, 1, "", read, "why, a code of the list below; 0: it is not repeated"},
+    {address::step_rest, "step: rest", f32, 1, "s", read, "of a rest: the time to stand still; 0 for other kinds"},
     {address::step_normal, "step: XYZ normal", f32, 1, "", read,
      "outward normal of the surface; of a jog or sweep its direction"},
     {address::step_retract, "step: XYZ retract", f32, 1, "", read,

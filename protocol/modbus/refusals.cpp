@@ -36,6 +36,7 @@ constexpr std::array kOthers = std::to_array<RefusalCode>({
     {34, "step: no edges of the probe's switch during it"},
     {35, "step: the probe's switch was open before it"},
     {36, "step: the probe's switch opened twice"},
+    {37, "step: the rest was shorter than it has to be"},
     {60, "step: its end marker never came"},
     {99, "a refusal that this version has no number for: see the page of the run"},
 });
@@ -176,6 +177,7 @@ constexpr std::array kOfSolvers = std::to_array<std::string_view>({
     "mounts-differ",
     "implausible",
     "clipped",
+    "constant-sensor",
 });
 
 std::vector<RefusalCode> all() {

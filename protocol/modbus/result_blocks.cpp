@@ -28,6 +28,8 @@ constexpr BlockValue kLocation[]{
     {"tilt about Y", rad, {{{"tilt_rad", 1}}}}, {"tilt about Z", rad, {{{"tilt_rad", 2}}}}};
 constexpr BlockValue kGain[]{{"gain", number, {{{"K", 0}}}}};
 
+constexpr BlockValue kColdReading[]{{"reading", um, {{{"reference_um", 0}}}}};
+
 constexpr std::string_view kLocationMeans =
     "of the axis against the nominal one, across it; 0 where its angles do not tell it";
 constexpr std::string_view kPivotMeans =
@@ -52,6 +54,10 @@ constexpr ResultBlock kBlocks[]{
     {"screw-x", 736, "X screw", kGain, "of the face table's result (D2); machine.toml's where the result has none"},
     {"screw-y", 744, "Y screw", kGain, "as X"},
     {"screw-z", 752, "Z screw", kGain, "as X"},
+    {"screw-reference-x", 768, "X cold screw", kColdReading,
+     "um, measured reading of the sensor (D1a); the one in use, measured or not, is register 760"},
+    {"screw-reference-y", 776, "Y cold screw", kColdReading, "as X"},
+    {"screw-reference-z", 784, "Z cold screw", kColdReading, "as X"},
 };
 
 constexpr BlockValue kTool[]{{"X offset", mm, {{{"tool_offset_mm", 0}}}},

@@ -9,7 +9,7 @@
 // one definition.
 namespace probebox::modbus {
 
-enum class ValueUnit : std::uint8_t { mm, rad, number };
+enum class ValueUnit : std::uint8_t { mm, um, rad, number };
 
 // One value of a result: the first of its keys that the result has. An index counts within the key's values.
 struct ValueKey {

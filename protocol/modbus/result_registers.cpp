@@ -13,7 +13,17 @@ constexpr std::string_view kStateMeans =
     "bit 0 a result is in force, 1 it rests on a retired result, from 4 on one for each value above that it has";
 
 std::string_view unitOf(ValueUnit unit) {
-  return unit == ValueUnit::mm ? "mm" : unit == ValueUnit::rad ? "rad" : "";
+  switch (unit) {
+    case ValueUnit::mm:
+      return "mm";
+    case ValueUnit::um:
+      return "um";
+    case ValueUnit::rad:
+      return "rad";
+    case ValueUnit::number:
+      return "";
+  }
+  return "";
 }
 
 std::string_view asFirst(const auto& block) {

@@ -72,6 +72,10 @@ class Unroller {
     blocks_.push_back(Move{{0, 0, *setting_.safe_z_mm}, setting_.traverse_mm_min, Way::level, true});
     for (index_ = 0; index_ < plan_.step_count; ++index_) {
       const Step& step = plan_.steps[index_];
+      if (step.kind == Kind::rest) {
+        rest(step);
+        continue;
+      }
       if (movesOneAxis(step)) {
         alone(step);
         continue;
@@ -188,6 +192,16 @@ class Unroller {
       move(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, Way::measure);
       blocks_.push_back(Wait{kAfter_s});
     }
+    mark(false, step);
+  }
+
+  // Wherever the machine stands above the safe height.
+  void rest(const Step& step) {
+    rise();
+    blocks_.push_back(Note{promptFor(plan_, index_)});
+    blocks_.push_back(Wait{kSettle_s});
+    mark(true, step);
+    blocks_.push_back(Wait{step.touch.rest_s + kAfter_s});
     mark(false, step);
   }
 

@@ -32,7 +32,7 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
   if (facts.trigger_probe) {
     if (const auto why = procedure::whyUnready(*method, facts, true, by)) return Refusal{"not-forecast", why->what};
   }
-  if (options.turns != 0 && !method->takes_axis) {
+  if (options.turns != 0 && !method->takes_turns) {
     return Refusal{"bad-option", std::string{method->name()} + " has no option turns: omit it"};
   }
   const auto described = procedure::described(*method, options, facts, by);

@@ -100,7 +100,7 @@ std::vector<Wanted> candidates(const Wanted& given) {
     for (std::uint16_t count = method->fewest_balls; count <= 7; ++count) counts.push_back(count);
     spread(all, counts, [](Wanted& wanted, std::uint16_t balls) { wanted.options.balls = balls; });
   }
-  if (method->takes_axis && options.turns == 0) {
+  if (method->takes_turns && options.turns == 0) {
     spread(all, std::array<std::uint16_t, 7>{3, 4, 6, 8, 10, 15, 20},
            [](Wanted& wanted, std::uint16_t turns) { wanted.options.turns = turns; });
   }

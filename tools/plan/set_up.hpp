@@ -45,6 +45,7 @@ struct SetUp {
   double screw_rate_hz{20};
   double screw_noise_um{0.02};
   double screw_pitch_mm{10};
+  double sd_screw_sector_um{0.01};  // sd of a value of the face table in force (k = 1)
 
   double acceleration_mm_s2{10'000};
   double dwell_s{0.1};    // at overtravel

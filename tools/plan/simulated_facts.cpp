@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "firmware/procedure/methods/needs.hpp"
 #include "protocol/units/angle.hpp"
@@ -31,6 +32,8 @@ procedure::ScrewFacts screw(const SetUp& set_up) {
   screw.gain = 1;
   screw.threshold_rpm = 60;
   screw.travel_max_mm = 600;
+  screw.face = procedure::ScrewFace{
+      .result_id = 1, .sector_um = std::vector<double>(kMostScrewSectors, 0.0), .sd_um = set_up.sd_screw_sector_um};
   return screw;
 }
 

@@ -54,6 +54,7 @@ capture::Scales SimulatedRecording::scales() const {
 
 bool SimulatedRecording::take(const procedure::Step& step) {
   if (step.kind == procedure::Kind::sweep) return sweep(step);
+  if (step.kind == procedure::Kind::rest) return rest(step);
   return step.kind == procedure::Kind::hold ? hold(step) : touch(step);
 }
 
@@ -136,6 +137,22 @@ bool SimulatedRecording::sweep(const procedure::Step& step) {
            fits;
   });
   return end(touch, drive.duration()) && fits;
+}
+
+// The screw is cold and stands with its sensor over one place of its face.
+bool SimulatedRecording::rest(const procedure::Step& step) {
+  const auto touch = begin(step);
+  const double interval_s = std::chrono::duration<double>{capture::kSweepInterval}.count();
+  bool fits = true;
+  sample(1 / interval_s, step.touch.rest_s + 2 * interval_s,
+         [&](double t) { fits = machineRow(t, noise(set_up_.machine_noise_um)) && fits; });
+  sample(set_up_.screw_rate_hz, step.touch.rest_s, [&](double t) {
+    fits = recording_.append(capture::DriftRow{
+               .at = at(now_s_ + t),
+               .reading_nm = static_cast<std::int32_t>(std::lround(normal(set_up_.screw_noise_um) * 1e3))}) &&
+           fits;
+  });
+  return end(touch, step.touch.rest_s) && fits;
 }
 
 bool SimulatedRecording::machineRow(double t, const Vector3d& position) {

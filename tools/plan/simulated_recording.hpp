@@ -33,6 +33,7 @@ class SimulatedRecording {
   void switches(capture::Touch& touch, const Contact& contact);
   bool hold(const procedure::Step& step);
   bool sweep(const procedure::Step& step);
+  bool rest(const procedure::Step& step);
   bool machineRow(double t, const Eigen::Vector3d& position);
   bool probeRow(double t, const Eigen::Vector3d& channels_mm);
   Eigen::Vector3d surfaceOf(const procedure::Step& step) const;

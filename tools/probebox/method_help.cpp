@@ -52,6 +52,7 @@ MethodHelp methodHelp() {
       .angles = methodsWith([](const LiveMethod& method) { return method.usual.angles != 0; }),
       .heights = methodsWith([](const LiveMethod& method) { return method.usual.balls != 0; }),
       .axis = methodsWith([](const LiveMethod& method) { return method.takes_axis; }),
+      .turns = methodsWith([](const LiveMethod& method) { return method.takes_turns; }),
       .rotary_axis = methodsWith([](const LiveMethod& method) { return method.measuresBOrC(); }),
       .mounts = methodsWith([](const LiveMethod& method) { return method.usual.mounts != 0; }),
       .tool = methodsWith([](const LiveMethod& method) { return method.takes_tool; }),

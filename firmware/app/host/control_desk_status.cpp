@@ -26,6 +26,7 @@ void describeStep(const procedure::Step& step, messages::ProcedureStatus::Answer
   answer.run_out_mm = procedure::kRunOut_mm;
   answer.travel_mm = step.touch.travel_mm;
   answer.shank_height_mm = step.touch.shank_height_mm;
+  answer.rest_s = step.touch.rest_s;
   answer.tool = step.touch.tool;
   answer.mount = step.touch.mount;
   answer.b_moves = static_cast<messages::BMoves>(step.b_moves);

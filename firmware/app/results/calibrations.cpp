@@ -187,10 +187,18 @@ procedure::Facts Calibrations::factsNow() const {
   procedure::Facts facts = facts_;
   if (facts.sensor_head) facts.sensor_head->calibrated = in_force_.sensorHead(facts.sensor_head->tool);
   const auto measured = in_force_.measuredFacts();
+  facts.turning_axis = measured.turning_axis;
   if (facts.trigger_probe) facts.trigger_probe->pre_travel = measured.pre_travel;
+  for (std::size_t axis = 0; axis < facts.screws.size(); ++axis) {
+    if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];
+  }
+  for (const auto& measured_length : measured.tool_lengths)
+    facts.probe_tools.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id);
   if (auto& ball = facts.checked_ball) {
     if (measured.ball_xy_mm)
       ball->accepted_x_mm = (*measured.ball_xy_mm)[0], ball->accepted_y_mm = (*measured.ball_xy_mm)[1];
+    ball->accepted_y45_mm = measured.ball_y45_mm;
+    ball->accepted_y90_mm = measured.ball_y90_mm;
     if (measured.ball_z_mm) ball->centre_z_mm = *measured.ball_z_mm;
   }
   if (facts.tool_setter && measured.setter_mm) {

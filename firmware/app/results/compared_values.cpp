@@ -30,6 +30,7 @@ constexpr std::array kQuantities{
     Quantities{"spindle-tilt", {"A_tilt_rad", "", ""}},
     Quantities{"sensor-head-", {"sensor_matrix", "sensor_zero", ""}},
     Quantities{"swivel-", {"swivel_terms_mm", "", ""}},
+    Quantities{"screw-reference-", {"reference_um", "", ""}},
     Quantities{"screw-", {"K", "sector_table_um", ""}},
 };
 

@@ -23,12 +23,20 @@ constexpr std::string_view kStylusOffsetOf = "stylus-offset-";
 constexpr std::string_view kSensorHeadOf = "sensor-head-";
 constexpr std::string_view kSwivelOf = "swivel-";
 constexpr std::string_view kAssemblyOf = "assembly-";
+constexpr std::string_view kGaugeLength = "gauge_length_mm";
 
 std::optional<Axis> screwAxis(std::string_view subject) {
   if (subject == "screw-x") return Axis::x;
   if (subject == "screw-y") return Axis::y;
   if (subject == "screw-z") return Axis::z;
   return std::nullopt;
+}
+
+// Of "screw-reference-x".
+std::optional<Axis> screwReferenceAxis(std::string_view subject) {
+  constexpr std::string_view kReferenceOf = "screw-reference-";
+  if (!subject.starts_with(kReferenceOf)) return std::nullopt;
+  return screwAxis("screw-" + std::string{subject.substr(kReferenceOf.size())});
 }
 
 // Values of one key with their combined standard uncertainties (type A alone where the result states no other), 0 where
@@ -119,12 +127,24 @@ Outcome<std::vector<Event>> screw(const metrology::Result& result, Axis axis, st
   return std::vector<Event>{event};
 }
 
-// The length that the tool has as it is assembled (C2): it replaces the one of [[tool]].
+// (D1a)
+Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis axis, std::uint64_t id, MonoTime now) {
+  TRY(const auto reading, valuesOf(result, "reference_um", 1));
+  return std::vector<Event>{
+      ScrewReferenceActivated{.result_id = id, .axis = axis, .reading_um = reading.values[0], .at = now}};
+}
+
+// The length of the assembled tool from the gauge line, L3 + L1 (C2): it replaces the one of [[tool]].
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
-  TRY(const auto length, valuesOf(result, "assembled_length_mm", 1));
+  if (result.find(kGaugeLength) == nullptr)
+    return Error{
+        "The result of tool-assembly states the length beyond the holder alone, as versions before did: measure "
+        "tool " +
+        std::to_string(tool) + " again."};
+  TRY(const auto length, valuesOf(result, kGaugeLength, 1));
   if (!(length.values[0] > 0))
-    return Error{"The assembled length of tool " + std::to_string(tool) + " is not above 0."};
+    return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) + " is not above 0."};
   return std::vector<Event>{
       ToolLengthActivated{.result_id = id, .tool = tool, .length_mm = length.values[0], .at = now}};
 }
@@ -295,6 +315,13 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject) {
   return numberBehind(kSensorHeadOf, subject);
 }
 
+std::optional<MeasuredLength> measuredLengthOf(const store::Record& record) {
+  const auto tool = numberBehind(kAssemblyOf, record.binding.subject);
+  const auto* length = record.result() != nullptr ? record.result()->find(kGaugeLength) : nullptr;
+  if (!tool || length == nullptr) return std::nullopt;
+  return MeasuredLength{.result_id = record.id, .tool = *tool, .length_mm = length->value()};
+}
+
 std::string subjectNamed(std::string_view subject_or_method) {
   if (subject_or_method == kDelayByJoint) return std::string{kDelayByJoint};  // a method is called so too
   const metrology::Method* method = metrology::methodNamed(subject_or_method);
@@ -321,6 +348,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
     return std::vector<Event>{};
   }
   if (const auto axis = screwAxis(subject)) return screw(*result, *axis, record.id, now);
+  if (const auto axis = screwReferenceAxis(subject)) return screwReference(*result, *axis, record.id, now);
   if (const auto axis = rotaryAxisOf(subject)) return rotary(*result, *axis, record.id, now);
   if (const auto axis = axisOf(subject, kSwivelOf)) return swivel(*result, *axis, record.id, now);
   if (const auto tool = numberBehind(kAssemblyOf, subject)) return assembly(*result, *tool, record.id, now);
@@ -340,6 +368,8 @@ std::optional<Event> noneInForce(std::string_view subject, MonoTime now) {
     none.at = now;
     return none;
   }
+  if (const auto axis = screwReferenceAxis(subject))
+    return ScrewReferenceActivated{.result_id = 0, .axis = *axis, .reading_um = 0, .at = now};
   if (const auto axis = rotaryAxisOf(subject)) {
     RotaryActivated none{};
     none.axis = *axis;

@@ -27,6 +27,15 @@ std::optional<std::uint32_t> sensorHeadOf(std::string_view subject);
 // Reads the calibration of a sensor head from its result. Errors name what is missing.
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record);
 
+// Length of a tool from the gauge line, as an assembly in force has it.
+struct MeasuredLength {
+  store::Id result_id{};
+  std::uint32_t tool{};
+  double length_mm{};
+};
+// nullopt for results about anything else.
+std::optional<MeasuredLength> measuredLengthOf(const store::Record& record);
+
 // Reads the pre-travel of a touch-trigger probe from its result. Errors name what is missing.
 Outcome<procedure::PreTravel> preTravelOf(const store::Record& record);
 extern const std::string_view kPreTravelSubject;

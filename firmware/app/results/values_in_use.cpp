@@ -11,6 +11,45 @@ namespace {
 using messages::ValueInUse;
 using messages::ValueSource;
 
+std::string screwSubject(std::size_t axis) {
+  return std::string{"screw-"} + "xyz"[axis];
+}
+
+// Standard uncertainty of a value: combined, or type A alone where the result states no other. 0 without one.
+double sdOf(const metrology::Estimate& estimate, std::size_t i) {
+  const bool combined = estimate.uncertainty.size() == estimate.values.size();
+  const auto& sd = combined ? estimate.uncertainty : estimate.sd;
+  return i < sd.size() ? sd[i] : 0.0;
+}
+
+double largestSd(const metrology::Estimate& estimate, std::size_t count) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, sdOf(estimate, i));
+  return largest;
+}
+
+std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
+  const auto* table = record.result()->find("sector_table_um");
+  if (table == nullptr) return std::nullopt;
+  return procedure::ScrewFace{
+      .result_id = record.id, .sector_um = table->values, .sd_um = largestSd(*table, table->values.size())};
+}
+
+// Of a centreline from the spindle axis; one from two heights has a tilt.
+std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record) {
+  const auto* centre = record.result()->find("centre_mm");
+  if (centre == nullptr || centre->values.size() != 2) return std::nullopt;
+  procedure::TurningAxis axis{
+      .result_id = record.id, .at_mm = {centre->values[0], centre->values[1]}, .sd_mm = largestSd(*centre, 2)};
+  const auto* tilt = record.result()->find("C_tilt_rad");
+  const auto* height = record.result()->find("mean_z_mm");
+  if (tilt == nullptr || height == nullptr || tilt->values.size() != 2) return axis;
+  axis.z_mm = height->value();
+  axis.tilt_rad = {tilt->values[0], tilt->values[1]};
+  axis.sd_tilt_rad = largestSd(*tilt, 2);
+  return axis;
+}
+
 }  // namespace
 
 void addFacts(const store::Record& record, MeasuredFacts& facts) {
@@ -20,9 +59,16 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     const auto* x = result->find("Xcen_B0_mm");
     const auto* y = result->find("Ycen_B0_mm");
     if (x != nullptr && y != nullptr) facts.ball_xy_mm = {x->value(), y->value()};
+    if (const auto* y45 = result->find("Ycen_B45_mm")) facts.ball_y45_mm = y45->value();
+    if (const auto* y90 = result->find("Ycen_B90_mm")) facts.ball_y90_mm = y90->value();
     if (const auto* ball = result->find("ball_centre_mm"); ball != nullptr && ball->values.size() == 3)
       facts.ball_z_mm = ball->values[2];
   }
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (record.binding.subject == screwSubject(axis)) facts.screw_faces[axis] = faceOf(record);
+  }
+  if (const auto length = measuredLengthOf(record)) facts.tool_lengths.push_back(*length);
+  if (record.binding.subject == "centreline") facts.turning_axis = turningAxisOf(record);
   if (record.binding.subject == kPreTravelSubject) {
     if (const auto found = preTravelOf(record)) facts.pre_travel = *found;
   }
@@ -30,7 +76,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   const auto* setter = result->find("setter_mm");
   if (setter == nullptr || setter->values.size() < 3) return;
   facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};
-  facts.sd_setter_mm = setter->sd.size() < 3 ? 0.0 : *std::max_element(setter->sd.begin(), setter->sd.begin() + 3);
+  facts.sd_setter_mm = largestSd(*setter, 3);
 }
 
 std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span<const InForceAbout> in_force) {
@@ -42,7 +88,9 @@ std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span
       values.push_back({.name = subject, .source = source, .result_id = 0});
   };
   for (std::size_t axis = 0; axis < described.screws.size(); ++axis) {
-    if (described.screws[axis]) unlessMeasured(std::string{"screw-"} + "xyz"[axis], ValueSource::description);
+    if (!described.screws[axis]) continue;
+    unlessMeasured(screwSubject(axis), ValueSource::description);
+    unlessMeasured(std::string{"screw-reference-"} + "xyz"[axis], ValueSource::description);
   }
   if (described.checked_ball) unlessMeasured("check", ValueSource::description);
   if (described.tool_setter)

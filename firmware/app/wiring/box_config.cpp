@@ -75,6 +75,11 @@ procedure::BFacts bFacts(const board::TiltDescription& tilt) {
   return facts;
 }
 
+std::vector<double> inRadians(std::vector<double> angles_deg) {
+  for (double& angle : angles_deg) angle = radians(angle);
+  return angles_deg;
+}
+
 std::optional<procedure::HeadFacts> headFacts(const board::Machine& machine) {
   const auto& head = machine.swivel_head;
   if (!head) return std::nullopt;
@@ -111,6 +116,11 @@ std::optional<procedure::ProbeShank> probeShank(const board::Machine& machine) {
                                .from_mm = shank->from_mm};
 }
 
+// What was measured with one stylus is not for another one: results belong to both.
+std::string probeName(const board::Probe& probe) {
+  return probe.serial_number + (probe.stylus.empty() ? "" : ", stylus " + probe.stylus);
+}
+
 }  // namespace
 
 box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
@@ -143,7 +153,8 @@ std::optional<procedure::CheckedBall> checkedBall(const board::Machine& machine)
                                 .centre_z_mm = check->ball_centre_z_mm,
                                 .accepted_x_mm = check->accepted_x_mm,
                                 .accepted_y_mm = check->accepted_y_mm,
-                                .limit_mm = check->limit_mm};
+                                .limit_mm = check->limit_mm,
+                                .swivels_rad = inRadians(check->swivels_deg)};
 }
 
 std::optional<procedure::BallPlate> ballPlate(const board::Machine& machine) {
@@ -160,18 +171,23 @@ std::optional<procedure::ToolSetter> toolSetter(const board::Machine& machine) {
   const auto& described = machine.tool_setter;
   if (!described) return std::nullopt;
   return procedure::ToolSetter{.half_width_mm = described->half_width_mm,
+                               .sd_half_width_mm = described->sd_half_width_mm,
                                .probe_offset_mm = described->probe_offset_mm,
                                .sd_probe_offset_mm = described->sd_probe_offset_mm,
                                .accepted_mm = described->accepted_mm,
                                .limit_mm = described->limit_mm,
-                               .sd_accepted_mm = described->sd_accepted_mm};
+                               .sd_accepted_mm = described->sd_accepted_mm,
+                               .swivels_rad = inRadians(described->swivels_deg)};
 }
 
 std::vector<procedure::ToolFacts> toolFacts(const board::Machine& machine) {
   std::vector<procedure::ToolFacts> tools;
   for (const auto& tool : machine.tools) {
-    auto& facts = tools.emplace_back(procedure::ToolFacts{
-        .number = tool.number, .length_mm = tool.length_mm, .sd_mm = tool.sd_mm, .holder = std::nullopt});
+    auto& facts = tools.emplace_back(procedure::ToolFacts{.number = tool.number,
+                                                          .length_mm = tool.length_mm,
+                                                          .sd_mm = tool.sd_mm,
+                                                          .holder = std::nullopt,
+                                                          .faces = tool.faces});
     for (const auto& [number, length_mm, sd_mm] : machine.holders)
       if (number == tool.holder) facts.holder = procedure::HolderFacts{number, length_mm, sd_mm};
   }
@@ -197,6 +213,7 @@ procedure::Facts procedureFacts(const board::Descriptions& descriptions) {
   return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
           .gap_mm = machine.datum_gap_mm,
           .stylus_ball_diameter_mm = descriptions.probe.ball_diameter_mm,
+          .sd_stylus_ball_diameter_mm = descriptions.probe.sd_ball_diameter_mm,
           .sigma_c_rad = machine.sigma_c_rad,
           .gain = descriptions.probe.gain,
           .screws = screwFacts(machine),
@@ -219,7 +236,7 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
   descriptor.serial_number = descriptions.box.serial_number;
   descriptor.firmware_version = firmware_version;
   descriptor.machine = descriptions.machine.name;
-  descriptor.probe = descriptions.probe.serial_number;
+  descriptor.probe = probeName(descriptions.probe);
   descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
   descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
   descriptor.gain = descriptions.probe.gain;
@@ -264,7 +281,7 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
 }
 
 Mounting mountingOf(const board::Descriptions& descriptions) {
-  return {.probe_serial_number = descriptions.probe.serial_number,
+  return {.probe_serial_number = probeName(descriptions.probe),
           .machine = descriptions.machine.name,
           .mounting = descriptions.machine.mounting,
           .travel = travelOf(descriptions.machine)};

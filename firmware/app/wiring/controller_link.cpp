@@ -35,7 +35,8 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
           .travel_mm = answer.travel_mm,
           .tool = answer.tool,
           .shank_height_mm = answer.shank_height_mm,
-          .mount = answer.mount};
+          .mount = answer.mount,
+          .rest_s = answer.rest_s};
 }
 
 }  // namespace

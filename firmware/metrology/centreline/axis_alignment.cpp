@@ -122,6 +122,10 @@ constexpr MethodTable kATables[]{
      true},
     {"shank", kShankColumns, "where a shank touched: from the side (ux,uy); column ball as in readings", true}};
 constexpr MethodKey kAKeys[]{key::kSigma,
+                             key::kLengthResults[0],
+                             key::kLengthResults[1],
+                             key::kLengthResults[2],
+                             key::kLengthResults[3],
                              {"sigma_shank_mm", "sigma_mm", "standard deviation of one touch with the shank (k = 1)"},
                              key::kASense,
                              key::kCSense,

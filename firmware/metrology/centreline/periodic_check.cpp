@@ -35,7 +35,7 @@ constexpr std::array<std::string_view, 4> kRunOuts{"ball_offset_x_mm", "ball_off
 
 constexpr std::array<Quantity, 7> kQuantities{{
     {"Ycen_B90_mm", "centres", "y_mm", 90.0, true, true},
-    {"Zcen_B90_mm", "centres", "z_mm", 90.0, false, true, false},
+    {"Zcen_B90_mm", "centres", "z_mm", 90.0, true, true, false},
     {"Xcen_B0_mm", "centres", "x_mm", 0.0, true, true},
     {"Ycen_B0_mm", "centres", "y_mm", 0.0, true, true},
     {"Ycen_B45_mm", "centres", "y_mm", 45.0, true, true},

@@ -36,9 +36,10 @@ struct MethodKey {
 
 // Kind of a known quantity, which decides how its uncertainty is applied.
 enum class KnownKind {
-  size,   // a length of a piece: expands with temperature
-  value,  // a number of the configuration, no piece
-  table,  // every coordinate of the table of that name
+  size,    // a length of a piece: expands with temperature
+  value,   // a number of the configuration, no piece
+  table,   // every coordinate of the table of that name
+  column,  // all cells of the column of that name together, in every table
 };
 
 // A quantity that the readings do not determine, and the key of its standard uncertainty.

@@ -1,7 +1,6 @@
 #include "firmware/metrology/screw/screw_compensation.hpp"
 
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -14,26 +13,6 @@ namespace probebox::metrology {
 namespace {
 
 constexpr std::array<std::string_view, 4> kCycleColumns{"x_mm", "phi_rad", "rpm", "sensor_um"};
-constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
-
-std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table) {
-  const auto& numbers = *table.column("sector");
-  const auto& values = *table.column("T_um");
-  const Refusal bad{"bad-sectors", "table 'sector_table' must name the sectors 0 to n - 1, each once, at most " +
-                                       std::to_string(kMostSectors) + ": take the table of screw-calibration"};
-  if (numbers.size() > kMostSectors) return bad;
-  std::vector<bool> seen(numbers.size(), false);
-  for (std::size_t row = 0; row < numbers.size(); ++row) {
-    const double number = numbers[row];
-    if (number != std::floor(number) || number < 0.0 || number >= static_cast<double>(numbers.size())) return bad;
-    const auto sector = static_cast<std::size_t>(number);
-    if (seen[sector]) return bad;
-    seen[sector] = true;
-    screw.sector_um[sector] = values[row];
-  }
-  screw.sector_count = numbers.size();
-  return std::nullopt;
-}
 
 Outcome<ScrewModel, Refusal> readScrew(const Dataset& dataset) {
   TRY(auto screw, screwOf(dataset));

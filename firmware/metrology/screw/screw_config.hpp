@@ -1,4 +1,8 @@
 #pragma once
+#include <array>
+#include <optional>
+#include <string_view>
+
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/method.hpp"
 #include "firmware/metrology/dataset/result.hpp"
@@ -19,5 +23,10 @@ inline constexpr std::string_view kEvenHeat =
 // Reads length, offset and sense of a screw: config screw_length_mm, orgoff_mm, axis_reversed. Refuses: missing-key,
 // bad-config.
 Outcome<ScrewModel, Refusal> screwOf(const Dataset& dataset);
+
+// Columns of table sector_table: the face table of screw-calibration.
+inline constexpr std::array<std::string_view, 2> kSectorColumns{"sector", "T_um"};
+// Takes the sectors of a screw from that table. Refuses: bad-sectors (not each of 0 to n - 1 once).
+std::optional<Refusal> fillSectors(ScrewModel& screw, const Table& table);
 
 }  // namespace probebox::metrology

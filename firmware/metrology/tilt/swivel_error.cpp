@@ -283,6 +283,10 @@ constexpr MethodKey kMethodKeys[]{
     {"sigma_shank_mm", "sigma_mm", "standard deviation of one row of shank (k = 1)"},
     {"sigma_along_mm", "sigma_mm", "standard deviation of a tip's coordinate along the axis (k = 1)"},
     {"model", "", "rigid, free or sine; without it rigid, or free where readings contradict rigid"},
+    key::kLengthResults[0],
+    key::kLengthResults[1],
+    key::kLengthResults[2],
+    key::kLengthResults[3],
     key::kTauForTheRecord};
 constexpr MethodResult kResults[]{{"error_at_queries_mm", "error at the tip, a row a query, x y z"}};
 constexpr std::string_view kUnobservable[]{"any error at B = 0: all results are relative to B = 0",

@@ -148,6 +148,8 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset) {
   answer.readings(*table, std::span{kAssemblyColumns}.last(3), "rep");
   answer.promiseScalar("assembled_length_mm", touched.z() - lengths.holder, pick(2, 1, 3).row(0));
   answer.promiseVector("compensation_mm", touched - Vector3d{0.0, 0.0, lengths.tool}, pick(0, 3, 3));
+  // From the holder's reference, as [[tool]] of machine.toml counts it; L3 counts from the holder's end face.
+  answer.alsoScalar("gauge_length_mm", touched.z(), pick(2, 1, 3).row(0));
   Result result = std::move(answer).take(true);
   double share = 0.0;  // of readings that the workpiece's size enters
   for (const double variant : variants) share += variant / static_cast<double>(variants.size());
@@ -196,6 +198,13 @@ constexpr MethodResult kResults[]{{"assembled_length_mm", "L3 (C2)"},
                                   {"compensation_mm", "W2x, W2y, L4: to add to the lengths in store"}};
 constexpr std::string_view kUnobservable[]{"an error of L1_mm: it biases the assembled length with unit sensitivity"};
 
+std::optional<std::string> oneEdged(const Dataset& dataset) {
+  const auto part = configVector(dataset, "part_mm");
+  if (!part || !part.value() || ((**part)[0] == 0.0 && (**part)[1] == 0.0)) return std::nullopt;
+  return "an error of part_mm along X and Y, where one face was touched: it is in the compensation with unit "
+         "sensitivity; the radius of the tool's nose, as the compensation is that of the edge that touched";
+}
+
 std::optional<std::string> subjectOfAssembly(const Dataset& dataset) {
   return numberedSubject(dataset, "assembly-", "tool_id");
 }
@@ -212,6 +221,7 @@ const Method kToolAssembly{.name = "tool-assembly",
                            .known = kKnown,
                            .results = kResults,
                            .unobservable = kUnobservable,
+                           .undetermined = oneEdged,
                            .subject = {.name = {}, .of = subjectOfAssembly}};
 
 }  // namespace probebox::metrology

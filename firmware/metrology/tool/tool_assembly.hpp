@@ -12,11 +12,11 @@ namespace probebox::metrology {
 // touches a workpiece instead of the unit's own faces. Config: L1_mm (holder), L2_mm (tool), part_mm (g, needed for
 // variant 1); holder_id, tool_id; sigma_mm; sd_L1_mm, sd_L2_mm, sd_part_mm; spread_limit_mm (default 0.2),
 // compensation_limit_mm (default 5), assembled_max_mm. Gives assembled_length_mm (L3) and compensation_mm (W2x, W2y,
-// L4). With tables holder_store and tool_store (tool_store.hpp) the lengths come from there, and the records for motion
-// control and simulation go back. approach_side: -1 where the machine counts Z against the tool (default +1). Table
-// faces{axis,touched,configured}, where wanted: the number of the face that each axis touched. Refuses: missing-key,
-// missing-id, duplicated-id, bad-variant, bad-face, wrong-face, spread-too-large, length-not-positive (L0 or L3),
-// length-too-large, compensation-too-large.
+// L4); also gauge_length_mm (L3 + L1). With tables holder_store and tool_store (tool_store.hpp) the lengths come from
+// there, and the records for motion control and simulation go back. approach_side: -1 where the machine counts Z
+// against the tool (default +1). Table faces{axis,touched,configured}, where wanted: the number of the face that each
+// axis touched. Refuses: missing-key, missing-id, duplicated-id, bad-variant, bad-face, wrong-face, spread-too-large,
+// length-not-positive (L0 or L3), length-too-large, compensation-too-large.
 Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 
 extern const Method kToolAssembly;

@@ -210,7 +210,8 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
 // The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
 // Each touch tells one coordinate of it, along the face's normal: the half width of that face and the radius of what
 // touched it are taken off.
-Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size_t>& group, double sigma) {
+Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size_t>& group, double sigma,
+                               double stylus_mm) {
   const MatrixXd touches = columnsOf(*device.table, std::span{kTouchColumns}.first(9));
   if (auto refusal = badTouches(touches, device)) return *refusal;
   MatrixXd design = MatrixXd::Zero(touches.rows(), static_cast<Index>(6 * device.angles()));
@@ -218,18 +219,19 @@ Outcome<Fit, Refusal> fitFaces(const Device& device, const std::vector<std::size
   for (Index row = 0; row < touches.rows(); ++row) {
     const Eigen::RowVector3d normal = touches.row(row).segment<3>(1).normalized();
     design.block<1, 3>(row, static_cast<Index>(3 * group[static_cast<std::size_t>(row)])) = normal;
-    values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - touches(row, 5);
+    const double radius_mm = touches(row, 5) + (touches(row, 0) == 0.0 ? stylus_mm : 0.0);
+    values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - radius_mm;
   }
   return linearLeastSquares(design / sigma, values / sigma);
 }
 
-Outcome<Fit, Refusal> fitDevice(const Device& device, double sigma) {
+Outcome<Fit, Refusal> fitDevice(const Device& device, double sigma, double stylus_mm) {
   const auto& flags = *device.table->column("is_tool");
   std::vector<std::size_t> group;
   for (std::size_t row = 0; row < flags.size(); ++row) {
     group.push_back(2 * device.angle[row] + (flags[row] == 1.0 ? 1 : 0));
   }
-  if (device.by_face) return fitFaces(device, group, sigma);
+  if (device.by_face) return fitFaces(device, group, sigma, stylus_mm);
   return fitMeans(columnsOf(*device.table, std::span{kCentreColumns}.subspan(1, 3)), group, 2 * device.angles(), sigma);
 }
 
@@ -358,8 +360,9 @@ Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset) {
   TRY(const auto offset_sd, configPositive(dataset, "sd_probe_offset_mm"));
   TRY(const auto axis, turningAxis(dataset));
   TRY(const auto sigma, configSigma(dataset, "sigma_mm"));
+  TRY(const auto stylus, configPositive(dataset, "stylus_ball_radius_mm"));
   if (auto refusal = notMeasured(device)) return *refusal;
-  TRY(const auto fit, fitDevice(device, sigma.value));
+  TRY(const auto fit, fitDevice(device, sigma.value, stylus.value_or(0.0)));
   const Found answer = found(device, offsets, axis, fit);
   if (auto refusal = moved(dataset, device, answer)) return *refusal;
   return report(device, answer, axis, offset_sd.value_or(0.0), Answer{dataset, fit, sigma});

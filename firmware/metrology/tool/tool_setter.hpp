@@ -11,7 +11,8 @@ namespace probebox::metrology {
 // positions at the device's centre, half widths and radii taken off. Config: probe_offset_mm (of the probe's tip from
 // the head's reference), sd_probe_offset_mm, sigma_mm; accepted_setter_mm and setter_limit_mm to notice a moved device.
 // Instead of readings table touches{is_tool,nx,ny,nz,half_width_mm,radius_mm,x_mm,y_mm,z_mm}: positions at contact with
-// one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a).
+// one face each, from which its half width and the radius of what touched it are taken off along its normal (B22a);
+// stylus_ball_radius_mm comes on top of radius_mm where the probe touched. A turning tool touches one face an axis.
 // With centreline_mm (x and y at centreline_z_mm), C_tilt_rad, sd_centreline_mm, sd_C_tilt_rad also the link of the
 // device to the turning axis at the device's Z (B22b); accepted_link_mm with setter_limit_mm notices that it changed.
 // Several B in one case (B22c): a column B_deg, and table probe_offsets{B_deg,x_mm,y_mm,z_mm} in the place of

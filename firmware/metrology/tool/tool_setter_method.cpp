@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <string>
+
 #include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
 
@@ -16,6 +19,8 @@ constexpr MethodKey kKeys[]{
     {"probe_offset_mm", "", "the probe's tip from the head's reference, x y z; needed but for several B"},
     {"sd_probe_offset_mm", "", "standard uncertainty of its coordinates (k = 1)"},
     key::kSigma,
+    {"stylus_ball_radius_mm", "0", "of the probe, added to radius_mm of its touches"},
+    {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
     {"accepted_setter_mm", "", "accepted place of the device; a row a B"},
     {"setter_limit_mm", "", "what the device may have moved by"},
     {"centreline_mm", "", "x and y of the turning axis at centreline_z_mm; gives link_mm"},
@@ -25,9 +30,12 @@ constexpr MethodKey kKeys[]{
     {"sd_C_tilt_rad", "", "standard uncertainty of its components (k = 1)"},
     {"accepted_link_mm", "", "accepted link; a row a B"},
     {"tool", "", "number of the tool whose offset it is"},
+    {"centreline_result", "", "number of the centreline's result; for the record"},
     key::kTauForTheRecord};
 constexpr KnownQuantity kKnown[]{{"sd_probe_offset_mm", "probe_offset_mm", KnownKind::value, true},
                                  {"sd_probe_offset_mm", "probe_offsets", KnownKind::table, true},
+                                 {"sd_stylus_ball_radius_mm", "stylus_ball_radius_mm", KnownKind::value},
+                                 {"sd_half_width_mm", "half_width_mm", KnownKind::column},
                                  {"sd_centreline_mm", "centreline_mm", KnownKind::value, true},
                                  {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
 constexpr MethodResult kResults[]{{"tool_offset_mm", "tool tip from the head's reference, x y z; a row a B"},
@@ -35,6 +43,24 @@ constexpr MethodResult kResults[]{{"tool_offset_mm", "tool tip from the head's r
                                   {"link_mm", "the device from the turning axis, x y, with centreline_mm; a row a B"}};
 constexpr std::string_view kUnobservable[]{
     "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
+
+// Axes along which the device was touched from one side alone; none of the third, where it stands.
+std::optional<std::string> oneFaced(const Dataset& dataset) {
+  const Table* touches = dataset.table("touches");
+  if (touches == nullptr || dataset.table("readings") != nullptr) return std::nullopt;
+  std::string axes;
+  for (const std::string_view column : {"nx", "ny"}) {
+    const auto* normals = touches->column(column);
+    if (normals == nullptr) return std::nullopt;
+    const auto [least, most] = std::ranges::minmax(*normals);
+    if (least < -0.1 && most > 0.1) continue;
+    axes += (axes.empty() ? "" : " and ") + std::string{column == "nx" ? "X" : "Y"};
+  }
+  if (axes.empty()) return std::nullopt;
+  return "along " + axes +
+         " one face was touched: an error of half_width_mm is in setter_mm there, one of stylus_ball_radius_mm in "
+         "tool_offset_mm, and the offset is that of the edge that touched, with the radius of the tool's nose unknown";
+}
 
 std::optional<std::string> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, "tool-", "tool");
@@ -52,6 +78,7 @@ const Method kToolSetter{.name = "tool-setter",
                          .known = kKnown,
                          .results = kResults,
                          .unobservable = kUnobservable,
+                         .undetermined = oneFaced,
                          .subject = {.name = {}, .of = subjectOfTool},
                          .also_about = {.name = "setter", .of = nullptr, .needs = "setter_mm"}};
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,23 +29,30 @@ constexpr Index kCentre = 3;        // parameters of the centre come first
 constexpr double kBelow = -0.2;     // component along the stylus of a touch that tells pre-travel from height
 constexpr double kAcross = 0.5;     // component across the stylus of a touch that tells the lobes
 constexpr double kWidestGap = 0.9;  // rad; three lobes have a maximum or minimum every 1.05 rad
+constexpr double kOneHeight = 0.1;  // touches whose components along the stylus differ by less are at one height
 
 struct Sphere {
   std::vector<SwitchedTouch> touches;
   double radius_mm{};  // effective
   Index parts{};       // of the pre-travel: 4 with the one along the stylus
+  bool size_free{};    // the heights tell an error of the size as well, which is the last parameter
+
+  Index unknowns() const { return kCentre + parts + (size_free ? 1 : 0); }
 };
 
 // Distances from the centre less what radius and pre-travel say, over sigma.
 Linearised modelAt(const Sphere& sphere, const VectorXd& parameters, double sigma_mm) {
   const auto rows = static_cast<Index>(sphere.touches.size());
-  Linearised at{VectorXd{rows}, Eigen::MatrixXd{rows, kCentre + sphere.parts}};
+  Linearised at{VectorXd{rows}, Eigen::MatrixXd{rows, sphere.unknowns()}};
+  const VectorXd of_probe = parameters.segment(kCentre, sphere.parts);
+  const double smaller_mm = sphere.size_free ? parameters[sphere.unknowns() - 1] : 0.0;
   for (Index row = 0; row < rows; ++row) {
     const Vector3d from_centre = sphere.touches[static_cast<std::size_t>(row)].at_mm - parameters.head<3>();
     const Vector3d n = from_centre.normalized();
     const RowVectorXd parts = preTravelParts(n).head(sphere.parts);
-    at.residuals[row] = (from_centre.norm() - sphere.radius_mm + parts.dot(parameters.tail(sphere.parts))) / sigma_mm;
-    at.jacobian.row(row) << -n.transpose() / sigma_mm, parts / sigma_mm;
+    at.residuals[row] = (from_centre.norm() - sphere.radius_mm + smaller_mm + parts.dot(of_probe)) / sigma_mm;
+    at.jacobian.row(row).head(kCentre + sphere.parts) << -n.transpose() / sigma_mm, parts / sigma_mm;
+    if (sphere.size_free) at.jacobian(row, sphere.unknowns() - 1) = 1 / sigma_mm;
   }
   return at;
 }
@@ -62,6 +70,20 @@ std::optional<Refusal> whyFewDirections(const std::vector<SwitchedTouch>& touche
                                        " degrees around it: touch the sphere at least every 50 degrees, best every 30"};
 }
 
+std::size_t heightsOf(const std::vector<SwitchedTouch>& touches) {
+  std::vector<double> along;
+  for (const auto& touch : touches) along.push_back(touch.normal.z());
+  std::ranges::sort(along);
+  std::size_t heights = 0;
+  double last = -2;
+  for (const double z : along) {
+    if (z - last <= kOneHeight) continue;
+    ++heights;
+    last = z;
+  }
+  return heights;
+}
+
 Outcome<Sphere, Refusal> readSphere(const Dataset& dataset) {
   TRY(const auto diameter, requiredPositive(dataset, "effective_diameter_mm"));
   TRY(const auto tau, configVector(dataset, "previous_tau_axis_s"));
@@ -69,7 +91,9 @@ Outcome<Sphere, Refusal> readSphere(const Dataset& dataset) {
   if (auto refusal = whyFewDirections(touches)) return *refusal;
   const bool from_below =
       std::ranges::any_of(touches, [](const SwitchedTouch& touch) { return touch.normal.z() < kBelow; });
-  return Sphere{std::move(touches), diameter / 2, from_below ? 4 : 3};
+  // Part across, height of the centre and size need a height each, and so does the part along the stylus.
+  const bool size_free = heightsOf(touches) >= (from_below ? 4U : 3U);
+  return Sphere{std::move(touches), diameter / 2, from_below ? 4 : 3, size_free};
 }
 
 // Mean lateness of the switch with its standard deviation.
@@ -79,6 +103,24 @@ Estimate lateness(const std::vector<SwitchedTouch>& touches) {
   for (const auto& touch : touches) mean += touch.late_s / n;
   for (const auto& touch : touches) squares += (touch.late_s - mean) * (touch.late_s - mean);
   return Estimate::scalar("switch_late_s", mean, std::sqrt(squares / (n - 1) / n));
+}
+
+// The switch trips no earlier than it touches, whichever part says so.
+std::optional<Refusal> whyNegative(const Sphere& sphere, const Fit& fit, const Answer& answer) {
+  for (const Index part : {Index{0}, Index{3}}) {
+    if (part >= sphere.parts) continue;
+    RowVectorXd whole = RowVectorXd::Zero(sphere.unknowns());
+    whole[kCentre + part] = 1;
+    if (sphere.size_free) whole[sphere.unknowns() - 1] = 1;
+    const double way_mm = whole.dot(fit.parameters);
+    const auto sd_mm = answer.sdOf(whole);
+    if (!sd_mm || way_mm >= -3 * *sd_mm) continue;
+    return Refusal{"pre-travel-negative",
+                   "the probe triggers " + text(-way_mm) + " mm before it touches " + (part == 0 ? "across" : "along") +
+                       " the stylus, which no switch does: check the diameters of the sphere and of the stylus ball "
+                       "(effective_diameter_mm), and that the shank passes the sphere"};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -97,7 +139,7 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   for (std::size_t i = 0; i < touches.size(); ++i) points.row(static_cast<Index>(i)) = touches[i].at_mm.transpose();
   const auto about = algebraicBall(points);
   if (!about) return Refusal{"coplanar", "the touches lie in one plane: touch the top of the sphere as well"};
-  VectorXd start = VectorXd::Zero(kCentre + sphere.parts);
+  VectorXd start = VectorXd::Zero(sphere.unknowns());
   start.head<3>() = about->centre;
   const auto fit =
       leastSquares([&](const VectorXd& parameters) { return modelAt(sphere, parameters, sigma.value); }, start);
@@ -105,18 +147,17 @@ Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset) {
   Answer answer{dataset, *fit, sigma};
   answer.readings(*dataset.table("touches"), std::array<std::string_view, 1>{"distance_mm"}, "touch", 1);
   answer.readingIs("one distance from the centre, mm", "mm");
-  const Index size = kCentre + sphere.parts;
-  answer.promiseVector("pre_travel_mm", fit->parameters.tail(sphere.parts), pick(kCentre, sphere.parts, size));
+  const Index size = sphere.unknowns();
+  answer.promiseVector("pre_travel_mm", fit->parameters.segment(kCentre, sphere.parts),
+                       pick(kCentre, sphere.parts, size));
   answer.promiseVector("centre_mm", fit->parameters.head<3>(), pick(0, kCentre, size));
-  for (const Index part : {Index{0}, Index{3}}) {
-    if (part >= sphere.parts) continue;
-    const double way_mm = fit->parameters[kCentre + part];
-    const auto sd_mm = answer.sdOf(pick(kCentre + part, 1, size));
-    if (!sd_mm || way_mm >= -3 * *sd_mm) continue;
-    return Refusal{"pre-travel-negative",
-                   "the probe triggers " + text(-way_mm) + " mm before it touches " + (part == 0 ? "across" : "along") +
-                       " the stylus, which no switch does: check the diameters of the sphere and of the stylus ball "
-                       "(effective_diameter_mm), and that the shank passes the sphere"};
+  if (auto refusal = whyNegative(sphere, *fit, answer)) return *refusal;
+  if (sphere.size_free) {
+    answer.alsoScalar("radius_error_mm", -fit->parameters[size - 1], pick(size - 1, 1, size).row(0));
+  } else {
+    answer.result().unobservable.emplace_back(
+        "an error of effective_diameter_mm, and a part of the pre-travel that is the same in all directions: touch at "
+        "one more height to tell them from the parts across and along the stylus");
   }
   if (sphere.parts < 4)
     answer.result().unobservable.emplace_back(

@@ -11,8 +11,9 @@ namespace probebox::metrology {
 // Method "pre-travel": pre-travel of a touch-trigger probe by direction, from touches all over a sphere of known size
 // (A23). A reading is the mean of the positions at contact and release, so the trigger's own delay is not in it. Tables
 // machine, touches, edges. Config: effective_diameter_mm (sphere and stylus ball), previous_tau_axis_s, sigma_mm. Gives
-// pre_travel_mm and centre_mm; also switch_late_s. Refuses: what switchedTouches and leastSquares refuse,
-// few-directions.
+// pre_travel_mm and centre_mm; also switch_late_s and, where the touches are at enough heights, radius_error_mm: an
+// error of the sphere's size less the part of the pre-travel that is the same in all directions. Refuses: what
+// switchedTouches and leastSquares refuse, few-directions.
 Outcome<Result, Refusal> solvePreTravel(const Dataset& dataset);
 
 // Weights of the parts of the pre-travel in direction n, a unit vector in the probe's own axes: mean across the stylus,

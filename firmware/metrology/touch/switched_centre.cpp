@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "firmware/metrology/fit/noise_check.hpp"
@@ -10,11 +11,35 @@
 namespace probebox::metrology {
 namespace {
 
+constexpr std::size_t kFewestForScatter = 10;  // touches beyond one a speed
+
+// Of one touch along its way, as its two edges scatter against each other: the difference of two independent edges has
+// four times the variance of their mean. It holds the jitter of their stamps, which no other figure has. 0 where too
+// few touches tell it.
+double scatterOfEdges(const std::vector<SwitchedTouch>& touches) {
+  struct Sum {
+    double n{}, late_s{};
+  };
+  std::map<double, Sum> of_speed;
+  for (const auto& touch : touches) {
+    auto& sum = of_speed[touch.speed_mm_s];
+    ++sum.n;
+    sum.late_s += touch.late_s;
+  }
+  if (touches.size() < of_speed.size() + kFewestForScatter) return 0;
+  double squares = 0;
+  for (const auto& touch : touches) {
+    const auto& sum = of_speed[touch.speed_mm_s];
+    squares += std::pow(touch.speed_mm_s * (touch.late_s - sum.late_s / sum.n), 2);
+  }
+  return std::sqrt(squares / static_cast<double>(touches.size() - of_speed.size()));
+}
+
 // Of one touch along its way. The switch opens and closes once each, and both edges count half.
 double pooledSigma(const std::vector<SwitchedTouch>& touches, double switch_sd_mm) {
   double variance = 0;
   for (const auto& touch : touches) variance += touch.sd_mm * touch.sd_mm / static_cast<double>(touches.size());
-  return std::sqrt(variance + switch_sd_mm * switch_sd_mm / 2);
+  return std::max(std::sqrt(variance + switch_sd_mm * switch_sd_mm / 2), scatterOfEdges(touches));
 }
 
 }  // namespace

@@ -90,6 +90,7 @@ SwitchedTouch between(const Edge& in, const Edge& out, const Planned& planned) {
   return {.normal = planned.normal,
           .at_mm = of_in * in.at_mm + of_out * out.at_mm,
           .sd_mm = std::sqrt(of_in * of_in * in.variance + of_out * of_out * out.variance),
+          .speed_mm_s = planned.speed_mm_s,
           .late_s = (out.at_mm - in.at_mm).dot(planned.retract) / (in_mm_s + out_mm_s)};
 }
 

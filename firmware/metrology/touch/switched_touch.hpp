@@ -18,6 +18,7 @@ struct SwitchedTouch {
   Eigen::Vector3d normal;  // outward
   Eigen::Vector3d at_mm;   // machine position: mean of contact and release, each weighted by the speed of the other way
   double sd_mm{};          // of at_mm along the way, from the noise of the positions (k = 1)
+  double speed_mm_s{};     // as planned, in and out
   double late_s{};         // delay of the edges after the probe's samples, including their hysteresis
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -108,6 +109,21 @@ void addTable(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const
   }
 }
 
+// One error of all cells: they come from one certificate.
+bool addColumn(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, double sd) {
+  const auto has = [&](const Table& table) { return table.column(known.key) != nullptr; };
+  if (std::ranges::none_of(dataset.tables, has)) return false;
+  const auto move = [key = known.key, sd](Dataset& moved, double by) {
+    for (auto& changed : moved.tables) {
+      const auto found = std::ranges::find(changed.columns, key, &Column::name);
+      if (found == changed.columns.end()) continue;
+      for (double& value : found->values) value += by * sd;
+    }
+  };
+  inputs.push_back({std::string{known.sd_key}, sd, move, known.in_sd});
+  return true;
+}
+
 // A length that a store holds has its sd there too.
 void addStored(std::vector<TypeBInput>& inputs, const KnownQuantity& known, const Dataset& dataset, StoreReader store) {
   const auto stored = known.in_sd && store != nullptr ? store(dataset, known.key) : std::nullopt;
@@ -127,6 +143,7 @@ std::optional<Refusal> addKnown(std::vector<TypeBInput>& inputs, const KnownQuan
     addTable(inputs, known, dataset, *sd);
     return std::nullopt;
   }
+  if (known.kind == KnownKind::column && addColumn(inputs, known, dataset, *sd)) return std::nullopt;
   Dataset looked_at{.method = dataset.method, .config = dataset.config, .tables = {}};
   if (numberIn(looked_at, known.key, 0) == nullptr) {
     if (known.in_sd) return std::nullopt;  // the method refuses what it needs, and only that
@@ -159,14 +176,13 @@ TypeBInput shiftInput(const std::string& suffix) {
   return {std::string{kPreTravelBudget}, 1, move};
 }
 
+// A cause that changes nothing in this case has no table, so numbers may be missing.
 void addShifts(std::vector<TypeBInput>& inputs, const Dataset& dataset) {
-  for (std::size_t cause = 1;; ++cause) {
-    const std::string suffix = std::string{kByPreTravel} + std::to_string(cause);
-    const bool is_there =
-        std::ranges::any_of(dataset.tables, [&](const Table& table) { return table.name.ends_with(suffix); });
-    if (!is_there) return;
-    inputs.push_back(shiftInput(suffix));
+  std::set<std::string> suffixes;
+  for (const auto& table : dataset.tables) {
+    if (const auto at = table.name.find(kByPreTravel); at != std::string::npos) suffixes.insert(table.name.substr(at));
   }
+  for (const auto& suffix : suffixes) inputs.push_back(shiftInput(suffix));
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
@@ -112,6 +114,14 @@ void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& reading
   if (head.sd_ball_mm) dataset.config["sd_ball_mm"] = *head.sd_ball_mm;
 }
 
+void addLengthResults(metrology::Dataset& dataset, const ProbeTools& tools) {
+  static_assert(kMostProbeTools == metrology::key::kLengthResults.size());
+  for (std::size_t i = 0; i < tools.count; ++i) {
+    const auto& key = metrology::key::kLengthResults[i];
+    if (tools.results[i] != 0) dataset.config[std::string{key.name}] = static_cast<double>(tools.results[i]);
+  }
+}
+
 void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
   const HeadFacts head = facts.swivel_head.value_or(HeadFacts{});
   const auto stops = stopsOf(readings, facts);
@@ -119,6 +129,7 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   const StopSigma sigma = sigmaOfStops(stops, head);
   dataset.config["sigma_mm"] = sigma.across_mm;
   dataset.config["sigma_along_mm"] = sigma.along_mm;
+  addLengthResults(dataset, facts.probe_tools);
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
   auto queries = metrology::Table::withColumns("queries", kQueryColumns);
   for (const auto& stop : stops) {

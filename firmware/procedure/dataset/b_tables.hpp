@@ -18,6 +18,9 @@ void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings,
 // Adds the tables of head-pivot. Each angle of A is a separate point of the head.
 void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head);
 
+// Names the assemblies in force whose lengths of the probe's tools are used, so that a result rests on them.
+void addLengthResults(metrology::Dataset& dataset, const ProbeTools& tools);
+
 // Adds the tables of swivel-error: the ball's centre as a control with nominal kinematics reports it, for every angle
 // of B and every tool, averaged over half a turn of A.
 void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "firmware/metrology/touch/switched_touch.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
@@ -42,8 +43,9 @@ metrology::Table contactsOf(const std::vector<SwitchedTouch>& touches, const cap
 
 Rounds roundsOf(const FinishedRun& of) {
   const auto& recording = of.recording;
-  Rounds found{{capture::edgeDataset(recording, of.scales, std::string{of.method.name()}), {}, {}}, {}};
-  auto& [dataset, refusal, warnings] = found.run;
+  Rounds found{{capture::edgeDataset(recording, of.scales, std::string{of.method.name()}), {}, {}}, {}, {}};
+  auto& dataset = found.run.dataset;
+  auto& refusal = found.run.refusal;
   const auto& delay = recording.delay();
   if (delay.result_id == 0 && !of.facts.trigger_probe) {
     refusal = Refusal{"no-delay",
@@ -52,7 +54,7 @@ Rounds roundsOf(const FinishedRun& of) {
     return found;
   }
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
-  const auto touches = metrology::switchedTouches(dataset, delay.tau_s);
+  auto touches = metrology::switchedTouches(dataset, delay.tau_s);
   if (!touches) {
     refusal = touches.error();
     return found;
@@ -63,6 +65,7 @@ Rounds roundsOf(const FinishedRun& of) {
     if (request.reading >= found.rounds.size()) found.rounds.push_back({.tool = request.tool});
     add((*touches)[i], found.rounds.back());
   }
+  found.touches = std::move(*touches);
   return found;
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <vector>
 
+#include "firmware/metrology/touch/switched_touch.hpp"
 #include "firmware/procedure/plan/finished_run.hpp"
 
 // Touches of a tool-setting device whose switch reports the contact, in rounds of all its faces.
@@ -13,7 +14,16 @@ struct Round {
   std::array<double, 3> from_above_mm{}, from_below_mm{};
   std::array<int, 3> above{}, below{};  // number of touches
 
-  double middle_mm(std::size_t axis) const { return (from_above_mm[axis] + from_below_mm[axis]) / 2; }
+  // The side of the device from which the axis was touched: 1 above, -1 below, 0 both.
+  int side(std::size_t axis) const {
+    if (below[axis] == 0) return 1;
+    return above[axis] == 0 ? -1 : 0;
+  }
+  // Between both faces, or at the one that was touched.
+  double at_mm(std::size_t axis) const {
+    if (side(axis) != 0) return side(axis) > 0 ? from_above_mm[axis] : from_below_mm[axis];
+    return (from_above_mm[axis] + from_below_mm[axis]) / 2;
+  }
   double width_mm(std::size_t axis) const { return from_above_mm[axis] - from_below_mm[axis]; }
 };
 
@@ -22,6 +32,7 @@ struct Round {
 struct Rounds {
   RunDataset run;
   std::vector<Round> rounds;  // empty with a refusal
+  std::vector<metrology::SwitchedTouch> touches;
 };
 Rounds roundsOf(const FinishedRun& run);
 

@@ -12,6 +12,14 @@ double ProbeTools::lengthOf(std::uint32_t number) const {
   return 0;
 }
 
+void ProbeTools::takeLength(std::uint32_t number, double length_mm, std::uint64_t result) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (numbers[i] != number) continue;
+    lengths_mm[i] = length_mm;
+    results[i] = result;
+  }
+}
+
 double Facts::lengthOf(std::uint32_t probe_tool) const {
   if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_length_mm;
   return probe_tools.lengthOf(probe_tool);

@@ -10,12 +10,20 @@
 
 namespace probebox::procedure {
 
+// The face table in force of a screw's sensor: its reading in each of equal sectors of a turn.
+struct ScrewFace {
+  std::uint64_t result_id{};
+  std::vector<double> sector_um;
+  double sd_um{};  // the largest of a sector, k = 1
+};
+
 // A ball screw with a sensor at its end, as described in machine.toml.
 struct ScrewFacts : BallScrew {
   double gain{};  // K of (D2): predicts the error
   double sector_zero_mm{};
   double threshold_rpm{};
   double travel_min_mm{}, travel_max_mm{};  // machine positions of its axis
+  std::optional<ScrewFace> face{};
 };
 
 // The ball that periodic-check reads, and its accepted values.
@@ -25,6 +33,9 @@ struct CheckedBall {
   // Measured position of axis C relative to the probe's spindle.
   std::optional<double> accepted_x_mm, accepted_y_mm;
   std::optional<double> limit_mm;
+  // Y with the head at 45 and 90 degrees, of the check in force; else as at B = 0.
+  std::optional<double> accepted_y45_mm{}, accepted_y90_mm{};
+  std::vector<double> swivels_rad{};  // of the head, beside 0
 };
 
 // The ball that centreline-by-steps reads.
@@ -65,9 +76,12 @@ struct ProbeTools {
   std::size_t count{};
   std::array<std::uint32_t, kMostProbeTools> numbers{};
   std::array<double, kMostProbeTools> lengths_mm{};
+  std::array<std::uint64_t, kMostProbeTools> results{};  // assemblies in force that say so; 0: machine.toml does
 
   // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
+  // Replaces the length of a tool; nothing for one that does not carry the probe.
+  void takeLength(std::uint32_t number, double length_mm, std::uint64_t result);
   // Longest minus shortest length.
   double span_mm() const;
 };
@@ -85,12 +99,24 @@ struct ProbeShank {
 
 // The tool-setting device and its accepted values. Positions refer to the head's reference.
 struct ToolSetter {
-  std::array<double, 3> half_width_mm{};    // from its middle to its faces
+  std::array<double, 3> half_width_mm{};  // from its middle to its faces
+  std::optional<double> sd_half_width_mm{};
   std::array<double, 3> probe_offset_mm{};  // probe tip relative to the head's reference
   std::optional<double> sd_probe_offset_mm;
   std::optional<std::array<double, 3>> accepted_mm;
   double limit_mm{};
-  double sd_accepted_mm{};  // k = 1, each coordinate; 0: not stated
+  double sd_accepted_mm{};            // k = 1, each coordinate; 0: not stated
+  std::vector<double> swivels_rad{};  // angles of the head at which it is measured, rising from 0; empty: 0 alone
+};
+
+// The turning axis in force, relative to the spindle's axis, at a Z of readings with the probe.
+struct TurningAxis {
+  std::uint64_t result_id{};
+  std::array<double, 2> at_mm{};
+  double sd_mm{};  // the larger of its coordinates, k = 1
+  double z_mm{};
+  std::optional<std::array<double, 2>> tilt_rad{};
+  double sd_tilt_rad{};
 };
 
 // Stored lengths from the gauge line, and their sd (k = 1; 0: not stated).
@@ -102,6 +128,7 @@ struct ToolFacts {
   std::uint32_t number{};
   double length_mm{}, sd_mm{};
   std::optional<HolderFacts> holder{};
+  std::uint8_t faces{};  // of the setting device that it reaches, as ProcedureOptions; 0: all
 };
 
 // Calibration of the sensor head that is in force.
@@ -143,6 +170,7 @@ struct Facts {
   std::optional<double> sphere_diameter_mm;  // certified diameter of the datum sphere
   std::optional<double> gap_mm;              // between the plates, certified
   double stylus_ball_diameter_mm{};
+  std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};  // positioning uncertainty of the rotary axis C (k = 1)
   // Gain matrix of the probe (A3), rows: mm of deflection in machine axes per mm of channels a, b, c.
   std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -155,6 +183,7 @@ struct Facts {
   ProbeTools probe_tools{};
   std::optional<ProbeShank> probe_shank{};
   std::optional<ToolSetter> tool_setter{};
+  std::optional<TurningAxis> turning_axis{};
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
   std::optional<TriggerProbe> trigger_probe{};  // nothing: the probe scans

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/procedure/dataset/b_tables.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/dataset/shank_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
@@ -28,6 +29,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
   dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
+  addLengthResults(dataset, facts.probe_tools);
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
   auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
   for (const auto& reading : readings) {

@@ -33,7 +33,8 @@ namespace probebox::procedure {
   method(kToolAssembly)               \
   method(kSensorHeadCalibration)      \
   method(kCentrelineBySteps)          \
-  method(kPreTravel)
+  method(kPreTravel)                  \
+  method(kScrewReference)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

@@ -1,18 +1,26 @@
 #include "firmware/metrology/centreline/periodic_check.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <numbers>
+#include <utility>
 #include <vector>
 
+#include "firmware/procedure/dataset/b_tables.hpp"
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "protocol/units/angle.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::procedure {
 namespace {
 
 constexpr std::array<std::string_view, 6> kCheckColumns{"B_deg", "C_deg", "A_deg", "x_mm", "y_mm", "z_mm"};
 constexpr std::array<std::string_view, 4> kTopColumns{"B_deg", "C_deg", "A_deg", "z_mm"};
+constexpr std::array<std::string_view, 4> kSideColumns{"B_deg", "C_deg", "A_deg", "x_mm"};
 
 constexpr Fact kCheckedBall{
     .place = "`[periodic_check]`",
@@ -28,33 +36,100 @@ double delayError_mm(const capture::Recording& recording) {
   return speeds_mm_s / static_cast<double>(recording.touches().size()) * recording.delay().sd_s[2];
 }
 
-// The part of the check that needs no swivel. Z is that of the ball's top at C = 0: on a leaning axis the ball stands
-// at another height at 180.
+// By how much the nominal kinematics of the head displace the tip along X from where it is at B = 0.
+double swungX_mm(const Facts& facts, double b_rad) {
+  if (b_rad == 0 || !facts.swivel_head) return 0;
+  const double length_mm = facts.lengthOf(facts.probe_tools.numbers[0]);
+  return (nominalTip(*facts.swivel_head, b_rad, length_mm) - nominalTip(*facts.swivel_head, 0, length_mm)).x();
+}
+
+// Angles of B to the digits at which the check is defined; others as they are, for the solver to refuse.
+double checkAngle_deg(double b_rad) {
+  const double near_deg = 45 * std::round(degrees(b_rad) / 45);
+  return std::abs(degrees(b_rad) - near_deg) < degrees(kPoseTolerance_rad) ? near_deg : degrees(b_rad);
+}
+
+struct CheckTables {
+  metrology::Table centres{metrology::Table::withColumns("centres", kCheckColumns)};
+  metrology::Table x_touch{metrology::Table::withColumns("x_touch", kSideColumns)};
+  metrology::Table z_touch{metrology::Table::withColumns("z_touch", kTopColumns)};
+};
+
+// Z is that of the ball's top at B = 0 and C = 0: on a leaning axis the ball stands at another height at 180. X is that
+// of its side at B = 90, where the stylus lies along X, from the accepted turning axis.
+CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts) {
+  CheckTables tables;
+  const double axis_mm = facts.checked_ball->accepted_x_mm.value_or(0);
+  for (const auto& reading : readings) {
+    const double c_deg = halfTurns_deg(reading.c_rad), a_deg = halfTurns_deg(reading.a_rad);
+    const double b_deg = checkAngle_deg(reading.b_rad);
+    const auto& at = reading.centre.centre_mm;
+    const double x_mm = at.x() + swungX_mm(facts, reading.b_rad);
+    tables.centres.append({b_deg, c_deg, a_deg, x_mm, at.y(), at.z()});
+    if (b_deg == 0 && c_deg == 0) tables.z_touch.append({b_deg, c_deg, a_deg, at.z() + reading.centre.radius_mm});
+    if (b_deg == 90) tables.x_touch.append({b_deg, c_deg, a_deg, x_mm + reading.centre.radius_mm - axis_mm});
+  }
+  return tables;
+}
+
 void addCheck(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
   auto& config = dataset.config;
   const CheckedBall& ball = *facts.checked_ball;
-  auto centres = metrology::Table::withColumns("centres", kCheckColumns);
-  auto tops = metrology::Table::withColumns("z_touch", kTopColumns);
-  for (const auto& reading : readings) {
-    const double c_deg = halfTurns_deg(reading.c_rad), a_deg = halfTurns_deg(reading.a_rad);
-    const auto& at = reading.centre.centre_mm;
-    centres.append({0, c_deg, a_deg, at.x(), at.y(), at.z()});
-    if (c_deg == 0) tops.append({0, c_deg, a_deg, at.z() + reading.centre.radius_mm});
-  }
-  // The top is one touch, a centre in X or Y the middle of two. The tops share the delay's error, which their mean
-  // keeps whole.
-  const double of_delay_mm = std::sqrt(static_cast<double>(tops.rows())) * delayError_mm(run.recording);
-  config["sigma_mm"] = sigmaWithAngle(readings, facts);
-  config["sigma_touch_mm"] = std::hypot(std::numbers::sqrt2 * sigmaOf(readings), of_delay_mm);
+  auto tables = checkTables(readings, facts);
+  // The top is one touch, a centre in X or Y the middle of two, as is Y with the head swivelled. The tops share the
+  // delay's error, which their mean keeps whole, and so do the sides.
+  std::vector<Reading> level;
+  std::ranges::copy_if(readings, std::back_inserter(level),
+                       [](const Reading& reading) { return checkAngle_deg(reading.b_rad) == 0; });
+  const auto touches = static_cast<double>(std::max(tables.z_touch.rows(), tables.x_touch.rows()));
+  const double of_delay_mm = std::sqrt(touches) * delayError_mm(run.recording);
+  config["sigma_mm"] = sigmaWithAngle(level, facts);
+  config["sigma_touch_mm"] = std::hypot(std::numbers::sqrt2 * sigmaOf(level), of_delay_mm);
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
   config["expected_ball_centre_z_mm"] = ball.centre_z_mm;
   config["x_is_radius"] = true;  // positions are, however X is programmed
   if (ball.accepted_x_mm) config["accepted_Xcen_B0_mm"] = *ball.accepted_x_mm;
-  if (ball.accepted_y_mm) config["accepted_Ycen_B0_mm"] = *ball.accepted_y_mm;
+  if (ball.accepted_y_mm) {
+    config["accepted_Ycen_B0_mm"] = *ball.accepted_y_mm;
+    config["accepted_Ycen_B45_mm"] = ball.accepted_y45_mm.value_or(*ball.accepted_y_mm);
+    config["accepted_Ycen_B90_mm"] = ball.accepted_y90_mm.value_or(*ball.accepted_y_mm);
+  }
   if (ball.limit_mm) config["limit_mm"] = *ball.limit_mm;
-  dataset.tables.insert(dataset.tables.begin(), {centres, tops});
+  dataset.tables.insert(dataset.tables.begin(), {std::move(tables.centres), std::move(tables.z_touch)});
+  if (tables.x_touch.rows() > 0) addLengthResults(dataset, facts.probe_tools);
+  if (tables.x_touch.rows() > 0) dataset.tables.insert(dataset.tables.begin() + 1, std::move(tables.x_touch));
+}
+
+// The four poses of A and C at every angle of the head.
+constexpr Poses kTwoByTwoAtEveryB{
+    .count = [](const ProcedureOptions& options, const LoopState&) { return 4 * anglesOfB(options).size(); },
+    .at =
+        [](const ProcedureOptions& options, const LoopState&, std::size_t index) {
+          const auto angles = anglesOfB(options);
+          Pose pose = twoByTwo(index % 4);
+          pose.angles_rad[1] = angles[index / 4];
+          pose.b_moves = angles.size() > 1 ? BMoves::head : BMoves::nothing;
+          return pose;
+        }};
+
+Outcome<ProcedureOptions> checkOptions(ProcedureOptions options, const Facts& facts) {
+  const auto& ball = facts.checked_ball;
+  if (!ball || ball->swivels_rad.empty() || !facts.swivel_head) return options;
+  if (facts.probe_tools.count == 0)
+    return Error{
+        "periodic-check with the head swivelled needs the length of the probe: give [probe_tools] numbers in "
+        "machine.toml, and the [[tool]] of each."};
+  if (!ball->accepted_x_mm)
+    return Error{
+        "periodic-check with the head swivelled needs the turning axis from which X counts: give "
+        "[periodic_check] accepted_x_mm in machine.toml, or accept a check at B = 0 first."};
+  options.b_count = static_cast<std::uint8_t>(1 + ball->swivels_rad.size());
+  options.b_angles_rad[0] = 0;
+  std::ranges::copy(ball->swivels_rad, options.b_angles_rad.begin() + 1);
+  options.b_axis = facts.swivel_head->b.axis;
+  return options;
 }
 
 }  // namespace
@@ -62,13 +137,20 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
 constinit const LiveMethod kPeriodicCheck{
     .number = 14,
     .solver = &metrology::kPeriodicCheck,
-    .steps = "one ball, A and C at 0 and 180 degrees independently, five touches each; what needs no swivel (B = 0)",
+    .steps =
+        "one ball, A and C at 0 and 180 degrees independently, five touches each, at B = 0; the same with the head at "
+        "45 and 90 degrees where `swivels_deg` says so",
     .needs = kNeedsOfPeriodicCheck,
     .finds_a_place = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,
-    .poses = kTwoByTwo,
-    .usual = readings(),
+    .poses = kTwoByTwoAtEveryB,
+    .usual = with(readings(),
+                  [](auto& options) {
+                    options.b_count = 1;
+                    options.b_axis = {0, 1, 0};
+                  }),
+    .described = checkOptions,
     .dataset = [](const FinishedRun& run) { return ballDataset(run, addCheck); }};
 
 }  // namespace probebox::procedure

@@ -20,10 +20,12 @@ struct Ring {
   int touches{};
   double from_deg{}, up_deg{};
 };
-// Twelve at the equator show the lobes, those below it tell the part along the stylus from the height of the sphere.
-// The shank of a stylus passes the sphere at 20 degrees below.
+// Twelve at the equator show the lobes. The heights tell the part across, the part along, the height of the sphere and
+// an error of its size apart, with some to spare: two are below the equator, and most touches are where these four
+// differ most. The shank of a stylus passes the sphere at 20 degrees below.
 constexpr double kBelow_deg = 20;
-constexpr std::array<Ring, 4> kRings{{{12, 0, 0}, {6, 0, 45}, {12, 15, -kBelow_deg}, {1, 0, 90}}};
+constexpr std::array<Ring, 6> kRings{
+    {{12, 0, 0}, {6, 0, 40}, {12, 15, -kBelow_deg}, {6, 30, -12}, {3, 30, 65}, {4, 0, 90}}};
 constexpr double kSpeed_mm_s = 5;
 
 // Assumed radius of a shank that is not described, per diameter of the stylus ball. 0.35 would refuse a 6 mm ball on a
@@ -92,8 +94,10 @@ constinit const LiveMethod kPreTravel{
     .number = 24,
     .solver = &metrology::kPreTravel,
     .steps =
-        "the datum sphere in 31 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
-        "20 degrees below it, every 60 degrees 45 degrees above it, and the top; A, B and C at 0",
+        "the datum sphere in 43 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
+        "20 degrees below it, every 60 degrees 12 degrees below and 40 above it, every 120 degrees 65 above it, and "
+        "the "
+        "top four times; A, B and C at 0",
     .needs = kNeedsOfPreTravel,
     .usual = touchesAt(kSpeed_mm_s),
     .own_steps = &kSphere,

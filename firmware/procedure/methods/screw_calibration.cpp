@@ -34,19 +34,9 @@ void addSweep(Plan& plan, const ProcedureOptions& options) {
 
 constexpr OwnSteps kSweep{.why_refused = whyNoSweep, .fill = addSweep};
 
-// The angle of the screw comes from the position of its axis.
 std::optional<Error> whyNotNow(const ProcedureOptions& options, const MachineNow& now, const Facts& facts) {
-  const AxisNow& axis = now.at(options.axis - 1U);
-  const std::string name{"XYZ"[options.axis - 1U]};
-  if (!axis.referenced) {
-    return Error{"The angle of a screw follows from a machine position, and the axis " + name +
-                 " is not referenced: home it, or move it over its reference mark."};
-  }
-  if (!axis.screw_sensor_valid) {
-    return Error{"The sensor of the screw of " + name +
-                 " delivers no valid readings: `probebox corrections` shows why."};
-  }
-  return whyNoRoom(options, axis.position_mm, facts);
+  if (auto error = whyScrewUnread(options.axis, now)) return error;
+  return whyNoRoom(options, now.at(options.axis - 1U).position_mm, facts);
 }
 
 }  // namespace
@@ -58,6 +48,7 @@ constinit const LiveMethod kScrewCalibration{
     .needs = kNeedsOfScrewCalibration,
     .kind = Kind::sweep,
     .takes_axis = true,
+    .takes_turns = true,
     .own_steps = &kSweep,
     .described = sweepOptions,
     .why_not_now = whyNotNow,

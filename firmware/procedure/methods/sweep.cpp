@@ -14,7 +14,6 @@
 namespace probebox::procedure {
 namespace {
 
-constexpr std::array<std::string_view, 3> kFaceColumns{"t_s", "phi_rad", "sensor_um"};
 constexpr unsigned kUsualTurns = 4;
 constexpr unsigned kFewestTurns = 3;  // (D4)
 constexpr unsigned kMostTurns = 20;
@@ -80,6 +79,18 @@ class Way {
 
 }  // namespace
 
+// The angle of the screw comes from the position of its axis.
+std::optional<Error> whyScrewUnread(std::uint8_t axis, const MachineNow& now) {
+  const AxisNow& at = now.at(axis - 1U);
+  const std::string name = nameOfAxis(axis - 1U);
+  if (!at.referenced) {
+    return Error{"The angle of a screw follows from a machine position, and the axis " + name +
+                 " is not referenced: home it, or move it over its reference mark."};
+  }
+  if (at.screw_sensor_valid) return std::nullopt;
+  return Error{"The sensor of the screw of " + name + " delivers no valid readings: `probebox corrections` shows why."};
+}
+
 Outcome<ProcedureOptions> sweepOptions(ProcedureOptions options, const Facts& facts) {
   const std::string method{kScrewCalibration.name()};
   if (options.axis < 1 || options.axis > kLinearAxes)
@@ -129,38 +140,47 @@ std::optional<Error> whyNoRoom(const ProcedureOptions& sweep, double position_mm
                number(last_mm) + " mm first."};
 }
 
+std::size_t appendScrewReadings(const FinishedRun& of, const capture::Touch& step, metrology::Table& table) {
+  const auto rows = of.recording.driftRows(step);
+  const std::size_t axis = axisAlong(step.request.outward_normal), before = table.rows();
+  const auto& screw = of.facts.screws[axis].value();
+  Way way{of.recording.machineRows(step), axis, of.scales.mm_per_count[axis], of.recording.offset_mm()[axis]};
+  const double rate = capture::masterSecondsPerNs(step.map, of.scales.nominal_period);
+  for (const auto& row : rows) {
+    const auto motor_mm = way.motor_mm(row.at);
+    if (!motor_mm) continue;
+    table.append({static_cast<double>((row.at - rows.front().at).count()) * rate,
+                  kTurn_rad * (*motor_mm - screw.sector_zero_mm) / screw.pitch_mm, row.reading_nm * 1e-3});
+  }
+  return rows.size() - (table.rows() - before);
+}
+
+std::optional<std::string> unplacedReadings(std::size_t unplaced, std::size_t readings) {
+  if (unplaced == 0) return std::nullopt;
+  return std::to_string(unplaced) + " of " + std::to_string(readings) +
+         " readings of the screw's sensor have no axis position before or after them and are omitted";
+}
+
 RunDataset sweepDataset(const FinishedRun& of) {
   const auto& [method, recording, scales, facts] = of;
-  metrology::Dataset dataset{.method = std::string{method.name()}, .config = {}, .tables = {}};
-  auto face = metrology::Table::withColumns("sector_cal", kFaceColumns);
-  std::size_t readings = 0;
+  RunDataset run{{.method = std::string{method.name()}, .config = {}, .tables = {}}, {}, {}};
+  auto& config = run.dataset.config;
+  auto face = metrology::Table::withColumns("sector_cal", kScrewColumns);
+  std::size_t readings = 0, unplaced = 0;
   for (const auto& sweep : recording.touches()) {
     const std::size_t axis = axisAlong(sweep.request.outward_normal);
     const auto& screw = facts.screws[axis];
     if (!screw) continue;
-    dataset.config["axis"] = nameOfAxis(axis);
-    dataset.config["screw_length_mm"] = screw->length_mm;
-    dataset.config["orgoff_mm"] = screw->offset_mm;
-    if (screw->reversed) dataset.config["axis_reversed"] = true;
-    dataset.config["sectors"] = static_cast<double>(kMostScrewSectors);
-    dataset.config["K"] = screw->gain;
-    Way way{recording.machineRows(sweep), axis, scales.mm_per_count[axis], recording.offset_mm()[axis]};
-    const auto rows = recording.driftRows(sweep);
-    readings += rows.size();
-    const double rate = capture::masterSecondsPerNs(sweep.map, scales.nominal_period);
-    for (const auto& row : rows) {
-      const auto motor_mm = way.motor_mm(row.at);
-      if (!motor_mm) continue;
-      face.append({static_cast<double>((row.at - rows.front().at).count()) * rate,
-                   kTurn_rad * (*motor_mm - screw->sector_zero_mm) / screw->pitch_mm, row.reading_nm * 1e-3});
-    }
+    config["axis"] = nameOfAxis(axis);
+    config["screw_length_mm"] = screw->length_mm;
+    config["orgoff_mm"] = screw->offset_mm;
+    if (screw->reversed) config["axis_reversed"] = true;
+    config["sectors"] = static_cast<double>(kMostScrewSectors);
+    config["K"] = screw->gain;
+    readings += recording.driftRows(sweep).size();
+    unplaced += appendScrewReadings(of, sweep, face);
   }
-  RunDataset run{std::move(dataset), {}, {}};
-  if (face.rows() < readings) {
-    run.warnings.push_back(
-        std::to_string(readings - face.rows()) + " of " + std::to_string(readings) +
-        " readings of the screw's sensor have no axis position before or after them and are omitted");
-  }
+  if (auto warning = unplacedReadings(unplaced, readings)) run.warnings.push_back(*std::move(warning));
   run.dataset.tables.push_back(std::move(face));
   return run;
 }

@@ -1,9 +1,27 @@
 #pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "firmware/procedure/plan/live_method.hpp"
 
 // A sweep turns the ball screw of one axis slowly through whole turns while the sensor at its end is read: the live
 // part of screw-calibration (docs/metrology.md D4).
 namespace probebox::procedure {
+
+// Readings of a screw's sensor over time and angle: table {t_s,phi_rad,sensor_um}. Angle 0 is the begin of sector 0.
+inline constexpr std::array<std::string_view, 3> kScrewColumns{"t_s", "phi_rad", "sensor_um"};
+
+// Appends the readings of one step that have positions before and after them; returns the number of the others.
+std::size_t appendScrewReadings(const FinishedRun& run, const capture::Touch& step, metrology::Table& table);
+// The warning about them; nothing for 0.
+std::optional<std::string> unplacedReadings(std::size_t unplaced, std::size_t readings);
+
+// Explains why the sensor of this axis' screw cannot be read now, or its angle is unknown.
+std::optional<Error> whyScrewUnread(std::uint8_t axis, const MachineNow& now);
 
 // Computes travel and speed of a sweep from the screw in machine.toml and options.turns: whole turns, 0 for four.
 // Errors: no axis, a screw that is not described, too few turns, a speed that its sensor cannot follow, or one too slow

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,10 +24,21 @@ metrology::Table readingsOf(const std::vector<Round>& rounds, const std::array<d
   auto readings = metrology::Table::withColumns("readings", kReadingsColumnsOfToolAssembly);
   double rep = 0;
   for (const auto& round : rounds) {
-    readings.append({1, ++rep, round.middle_mm(0) - reference_mm[0], round.middle_mm(1) - reference_mm[1],
+    readings.append({1, ++rep, round.at_mm(0) - reference_mm[0], round.at_mm(1) - reference_mm[1],
                      round.from_above_mm[2] - reference_mm[2]});
   }
   return readings;
+}
+
+// From the unit's reference to the edge that was touched; nothing where both faces were.
+void addPart(metrology::Dataset& dataset, const Round& round, const ToolSetter& unit) {
+  std::vector<double> part_mm(3);
+  for (std::size_t axis = 0; axis < part_mm.size(); ++axis)
+    part_mm[axis] = axis == 2 ? unit.half_width_mm[2] : round.side(axis) * unit.half_width_mm[axis];
+  const bool one_sided = part_mm[0] != 0 || part_mm[1] != 0;
+  dataset.config["part_mm"] = std::move(part_mm);
+  if (one_sided && unit.sd_half_width_mm)
+    dataset.config["sd_part_mm"] = std::hypot(unit.sd_accepted_mm, *unit.sd_half_width_mm);
 }
 
 void addStores(metrology::Dataset& dataset, const ToolFacts& tool, const HolderFacts& holder) {
@@ -42,16 +54,16 @@ void addStores(metrology::Dataset& dataset, const ToolFacts& tool, const HolderF
 
 // Builds the case (CN103801980, docs/metrology.md C). The tool-setting device is the measuring unit: its accepted
 // centre in machine.toml is reference B, its half width the distance from B to the touched edge. Each round is a row of
-// readings: W0 from opposed faces, L0 from the top. The stores hold the lengths of holder and tool from machine.toml.
-// The caller adds measured_at_s. Refuses what roundsOf() refuses.
+// readings: W0 from opposed faces or the one that the tool reaches, L0 from the top. The stores hold the lengths of
+// holder and tool from machine.toml. The caller adds measured_at_s. Refuses what roundsOf() refuses.
 RunDataset assemblyDataset(const FinishedRun& of) {
-  auto [run, rounds] = roundsOf(of);
+  auto [run, rounds, touches] = roundsOf(of);
   const ToolSetter& unit = *of.facts.tool_setter;
   const auto tool = std::ranges::find(of.facts.tools, of.recording.touches().back().request.tool, &ToolFacts::number);
   addStores(run.dataset, *tool, *tool->holder);
-  run.dataset.config["part_mm"] = std::vector<double>{0, 0, unit.half_width_mm[2]};
   if (unit.sd_accepted_mm > 0) run.dataset.config["sd_part_mm"] = unit.sd_accepted_mm;
   if (run.refusal) return std::move(run);
+  addPart(run.dataset, rounds.front(), unit);
   auto& tables = run.dataset.tables;
   tables.insert(tables.begin(), readingsOf(rounds, *unit.accepted_mm));
   return std::move(run);
@@ -64,6 +76,12 @@ std::optional<NotReady> whyUnknownAssembly(const ProcedureOptions& options, cons
   return NotReady{Obstacle::unknown,
                   "The holder of tool " + std::to_string(options.tool) +
                       " is unknown: name it in its [[tool]] in machine.toml, and add a [[holder]] with its length."};
+}
+
+Outcome<ProcedureOptions> reachedFaces(ProcedureOptions options, const Facts& facts) {
+  const auto tool = std::ranges::find(facts.tools, options.tool, &ToolFacts::number);
+  if (tool != facts.tools.end()) options.faces = tool->faces;
+  return options;
 }
 
 constexpr Fact kMeasuringUnit{
@@ -80,19 +98,21 @@ constexpr Poses kToolAlone{
 
 }  // namespace
 
-constinit const LiveMethod kToolAssembly{.number = 21,
-                                         .solver = &metrology::kToolAssembly,
-                                         .steps = "the same faces, three rounds with the tool of `--tool N` alone",
-                                         .needs = kNeedsOfToolAssembly,
-                                         .finds_a_place = true,
-                                         .feature = Feature::tool_setter,
-                                         .sides = kSetterSides,
-                                         .poses = kToolAlone,
-                                         .usual = touchesAt(kTool_mm_s),
-                                         .takes_tool = true,
-                                         .also_refused = whyNoTool,
-                                         .why_unfit = whyUnknownAssembly,
-                                         .dataset = assemblyDataset,
-                                         .speed_sets = kToolSpeedSets};
+constinit const LiveMethod kToolAssembly{
+    .number = 21,
+    .solver = &metrology::kToolAssembly,
+    .steps = "the same faces at B = 0, three rounds with the tool of `--tool N` alone",
+    .needs = kNeedsOfToolAssembly,
+    .finds_a_place = true,
+    .feature = Feature::tool_setter,
+    .sides = kSetterSides,
+    .poses = kToolAlone,
+    .usual = touchesAt(kTool_mm_s),
+    .takes_tool = true,
+    .also_refused = whyNoTool,
+    .described = reachedFaces,
+    .why_unfit = whyUnknownAssembly,
+    .dataset = assemblyDataset,
+    .speed_sets = kToolSpeedSets};
 
 }  // namespace probebox::procedure

@@ -84,7 +84,8 @@ struct LiveMethod {
   // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
   // where they have a default here.
   ProcedureOptions usual{};
-  bool takes_axis{};  // --axis and --turns
+  bool takes_axis{};   // --axis: whose screw
+  bool takes_turns{};  // --turns of it
   bool takes_tool{};
   double least_arc_deg{1};
   std::uint16_t fewest_balls{2};

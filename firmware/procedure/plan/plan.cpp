@@ -1,5 +1,6 @@
 #include "firmware/procedure/plan/plan.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -50,8 +51,10 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   return std::nullopt;
 }
 
-std::optional<Error> whyNotB(const ProcedureOptions& with) {
-  if (auto error = outside("A number", with.b_count, 2, static_cast<double>(kMostBAngles), "angles of B")) return error;
+std::optional<Error> whyNotB(const LiveMethod& method, const ProcedureOptions& with) {
+  const double fewest = std::min<double>(method.usual.b_count, 2);
+  if (auto error = outside("A number", with.b_count, fewest, static_cast<double>(kMostBAngles), "angles of B"))
+    return error;
   for (const double angle_rad : anglesOfB(with)) {
     if (auto error = outside("An angle of B", degrees(angle_rad), -180, 180, "degrees")) return error;
   }
@@ -155,7 +158,7 @@ std::optional<Error> whyRefused(const LiveMethod& method, const ProcedureOptions
     if (auto error = whyNotTools(with)) return error;
   }
   if (method.usual.b_count != 0) {
-    if (auto error = whyNotB(with)) return error;
+    if (auto error = whyNotB(method, with)) return error;
   }
   return whyTooLong(method, with);
 }

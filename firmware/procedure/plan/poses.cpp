@@ -30,6 +30,14 @@ Vector turned(const Vector& v, const Vector& about, double angle_rad) {
   return result;
 }
 
+// As ProcedureOptions::faces counts them.
+unsigned bitOfFace(const Vector& normal) {
+  for (std::size_t axis = 0; axis < normal.size(); ++axis) {
+    if (normal[axis] != 0) return 1U << (2 * axis + (normal[axis] < 0 ? 1U : 0U));
+  }
+  return 0;
+}
+
 Pose inPlace(const ProcedureOptions&, const LoopState&, std::size_t) {
   return {};
 }
@@ -73,15 +81,16 @@ void carry(Pose& pose, const ProcedureOptions& options, std::size_t tool) {
 
 Sides::Sides(std::span<const Side> all, const ProcedureOptions& options, const Pose& pose) {
   const auto moved = [&](const Vector& v, BMoves by) {
-    return pose.b_moves == by ? turned(v, options.b_axis, pose.angles_rad[1]) : v;
+    return pose.b_moves == by && !pose.sides_stand ? turned(v, options.b_axis, pose.angles_rad[1]) : v;
   };
   const Vector stem = moved(kDown, BMoves::table);
   for (Side side : all) {
+    if (options.faces != 0 && (options.faces & bitOfFace(side.outward_normal)) == 0) continue;
     if (pose.by_shank && std::abs(side.outward_normal[2]) > kBesideStem) continue;
     side.outward_normal = moved(side.outward_normal, BMoves::head);
     side.aside = moved(side.aside, BMoves::head);
     const double most = pose.by_shank ? kBesideStem : kStem;
-    if (pose.b_moves != BMoves::nothing && dot(side.outward_normal, stem) > most) continue;
+    if (pose.b_moves != BMoves::nothing && !pose.sides_stand && dot(side.outward_normal, stem) > most) continue;
     sides_.at(count_++) = side;
   }
 }

@@ -19,6 +19,7 @@ struct Pose {
   bool by_shank{};
   std::uint16_t mount{};  // of a plate on the table, from 1; 0: as the part is
   capture::MethodNote note{};
+  bool sides_stand{};  // those of a feature that stands in the machine: they do not turn with the head
 };
 
 // Poses of a run, one for each reading, for options without zeros (withDefaults).

@@ -38,6 +38,7 @@ bool holds(const Plan& plan, const Step& step, std::uint32_t tool) {
 
 // The machine may be slower than it was asked to be.
 Nanoseconds timeoutOf(const Step& step) {
+  if (step.kind == Kind::rest) return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * step.touch.rest_s)};
   const double travel_s = step.touch.travel_mm / step.touch.retract_speed_mm_s;
   return Procedure::kStepTimeout + Nanoseconds{std::llround(1.5e9 * travel_s)};
 }
@@ -103,7 +104,7 @@ void Procedure::beginStep(const Marker& marker) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::wrong_tool);
   }
-  if (step.kind == Kind::hold && !marker.at_rest) {
+  if ((step.kind == Kind::hold || step.kind == Kind::rest) && !marker.at_rest) {
     capture_.abandon();
     return repeatStep(capture::TouchFault::moved);
   }

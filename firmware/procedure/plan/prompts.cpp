@@ -52,6 +52,13 @@ std::string sweepPrompt(const Plan& plan, std::size_t step) {
          number(sweep.retract_speed_mm_s) + " mm/s without stopping";
 }
 
+std::string restPrompt(const Plan& plan, std::size_t step) {
+  const auto& rest = plan.steps[step].touch;
+  return "step " + ofAll(plan, step) + "with the screw of " + axisOf(rest) +
+         " cold (the machine has stood since the temperature of its room was reached), stand still for " +
+         number(rest.rest_s) + " s";
+}
+
 }  // namespace
 
 std::string surfaceOf(const Step& step) {
@@ -80,6 +87,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   const Step& wanted = plan.steps[step];
   if (wanted.kind == Kind::jog) return jogPrompt(plan, step);
   if (wanted.kind == Kind::sweep) return sweepPrompt(plan, step);
+  if (wanted.kind == Kind::rest) return restPrompt(plan, step);
   if (wanted.kind == Kind::hold) return "step " + ofAll(plan, step) + holdPrompt(wanted);
   if (plan.method->prompt != nullptr) return plan.method->prompt(plan, step);
   std::string text = "touch " + ofAll(plan, step);

@@ -68,8 +68,10 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   if (asked.shank) {
     if (const auto error = whyNoShank(method, facts)) return NotReady{Obstacle::state, error->what};
   }
-  if (asked.turns != 0 && !method.takes_axis) {
-    return NotReady{Obstacle::option, std::string{method.name()} + " has no options axis and turns: omit them."};
+  if (asked.turns != 0 && !method.takes_turns) {
+    const char* all = method.takes_axis ? " takes no turns of the screw: omit that option."
+                                        : " has no options axis and turns: omit them.";
+    return NotReady{Obstacle::option, std::string{method.name()} + all};
   }
   if (method.isAboutB(asked)) {
     for (const Fact* fact : method.needs_about_b) {

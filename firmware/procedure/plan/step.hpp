@@ -16,6 +16,7 @@ enum class Kind : std::uint8_t {
   jog = 2,     // move one linear axis without touching anything
   sweep = 3,   // the same at a constant speed, slow enough for the sensor of its screw
   hold = 4,    // stand still while a sensor head reads a ball without touching it
+  rest = 5,    // stand still anywhere for touch.rest_s, while the sensor of a screw is read
 };
 
 // The part that B moves in a pose: the table with the part, or the head with the probe. Numbers as on the wire.

@@ -119,5 +119,33 @@ TEST(MachineToml, MayDescribeTheBallOnTheRim) {
                              testing::HasSubstr("'rim_ball.level_limit_mm' = 0 is out of")));
 }
 
+TEST(TurningTools, NameTheFacesThatTheyReach) {
+  const std::string tool = "[[tool]]\nnumber = 7\nlength_mm = 90\nfaces = ";
+  const auto machine = machineWith(tool + "[\"+X\", \"-Y\", \"+Z\"]\n");
+  ASSERT_TRUE(machine) << machine.error().what;
+  EXPECT_EQ(machine->tools.front().faces, 1 + 8 + 16);
+  EXPECT_EQ(machineWith("[[tool]]\nnumber = 7\nlength_mm = 90\n")->tools.front().faces, 0) << "all of them";
+  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"Z\"]\n"), HasSubstr("names \"Z\": choose from +X"));
+  EXPECT_THAT(machineProblem(tool + "[\"+X\", \"+Z\"]\n"), HasSubstr("leaves an axis out"));
+}
+
+TEST(SwivelledMeasurements, NeedAHeadThatSwivelsAndTheirOwnAngles) {
+  const std::string head = "[swivel_head]\naxis = \"Y\"\nangles_deg = [0, 90]\npivot_mm = [0, 0, 60]\n";
+  const std::string setter =
+      "[tool_setter]\ntrigger = \"setter\"\nhalf_width_mm = [8, 7, 6]\nprobe_offset_mm = [0.1, 0, -150]\nswivels_deg "
+      "= ";
+  const auto machine = machineWith(head + setter + "[0, 45, 90]\n");
+  ASSERT_TRUE(machine) << machine.error().what;
+  EXPECT_EQ(machine->tool_setter->swivels_deg, (std::vector<double>{0, 45, 90}));
+  EXPECT_THAT(machineProblem(setter + "[0, 45]\n"), HasSubstr("describe [swivel_head]"));
+  EXPECT_THAT(machineProblem(head + setter + "[45, 90]\n"), HasSubstr("has to rise from 0"));
+  const std::string check = "[periodic_check]\nball_diameter_mm = 12\nball_centre_z_mm = -20\nswivels_deg = ";
+  const auto checked = machineWith(head + check + "[90, 0, 45]\n");
+  ASSERT_TRUE(checked) << checked.error().what;
+  EXPECT_EQ(checked->periodic_check->swivels_deg, (std::vector<double>{45, 90}));
+  EXPECT_THAT(machineProblem(head + check + "[30]\n"), HasSubstr("0, 45 and 90 degrees"));
+  EXPECT_THAT(machineProblem(check + "[90]\n"), HasSubstr("[swivel_head] axis = \"Y\""));
+}
+
 }  // namespace
 }  // namespace probebox::board

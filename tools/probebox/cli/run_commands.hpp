@@ -114,7 +114,7 @@ class RunCommands {
                          methods_.rotary_axis)
         ->check(CLI::IsMember({"X", "Y", "Z", "B", "C"}, CLI::ignore_case))
         ->type_name("AXIS");
-    command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.axis)
+    command->add_option("--turns", choices.turns, "whole turns of the screw, 3 or more; for " + methods_.turns)
         ->check(positive())
         ->type_name("NUMBER");
     command->add_option("--tool", choices.tool, "number of the tool that is measured; for " + methods_.tool)

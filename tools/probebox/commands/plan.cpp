@@ -68,8 +68,8 @@ Json describe(const plan::Forecast& forecast) {
 std::string stepsOf(const plan::Forecast& forecast) {
   const auto& wanted = forecast.wanted;
   const bool holds = wanted.options.head || wanted.method->kind == procedure::Kind::hold;
-  const bool sweeps = wanted.method->takes_axis;
-  const std::string one = sweeps ? "sweep" : holds ? "hold" : "touch";
+  const bool sweeps = wanted.method->takes_turns, rests = wanted.method->kind == procedure::Kind::rest;
+  const std::string one = sweeps ? "sweep" : rests ? "rest" : holds ? "hold" : "touch";
   return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
 }
 

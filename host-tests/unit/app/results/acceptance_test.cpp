@@ -272,8 +272,37 @@ TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {
   const auto id = acceptedAs("setter", setter).id;
   EXPECT_EQ(results_.measuredFacts().setter_mm, (std::array{10.0, 20.0, 30.0}));
   EXPECT_EQ(results_.measuredFacts().sd_setter_mm, 2e-3);
-  EXPECT_EQ(sourceOf("setter"), (std::pair{messages::ValueSource::result, id}));
+  auto whole = setter;
+  whole.estimates.front().uncertainty = {3e-3, 2e-3, 4e-3, 1e-3, 1e-3, 9e-3};
+  acceptedAs("setter", whole);
+  EXPECT_EQ(results_.measuredFacts().sd_setter_mm, 4e-3) << "with the part of type B";
+  acceptedAs("setter", setter);
+  EXPECT_EQ(sourceOf("setter").first, messages::ValueSource::result);
+  EXPECT_GT(sourceOf("setter").second, id);
   EXPECT_EQ(sourceOf("check").first, messages::ValueSource::description);
+}
+
+TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
+  procedure::Facts described;
+  described.screws[0] = procedure::ScrewFacts{};
+  const auto sourceOf = [&](const std::string& name) {
+    for (const auto& value : valuesInUse(described, results_.about()))
+      if (value.name == name) return value.source;
+    return messages::ValueSource::unknown;
+  };
+  EXPECT_EQ(sourceOf("screw-reference-x"), messages::ValueSource::description);
+  const auto face = acceptedAs(
+      "screw-x", resultOf("screw-calibration", {Estimate::vector("sector_table_um", {1, -1, 0}, {0.1, 0.3, 0.1})}));
+  EXPECT_EQ(sourceOf("screw-x"), messages::ValueSource::result);
+  EXPECT_EQ(sourceOf("screw-reference-x"), messages::ValueSource::description) << "the reference is another quantity";
+  const auto& in_force = results_.measuredFacts().screw_faces[0];
+  ASSERT_TRUE(in_force);
+  EXPECT_EQ(in_force->result_id, face.id);
+  EXPECT_EQ(in_force->sector_um, (std::vector<double>{1, -1, 0}));
+  EXPECT_EQ(in_force->sd_um, 0.3);
+  acceptedAs("screw-reference-x", resultOf("screw-reference", {Estimate::scalar("reference_um", 4, 0.1)}));
+  EXPECT_EQ(sourceOf("screw-reference-x"), messages::ValueSource::result);
+  EXPECT_TRUE(inForce("screw-x")) << "the face stays";
 }
 
 TEST_F(Accepting, DuringACutChangesNothingAndTheSumWaitsToo) {

@@ -246,6 +246,44 @@ TEST(ResultEvents, SayWhenNothingIsInForceAnyMore) {
   EXPECT_FALSE(noneInForce("tool-assembly", kNow)) << "the core does not use it";
 }
 
+TEST(ResultEvents, OfAColdScrewAreItsReadingAlone) {
+  store::Record record{};
+  record.id = 12;
+  record.binding.subject = "screw-reference-y";
+  metrology::Result result;
+  result.method = "screw-reference";
+  result.estimates = {metrology::Estimate::scalar("reference_um", -3.25, 0.02)};
+  record.content = result;
+  const auto events = activationOf(record, kNow);
+  ASSERT_TRUE(events && events->size() == 1);
+  const auto& event = std::get<ScrewReferenceActivated>(events->front());
+  EXPECT_EQ(event.result_id, 12U);
+  EXPECT_EQ(event.axis, Axis::y);
+  EXPECT_EQ(event.reading_um, -3.25);
+  EXPECT_EQ(std::get<ScrewReferenceActivated>(*noneInForce("screw-reference-z", kNow)).axis, Axis::z);
+  EXPECT_FALSE(noneInForce("screw-reference-a", kNow)) << "there is no such screw";
+  EXPECT_EQ(metrology::subjectOf({.method = "screw-reference", .config = {{"axis", std::string{"Z"}}}, .tables = {}}),
+            "screw-reference-z");
+}
+
+// L3 counts from the holder's end face, the length of a tool from the gauge line.
+TEST(ResultEvents, OfAnAssemblyAreItsLengthFromTheGaugeLine) {
+  store::Record record{};
+  record.binding.subject = "assembly-4";
+  metrology::Result result;
+  result.method = "tool-assembly";
+  result.estimates = {metrology::Estimate::scalar("assembled_length_mm", 58.25, 1e-3)};
+  record.content = result;
+  const auto before = activationOf(record, kNow);
+  ASSERT_FALSE(before) << "of an earlier version, which kept L3 alone";
+  EXPECT_NE(before.error().what.find("measure tool 4 again"), std::string::npos);
+  result.also = {metrology::Estimate::scalar("gauge_length_mm", 120.25, 1e-3)};
+  record.content = result;
+  const auto events = activationOf(record, kNow);
+  ASSERT_TRUE(events && events->size() == 1);
+  EXPECT_EQ(std::get<ToolLengthActivated>(events->front()).length_mm, 120.25);
+}
+
 TEST(ResultEvents, GoBySubjectAndNotByMethod) {
   EXPECT_EQ(subjectNamed("delay-plates"), "delay");
   EXPECT_EQ(subjectNamed("delay"), "delay");

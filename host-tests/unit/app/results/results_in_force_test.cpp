@@ -86,11 +86,11 @@ TEST_F(InForce, IsNothingThatTheMachineCannotBe) {
   length.method = "tool-assembly";
   const store::Binding binding{"assembly-4", mounting.probe_serial_number, mounting.machine, mounting.mounting};
   for (const double nonsense_mm : {std::nan(""), 1e6}) {
-    length.estimates = {metrology::Estimate::scalar("assembled_length_mm", nonsense_mm, 1e-3)};
+    length.estimates = {metrology::Estimate::scalar("gauge_length_mm", nonsense_mm, 1e-3)};
     const auto id = store_.propose(binding, length, "", "2026-01-01T00:00:00Z").value();
     const auto accepted = results.accept(id, "Ada");
     ASSERT_FALSE(accepted);
-    EXPECT_THAT(accepted.error().what, testing::HasSubstr("assembled_length_mm"));
+    EXPECT_THAT(accepted.error().what, testing::HasSubstr("gauge_length_mm"));
     ASSERT_TRUE(store_.accept(id, "Ada", "2026-01-01T00:00:00Z")) << "as an older firmware did";
     auto restarted = boxWith(1e9, mounting);
     EXPECT_THAT(restarted.restore(), IsEmpty());

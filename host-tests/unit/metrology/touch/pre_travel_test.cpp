@@ -103,6 +103,28 @@ TEST(PreTravel, NamesWhatTouchesFromAboveLeaveOpen) {
   EXPECT_THAT(result->unobservable, testing::Contains(HasSubstr("along the stylus")));
 }
 
+// An error of the sphere's size is not taken for a way along the stylus, which displaces centres.
+TEST(PreTravel, TellsAnErrorOfTheSphereFromItsParts) {
+  const Probe probe;
+  auto dataset = touched(probe, directions(true), Vector3d::Zero());
+  const double error_mm = 0.003;
+  dataset.config["effective_diameter_mm"] = 2 * (kRadius_mm - error_mm);
+  const auto result = solvePreTravel(dataset);
+  ASSERT_TRUE(result) << result.error().reason;
+  EXPECT_NEAR(result->find("radius_error_mm")->value(), error_mm, 1e-6);
+  EXPECT_NEAR(result->find("pre_travel_mm")->values[0], probe.mean_mm, 2e-6);
+  EXPECT_NEAR(result->find("pre_travel_mm")->values[3], probe.along_mm, 2e-6);
+  EXPECT_THAT(result->unobservable, testing::Not(testing::Contains(HasSubstr("error of effective_diameter_mm"))));
+
+  // Three heights leave it open, and the answer says so.
+  auto few = directions(true);
+  std::erase_if(few, [](const Vector3d& n) { return n.z() > 0.1 && n.z() < 0.9; });
+  const auto open = solvePreTravel(touched(probe, few, Vector3d::Zero()));
+  ASSERT_TRUE(open) << open.error().reason;
+  EXPECT_EQ(open->find("radius_error_mm"), nullptr);
+  EXPECT_THAT(open->unobservable, testing::Contains(HasSubstr("error of effective_diameter_mm")));
+}
+
 TEST(PreTravel, HasTheUncertaintyThatItStates) {
   constexpr int kRuns = 200;
   Moments errors;

@@ -1,0 +1,231 @@
+#include "firmware/metrology/screw/screw_reference.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/fit_report.hpp"
+#include "firmware/metrology/live/screw_model.hpp"
+#include "firmware/metrology/screw/screw_config.hpp"
+#include "protocol/units/angle.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+constexpr std::array<std::string_view, 3> kRestColumns{"t_s", "phi_rad", "sensor_um"};
+constexpr std::size_t kFewestReadings = 10;
+// A screw that is still off by e returns to its room's temperature with a time constant of a quarter of an hour or
+// more: at this drift at most 2 um are left.
+constexpr double kRestDriftLimitUmS = 0.002;
+// A drift of the limit has to show: this many of its standard deviations.
+constexpr double kDriftShows = 3.0;
+
+// Error of the face at an angle, with its standard deviation.
+struct FaceError {
+  double um{};
+  double sd_um{};
+};
+
+// The face whose means over the sectors are the table, by its harmonics: exact for those below half the number of
+// sectors. A mean over a sector takes sin(w)/w off a harmonic, w being half a sector of it.
+FaceError faceAt(const ScrewModel& screw, double angle_rad, double sd_sector_um) {
+  const auto count = static_cast<double>(screw.sector_count);
+  FaceError face;
+  double variance = 0.0;
+  for (std::size_t harmonic = 1; 2 * harmonic < screw.sector_count; ++harmonic) {
+    const double turn = static_cast<double>(harmonic) * kTurn / count;
+    double cosine = 0.0, sine = 0.0;
+    for (std::size_t i = 0; i < screw.sector_count; ++i) {
+      const double centre = turn * (static_cast<double>(i) + 0.5);
+      cosine += screw.sector_um[i] * std::cos(centre);
+      sine += screw.sector_um[i] * std::sin(centre);
+    }
+    const double gain = 2 / count * (turn / 2) / std::sin(turn / 2);
+    const double at = static_cast<double>(harmonic) * angle_rad;
+    face.um += gain * (cosine * std::cos(at) + sine * std::sin(at));
+    variance += gain * gain * count / 2;
+  }
+  face.sd_um = sd_sector_um * std::sqrt(variance);
+  return face;
+}
+
+// The face under the sensor: its table, or how far from plane it may be.
+struct Face {
+  ScrewModel screw;  // its sectors
+  double sd_um{};    // of a value of the table, or of the face without one
+};
+
+Outcome<Face, Refusal> restFace(const Dataset& dataset) {
+  Face face;
+  TRY(const auto sd_sector, configPositive(dataset, "sd_T_um"));
+  TRY(const auto sd_face, configPositive(dataset, "sd_face_um"));
+  if (dataset.table("sector_table") == nullptr) {
+    if (sd_face) {
+      face.sd_um = *sd_face;
+      return face;
+    }
+    return Refusal{
+        "missing-key",
+        "the face under the sensor is not plane, and one angle does not show its mean: give sector_table from "
+        "screw-calibration, or sd_face_um, the standard deviation of the face over a turn"};
+  }
+  TRY(const auto table, checkedTable(dataset, "sector_table", kSectorColumns));
+  if (auto refusal = fillSectors(face.screw, *table)) return *refusal;
+  face.sd_um = sd_sector.value_or(0.0);
+  return face;
+}
+
+// Smallest difference between two readings that are not equal; nothing when all are equal.
+std::optional<double> smallestStep(std::vector<double> readings) {
+  std::ranges::sort(readings);
+  std::optional<double> smallest;
+  for (std::size_t k = 1; k < readings.size(); ++k) {
+    const double step = readings[k] - readings[k - 1];
+    if (step > 0 && (!smallest || step < *smallest)) smallest = step;
+  }
+  return smallest;
+}
+
+// sd of the mean of rounded readings: noise below the resolution does not average its steps out. The characteristic
+// function of the noise damps the saw-tooth error, whose first harmonic has the amplitude step / pi.
+double roundingSd(double sd_reading, double step) {
+  const double noise = std::sqrt(std::max(0.0, sd_reading * sd_reading - step * step / 12));
+  const double damped = std::exp(-2 * std::pow(std::numbers::pi * noise / step, 2));
+  return std::min(step / std::sqrt(12.0), step / (std::numbers::pi * std::numbers::sqrt2) * damped);
+}
+
+// Factor on the variance of a mean for noise that a sensor with a time constant gives: (1 + r) / (1 - r), r the
+// correlation of neighbours; 1 where chance explains r.
+double inflationBy(const Eigen::VectorXd& residuals) {
+  const Eigen::Index n = residuals.size();
+  const double squares = residuals.squaredNorm();
+  if (!(squares > 0)) return 1;
+  const double r = residuals.head(n - 1).dot(residuals.tail(n - 1)) / squares;
+  return r > 2 / std::sqrt(static_cast<double>(n)) ? (1 + r) / (1 - std::min(r, 0.999)) : 1;
+}
+
+// Parameters: reading at the mean time without the face, drift.
+struct RestFit {
+  Fit fit;
+  double face_sd_um{};
+};
+
+Outcome<RestFit, Refusal> fitRest(const Table& table, const Face& face) {
+  const auto& times = *table.column("t_s");
+  const auto& angles = *table.column("phi_rad");
+  const auto& sensor = *table.column("sensor_um");
+  const auto rows = static_cast<Eigen::Index>(table.rows());
+  double mean_s = 0.0;
+  for (const double t : times) mean_s += t / static_cast<double>(times.size());
+  Eigen::MatrixXd design{rows, 2};
+  Eigen::VectorXd values{rows};
+  double face_sd = face.sd_um;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    const auto error = face.screw.sector_count == 0 ? FaceError{} : faceAt(face.screw, angles[row], face.sd_um);
+    if (face.screw.sector_count != 0) face_sd = k == 0 ? error.sd_um : std::max(face_sd, error.sd_um);
+    design.row(k) << 1.0, times[row] - mean_s;
+    values[k] = sensor[row] - error.um;
+  }
+  TRY(auto fit, linearLeastSquares(design, values));
+  return RestFit{std::move(fit), face_sd};
+}
+
+std::optional<Refusal> notAtRest(double drift, double sd_drift, double limit) {
+  if (kDriftShows * sd_drift > limit) {
+    return Refusal{"too-few-samples", "the drift is known to " + text(sd_drift) +
+                                          " um/s, and has to be to a third of the limit of " + text(limit) +
+                                          " um/s: stand still for longer, or read the sensor more often"};
+  }
+  if (std::abs(drift) <= limit) return std::nullopt;
+  return Refusal{"not-steady", "the sensor drifts by " + text(drift) + " um/s, more than " + text(limit) +
+                                   ": the screw is not cold yet; let the machine stand, and measure again"};
+}
+
+}  // namespace
+
+Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
+  TRY(const auto limit, configPositive(dataset, "drift_limit_um_s"));
+  TRY(const auto resolution, configPositive(dataset, "resolution_um"));
+  TRY(const auto face, restFace(dataset));
+  TRY(const auto table, checkedTable(dataset, "at_rest", kRestColumns));
+  if (table->rows() < kFewestReadings) {
+    return Refusal{"too-few-samples", "table 'at_rest' has " + std::to_string(table->rows()) +
+                                          " readings, fewer than 10: stand still for longer"};
+  }
+  const auto step = resolution ? resolution : smallestStep(*table->column("sensor_um"));
+  if (!step) {
+    return Refusal{"constant-sensor",
+                   "all readings of the sensor are equal: it is frozen, or its resolution hides the noise; check it, "
+                   "or state resolution_um"};
+  }
+  TRY(const auto rest, fitRest(*table, face));
+  const double inflation = inflationBy(rest.fit.residuals);
+  Answer answer{dataset, rest.fit, {}};
+  const double sd_reading = answer.readingSd().value_or(0.0);
+  const Eigen::Matrix2d all = Eigen::Matrix2d::Identity();
+  const double sd_drift = answer.sdOf(all.row(1)).value_or(0.0) * std::sqrt(inflation);
+  if (auto refusal = notAtRest(rest.fit.parameters[1], sd_drift, limit.value_or(kRestDriftLimitUmS))) return *refusal;
+
+  answer.readingIs("one reading of the sensor", "um");
+  answer.readings(*table, std::array<std::string_view, 1>{"sensor_um"}, "t_s");
+  answer.promiseScalar("reference_um", rest.fit.parameters[0], all.row(0));
+  answer.promiseScalar("drift_um_s", rest.fit.parameters[1], all.row(1));
+  Result result = std::move(answer).take(true);
+  const double added = std::hypot(rest.face_sd_um, roundingSd(sd_reading, *step));
+  for (auto& estimate : result.estimates) estimate.sd.front() *= std::sqrt(inflation);
+  auto& sd = result.estimates.front().sd.front();
+  sd = std::hypot(sd, added);
+  if (result.covariance) {
+    for (double& value : result.covariance->values) value *= inflation;
+    result.covariance->values.front() += added * added;
+  }
+  if (inflation > 1) {
+    result.warnings.push_back(
+        "neighbouring readings are correlated, as of a sensor with a time constant: the standard "
+        "deviations are " +
+        text(std::sqrt(inflation)) + " times those of independent readings");
+  }
+  result.convention = "reading of the cold screw at the mean time, without the error of the face there; rms in um";
+  return result;
+}
+
+namespace {
+
+constexpr MethodTable kTables[]{{"at_rest", kRestColumns, "a reading of the cold screw at rest"},
+                                {"sector_table", kSectorColumns, "a sector of the calibrated face table"}};
+constexpr MethodKey kKeys[]{
+    {"sd_T_um", "0", "standard deviation of a value of sector_table (k = 1)"},
+    {"sd_face_um", "", "in the place of sector_table: standard deviation of the face over a turn (k = 1)"},
+    {"drift_limit_um_s", "0.002", "more drift is refused"},
+    {"resolution_um", "", "of a reading; without it the smallest difference between two"},
+    {"axis", "", "whose screw, X, Y or Z, for the box"},
+    {"screw_result", "", "number of the face table's result; for the record"}};
+constexpr MethodResult kResults[]{{"reference_um", "reading that means no extension (D1a)"},
+                                  {"drift_um_s", "of the sensor during at_rest"}};
+constexpr std::string_view kUnobservable[]{
+    "whether the screw is at the temperature at which the machine is right: a screw that is evenly warm is as steady",
+    "a drift of the sensor itself, which looks like an extension"};
+
+std::optional<std::string> subjectOfReference(const Dataset& dataset) {
+  return letteredSubject(dataset, "screw-reference-", "xyz");
+}
+
+}  // namespace
+
+const Method kScrewReference{.name = "screw-reference",
+                             .title = "Reading of a cold ball screw's sensor",
+                             .equations = "(D7)",
+                             .source = source::kScrew,
+                             .solver = solveScrewReference,
+                             .tables = kTables,
+                             .keys = kKeys,
+                             .results = kResults,
+                             .unobservable = kUnobservable,
+                             .subject = {.name = {}, .of = subjectOfReference}};
+
+}  // namespace probebox::metrology

@@ -1,0 +1,105 @@
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "drivers/world/random.hpp"
+#include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/readiness.hpp"
+#include "host-tests/emulation/scenario.hpp"
+#include "measured.hpp"
+#include "pulls.hpp"
+
+// periodic-check with the head at 0, 45 and 90 degrees on the emulated machine.
+namespace probebox::scenario {
+namespace {
+
+using world::operator*;
+using world::operator+;
+using world::operator-;
+using world::Vector3;
+
+constexpr std::uint64_t kSeeds = 20;
+constexpr double kEighth_rad = std::numbers::pi / 4;
+constexpr double kHalfTurn_rad = std::numbers::pi;
+
+// A head that swivels about some other line.
+world::Config worldOf(std::uint64_t seed) {
+  world::Config config = usualWorld();
+  world::Random random{seed, 99};
+  for (const std::size_t i : {0U, 2U}) config.swivel_head.pivot_mm[i] += random.uniform(-0.02, 0.02);
+  config.swivel_head.direction = {random.uniform(-2e-4, 2e-4), 1, random.uniform(-2e-4, 2e-4)};
+  for (double& offset : config.probe_spindle.stylus_offset_mm) offset = random.uniform(-0.03, 0.03);
+  return config;
+}
+
+// Where the machine stands with the stylus' ball in the middle of the part's, mean over A and C at 0 and 180.
+Vector3 meanOf(const Scenario& scenario, const world::Config& config, double b_rad) {
+  Vector3 mean{};
+  const auto& part = config.part_spindle;
+  for (const double c_rad : {0.0, kHalfTurn_rad}) {
+    const Vector3 ball = part.point_mm + world::rotation(world::unit(part.direction), c_rad) * part.balls_mm[0];
+    for (const double a_rad : {0.0, kHalfTurn_rad})
+      mean = mean + 0.25 * (ball - scenario.machine().tipIn({.a_rad = a_rad, .head_rad = b_rad}, 1));
+  }
+  return mean;
+}
+
+ProcedureOptions checkOf(Scenario& scenario) {
+  scenario.facts.checked_ball->swivels_rad = {kEighth_rad, 2 * kEighth_rad};
+  const auto options = procedure::described(procedure::kPeriodicCheck, {}, scenario.facts, procedure::ReadBy::tip);
+  EXPECT_TRUE(options) << options.error().what;
+  return options ? *options : ProcedureOptions{};
+}
+
+TEST(SwivelledCheck, ComparesTheAxesAtEveryAngleOfTheHead) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto config = worldOf(seed);
+    Scenario scenario{config, seed};
+    const auto options = checkOf(scenario);
+    const auto result = measured(scenario, procedure::kPeriodicCheck, options);
+    ASSERT_TRUE(result);
+    const Vector3 level = meanOf(scenario, config, 0), half = meanOf(scenario, config, kEighth_rad),
+                  whole = meanOf(scenario, config, 2 * kEighth_rad);
+    add(pulls, *result, "Xcen_B0_mm", {level[0]}, 5e-4);
+    add(pulls, *result, "Ycen_B0_mm", {level[1]}, 5e-4);
+    add(pulls, *result, "Ycen_B45_mm", {half[1]}, 5e-4);
+    add(pulls, *result, "Ycen_B90_mm", {whole[1]}, 5e-4);
+    // At 90 degrees a stylus of 150 mm under a pivot of 60 points along -X, 210 mm from where it hangs at 0.
+    const double off_mm = whole[0] - 210 - *scenario.facts.checked_ball->accepted_x_mm;
+    add(pulls, *result, "x_offset_error_mm", {off_mm}, 6e-4);
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  pulls.expectHonest();
+}
+
+TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
+  auto config = usualWorld();
+  config.swivel_head.pivot_mm[0] += 0.1;
+  Scenario scenario{config, 3};
+  const auto options = checkOf(scenario);
+  const auto result = measured(scenario, procedure::kPeriodicCheck, options);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->find("verdict")->values[0], 2);
+  EXPECT_GT(std::abs(result->find("deviation_x_offset_error_mm")->values[0]), 0.05);
+  EXPECT_LT(std::abs(result->find("deviation_Xcen_B0_mm")->values[0]), 0.02) << "nothing shows at B = 0";
+}
+
+TEST(SwivelledCheck, NeedsTheTurningAxisAndTheProbesLength) {
+  auto facts = usualFacts();
+  facts.checked_ball->swivels_rad = {2 * kEighth_rad};
+  facts.checked_ball->accepted_x_mm.reset();
+  const auto why = [&] {
+    const auto options = procedure::described(procedure::kPeriodicCheck, {}, facts, procedure::ReadBy::tip);
+    return options ? std::string{} : options.error().what;
+  };
+  EXPECT_NE(why().find("accepted_x_mm"), std::string::npos);
+  facts.checked_ball->accepted_x_mm = 330;
+  EXPECT_EQ(why(), "");
+  facts.probe_tools.count = 0;
+  EXPECT_NE(why().find("[probe_tools] numbers"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace probebox::scenario

@@ -1,0 +1,156 @@
+// screw-reference: a cold screw at rest before a sensor with noise, a face that is not plane, and a resolution.
+#include <array>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <vector>
+
+#include "host-tests/metrology/cases.hpp"
+
+namespace probebox::metrology {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kReading_um = 12.5;
+
+struct Rest {
+  double sigma_um{0.1};
+  double drift_um_s{0};
+  double seconds{60};
+  double rate_hz{20};
+  double angle_rad{0.7};
+  std::array<double, 2> face_um{3, 0.8};  // once and twice a turn
+  std::size_t sectors{24};
+  double sd_sector_um{0};
+  double step_um{0};         // of a reading
+  double time_constant_s{};  // of the sensor
+};
+
+double faceAt(const Rest& rest, double angle_rad) {
+  return rest.face_um[0] * std::cos(angle_rad - 0.4) + rest.face_um[1] * std::cos(2 * angle_rad - 1.9);
+}
+
+double sectorMean(const Rest& rest, std::size_t sector) {
+  constexpr int kSteps = 1000;
+  double sum = 0;
+  for (int k = 0; k < kSteps; ++k)
+    sum += faceAt(rest, kTurn * (static_cast<double>(sector) + (k + 0.5) / kSteps) / static_cast<double>(rest.sectors));
+  return sum / kSteps;
+}
+
+// The sensor averages over its time constant, and rounds.
+Dataset caseOf(const Rest& rest, std::mt19937_64& random) {
+  Dataset dataset{.method = "screw-reference", .config = {{"axis", std::string{"X"}}}, .tables = {}};
+  auto& readings = addTable(dataset, "at_rest", {"t_s", "phi_rad", "sensor_um"});
+  const double keeps = rest.time_constant_s > 0 ? std::exp(-1 / (rest.rate_hz * rest.time_constant_s)) : 0;
+  double noise = gauss(random, rest.sigma_um);
+  const auto count = static_cast<int>(rest.seconds * rest.rate_hz);
+  for (int k = 0; k < count; ++k) {
+    noise = keeps * noise + std::sqrt(1 - keeps * keeps) * gauss(random, rest.sigma_um);
+    const double t = k / rest.rate_hz;
+    double y = kReading_um + faceAt(rest, rest.angle_rad) + rest.drift_um_s * (t - rest.seconds / 2) + noise;
+    if (rest.step_um > 0) y = rest.step_um * std::round(y / rest.step_um);
+    readings.append({t, rest.angle_rad, y});
+  }
+  auto& table = addTable(dataset, "sector_table", {"sector", "T_um"});
+  for (std::size_t i = 0; i < rest.sectors; ++i)
+    table.append({static_cast<double>(i), sectorMean(rest, i) + gauss(random, rest.sd_sector_um)});
+  if (rest.sd_sector_um > 0) dataset.config["sd_T_um"] = rest.sd_sector_um;
+  return dataset;
+}
+
+Moments errorsOf(const Rest& like, int cases) {
+  std::mt19937_64 random{3};
+  Moments errors;
+  for (int k = 0; k < cases; ++k) {
+    Rest rest = like;
+    rest.angle_rad = uniform(random, -20, 20);
+    const auto solved = solve(caseOf(rest, random));
+    EXPECT_TRUE(solved.ok()) << solved.error().reason;
+    if (!solved.ok()) break;
+    const auto& reference = *solved->find("reference_um");
+    errors.add(reference.value() - kReading_um, reference.sd[0]);
+  }
+  return errors;
+}
+
+TEST(ScrewReference, IsAsUncertainAsItSays) {
+  expectHonest(errorsOf({}, 300));
+  expectHonest(errorsOf({.sd_sector_um = 0.05}, 300));
+  expectHonest(errorsOf({.drift_um_s = 0.001, .sectors = 7}, 300));
+}
+
+TEST(ScrewReference, TakesOutAFaceThatItsTableDescribes) {
+  std::mt19937_64 random{1};
+  for (const std::size_t sectors : {6U, 12U, 24U, 72U}) {
+    const auto solved = solve(caseOf({.sigma_um = 1e-4, .sectors = sectors}, random));
+    ASSERT_TRUE(solved.ok());
+    EXPECT_NEAR(solved->find("reference_um")->value(), kReading_um, 1e-4) << sectors;
+  }
+}
+
+// A sensor of 0.15 s that is read 20 times a second: neighbours differ by 0.7 of their noise.
+TEST(ScrewReference, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
+  const auto errors = errorsOf({.time_constant_s = 0.15}, 300);
+  EXPECT_GT(errors.pull(), 0.75);
+  EXPECT_LT(errors.pull(), 1.3) << "6 for independent readings";
+  std::mt19937_64 random{2};
+  EXPECT_THAT(solve(caseOf({.time_constant_s = 0.15}, random))->warnings, Contains(HasSubstr("correlated")));
+}
+
+// A mean of readings that are rounded to 1 um cannot know the third of a micrometre, however many there are.
+TEST(ScrewReference, DoesNotAverageItsResolutionOut) {
+  std::mt19937_64 random{4};
+  Moments errors;
+  for (int k = 0; k < 300; ++k) {
+    Rest rest{.sigma_um = 0.25, .seconds = 120, .step_um = 1};
+    rest.angle_rad = uniform(random, -20, 20);
+    const auto solved = solve(caseOf(rest, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    errors.add(solved->find("reference_um")->value() - kReading_um, solved->find("reference_um")->sd[0]);
+  }
+  EXPECT_GT(errors.pull(), 0.5);
+  EXPECT_LT(errors.pull(), 1.5);
+}
+
+TEST(ScrewReference, RefusesAScrewThatIsNotAtRest) {
+  std::mt19937_64 random{5};
+  EXPECT_EQ(refusalOf(caseOf({.drift_um_s = 0.004}, random)), "not-steady");
+  EXPECT_EQ(refusalOf(caseOf({.drift_um_s = -0.004}, random)), "not-steady");
+  Dataset allowed = caseOf({.drift_um_s = 0.004}, random);
+  allowed.config["drift_limit_um_s"] = 0.01;
+  EXPECT_EQ(refusalOf(allowed), "");
+  EXPECT_EQ(refusalOf(caseOf({.seconds = 6}, random)), "too-few-samples") << "such a drift would not show";
+  EXPECT_EQ(refusalOf(caseOf({.seconds = 0.4}, random)), "too-few-samples");
+}
+
+TEST(ScrewReference, RefusesAFrozenSensorUnlessItsResolutionIsStated) {
+  std::mt19937_64 random{6};
+  Dataset frozen = caseOf({.sigma_um = 0}, random);
+  EXPECT_EQ(refusalOf(frozen), "constant-sensor");
+  frozen.config["resolution_um"] = 1.0;
+  const auto solved = solve(frozen);
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("reference_um")->sd[0], 1 / (std::numbers::pi * std::numbers::sqrt2), 1e-9);
+}
+
+TEST(ScrewReference, NeedsTheFace) {
+  std::mt19937_64 random{7};
+  Dataset dataset = caseOf({}, random);
+  dataset.tables.pop_back();
+  EXPECT_EQ(refusalOf(dataset), "missing-key");
+  dataset.config["sd_face_um"] = 2.2;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok());
+  EXPECT_NEAR(solved->find("reference_um")->sd[0], 2.2, 0.01);
+  Dataset twice = caseOf({}, random);
+  columnNamed(twice, "sector_table", "sector")[3] = 4;
+  EXPECT_EQ(refusalOf(twice), "bad-sectors");
+}
+
+}  // namespace
+}  // namespace probebox::metrology
