@@ -20,12 +20,13 @@ std::vector<Point> pairs(const std::vector<double>& x, const std::vector<double>
   return points;
 }
 
-// The sensor over time with its drift, and over the cycle.
-void addSensor(std::vector<Plot>& all, const Dataset& dataset, const metrology::Result& result) {
-  const auto* time = columnOf(dataset, "sector_cal", "t_s");
-  const auto* sensor = columnOf(dataset, "sector_cal", "sensor_um");
+// The sensor over time with its drift, in a slow rotation or at rest.
+void addSensor(std::vector<Plot>& all, const Dataset& dataset, const char* table, const char* title,
+               const metrology::Result& result) {
+  const auto* time = columnOf(dataset, table, "t_s");
+  const auto* sensor = columnOf(dataset, table, "sensor_um");
   if (time != nullptr && sensor != nullptr && !time->empty()) {
-    Plot plot{"Sensor in time, slow rotation", "time (s)", "sensor (um)"};
+    Plot plot{title, "time (s)", "sensor (um)"};
     plot.add(pairs(*time, *sensor), Look::solid, "sensor: extension and face");
     if (const auto* drift = result.find("drift_um_s")) {
       double mean_t = 0.0;
@@ -106,7 +107,8 @@ std::vector<Plot> screwPictures(const Subject& subject) {
   std::vector<Plot> all;
   const auto& result = *subject.result();
   if (subject.dataset) {
-    addSensor(all, *subject.dataset, result);
+    addSensor(all, *subject.dataset, "sector_cal", "Sensor in time, slow rotation", result);
+    addSensor(all, *subject.dataset, "at_rest", "Sensor in time, at rest", result);
     addCompensation(all, *subject.dataset, result);
     addGain(all, *subject.dataset, result);
   } else {

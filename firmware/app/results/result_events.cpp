@@ -134,14 +134,11 @@ Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis
       ScrewReferenceActivated{.result_id = id, .axis = axis, .reading_um = reading.values[0], .at = now}};
 }
 
-// The length of the assembled tool from the gauge line, L3 + L1 (C2): it replaces the one of [[tool]].
+// The length of the assembled tool from the gauge line, L3 + L1 (C2): it replaces the one of [[tool]]. Results of
+// earlier versions have L3 alone, which is no such length; their compensation is served as ever.
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
-  if (result.find(kGaugeLength) == nullptr)
-    return Error{
-        "The result of tool-assembly states the length beyond the holder alone, as versions before did: measure "
-        "tool " +
-        std::to_string(tool) + " again."};
+  if (result.find(kGaugeLength) == nullptr) return std::vector<Event>{};
   TRY(const auto length, valuesOf(result, kGaugeLength, 1));
   if (!(length.values[0] > 0))
     return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) + " is not above 0."};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -156,6 +157,11 @@ Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset) {
   if (table->rows() < kFewestReadings) {
     return Refusal{"too-few-samples", "table 'at_rest' has " + std::to_string(table->rows()) +
                                           " readings, fewer than 10: stand still for longer"};
+  }
+  const auto& times = *table->column("t_s");
+  if (const auto back = std::ranges::adjacent_find(times, std::ranges::greater_equal{}); back != times.end()) {
+    return Refusal{"time-not-rising", "table 'at_rest', row " + std::to_string(back - times.begin() + 2) +
+                                          ": t_s does not rise, as of a copied row: remove it"};
   }
   const auto step = resolution ? resolution : smallestStep(*table->column("sensor_um"));
   if (!step) {

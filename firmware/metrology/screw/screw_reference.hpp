@@ -11,8 +11,8 @@ namespace probebox::metrology {
 // sector_table{sector,T_um} from screw-calibration, with sd_T_um, or sd_face_um where there is none. Config:
 // drift_limit_um_s (default 0.002), resolution_um (default: the smallest difference between the readings). axis: of the
 // screw (X, Y, Z). Gives reference_um, at the mean time and without the error of the face, and drift_um_s. Refuses:
-// not-steady, too-few-samples (10, and as many as the drift limit needs), constant-sensor, bad-sectors, missing-key,
-// and what linearLeastSquares refuses.
+// not-steady, too-few-samples (10, and as many as the drift limit needs), constant-sensor, time-not-rising,
+// bad-sectors, missing-key, and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveScrewReference(const Dataset& dataset);
 
 extern const Method kScrewReference;

@@ -144,6 +144,28 @@ TEST(TouchCapture, RepeatsATouchWhoseSwitchDidSomethingElse) {
   EXPECT_EQ(touchedBySwitch(capture, {800, 900}), TouchFault::none);
 }
 
+// Ten readings a second of the screw of Y, over a stated time.
+TouchFault rested(double readings_s, double moved_counts = 0) {
+  TouchCapture capture{Capacity{}, {1e-3, 1e-3, 1e-3}};
+  TouchRequest request;
+  request.outward_normal = request.retract_direction = {0, 1, 0};
+  request.sweeps = true;
+  request.rest_s = 60;
+  capture.begin(request);
+  for (std::int64_t i = 0; i < 60; ++i)
+    latchAll(capture, 1'000'000'000 * i, {0, i == 30 ? static_cast<std::int64_t>(moved_counts) : 0, 0});
+  for (std::int64_t i = 0; i < 10 * readings_s; ++i) capture.push(Drift{Axis::y, 1000, monoTime(100'000'000 * i)});
+  return capture.end(kLocked);
+}
+
+TEST(TouchCapture, RepeatsARestThatIsTooShortOrThatMoves) {
+  EXPECT_EQ(rested(60), TouchFault::none);
+  EXPECT_EQ(rested(55), TouchFault::rest_too_short);
+  EXPECT_EQ(rested(60, 15), TouchFault::none) << "15 um: servo and encoder noise";
+  EXPECT_EQ(rested(60, 50), TouchFault::moved);
+  EXPECT_EQ(rested(0.2), TouchFault::no_drift_rows);
+}
+
 TEST(TouchDataset, GivesMillimetresWithSenseAndMasterSecondsFromTheTouchesOwnStart) {
   TouchCapture capture{Capacity{}};
   recordTouch(capture);

@@ -56,9 +56,12 @@ std::vector<Case> cases() {
   sweep.travel_mm = 40;
   sweep.speed_count = 1;
   sweep.speeds_mm_s[0] = 5;
-  return {{&procedure::kDelayMultiSpeed, {}}, {&procedure::kDelayPlates, {}},        {&procedure::kDelayInOut, {}},
-          {&procedure::kDelayNonNormal, {}},  {&procedure::kCentreline, three},      {&procedure::kToolSetter, tool},
-          {&procedure::kTablePivot, tilted},  {&procedure::kScrewCalibration, sweep}};
+  ProcedureOptions rest;
+  rest.axis = 1;
+  return {
+      {&procedure::kDelayMultiSpeed, {}}, {&procedure::kDelayPlates, {}},         {&procedure::kDelayInOut, {}},
+      {&procedure::kDelayNonNormal, {}},  {&procedure::kCentreline, three},       {&procedure::kToolSetter, tool},
+      {&procedure::kTablePivot, tilted},  {&procedure::kScrewCalibration, sweep}, {&procedure::kScrewReference, rest}};
 }
 
 procedure::Plan planOf(const Case& c) {
@@ -149,6 +152,8 @@ TEST(Program, ReachesWhatThePlanAsksForInEveryDialect) {
         }
         if (plan.steps[i].kind == Kind::sweep) {
           expectSweep(run, plan.steps[i], begin, end);
+        } else if (plan.steps[i].kind == Kind::rest) {
+          EXPECT_EQ(begin.after, end.after) << "it stands still";
         } else {
           expectTouch(run, plan.steps[i], begin, end);
         }

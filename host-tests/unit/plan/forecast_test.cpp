@@ -110,6 +110,18 @@ TEST(Forecast, OfAScrewGainsByItsTurns) {
   EXPECT_EQ(forecast({.method = &procedure::kCentreline, .options = {.turns = 4}}, {}).error().name, "bad-option");
 }
 
+TEST(Forecast, OfAColdScrewIsAsGoodAsItsFaceTable) {
+  const Wanted wanted{.method = &procedure::kScrewReference, .options = {.axis = 1}};
+  plan::SetUp exact;
+  exact.sd_screw_sector_um = 1e-6;
+  EXPECT_NEAR(sdOf(*forecast(wanted, exact), "reference_um"), 0.02 / std::sqrt(1200.0), 1e-4);
+  plan::SetUp rough;
+  rough.sd_screw_sector_um = 0.2;
+  EXPECT_GT(sdOf(*forecast(wanted, rough), "reference_um"), 0.15);
+  EXPECT_EQ(forecast({.method = &procedure::kScrewReference, .options = {.axis = 1, .turns = 4}}, {}).error().name,
+            "bad-option");
+}
+
 TEST(Forecast, GrowsWithTheNoise) {
   const auto options = atSpeeds({10, 40});
   const double usual = sdOf(forecastOf(&procedure::kDelayMultiSpeed, options), "tau_s");

@@ -196,7 +196,9 @@ TEST(LiveMethodNumbers, AreForEver) {
                                  "tool-setter",
                                  "tool-assembly",
                                  "sensor-head-calibration",
-                                 "centreline-by-steps"};
+                                 "centreline-by-steps",
+                                 "pre-travel",
+                                 "screw-reference"};
   ASSERT_GE(liveMethods().size(), kNumbered.size());
   std::set<std::uint16_t> numbers{0};
   for (std::size_t i = 0; i < liveMethods().size(); ++i) {
@@ -254,6 +256,16 @@ TEST_F(Planned, ASweepMovesOneAxisAndTouchesNothing) {
   EXPECT_EQ(promptFor(plan, 0),
             "step 1 of 1: when the temperature of the screw of Y is stable and its travel is clear, move Y alone by "
             "+40 mm at 0.5 mm/s without stopping");
+}
+
+TEST_F(Planned, ARestMovesNothingAndSaysForHowLong) {
+  const Plan plan = of(kScrewReference, {.axis = 2});
+  ASSERT_EQ(plan.step_count, 1U);
+  EXPECT_EQ(plan.steps[0].kind, Kind::rest);
+  EXPECT_EQ(plan.steps[0].touch.travel_mm, 0);
+  EXPECT_EQ(promptFor(plan, 0),
+            "step 1 of 1: with the screw of Y cold (the machine has stood since the temperature of its room was "
+            "reached), stand still for 60 s");
 }
 
 TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {

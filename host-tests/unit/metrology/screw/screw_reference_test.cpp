@@ -138,6 +138,13 @@ TEST(ScrewReference, RefusesAFrozenSensorUnlessItsResolutionIsStated) {
   EXPECT_NEAR(solved->find("reference_um")->sd[0], 1 / (std::numbers::pi * std::numbers::sqrt2), 1e-9);
 }
 
+TEST(ScrewReference, RefusesACopiedRow) {
+  std::mt19937_64 random{8};
+  Dataset dataset = caseOf({}, random);
+  columnNamed(dataset, "at_rest", "t_s")[5] = columnNamed(dataset, "at_rest", "t_s")[4];
+  EXPECT_EQ(refusalOf(dataset), "time-not-rising");
+}
+
 TEST(ScrewReference, NeedsTheFace) {
   std::mt19937_64 random{7};
   Dataset dataset = caseOf({}, random);
