@@ -25,7 +25,8 @@ TrackedPhase::TrackedPhase(const Config& config)
       rounding_ns_{config.period_ns - static_cast<double>(wholeNanoseconds(config.period_ns).count())},
       filter_{wholeNanoseconds(config.period_ns)},
       jitter_{static_cast<double>(config.jitter.count()), config.learns},
-      wander_{wholeNanoseconds(config.period_ns), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
+      wander_{wholeNanoseconds(config.period_ns), config.phase_wander_ns_per_sqrt_s,
+              config.frequency_wander_ppb_per_sqrt_s},
       unmoved_{filter_},
       predicted_{filter_} {
   filter_.setWalk(wander_.walk());

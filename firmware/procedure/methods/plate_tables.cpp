@@ -91,7 +91,7 @@ class StopAngles {
 };
 
 // The nominal axis.
-struct TurningAxis {
+struct PlateAxis {
   Eigen::Vector3d point, direction;
   bool is_b{};
 };
@@ -100,7 +100,7 @@ struct TurningAxis {
 struct PlateTables {
   metrology::Table first, second;
 
-  PlateTables(const std::vector<Reading>& readings, const TurningAxis& axis, bool mounts) {
+  PlateTables(const std::vector<Reading>& readings, const PlateAxis& axis, bool mounts) {
     const auto named = [mounts](const char* name, std::size_t from) {
       return mounts ? metrology::Table::withColumns(name, std::span{kColumnsOfPlateTables}.subspan(from))
                     : metrology::Table::withColumns(name, std::span{kColumnsOfOneMount}.subspan(from));
