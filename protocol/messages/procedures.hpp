@@ -134,8 +134,7 @@ struct ProcedureStatus {
       field("kind", self.kind,
             "0 touch with a dwell, 1 in and at once back out, 2 jog of one axis, 3 sweep of one axis at constant "
             "speed, 4 hold: stand still there for a dwell, and nothing is touched, 5 rest: stand still anywhere for "
-            "rest_s. "
-            "Since 1.2, as all below");
+            "rest_s. Since 1.2, as all below");
       field("feature", self.feature,
             "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
             "3 the tool-setting device");

@@ -191,7 +191,7 @@ procedure::Facts Calibrations::factsNow() const {
     if (facts.screws[axis]) facts.screws[axis]->face = measured.screw_faces[axis];
   }
   for (const auto& measured_length : measured.tool_lengths)
-    facts.probe_tools.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id);
+    facts.takeLength(measured_length.tool, measured_length.length_mm, measured_length.result_id);
   if (auto& ball = facts.checked_ball) {
     if (measured.ball_xy_mm)
       ball->accepted_x_mm = (*measured.ball_xy_mm)[0], ball->accepted_y_mm = (*measured.ball_xy_mm)[1];

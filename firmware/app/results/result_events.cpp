@@ -138,7 +138,8 @@ Outcome<std::vector<Event>> screwReference(const metrology::Result& result, Axis
 // earlier versions have L3 alone, which is no such length; their compensation is served as ever.
 Outcome<std::vector<Event>> assembly(const metrology::Result& result, std::uint32_t tool, std::uint64_t id,
                                      MonoTime now) {
-  if (result.find(kGaugeLength) == nullptr) return std::vector<Event>{};
+  if (result.find(kGaugeLength) == nullptr)
+    return std::vector<Event>{ToolLengthActivated{.result_id = 0, .tool = tool, .length_mm = 0, .at = now}};
   TRY(const auto length, valuesOf(result, kGaugeLength, 1));
   if (!(length.values[0] > 0))
     return Error{"The " + std::string{kGaugeLength} + " of tool " + std::to_string(tool) + " is not above 0."};

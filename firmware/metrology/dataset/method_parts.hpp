@@ -29,7 +29,7 @@ inline constexpr MethodKey kGreatestRadius{"radius_max_mm", "", "a larger radius
 inline constexpr MethodKey kRobust{"robust", "false", "drop outliers once, instead of refusing them"};
 inline constexpr MethodKey kFeatureAxis{"feature_axis", "[0,0,1]", "axis of the feature, along X, Y or Z"};
 inline constexpr MethodKey kSwivelAxis{"swivel_axis", kNeeded, "unit vector of the swivel axis, along X, Y or Z"};
-// Of the tools that carry the probe, in the order in which they are described.
+// Of the tools that carry the probe, in the order in which they were read.
 inline constexpr std::array<MethodKey, 4> kLengthResults{
     {{"length_1_result", "", "number of the assembly that has the length of the first tool; for the record"},
      {"length_2_result", "", "the same of the second"},

@@ -32,10 +32,12 @@ struct FaceError {
 };
 
 // The face whose means over the sectors are the table, by its harmonics: exact for those below half the number of
-// sectors. A mean over a sector takes sin(w)/w off a harmonic, w being half a sector of it.
+// sectors. A mean over a sector takes sin(w)/w off a harmonic, w being half a sector of it. The mean of a table that
+// does not sum to 0 is in the face, as in the compensation.
 FaceError faceAt(const ScrewModel& screw, double angle_rad, double sd_sector_um) {
   const auto count = static_cast<double>(screw.sector_count);
   FaceError face;
+  for (std::size_t i = 0; i < screw.sector_count; ++i) face.um += screw.sector_um[i] / count;
   double variance = 0.0;
   for (std::size_t harmonic = 1; 2 * harmonic < screw.sector_count; ++harmonic) {
     const double turn = static_cast<double>(harmonic) * kTurn / count;

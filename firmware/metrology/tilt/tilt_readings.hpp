@@ -47,10 +47,15 @@ inline constexpr MethodTable kTableTiltTables[]{
     {"readings", kTableTiltColumns, "centre of one ball at a tilt and C", true}};
 inline constexpr MethodTable kHeadTiltTables[]{
     {"readings", kHeadTiltColumns, "machine position with the stylus at the ball, at B and A of the spindle", true}};
-inline constexpr MethodKey kTableTiltKeys[]{
-    {"tilt_axis", kNeeded, "unit vector of the tilt axis, along X, Y or Z"}, key::kSigma, key::kSigmaAngle};
-inline constexpr MethodKey kHeadTiltKeys[]{
-    {"ball_mm", kNeeded, "where the ball is, x y z"}, key::kSwivelAxis, key::kSigma, key::kSigmaAngle};
+inline constexpr MethodKey kTableTiltKeys[]{{"tilt_axis", kNeeded, "unit vector of the tilt axis, along X, Y or Z"},
+                                            key::kSigma,
+                                            key::kSigmaAngle,
+                                            key::kTauForTheRecord};
+inline constexpr MethodKey kHeadTiltKeys[]{{"ball_mm", kNeeded, "where the ball is, x y z"},
+                                           key::kSwivelAxis,
+                                           key::kSigma,
+                                           key::kSigmaAngle,
+                                           key::kTauForTheRecord};
 inline constexpr KnownQuantity kBallKnown[]{{"sd_ball_mm", "ball_mm", KnownKind::value}};
 inline constexpr std::string_view kTableTiltUnobservable[]{
     "the position of the pivot along the tilt axis, and first harmonics of the tilt axis separately from its position"};

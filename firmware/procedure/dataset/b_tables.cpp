@@ -114,12 +114,21 @@ void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& reading
   if (head.sd_ball_mm) dataset.config["sd_ball_mm"] = *head.sd_ball_mm;
 }
 
-void addLengthResults(metrology::Dataset& dataset, const ProbeTools& tools) {
+void addLengthResults(metrology::Dataset& dataset, const Facts& facts, const std::vector<std::uint32_t>& probe_tools) {
   static_assert(kMostProbeTools == metrology::key::kLengthResults.size());
-  for (std::size_t i = 0; i < tools.count; ++i) {
-    const auto& key = metrology::key::kLengthResults[i];
-    if (tools.results[i] != 0) dataset.config[std::string{key.name}] = static_cast<double>(tools.results[i]);
+  for (std::size_t i = 0; i < probe_tools.size(); ++i) {
+    const std::uint64_t result = facts.lengthResultOf(probe_tools[i]);
+    const auto& key = metrology::key::kLengthResults.at(i);
+    if (result != 0) dataset.config[std::string{key.name}] = static_cast<double>(result);
   }
+}
+
+std::vector<std::uint32_t> toolsOf(const std::vector<Reading>& readings) {
+  std::vector<std::uint32_t> tools;
+  for (const auto& reading : readings) {
+    if (std::ranges::find(tools, reading.tool) == tools.end()) tools.push_back(reading.tool);
+  }
+  return tools;
 }
 
 void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts) {
@@ -129,7 +138,7 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   const StopSigma sigma = sigmaOfStops(stops, head);
   dataset.config["sigma_mm"] = sigma.across_mm;
   dataset.config["sigma_along_mm"] = sigma.along_mm;
-  addLengthResults(dataset, facts.probe_tools);
+  addLengthResults(dataset, facts, toolsOf(readings));
   auto rows = metrology::Table::withColumns("readings", kSwivelColumns);
   auto queries = metrology::Table::withColumns("queries", kQueryColumns);
   for (const auto& stop : stops) {

@@ -18,8 +18,11 @@ void addTilts(metrology::Dataset& dataset, const std::vector<Reading>& readings,
 // Adds the tables of head-pivot. Each angle of A is a separate point of the head.
 void addSwivels(metrology::Dataset& dataset, const std::vector<Reading>& readings, const HeadFacts& head);
 
-// Names the assemblies in force whose lengths of the probe's tools are used, so that a result rests on them.
-void addLengthResults(metrology::Dataset& dataset, const ProbeTools& tools);
+// Names the assemblies in force whose lengths these tools have, so that a result rests on them. At most
+// kMostProbeTools.
+void addLengthResults(metrology::Dataset& dataset, const Facts& facts, const std::vector<std::uint32_t>& probe_tools);
+// Of the readings, each once, as they were read.
+std::vector<std::uint32_t> toolsOf(const std::vector<Reading>& readings);
 
 // Adds the tables of swivel-error: the ball's centre as a control with nominal kinematics reports it, for every angle
 // of B and every tool, averaged over half a turn of A.

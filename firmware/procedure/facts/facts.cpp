@@ -12,17 +12,28 @@ double ProbeTools::lengthOf(std::uint32_t number) const {
   return 0;
 }
 
-void ProbeTools::takeLength(std::uint32_t number, double length_mm, std::uint64_t result) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (numbers[i] != number) continue;
-    lengths_mm[i] = length_mm;
-    results[i] = result;
-  }
-}
-
 double Facts::lengthOf(std::uint32_t probe_tool) const {
   if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_length_mm;
   return probe_tools.lengthOf(probe_tool);
+}
+
+std::uint64_t Facts::lengthResultOf(std::uint32_t probe_tool) const {
+  if (probe_shank && probe_shank->tool == probe_tool) return probe_shank->tip_result;
+  for (std::size_t i = 0; i < probe_tools.count; ++i) {
+    if (probe_tools.numbers[i] == probe_tool) return probe_tools.results[i];
+  }
+  return 0;
+}
+
+void Facts::takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result) {
+  for (std::size_t i = 0; i < probe_tools.count; ++i) {
+    if (probe_tools.numbers[i] != probe_tool) continue;
+    probe_tools.lengths_mm[i] = length_mm;
+    probe_tools.results[i] = result;
+  }
+  if (!probe_shank || probe_shank->tool != probe_tool) return;
+  probe_shank->tip_length_mm = length_mm;
+  probe_shank->tip_result = result;
 }
 
 double ProbeTools::span_mm() const {

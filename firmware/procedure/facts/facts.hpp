@@ -80,8 +80,6 @@ struct ProbeTools {
 
   // 0 for any other tool.
   double lengthOf(std::uint32_t number) const;
-  // Replaces the length of a tool; nothing for one that does not carry the probe.
-  void takeLength(std::uint32_t number, double length_mm, std::uint64_t result);
   // Longest minus shortest length.
   double span_mm() const;
 };
@@ -89,7 +87,8 @@ struct ProbeTools {
 // The shank of one tool's stylus, which acts as a shorter tool.
 struct ProbeShank {
   std::uint32_t tool{};
-  double tip_length_mm{};  // from the gauge line to the stylus ball
+  double tip_length_mm{};      // from the gauge line to the stylus ball
+  std::uint64_t tip_result{};  // the assembly in force that says so; 0: machine.toml does
   double radius_mm{};
   double height_mm{};  // height of the contact above the centre of the stylus ball
   double from_mm{};    // height of its lower end
@@ -190,6 +189,10 @@ struct Facts {
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.
   double lengthOf(std::uint32_t probe_tool) const;
+  // Of the assembly in force that says so; 0: machine.toml does.
+  std::uint64_t lengthResultOf(std::uint32_t probe_tool) const;
+  // Replaces the length of a tool; nothing for one that does not carry the probe.
+  void takeLength(std::uint32_t probe_tool, double length_mm, std::uint64_t result);
 };
 
 }  // namespace probebox::procedure

@@ -29,7 +29,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
   dataset.config["sigma_mm"] = sigmaWithAngle(readings, facts);
-  addLengthResults(dataset, facts.probe_tools);
+  addLengthResults(dataset, facts, toolsOf(readings));
   dataset.config["tool_direction"] = -1.0;  // a spindle that holds its tool downwards
   auto table = metrology::Table::withColumns("readings", kColumnsOfAAxisAlignment);
   for (const auto& reading : readings) {

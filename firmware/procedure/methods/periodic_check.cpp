@@ -98,7 +98,7 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   }
   if (ball.limit_mm) config["limit_mm"] = *ball.limit_mm;
   dataset.tables.insert(dataset.tables.begin(), {std::move(tables.centres), std::move(tables.z_touch)});
-  if (tables.x_touch.rows() > 0) addLengthResults(dataset, facts.probe_tools);
+  if (tables.x_touch.rows() > 0) addLengthResults(dataset, facts, {facts.probe_tools.numbers[0]});
   if (tables.x_touch.rows() > 0) dataset.tables.insert(dataset.tables.begin() + 1, std::move(tables.x_touch));
 }
 

@@ -96,8 +96,7 @@ constinit const LiveMethod kPreTravel{
     .steps =
         "the datum sphere in 43 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
         "20 degrees below it, every 60 degrees 12 degrees below and 40 above it, every 120 degrees 65 above it, and "
-        "the "
-        "top four times; A, B and C at 0",
+        "the top four times; A, B and C at 0",
     .needs = kNeedsOfPreTravel,
     .usual = touchesAt(kSpeed_mm_s),
     .own_steps = &kSphere,

@@ -56,7 +56,7 @@ constexpr OwnSteps kRest{.why_refused = whyNoRest, .fill = addRest};
 void addFace(metrology::Dataset& dataset, const ScrewFace& face) {
   auto table = metrology::Table::withColumns("sector_table", std::array<std::string_view, 2>{"sector", "T_um"});
   for (std::size_t i = 0; i < face.sector_um.size(); ++i) table.append({static_cast<double>(i), face.sector_um[i]});
-  dataset.config["sd_T_um"] = face.sd_um;
+  if (face.sd_um > 0) dataset.config["sd_T_um"] = face.sd_um;
   dataset.config["screw_result"] = static_cast<double>(face.result_id);
   dataset.tables.push_back(std::move(table));
 }

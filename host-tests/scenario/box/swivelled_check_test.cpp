@@ -78,9 +78,13 @@ TEST(SwivelledCheck, FailsWhereTheHeadHasMoved) {
   auto config = usualWorld();
   config.swivel_head.pivot_mm[0] += 0.1;
   Scenario scenario{config, 3};
+  scenario.facts.takeLength(1, scenario.facts.lengthOf(1), 42);
+  scenario.facts.takeLength(2, scenario.facts.lengthOf(2), 43);
   const auto options = checkOf(scenario);
   const auto result = measured(scenario, procedure::kPeriodicCheck, options);
   ASSERT_TRUE(result);
+  EXPECT_EQ(std::get<double>(scenario.dataset().config.at("length_1_result")), 42);
+  EXPECT_FALSE(scenario.dataset().config.contains("length_2_result")) << "of a tool that was not read";
   EXPECT_EQ(result->find("verdict")->values[0], 2);
   EXPECT_GT(std::abs(result->find("deviation_x_offset_error_mm")->values[0]), 0.05);
   EXPECT_LT(std::abs(result->find("deviation_Xcen_B0_mm")->values[0]), 0.02) << "nothing shows at B = 0";

@@ -154,7 +154,8 @@ TouchFault rested(double readings_s, double moved_counts = 0) {
   capture.begin(request);
   for (std::int64_t i = 0; i < 60; ++i)
     latchAll(capture, 1'000'000'000 * i, {0, i == 30 ? static_cast<std::int64_t>(moved_counts) : 0, 0});
-  for (std::int64_t i = 0; i < 10 * readings_s; ++i) capture.push(Drift{Axis::y, 1000, monoTime(100'000'000 * i)});
+  for (std::int64_t i = 0; static_cast<double>(i) < 10 * readings_s; ++i)
+    capture.push(Drift{Axis::y, 1000, monoTime(100'000'000 * i)});
   return capture.end(kLocked);
 }
 

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <string>
 
 #include "protocol/units/wording.hpp"
 #include "tools/case/readable.hpp"
@@ -55,7 +57,9 @@ std::string page(const messages::ResultSummary& result) {
   std::string all =
       "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   for (const auto& value : result.values) all += "\n  " + readable(value);
-  all += printed("\n  residual rms %.3g mm, %u degrees of freedom, condition %.3g", result.rms,
+  const bool in_um =
+      std::ranges::any_of(result.values, [](const auto& value) { return value.key.find("_um") != std::string::npos; });
+  all += printed("\n  residual rms %.3g %s, %u degrees of freedom, condition %.3g", result.rms, in_um ? "um" : "mm",
                  static_cast<unsigned>(result.dof), result.condition);
   for (const auto& warning : result.warnings) all += "\n  warning: " + warning;
   return all;

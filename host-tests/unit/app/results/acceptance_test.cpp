@@ -282,6 +282,29 @@ TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {
   EXPECT_EQ(sourceOf("check").first, messages::ValueSource::description);
 }
 
+TEST_F(Accepting, OfAnAssemblyGivesMethodsTheLengthOfTheirTool) {
+  auto assembly = resultOf("tool-assembly", {Estimate::scalar("assembled_length_mm", 88, 1e-3)});
+  acceptedAs("assembly-1", assembly);
+  EXPECT_THAT(results_.measuredFacts().tool_lengths, testing::IsEmpty()) << "L3 alone is not the length";
+  assembly.also = {Estimate::scalar("gauge_length_mm", 150.02, 1e-3)};
+  const auto id = acceptedAs("assembly-1", assembly).id;
+  const auto lengths = results_.measuredFacts().tool_lengths;
+  ASSERT_EQ(lengths.size(), 1U);
+  EXPECT_EQ(lengths.front().result_id, id);
+  EXPECT_EQ(lengths.front().tool, 1U);
+  EXPECT_EQ(lengths.front().length_mm, 150.02);
+
+  procedure::Facts facts;
+  facts.probe_tools = {.count = 2, .numbers = {1, 2}, .lengths_mm = {150, 200}};
+  facts.probe_shank = procedure::ProbeShank{.tool = 1, .tip_length_mm = 150, .height_mm = 50};
+  facts.takeLength(1, 150.02, id);
+  EXPECT_EQ(facts.lengthOf(1), 150.02);
+  EXPECT_EQ(facts.lengthResultOf(1), id);
+  EXPECT_EQ(facts.probe_tools.lengthOf(1), 150.02);
+  EXPECT_NEAR(facts.probe_shank->length_mm(), 100.02, 1e-12) << "the shank moves with its tip";
+  EXPECT_EQ(facts.lengthResultOf(2), 0U) << "machine.toml has its length";
+}
+
 TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
   procedure::Facts described;
   described.screws[0] = procedure::ScrewFacts{};
@@ -295,7 +318,7 @@ TEST_F(Accepting, OfAScrewGivesFaceAndReferenceEachItsSource) {
       "screw-x", resultOf("screw-calibration", {Estimate::vector("sector_table_um", {1, -1, 0}, {0.1, 0.3, 0.1})}));
   EXPECT_EQ(sourceOf("screw-x"), messages::ValueSource::result);
   EXPECT_EQ(sourceOf("screw-reference-x"), messages::ValueSource::description) << "the reference is another quantity";
-  const auto& in_force = results_.measuredFacts().screw_faces[0];
+  const auto in_force = results_.measuredFacts().screw_faces[0];
   ASSERT_TRUE(in_force);
   EXPECT_EQ(in_force->result_id, face.id);
   EXPECT_EQ(in_force->sector_um, (std::vector<double>{1, -1, 0}));

@@ -275,8 +275,9 @@ TEST(ResultEvents, OfAnAssemblyAreItsLengthFromTheGaugeLine) {
   result.estimates = {metrology::Estimate::scalar("assembled_length_mm", 58.25, 1e-3)};
   record.content = result;
   const auto before = activationOf(record, kNow);
-  ASSERT_TRUE(before);
-  EXPECT_TRUE(before->empty()) << "of an earlier version, which kept L3 alone";
+  ASSERT_TRUE(before && before->size() == 1);
+  EXPECT_EQ(std::get<ToolLengthActivated>(before->front()).result_id, 0U)
+      << "of an earlier version, which kept L3 alone: a rollback to it takes the measured length away";
   result.also = {metrology::Estimate::scalar("gauge_length_mm", 120.25, 1e-3)};
   record.content = result;
   const auto events = activationOf(record, kNow);

@@ -19,6 +19,15 @@ TEST(BoxConfig, OfTheEmulatedBoardIsOneThatTheCoreTakes) {
   EXPECT_EQ(config.mm_per_count[1], sim->machine.axes[1].sense / sim->machine.axes[1].counts_per_mm);
 }
 
+// What was measured with one stylus is not for another.
+TEST(BoxConfig, BindsResultsToTheStylusThatHasAName) {
+  auto sim = *board::simDescriptions();
+  EXPECT_EQ(mountingOf(sim).probe_serial_number, sim.probe.serial_number);
+  sim.probe.stylus = "25 mm, steel";
+  EXPECT_EQ(mountingOf(sim).probe_serial_number, sim.probe.serial_number + ", stylus 25 mm, steel");
+  EXPECT_EQ(wireDescriptor(sim, "0").probe, mountingOf(sim).probe_serial_number);
+}
+
 TEST(BoxConfig, OfTheFastestSourcesThatMayBeDescribedIsTaken) {
   auto sim = *board::simDescriptions();
   sim.probe.rate_hz = 1e6;

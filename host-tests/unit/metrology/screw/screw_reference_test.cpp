@@ -93,6 +93,16 @@ TEST(ScrewReference, TakesOutAFaceThatItsTableDescribes) {
   }
 }
 
+// Reading less reference less table is the extension, whatever the table's mean.
+TEST(ScrewReference, GoesWithATableThatDoesNotSumToZero) {
+  std::mt19937_64 random{1};
+  auto dataset = caseOf({.sigma_um = 1e-4}, random);
+  for (double& value : columnNamed(dataset, "sector_table", "T_um")) value += 5;
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved.ok());
+  EXPECT_NEAR(solved->find("reference_um")->value(), kReading_um - 5, 1e-4);
+}
+
 // A sensor of 0.15 s that is read 20 times a second: neighbours differ by 0.7 of their noise.
 TEST(ScrewReference, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
   const auto errors = errorsOf({.time_constant_s = 0.15}, 300);

@@ -70,6 +70,18 @@ Dataset fiveTouches(double speed) {
   return touches(simulation::knownSphere(), {speed});
 }
 
+// A cause of a pre-travel's uncertainty that changes no table of a case leaves a gap in their numbers.
+TEST(PreTravelOfTheProbe, IsInTheBudgetByEveryCause) {
+  Dataset dataset = centreline(5, 8, 1e-3);
+  for (const char* cause : {"readings_by_pre_travel_2", "readings_by_pre_travel_4"}) {
+    Table& shift = addTable(dataset, cause, {"x_mm"});
+    for (int row = 0; row < 8; ++row) shift.append({3e-3});
+  }
+  const Result result = solved(dataset);
+  EXPECT_NEAR(partB(result, 0), std::hypot(3e-3, 3e-3), 1e-6);
+  EXPECT_NEAR(partB(result, 1), 0, 1e-6);
+}
+
 RC_GTEST_PROP(Design, TimesSigmaIsTheSdOfAFit, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint64_t>();
   const double sigma = std::pow(10.0, *rc::gen::inRange(-6, -1));
