@@ -94,11 +94,12 @@ std::optional<double> smallestStep(std::vector<double> readings) {
 }
 
 // sd of the mean of rounded readings: noise below the resolution does not average its steps out. The characteristic
-// function of the noise damps the saw-tooth error, whose first harmonic has the amplitude step / pi.
+// function of the noise damps the saw-tooth error. Rounding alone makes up to a quarter of a step squared of the
+// variance, where the readings alternate between two steps: only what is above that is noise for certain.
 double roundingSd(double sd_reading, double step) {
-  const double noise = std::sqrt(std::max(0.0, sd_reading * sd_reading - step * step / 12));
-  const double damped = std::exp(-2 * std::pow(std::numbers::pi * noise / step, 2));
-  return std::min(step / std::sqrt(12.0), step / (std::numbers::pi * std::numbers::sqrt2) * damped);
+  const double noise_variance = std::max(0.0, sd_reading * sd_reading - step * step / 4);
+  const double damped = std::exp(-2 * std::pow(std::numbers::pi / step, 2) * noise_variance);
+  return step / std::sqrt(12.0) * damped;
 }
 
 // Factor on the variance of a mean for noise that a sensor with a time constant gives: (1 + r) / (1 - r), r the

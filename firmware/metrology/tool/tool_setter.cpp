@@ -281,11 +281,11 @@ Found found(const Device& device, const MatrixX3d& offsets, const std::optional<
 }
 
 // Values that were accepted before, a row each B. Nothing without the key.
-Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::string_view key, const Device& device,
+Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::string_view key, std::size_t angles,
                                                    std::size_t columns) {
-  TRY(const auto rows, configMatrix(dataset, key, device.angles(), columns));
+  TRY(const auto rows, configMatrix(dataset, key, angles, columns));
   if (!rows) return std::optional<MatrixXd>{};
-  MatrixXd places{static_cast<Index>(device.angles()), static_cast<Index>(columns)};
+  MatrixXd places{static_cast<Index>(angles), static_cast<Index>(columns)};
   for (Index k = 0; k < places.rows(); ++k) {
     places.row(k) = Eigen::RowVectorXd::Map((*rows)[static_cast<std::size_t>(k)].data(), places.cols());
   }
@@ -294,15 +294,18 @@ Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::
 
 std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const Found& found) {
   TRY(const auto limit, configPositive(dataset, "setter_limit_mm"));
-  TRY(const auto setter, accepted(dataset, "accepted_setter_mm", device, 3));
-  TRY(const auto link, accepted(dataset, "accepted_link_mm", device, 2));
+  // Three numbers alone are the place at the first B.
+  const auto entry = dataset.config.find("accepted_setter_mm");
+  const bool of_first = entry != dataset.config.end() && std::holds_alternative<std::vector<double>>(entry->second);
+  TRY(const auto setter, accepted(dataset, "accepted_setter_mm", of_first ? 1 : device.angles(), 3));
+  TRY(const auto link, accepted(dataset, "accepted_link_mm", device.angles(), 2));
   if (link && !limit) {
     return Refusal{"missing-key", "accepted_link_mm needs setter_limit_mm, the largest change that is accepted"};
   }
   if (!limit) return std::nullopt;
   const auto compare = [&](const MatrixXd& now, const MatrixXd& then, const std::string& from) {
     std::optional<Refusal> refusal;
-    for (Index k = 0; k < now.rows() && !refusal; ++k) {
+    for (Index k = 0; k < then.rows() && !refusal; ++k) {
       const double off = (now.row(k) - then.row(k)).norm();
       if (off <= *limit) continue;
       refusal =

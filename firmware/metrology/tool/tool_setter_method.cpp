@@ -21,7 +21,7 @@ constexpr MethodKey kKeys[]{
     key::kSigma,
     {"stylus_ball_radius_mm", "0", "of the probe, added to radius_mm of its touches"},
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
-    {"accepted_setter_mm", "", "accepted place of the device; a row a B"},
+    {"accepted_setter_mm", "", "accepted place of the device; of several B a row each, or of the first alone"},
     {"setter_limit_mm", "", "what the device may have moved by"},
     {"centreline_mm", "", "x and y of the turning axis at centreline_z_mm; gives link_mm"},
     {"centreline_z_mm", "0", "Z of centreline_mm"},

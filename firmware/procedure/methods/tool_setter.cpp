@@ -107,7 +107,7 @@ void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSette
   config["tool"] = static_cast<double>(of.recording.touches().back().request.tool);
   if (!several_b) config["probe_offset_mm"] = listOf(setter.probe_offset_mm);
   if (setter.sd_probe_offset_mm) config["sd_probe_offset_mm"] = *setter.sd_probe_offset_mm;
-  if (setter.accepted_mm && !several_b) {
+  if (setter.accepted_mm) {
     config["accepted_setter_mm"] = listOf(*setter.accepted_mm);
     config["setter_limit_mm"] = setter.limit_mm;
   }

@@ -156,6 +156,21 @@ TEST(TurningTool, IsSetAtEveryAngleOfTheHeadAndLinkedToTheTurningAxis) {
   link.expectHonest();
 }
 
+TEST(TurningTool, IsNotSetWhereTheDeviceHasMovedThoughTheHeadSwivels) {
+  auto config = worldOf(3);
+  config.tool_setter.centre_mm[0] += 0.2;
+  Scenario scenario{config, 3};
+  scenario.facts = factsOf({0, kEighth_rad});
+  scenario.run(std::chrono::seconds{2});
+  scenario.activateDelay(scenario.truth().tau_s);
+  const auto options =
+      procedure::described(procedure::kToolSetter, {.tool = 4}, scenario.facts, procedure::ReadBy::tip);
+  ASSERT_TRUE(options);
+  const auto solved = scenario.calibrate(procedure::kToolSetter, *options);
+  ASSERT_TRUE(solved && !solved->ok());
+  EXPECT_EQ(solved->error().name, "setter-moved");
+}
+
 TEST(TurningTool, IsAssembledByTheFacesThatItReaches) {
   Pulls off, length;
   const auto described = factsOf({});

@@ -112,19 +112,15 @@ TEST(ScrewReference, KnowsThatReadingsOfASlowSensorAreNotIndependent) {
   EXPECT_THAT(solve(caseOf({.time_constant_s = 0.15}, random))->warnings, Contains(HasSubstr("correlated")));
 }
 
-// A mean of readings that are rounded to 1 um cannot know the third of a micrometre, however many there are.
+// A mean of readings that are rounded to 1 um cannot know the third of a micrometre, however many there are, unless
+// their noise is as large.
 TEST(ScrewReference, DoesNotAverageItsResolutionOut) {
-  std::mt19937_64 random{4};
-  Moments errors;
-  for (int k = 0; k < 300; ++k) {
-    Rest rest{.sigma_um = 0.25, .seconds = 120, .step_um = 1};
-    rest.angle_rad = uniform(random, -20, 20);
-    const auto solved = solve(caseOf(rest, random));
-    ASSERT_TRUE(solved.ok()) << solved.error().reason;
-    errors.add(solved->find("reference_um")->value() - kReading_um, solved->find("reference_um")->sd[0]);
-  }
-  EXPECT_GT(errors.pull(), 0.5);
-  EXPECT_LT(errors.pull(), 1.5);
+  const auto few_steps = errorsOf({.sigma_um = 0.25, .seconds = 120, .step_um = 1}, 300);
+  EXPECT_GT(few_steps.pull(), 0.15) << "how little noise averages is not known from two steps";
+  EXPECT_LT(few_steps.pull(), 1.2) << "7 for a mean without steps";
+  const auto many_steps = errorsOf({.sigma_um = 0.6, .seconds = 300, .step_um = 1}, 150);
+  EXPECT_GT(many_steps.pull(), 0.75);
+  EXPECT_LT(many_steps.pull(), 1.25);
 }
 
 TEST(ScrewReference, RefusesAScrewThatIsNotAtRest) {
@@ -145,7 +141,7 @@ TEST(ScrewReference, RefusesAFrozenSensorUnlessItsResolutionIsStated) {
   frozen.config["resolution_um"] = 1.0;
   const auto solved = solve(frozen);
   ASSERT_TRUE(solved.ok()) << solved.error().reason;
-  EXPECT_NEAR(solved->find("reference_um")->sd[0], 1 / (std::numbers::pi * std::numbers::sqrt2), 1e-9);
+  EXPECT_NEAR(solved->find("reference_um")->sd[0], 1 / std::sqrt(12.0), 1e-9);
 }
 
 TEST(ScrewReference, RefusesACopiedRow) {

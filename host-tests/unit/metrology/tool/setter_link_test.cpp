@@ -254,11 +254,22 @@ TEST(SetterLink, RefusesAxesAndAnglesThatDoNotFit) {
             }),
             "tool-not-measured");
   EXPECT_EQ(refusal([](Dataset& d) {
-              d.config["accepted_setter_mm"] = std::vector<double>{0, 0, 0};
+              d.config["accepted_setter_mm"] = Matrix(3, {0, 0, 0});
               d.config["setter_limit_mm"] = 1.0;
             }),
             "bad-config")
       << "a row each B";
+  EXPECT_EQ(refusal([](Dataset& d) {
+              d.config["accepted_setter_mm"] = std::vector<double>{-193, 23, 17};
+              d.config["setter_limit_mm"] = 0.01;
+            }),
+            "")
+      << "three numbers are the place at the first B";
+  EXPECT_EQ(refusal([](Dataset& d) {
+              d.config["accepted_setter_mm"] = std::vector<double>{-193, 23.05, 17};
+              d.config["setter_limit_mm"] = 0.01;
+            }),
+            "setter-moved");
   EXPECT_EQ(refusal([](Dataset& d) {
               d.config["accepted_setter_mm"] = Matrix{{-193, 23, 17}, {-193, 23, 17}};
               d.config["setter_limit_mm"] = 0.01;
