@@ -259,17 +259,16 @@ TEST(SetterLink, RefusesAxesAndAnglesThatDoNotFit) {
             }),
             "bad-config")
       << "a row each B";
-  EXPECT_EQ(refusal([](Dataset& d) {
-              d.config["accepted_setter_mm"] = std::vector<double>{-193, 23, 17};
-              d.config["setter_limit_mm"] = 0.01;
-            }),
-            "")
-      << "three numbers are the place at the first B";
-  EXPECT_EQ(refusal([](Dataset& d) {
-              d.config["accepted_setter_mm"] = std::vector<double>{-193, 23.05, 17};
-              d.config["setter_limit_mm"] = 0.01;
-            }),
-            "setter-moved");
+  // Three numbers are the place at the first B.
+  const auto accepted = [](Dataset& d, double off_mm) {
+    auto place = solve(d)->find("setter_mm")->values;
+    place.resize(3);
+    place[1] += off_mm;
+    d.config["accepted_setter_mm"] = place;
+    d.config["setter_limit_mm"] = 0.01;
+  };
+  EXPECT_EQ(refusal([&](Dataset& d) { accepted(d, 0); }), "");
+  EXPECT_EQ(refusal([&](Dataset& d) { accepted(d, 0.02); }), "setter-moved");
   EXPECT_EQ(refusal([](Dataset& d) {
               d.config["accepted_setter_mm"] = Matrix{{-193, 23, 17}, {-193, 23, 17}};
               d.config["setter_limit_mm"] = 0.01;
