@@ -5,8 +5,6 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
-namespace {}  // namespace
-
 Encoders::Encoders(const Config& config, std::uint64_t seed)
     : config_{config.encoders},
       tau_s_{config.delays.tau_machine_s},

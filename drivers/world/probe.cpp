@@ -4,8 +4,6 @@
 #include <cmath>
 
 namespace probebox::world {
-namespace {}  // namespace
-
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},
       samples_{!config.touch_trigger.fitted},

@@ -6,8 +6,6 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::world {
-namespace {}  // namespace
-
 Screws::Screws(const Config& config, std::uint64_t seed)
     : screws_{config.screws},
       start_{config.start},

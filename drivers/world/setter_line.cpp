@@ -5,8 +5,6 @@
 #include "drivers/world/lateness.hpp"
 
 namespace probebox::world {
-namespace {}  // namespace
-
 SetterLine::SetterLine(const Config& config, std::uint64_t seed)
     : setter_{config.tool_setter}, kernel_{config.sync}, random_{seed, RandomStream::setter} {}
 

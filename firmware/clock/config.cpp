@@ -6,8 +6,6 @@
 #include "firmware/clock/statistics.hpp"
 
 namespace probebox::clock {
-namespace {}  // namespace
-
 std::optional<Error> whyRefused(const ClockConfig& config) {
   const auto period_ns = config.nominal_period.count();
   if (period_ns < 100'000 || period_ns > 10'000'000) {

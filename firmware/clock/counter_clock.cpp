@@ -17,7 +17,7 @@ constexpr std::int64_t kMisfits = 32;  // arrivals in a row: the line is another
 constexpr double kEarliestSpreads = 10;
 constexpr double kEarliestNs = 1e6;
 
-Nanoseconds wholePeriod(double rate_hz) {
+Nanoseconds periodOf(double rate_hz) {
   return Nanoseconds{std::llround(1e9 / rate_hz)};
 }
 
@@ -54,7 +54,7 @@ CounterClock::CounterClock(const CounterClockConfig& config)
                 .max_ppm = config.max_ppm,
                 .holdover_ppm = config.holdover_ppm,
                 .learns = config.learns}},
-      line_{wholePeriod(config.rate_hz)} {}
+      line_{periodOf(config.rate_hz)} {}
 
 std::optional<CounterStamp> CounterClock::push(const CounterReading& sample) {
   ++counters_.samples;
@@ -108,7 +108,7 @@ void CounterClock::observe(MonoTime arrived) {
   observed_ = arrived;
   const auto judged = tracked_.take({.ahead = ahead,
                                      .residual_ns = residual,
-                                     .since_last = wholePeriod(config_.rate_hz) * ahead,
+                                     .since_last = periodOf(config_.rate_hz) * ahead,
                                      .after_holdover = is_running && state_ != ClockState::locked,
                                      .walks = is_running});
   if (judged.outlier) ++counters_.clipped;

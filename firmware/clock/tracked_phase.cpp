@@ -14,7 +14,7 @@ constexpr double kJudgedPpm = 1;             // the same where the frequency is 
 constexpr double kHeldSeconds = 0.5;
 constexpr double kDriftedSeconds = 1;
 
-Nanoseconds wholePeriod(double period_ns) {
+Nanoseconds wholeNanoseconds(double period_ns) {
   return Nanoseconds{std::llround(period_ns)};
 }
 
@@ -22,10 +22,10 @@ Nanoseconds wholePeriod(double period_ns) {
 
 TrackedPhase::TrackedPhase(const Config& config)
     : config_{config},
-      rounding_ns_{config.period_ns - static_cast<double>(wholePeriod(config.period_ns).count())},
-      filter_{wholePeriod(config.period_ns)},
+      rounding_ns_{config.period_ns - static_cast<double>(wholeNanoseconds(config.period_ns).count())},
+      filter_{wholeNanoseconds(config.period_ns)},
       jitter_{static_cast<double>(config.jitter.count()), config.learns},
-      wander_{wholePeriod(config.period_ns), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
+      wander_{wholeNanoseconds(config.period_ns), config.phase_wander_ns_per_sqrt_s, config.frequency_wander_ppb_per_sqrt_s},
       unmoved_{filter_},
       predicted_{filter_} {
   filter_.setWalk(wander_.walk());

@@ -3,8 +3,6 @@
 #include "protocol/units/angle.hpp"
 
 namespace probebox::corrections {
-namespace {}  // namespace
-
 void RotaryAngle::push(const AngleCount& count) {
   if (!config_.described || config_.from != AngleFrom::encoder) return;
   reference_.push(count.at, count.counts);

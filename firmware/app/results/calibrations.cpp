@@ -11,13 +11,11 @@
 #include "firmware/app/log/log.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/json/dataset_json.hpp"
+#include "firmware/metrology/centreline/centreline.hpp"
 #include "firmware/procedure/plan/run_dataset.hpp"
 
 namespace probebox::app {
 namespace {
-
-constexpr const char* kCentreline = "centreline";
-constexpr const char* kCentrelineFromTip = "centreline-stylus";
 
 using Conditions = std::array<std::pair<const char*, std::string>, 3>;
 
@@ -40,7 +38,7 @@ void addProbeTool(metrology::Dataset& dataset, const procedure::Facts& facts) {
   const auto* method = metrology::methodNamed(dataset.method);
   if (method == nullptr || facts.probe_tools.count != 1) return;
   const auto& subject = method->subject.name;
-  if (subject.starts_with(kCentreline) || subject == "spindle-offset" || subject == "check")
+  if (subject.starts_with(metrology::kTurningAxis) || subject == "spindle-offset" || subject == "check")
     dataset.config.try_emplace("probe_tool", static_cast<double>(facts.probe_tools.numbers[0]));
 }
 
@@ -258,12 +256,13 @@ Outcome<store::Id, store::Failure> Calibrations::storedAbout(const std::string& 
   const auto propose = [&](const std::string& about, const metrology::Result& found, const store::Origin& origin) {
     return store_.propose(in_force_.bindingFor(about), found, *solved_case.text, utcNow(), origin);
   };
-  const auto offset = subject == kCentrelineFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
+  const auto offset =
+      subject == metrology::kTurningAxisFromTip ? in_force_.stylusOffset(probeToolOf(result)) : std::nullopt;
   const auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
   if (!whole) return propose(subject, result, solved_case.origin);
   auto origin = solved_case.origin;
   origin.rests_on.push_back(offset->id);
-  return propose(kCentreline, *whole, origin);
+  return propose(std::string{metrology::kTurningAxis}, *whole, origin);
 }
 
 // Results that the case names in its keys "..._result": it was measured or computed with them.

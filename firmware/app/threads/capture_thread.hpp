@@ -8,15 +8,13 @@
 
 #include "drivers/io/event_source.hpp"
 #include "firmware/app/threads/counters.hpp"
+#include "firmware/app/threads/event_queue.hpp"
 #include "firmware/app/threads/source_table.hpp"
-#include "firmware/app/threads/spsc_queue.hpp"
 #include "firmware/app/threads/time_source.hpp"
 #include "firmware/app/threads/wake_up.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::app {
-
-using EventQueue = SpscQueue<Event>;
 
 // Polls the sources, pushes their events into the core's queue, and reports the time. SCHED_FIFO if permitted.
 class CaptureThread {

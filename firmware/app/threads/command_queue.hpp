@@ -1,7 +1,7 @@
 #pragma once
 #include <mutex>
 
-#include "firmware/app/threads/spsc_queue.hpp"
+#include "firmware/app/threads/event_queue.hpp"
 #include "protocol/events/event.hpp"
 
 namespace probebox::app {
@@ -19,7 +19,7 @@ class CommandQueue {
  private:
   std::mutex commanders_;
   // At its start the core receives all results in force, one event per row of a table by angle.
-  SpscQueue<Event> queue_{1024};
+  EventQueue queue_{128 * 1024};
 };
 
 }  // namespace probebox::app

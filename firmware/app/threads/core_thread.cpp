@@ -19,8 +19,8 @@ StateBuffer& CoreThread::addStateReader() {
 }
 
 EventQueue& CoreThread::openJournal() {
-  constexpr std::size_t kJournalEvents = 1U << 16U;
-  journal_ = std::make_unique<EventQueue>(kJournalEvents);
+  constexpr std::size_t kJournalBytes = 4 * 1024 * 1024;
+  journal_ = std::make_unique<EventQueue>(kJournalBytes);
   return *journal_;
 }
 

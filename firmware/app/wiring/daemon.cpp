@@ -34,7 +34,7 @@
 namespace probebox::app {
 namespace {
 
-constexpr std::size_t kQueueEvents = 1U << 14U;  // 0.16 s of 100 000 events a second
+constexpr std::size_t kQueueBytes = 1024 * 1024;  // 0.08 s of 100 000 samples a second with the counts of six axes
 
 messages::BootId bootId() {
   messages::BootId id{};
@@ -184,7 +184,7 @@ struct Daemon::Parts {
   TimeSource time;
   Counters counters;
   SourceTable source_table;
-  EventQueue events{kQueueEvents};
+  EventQueue events{kQueueBytes};
   CommandQueue commands;
   WakeUp core_wake_up;
   WakeUp links_wake_up;

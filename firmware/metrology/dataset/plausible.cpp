@@ -47,23 +47,27 @@ bool isSigma(std::string_view name) {
   return name.starts_with("sd_") || name.starts_with("sigma_");
 }
 
+bool isPlausible(double value, const PlausibleRange& range, bool is_sigma) {
+  // A NaN is within no range.
+  return value >= range.least && value <= range.most && std::isfinite(value) &&
+         !(is_sigma && value != 0.0 && std::abs(value) < range.least_sigma);
+}
+
 // What keeps a number from being a reading; nothing when it is good.
 struct Objection {
   std::string name;
   std::string what;
 };
 std::optional<Objection> objectionTo(double value, const PlausibleRange& range, bool is_sigma) {
+  if (isPlausible(value, range, is_sigma)) return std::nullopt;
   if (!std::isfinite(value)) return Objection{"not-finite", "is not a finite number"};
   const std::string unit = range.unit.empty() ? "" : " " + std::string{range.unit};
   if (!(value >= range.least && value <= range.most)) {
     return Objection{"implausible", "is " + text(value) + unit + ", which is outside " + text(range.least) + " to " +
                                         text(range.most) + unit};
   }
-  if (is_sigma && value != 0.0 && std::abs(value) < range.least_sigma) {
-    return Objection{"implausible", "is " + text(value) + unit + ", a standard deviation below " +
-                                        text(range.least_sigma) + unit + " that is not 0"};
-  }
-  return std::nullopt;
+  return Objection{"implausible", "is " + text(value) + unit + ", a standard deviation below " +
+                                      text(range.least_sigma) + unit + " that is not 0"};
 }
 
 std::optional<Refusal> refuse(const Table& table, const Column& column) {

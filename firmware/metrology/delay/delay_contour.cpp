@@ -8,8 +8,6 @@
 #include "firmware/metrology/scan/contour_match.hpp"
 
 namespace probebox::metrology {
-namespace {}  // namespace
-
 Outcome<Result, Refusal> solveDelayContour(const Dataset& dataset) {
   TRY(const auto feature, featureDistance(dataset));
   TRY(const auto window, searchWindow(dataset));

@@ -8,8 +8,6 @@
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
-namespace {}  // namespace
-
 Outcome<Result, Refusal> solveDelayKnownSphere(const Dataset& dataset) {
   TRY(const auto diameter, requiredPositive(dataset, "effective_diameter_mm"));
   TRY(const auto measured, TouchDelay::measure(dataset, {.size_mm = diameter}));

@@ -8,8 +8,6 @@
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
-namespace {}  // namespace
-
 Outcome<Result, Refusal> solveDelayPerAxis(const Dataset& dataset) {
   TRY(const auto diameter, configPositive(dataset, "effective_diameter_mm"));
   TRY(const auto measured, TouchDelay::measure(dataset, {.delays = Delays::each_axis, .size_mm = diameter}));

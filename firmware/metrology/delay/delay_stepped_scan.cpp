@@ -8,8 +8,6 @@
 #include "firmware/metrology/scan/contour_match.hpp"
 
 namespace probebox::metrology {
-namespace {}  // namespace
-
 Outcome<Result, Refusal> solveDelaySteppedScan(const Dataset& dataset) {
   TRY(const auto centre, requiredVector(dataset, "centre_mm"));
   TRY(const auto window, searchWindow(dataset));

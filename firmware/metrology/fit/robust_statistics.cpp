@@ -86,11 +86,20 @@ Eigen::VectorXd boxed(const Eigen::VectorXd& values, Eigen::Index half) {
   Eigen::Index begin = 0;
   Eigen::Index end = 0;
   double sum = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k) {
+  const auto near_an_end = [&](Eigen::Index k) {
     while (end < n && end <= k + half) sum += values[end++];
     while (begin < k - half) sum -= values[begin++];
     means[k] = sum / static_cast<double>(end - begin);
+  };
+  const Eigen::Index whole_until = std::max(n - half, half + 1);
+  for (Eigen::Index k = 0; k < std::min(half + 1, n); ++k) near_an_end(k);
+  // Away from the ends one value comes and one goes: this is most of a long record, and without a division.
+  const double share = 1.0 / static_cast<double>(2 * half + 1);
+  for (Eigen::Index k = half + 1; k < whole_until; ++k) {
+    sum += values[end++] - values[begin++];
+    means[k] = sum * share;
   }
+  for (Eigen::Index k = whole_until; k < n; ++k) near_an_end(k);
   return means;
 }
 

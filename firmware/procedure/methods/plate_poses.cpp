@@ -32,7 +32,7 @@ std::uint16_t ballAt(const ProcedureOptions& with, std::size_t station, double a
   return static_cast<std::uint16_t>((ball + balls) % balls + 1);
 }
 
-Pose poseAt(const ProcedureOptions& with, const LoopState&, std::size_t index) {
+Pose plateAt(const ProcedureOptions& with, const LoopState&, std::size_t index) {
   const bool about_b = with.axis == kAxisB;
   const std::size_t a_mount = readingsOfAMount(with), a_stop = ballsAtAStop(with);
   const std::size_t in_mount = index % a_mount, stop = in_mount / a_stop, station = in_mount % a_stop;
@@ -53,7 +53,7 @@ Pose poseAt(const ProcedureOptions& with, const LoopState&, std::size_t index) {
 
 constinit const Poses kOnPlate{
     .count = [](const ProcedureOptions& with, const LoopState&) { return with.mounts * readingsOfAMount(with); },
-    .at = poseAt};
+    .at = plateAt};
 
 std::optional<Error> whyNoPlate(const ProcedureOptions& with) {
   if (with.mounts > kMostMounts)

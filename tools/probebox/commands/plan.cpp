@@ -43,7 +43,7 @@ std::string spreadOf(const casefolder::Quantity& quantity) {
   return "+/- " + (quantity.sd ? casefolder::withUnit(quantity.label, *quantity.sd) : "?");
 }
 
-Json describe(const plan::Forecast& forecast) {
+Json forecastJson(const plan::Forecast& forecast) {
   Json sd = Json::object(), expanded = Json::object(), dropped = Json::array();
   for (const auto& quantity : quantitiesOf(forecast)) {
     sd[quantity.key] = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
@@ -73,7 +73,7 @@ std::string stepsOf(const plan::Forecast& forecast) {
   return std::to_string(forecast.steps) + " " + one + (forecast.steps == 1 ? "" : one == "touch" ? "es" : "s");
 }
 
-std::string page(const plan::Forecast& forecast) {
+std::string forecastPage(const plan::Forecast& forecast) {
   std::string all = std::string{forecast.wanted.method->name()} + ": " + stepsOf(forecast) +
                     printed(", about %.0f s", forecast.duration_s);
   for (const auto& quantity : quantitiesOf(forecast)) {
@@ -91,12 +91,12 @@ ExitStatus propose(const plan::Wanted& wanted, const Plan& options, Console& con
     return console.fail(
         {ExitStatus::failed, "nothing-fits",
          printed("no set of touches that this method can use fits into %g s; allow more time", *options.time_s)});
-  if (!console.json()) console.line(page(found->front()));
+  if (!console.json()) console.line(forecastPage(found->front()));
   if (!console.json()) console.line("the most precise that fit into " + printed("%g s:", *options.time_s));
   for (std::size_t i = 0; i < std::min(kShown, found->size()); ++i) {
     const auto& one = (*found)[i];
     if (console.json())
-      console.object(describe(one));
+      console.object(forecastJson(one));
     else
       console.line(printed("  %-16s %5.0f s  ", spreadOf(quantitiesOf(one).front()).c_str(), one.duration_s) +
                    "probebox calibrate " + std::string{wanted.method->name()} + " " + chosenOf(one.wanted));
@@ -113,9 +113,9 @@ ExitStatus run(const Plan& options, const std::string&, Console& console) {
   const auto expected = plan::forecast(*wanted, setUpOf(options));
   if (!expected) return console.fail({ExitStatus::failed, expected.error().name, expected.error().reason});
   if (console.json())
-    console.object(describe(*expected));
+    console.object(forecastJson(*expected));
   else
-    console.line(page(*expected));
+    console.line(forecastPage(*expected));
   return ExitStatus::ok;
 }
 

@@ -9,10 +9,6 @@ namespace {
 
 using std::to_string;
 
-std::string text(std::string_view view) {
-  return std::string{view};
-}
-
 Json channelsOf(const messages::Descriptor& descriptor) {
   Json channels = Json::array();
   for (const auto& channel : descriptor.channels) {
@@ -38,7 +34,7 @@ std::string channelRow(const messages::ChannelDescription& channel) {
 // Null where no receiver that counts its samples has sent one.
 Json receiverOf(const messages::ReceiverStatus& r) {
   if (r.samples == 0) return nullptr;
-  return {{"state", text(messages::nameOf(r.state))},
+  return {{"state", messages::nameOf(r.state)},
           {"sigma_ns", r.sigma_ns},
           {"frequency_ppb", r.frequency_ppb},
           {"arrived_samples", r.samples},
@@ -51,7 +47,7 @@ Json receiverOf(const messages::ReceiverStatus& r) {
 }
 
 std::string receiverText(const messages::ReceiverStatus& r) {
-  std::string all = text(messages::nameOf(r.state));
+  std::string all{messages::nameOf(r.state)};
   const bool is_good = r.state == ClockState::locked || r.state == ClockState::holdover;
   if (is_good) all += ", sigma " + readableNs(r.sigma_ns) + printed(", %+.3f ppm", r.frequency_ppb * 1e-3);
   all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
@@ -278,7 +274,7 @@ Json describe(const messages::Status::Answer& s) {
           {"firmware_version", s.firmware_version},
           {"uptime_ms", s.uptime_ms},
           {"clock",
-           {{"state", text(messages::nameOf(s.clock.state))},
+           {{"state", messages::nameOf(s.clock.state)},
             {"sigma_ns", s.clock.sigma_ns},
             {"frequency_ppb", s.clock.frequency_ppb},
             {"tick", s.clock.tick.index},
@@ -325,7 +321,7 @@ Json describe(const messages::Status::Answer& s) {
 
 std::string page(const messages::Status::Answer& s) {
   std::string all = row("box", s.board + ", firmware " + s.firmware_version + ", up " + duration(s.uptime_ms));
-  all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns) +
+  all += row("master clock", std::string{messages::nameOf(s.clock.state)} + ", sigma " + readableNs(s.clock.sigma_ns) +
                                  printed(", %+.3f ppm, tick ", s.clock.frequency_ppb * 1e-3) +
                                  to_string(s.clock.tick.index));
   all += row("sync edges", edgesOf(s.clock.edges));
@@ -385,7 +381,8 @@ std::string page(const RecordedStatus& r) {
   std::string all = row("recording", r.recording);
   if (r.descriptor) all += row("box", s.board + ", firmware " + s.firmware_version);
   if (r.beat || r.map)
-    all += row("master clock", text(messages::nameOf(s.clock.state)) + ", sigma " + readableNs(s.clock.sigma_ns));
+    all +=
+        row("master clock", std::string{messages::nameOf(s.clock.state)} + ", sigma " + readableNs(s.clock.sigma_ns));
   if (r.beat) {
     all += row("up", duration(s.uptime_ms)) + row("sync edges", edgesOf(s.clock.edges)) +
            row("samples", samplesOf(s.ledger)) + row("late ticks", to_string(s.deadline_misses)) +

@@ -7,10 +7,6 @@
 namespace probebox::command {
 namespace {
 
-std::string text(std::string_view view) {
-  return std::string{view};
-}
-
 Json restsOn(const messages::ResultSummary& result) {
   Json all = Json::array();
   for (const auto& other : result.rests_on)
@@ -33,7 +29,7 @@ Json describe(const messages::ResultSummary& result) {
     sd[value.key] = value.has_sd ? Json(value.sd) : Json(nullptr);
   }
   return {{"id", result.id},
-          {"state", text(nameOf(result.state))},
+          {"state", nameOf(result.state)},
           {"method", result.method},
           {"result", values},
           {"sd", sd},
@@ -56,7 +52,8 @@ Json describe(const messages::ResultSummary& result) {
 }
 
 std::string page(const messages::ResultSummary& result) {
-  std::string all = "result " + std::to_string(result.id) + ", " + result.method + ", " + text(nameOf(result.state));
+  std::string all =
+      "result " + std::to_string(result.id) + ", " + result.method + ", " + std::string{nameOf(result.state)};
   for (const auto& value : result.values) all += "\n  " + readable(value);
   all += printed("\n  residual rms %.3g mm, %u degrees of freedom, condition %.3g", result.rms,
                  static_cast<unsigned>(result.dof), result.condition);
@@ -66,14 +63,14 @@ std::string page(const messages::ResultSummary& result) {
 
 std::string line(const messages::ResultSummary& result) {
   std::string all = printed("%-5llu ", static_cast<unsigned long long>(result.id)) +
-                    printed("%-9s ", text(nameOf(result.state)).c_str()) + result.method;
+                    printed("%-9s ", std::string{nameOf(result.state)}.c_str()) + result.method;
   if (!result.values.empty()) all += "  " + readable(result.values.front());
   if (!result.accepted_by.empty()) all += ", accepted by " + shown(result.accepted_by);
   return result.waiting_for_cut ? all + ", waits for the end of the cut" : all;
 }
 
 Json describe(const messages::ResultTransition& transition) {
-  return {{"number", transition.number},     {"id", transition.result_id}, {"state", text(nameOf(transition.state))},
+  return {{"number", transition.number},     {"id", transition.result_id}, {"state", nameOf(transition.state)},
           {"utc", transition.utc},           {"by", transition.by},        {"method", transition.method},
           {"subject", transition.subject},   {"probe", transition.probe},  {"machine", transition.machine},
           {"mounting", transition.mounting}, {"remark", transition.remark}};
@@ -81,7 +78,7 @@ Json describe(const messages::ResultTransition& transition) {
 
 std::string line(const messages::ResultTransition& transition) {
   std::string all = transition.utc + printed("  %-5llu ", static_cast<unsigned long long>(transition.result_id)) +
-                    printed("%-9s ", text(nameOf(transition.state)).c_str()) + transition.method;
+                    printed("%-9s ", std::string{nameOf(transition.state)}.c_str()) + transition.method;
   return all + (transition.by.empty() ? "" : "  by " + shown(transition.by)) +
          (transition.remark.empty() ? "" : "  (" + shown(transition.remark) + ")");
 }
@@ -91,7 +88,7 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
   if (console.json()) {
     return console.object({{"accepted_id", id},
                            {"accepted_by", by},
-                           {"state", text(nameOf(answer.state))},
+                           {"state", nameOf(answer.state)},
                            {"waiting_for_cut", answer.waiting_for_cut},
                            {"notes", answer.notes},
                            {"comparison", comparison}});
@@ -109,7 +106,7 @@ void tellAccepted(std::uint64_t id, const std::string& by, const messages::Accep
 Json describe(const messages::ProcedureStatus::Answer& p) {
   return {{"run", p.run},
           {"method", p.method},
-          {"state", text(nameOf(p.state))},
+          {"state", nameOf(p.state)},
           {"step", p.step},
           {"steps", p.steps},
           {"prompt", p.prompt},
@@ -118,14 +115,14 @@ Json describe(const messages::ProcedureStatus::Answer& p) {
           {"overtravel_mm", p.overtravel_mm},
           {"clearance_mm", p.clearance_mm},
           {"nominal_speed_mm_s", p.nominal_speed_mm_s},
-          {"kind", text(nameOf(p.kind))},
-          {"feature", text(nameOf(p.feature))},
+          {"kind", nameOf(p.kind)},
+          {"feature", nameOf(p.feature)},
           {"ball", p.ball},
           {"rotary_angles_rad", p.rotary_angles_rad},
           {"tool", p.tool},
           {"shank_height_mm", p.shank_height_mm},
           {"mount", p.mount},
-          {"b_moves", text(nameOf(p.b_moves))},
+          {"b_moves", nameOf(p.b_moves)},
           {"approach_direction", p.approach_direction},
           {"run_out_mm", p.run_out_mm},
           {"refusal", p.refusal},

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "firmware/app/threads/command_queue.hpp"
+#include "firmware/app/threads/event_queue.hpp"
 #include "firmware/app/threads/spsc_queue.hpp"
 #include "firmware/app/threads/triple_buffer.hpp"
 
@@ -66,6 +67,70 @@ TEST(TripleBuffer, ShowsWholeValuesThatNeverGoBack) {
     last = value.front();
   }
   writer.join();
+}
+
+// Events of several sizes, so that some lie across the end of the ring.
+Event numbered(std::uint32_t number) {
+  if (number % 7 == 0) return ProcedureStarted{.run = number, .options = {.stations = 7, .mounts = 3}};
+  if (number % 3 == 0) return ErrorsAtAngle{.errors = {1, 2, 3, 4, 5, double(number)}, .at = monoTime(number)};
+  return Edge{.line_sequence = number, .at = monoTime(number)};
+}
+
+void expectNumbered(const Event& event, std::uint32_t number) {
+  if (number % 7 == 0) {
+    const auto& started = std::get<ProcedureStarted>(event);
+    EXPECT_EQ(started.run, number);
+    EXPECT_EQ(started.options.mounts, 3);
+  } else if (number % 3 == 0) {
+    EXPECT_EQ(std::get<ErrorsAtAngle>(event).errors[5], number);
+  } else {
+    EXPECT_EQ(std::get<Edge>(event).line_sequence, number);
+  }
+}
+
+TEST(EventQueue, KeepsOrderOfEventsOfAnySizeAndRefusesWhatDoesNotFit) {
+  EventQueue queue{1000};
+  std::uint32_t pushed = 0;
+  std::uint32_t popped = 0;
+  Event event;
+  for (int round = 0; round < 1000; ++round) {
+    while (queue.push(numbered(pushed))) ++pushed;
+    // 1024 bytes hold 42 edges, or three starts of a run.
+    ASSERT_GE(queue.size(), 3U);
+    ASSERT_LE(queue.size(), 42U);
+    ASSERT_EQ(queue.size(), pushed - popped);
+    for (int i = 0; i <= round % 5 && queue.pop(event); ++i) expectNumbered(event, popped++);
+  }
+  while (queue.pop(event)) expectNumbered(event, popped++);
+  EXPECT_EQ(popped, pushed);
+  EXPECT_EQ(queue.size(), 0U);
+}
+
+TEST(EventQueue, HoldsTheLargestEventHoweverSmallItWasMade) {
+  EventQueue queue{1};
+  Event event;
+  EXPECT_TRUE(queue.push(numbered(7)));
+  ASSERT_TRUE(queue.pop(event));
+  expectNumbered(event, 7);
+}
+
+TEST(EventQueue, HandsEveryEventFromOneThreadToTheOther) {
+  constexpr std::uint32_t kEvents = 100'000;
+  EventQueue queue{2048};
+  std::thread producer{[&queue] {
+    for (std::uint32_t i = 0; i < kEvents; ++i) {
+      while (!queue.push(numbered(i))) std::this_thread::yield();
+    }
+  }};
+  Event event;
+  for (std::uint32_t expected = 0; expected < kEvents;) {
+    if (queue.pop(event)) {
+      expectNumbered(event, expected++);
+    } else {
+      std::this_thread::yield();
+    }
+  }
+  producer.join();
 }
 
 TEST(CommandQueue, TakesCommandsOfManyThreads) {
