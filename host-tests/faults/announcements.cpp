@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace probebox::faults {
 namespace {
@@ -55,22 +56,27 @@ void Acknowledged::hear(std::string_view line) {
   if (line.starts_with("doing ")) {
     doing_ = rest;
   } else if (line == "done") {
-    if (isOfADoor(doing_)) storeUncertain();
-    before_ = kept_;
+    if (isOfADoor(doing_)) {
+      storeUncertain();
+    } else {
+      before_ = kept_;
+      may_be_undone_ = false;
+    }
     apply(doing_, kept_);
     doing_.clear();
     ++changes_;
   } else if (line.starts_with("failed ")) {
     if (isOfADoor(doing_)) {
       uncertain_.insert(doing_);
-      doing_.clear();
+    } else if (refused_change_.empty()) {
+      refused_change_ = doing_;
     }
+    failed_ = std::exchange(doing_, {});
     ++refused_;
   } else if (line.starts_with("sees")) {
     see(rest);
-    doing_.clear();
-  } else if (line == "ready") {
-    ready_ = true;
+  } else if (line == "ready" || line == "unready") {
+    ready_ = line == "ready";
   } else if (line.starts_with("serving ")) {
     serving_ = correctionFrom(wordsOf(line), 1);
   } else if (line.starts_with("served ")) {
@@ -91,10 +97,12 @@ void Acknowledged::see(std::string_view states) {
   const auto words = wordsOf(states);
   std::map<store::Id, std::string> seen;
   for (std::size_t k = 0; k + 1 < words.size(); k += 2) seen[std::stoull(words[k])] = words[k + 1];
+  refused_change_.clear();
   if (seen == kept_.states || seen.empty()) return;
   before_ = kept_;
-  apply(doing_, kept_);
-  if (seen != kept_.states) broken_ = "after '" + doing_ + "' was refused the box has" + told(seen);
+  may_be_undone_ = true;
+  apply(failed_, kept_);
+  if (seen != kept_.states) broken_ = "after '" + failed_ + "' was refused the box has" + told(seen);
 }
 
 // Results in this state, one at most, are replaced.
@@ -163,8 +171,12 @@ std::optional<std::string> Acknowledged::whyBroken(const std::vector<std::string
   if (!found.notice.empty() && !never_began) return found.notice;
   auto then = kept_;
   apply(doing_, then);
-  const bool undone = after.power_was_cut && after.folder_failed && found.kept.states == before_.states;
-  if (found.kept.states != kept_.states && found.kept.states != then.states && !undone)
+  auto refused = kept_;
+  apply(refused_change_, refused);
+  const bool done_all_the_same = after.disk_died && found.kept.states == refused.states;
+  const bool undone =
+      after.power_was_cut && (after.folder_failed || may_be_undone_) && found.kept.states == before_.states;
+  if (found.kept.states != kept_.states && found.kept.states != then.states && !undone && !done_all_the_same)
     return "results:" + told(found.kept.states) + " where were acknowledged" + told(kept_.states);
   if (auto doors = whyDoorsBroken(kept_, found, after)) return doors;
   return whyCorrectionBroken(found, after);

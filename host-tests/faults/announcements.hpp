@@ -58,10 +58,13 @@ class Acknowledged {
   std::optional<std::string> whyCorrectionBroken(const Found& found, const After& after) const;
 
   Kept kept_;
-  Kept before_;  // the last change of a result
+  Kept before_;           // the last change of a result
+  bool may_be_undone_{};  // the last change of a result was refused, and there
   std::string doing_;
+  std::string failed_;
   bool ready_{};
   std::optional<std::string> broken_;
+  std::string refused_change_;       // of a result, when nothing could be seen after it
   std::set<std::string> uncertain_;  // changes of doors that were refused
   std::optional<Correction> served_;
   std::optional<Correction> serving_;

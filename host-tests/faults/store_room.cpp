@@ -66,7 +66,7 @@ class StoreRoom {
   }
 
   void performAll() {
-    say_("ready");
+    say_(keeper_.problem().empty() ? "ready" : "unready");
     if (doors_.inhibits(kPerson)) inhibit(kPerson, false);
     serveAround({0.010, -0.005, 0.001});
     accept(propose(1e-3));

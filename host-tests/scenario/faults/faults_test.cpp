@@ -49,7 +49,7 @@ TEST_P(Faults, NothingAcknowledgedIsLostAndNothingIsHalfDone) {
   EXPECT_GT(trials, 4U);
   EXPECT_GT(changes, 40U);
   const bool refuses = fault == Fault::fail_for_good || fault == Fault::full;
-  if (refuses) EXPECT_GT(refused, 10U) << "a disk that fails without a word proves nothing";
+  EXPECT_GE(refused, refuses ? 10U : 0U) << "a disk that fails without a word proves nothing";
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Faults,
